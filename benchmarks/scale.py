@@ -1,20 +1,12 @@
-"""What 500, 5,000, 50,000 and 200,000 recordings cost, stage by stage.
+"""Cost of 500, 5,000 and 50,000 recordings, command by command.
 
-    python benchmarks/scale.py measure [--size 500 ...] [--take-s 0.25] [--most-s 1500]
-    python benchmarks/scale.py docs results/scale.json
+    python benchmarks/scale.py [--size 500 ...] [--length-s 0.25] [--max-report 5000] [--write]
 
-The recordings are a scale test and no evidence of anything: kept impulse responses (of the folder
-`--responses`, else a few that are simulated now) x one sweep x seeds of noise, 50 recordings a
-grasp, 10 grasps a session. Everything happens in a temporary project below `--work`, with the
-recordings imported by reference, one size after the other, and is removed when it was measured.
-200,000 recordings of 0.25 s are 4.4 GB, and published twice that again.
-
-Stages run in a process of their own, whose start-up and imports are not counted; commands are
-measured as a person gives them, start-up and all. Processor time is that of all their processes,
-memory the peak of the largest. Jobs of a run say themselves what they took. What would begin after
-`--most-s` is left out, and so is the end of a stage that takes longer than `--stage-s`. Opened
-files of the project and the recordings are counted up to `--opens` recordings, in a second pass
-(strace slows what it watches). `docs` puts the tables into docs/scale.md.
+Each size has a temporary project. Its recordings are a scale test and no evidence: four simulated
+responses, one sweep, and seeded noise; 50 recordings per grasp, 10 grasps per session. They are
+imported by reference. A command is measured as a user runs it, with its start-up. CPU time and
+written bytes are those of the command and its finished child processes, memory is the peak of the
+largest process. `--write` puts the table into docs/scale.md.
 """
 
 from __future__ import annotations
@@ -24,293 +16,175 @@ import os
 import platform
 import resource
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-import scale_table
 import typer
+import yaml
 
-from ajgdata.paths import Paths
-from ajgdata.store.benchmarks import read_benchmarks
-
-NAME = "scale"
-AJGDATA = [sys.executable, "-c", "from ajgdata.cli import main; main()"]
-HERE = Paths(Path(__file__).resolve().parents[1])
-STAGES = ("import", "validate", "features", "merge", "load")
-MODELS = ("linear_plain", "ridge_plain", "knn", "svm", "forest", "boosting", "mlp", "cnn")
-app = typer.Typer(add_completion=False)
-
-
-@dataclass(frozen=True)
-class Asked:
-    """What to measure: `run` is the model of the workflow's run, of up to `most_run` recordings;
-    `models` are trained alone up to `most_models`. `until` is when no further stage begins."""
-
-    take_s: float
-    responses: Path
-    run: str
-    most_run: int
-    models: Sequence[str]
-    most_models: int
-    stage_s: float
-    until: float
+ROOT = Path(__file__).resolve().parents[1]
+AJGDATA = str(Path(sys.executable).with_name("ajgdata"))
+SNAKEMAKE = (sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile"))
+PAGE, BEGIN, END = ROOT / "docs/scale.md", "<!-- benchmarks/scale.py -->", "<!-- end -->"
+SAMPLES, GRASPS = 50, 10  #: recordings per grasp, grasps per session
+RATE_HZ, NOISE = 44_100, 3e-4  #: NOISE: rms, full scale 1
+ONE_MORE, CHANGED_LABEL = "import of one more", "features after one changed label"
+EDGES_MM = (12, 18, 24, 30)
+DATASET = {
+    "name": "scale",
+    "title": "Scale test: four simulated responses with noise, no evidence",
+    "licence": "CC0-1.0",
+    "targets": {"object": {"kind": "classification"}},
+    "tasks": {"object": {"target": "object", "folds": 5, "models": ["linear"]}},
+    "imports": {
+        "pattern": r"(?P<session>s\d+)/(?P<grasp>g\d+)_(?P<object>\w+)_(?P<sample>\d+)\.wav"
+    },
+}
+Row = dict[str, object]
 
 
-@app.command(hidden=True)
-def stage(name: str, project: Path, folder: Path) -> None:
-    """Run one stage and print what it took as JSON."""
-    from scale_stages import work_of
+def write_recordings(folder: Path, first: int, count: int, length_s: float) -> None:
+    """Write recordings number `first` to `first + count - 1`: simulated on a coarse grid."""
+    import numpy as np
+    import soundfile
 
-    work = work_of(name, Paths(project), folder)
-    written, used, began = _written(), _cpu_s(), time.perf_counter()
-    sys.stdout.flush()
-    output, sys.stdout = sys.stdout, sys.stderr
-    work()
-    sys.stdout = output
-    took = {
-        "wall_s": time.perf_counter() - began,
-        "cpu_s": _cpu_s() - used,
-        "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6,
-        "written_mb": (_written() - written) / 1e6,
-    }
-    print(json.dumps(took))
+    from ajgdata import gripper
+    from ajgdata.acquire.excitation import excitation_samples
+    from ajgdata.types import DEFAULT_EXCITATION
 
-
-@app.command(hidden=True)
-def make(folder: Path, responses: Path, first: int, count: int, take_s: float) -> None:
-    """Write recordings, and relabel nothing."""
-    import scale_recordings
-
-    kept = scale_recordings.kept_responses(responses, -(-count // scale_recordings.SAMPLES))
-    scale_recordings.make(folder, kept, first, count, take_s)
+    sweep = excitation_samples(DEFAULT_EXCITATION, RATE_HZ)
+    chain = gripper.SignalChain(noise_db_spl=None)
+    scenes = (
+        {"object": {"kind": "cube", "edge_mm": edge}, "numerics": {"dx_mm": 6, "max_time_s": 0.006}}
+        for edge in EDGES_MM
+    )
+    responses = [gripper.simulate(gripper.Scene.model_validate(scene)) for scene in scenes]
+    clean = [gripper.record(response, sweep, chain).samples for response in responses]
+    frames = round(length_s * RATE_HZ)
+    for number in range(first, first + count):
+        grasp, kind = number // SAMPLES, number // SAMPLES % len(clean)
+        session = folder / f"s{grasp // GRASPS:04d}"
+        session.mkdir(parents=True, exist_ok=True)
+        noise = np.random.default_rng(number).standard_normal(frames)
+        path = session / f"g{grasp:05d}_cube{EDGES_MM[kind]}_{number % SAMPLES + 1:02d}.wav"
+        soundfile.write(path, clean[kind][:frames] + NOISE * noise, RATE_HZ, subtype="PCM_24")
 
 
-@app.command(hidden=True)
-def prepare(what: str, project: Path, folder: Path, model: str = "") -> None:
-    """Declare the data set, or correct the label of one recording."""
-    import scale_recordings
-
-    if what == "relabel":
-        scale_recordings.relabel(Paths(project))
-    else:
-        scale_recordings.declared(Paths(project), [model] if model else [], folder)
+def in_child(function: Callable[..., None], *arguments: object) -> None:
+    """Call a function in a child process: a command starts with the peak memory of this process."""
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        pool.submit(function, *arguments).result()
 
 
-def _written(pid: str = "self") -> int:
-    """Return the bytes that a process, and its children that are gone, wrote."""
-    lines = Path(f"/proc/{pid}/io").read_text().splitlines()
-    return int(dict(line.split(": ") for line in lines)["write_bytes"])
+def change_label(project: Path) -> None:
+    """Correct the label of one recording in the recordings.csv of the last session."""
+    path = max((project / "data/scale/sessions").iterdir()) / "recordings.csv"
+    path.write_text(path.read_text().replace("cube12", "cube18", 1))
 
 
-def _cpu_s() -> float:
-    used = resource.getrusage(resource.RUSAGE_SELF)
-    return used.ru_utime + used.ru_stime
-
-
-def ours(*arguments: object) -> list[str]:
-    """Return the call of a command of this file: this process stays small, since each that it
-    starts begins with its peak of memory."""
-    return [sys.executable, __file__, *map(str, arguments)]
-
-
-class Watch:
-    """Runs what is measured in the project below `root`; counts the files that it opens, if asked
-    to, by strace."""
-
-    def __init__(self, root: Path, asked: Asked, *, opens: bool) -> None:
-        self.root, self.asked, self.opens = root, asked, opens
-        self.log, self.output = root / "opened.txt", root / "log.txt"
-
-    def run(self, told: str, line: Sequence[str], cwd: Path | None = None) -> dict[str, Any]:
-        """Return what a command took, all its processes together; of a stage what it says."""
-        if time.monotonic() > self.asked.until:
-            return {}
+def cost(project: Path, arguments: tuple[str, ...]) -> Row:
+    """Run one command; return its CPU time, peak memory and written bytes, or its exit code."""
+    with tempfile.TemporaryFile() as output:
         began = time.perf_counter()
-        with self.output.open("wb") as stream:
-            child = subprocess.Popen(
-                self._around(line),
-                cwd=cwd,
-                stdout=stream,
-                stderr=subprocess.PIPE if cwd is None else subprocess.STDOUT,
-                start_new_session=True,
-            )
-            if not _ended(child.pid, self.asked.stage_s):
-                os.killpg(child.pid, signal.SIGKILL)
-                os.waitpid(child.pid, 0)
-                return {"stage": told, "beyond_s": self.asked.stage_s}
-            wall, written = time.perf_counter() - began, _written(str(child.pid))
-            _, status, used = os.wait4(child.pid, 0)
-            child.returncode = os.waitstatus_to_exitcode(status)
-        said = self.output.read_text(errors="replace")
+        child = subprocess.Popen(arguments, cwd=project, stdout=output, stderr=subprocess.STDOUT)
+        os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)  # keeps /proc/PID until wait4
+        wall_s = time.perf_counter() - began
+        counters = Path(f"/proc/{child.pid}/io").read_text().splitlines()
+        _, status, usage = os.wait4(child.pid, 0)
+        child.returncode = os.waitstatus_to_exitcode(status)
         if child.returncode:
-            wrong = child.stderr.read().decode() if child.stderr else ""
-            print(f"{told}: {said[-3000:]}{wrong[-3000:]}", file=sys.stderr)
-            return {"stage": told, "failed": child.returncode}
-        if self.opens:
-            return {"stage": told, "opened": self._opened()}
-        if cwd is None:
-            return {"stage": told, **json.loads(said.splitlines()[-1])}
-        took = {"wall_s": wall, "cpu_s": used.ru_utime + used.ru_stime}
-        took |= {"peak_mb": used.ru_maxrss * 1024 / 1e6, "written_mb": written / 1e6}
-        return {"stage": told, **took}
-
-    def _around(self, line: Sequence[str]) -> list[str]:
-        if not self.opens:
-            return list(line)
-        calls = "trace=open,openat,openat2"
-        return ["strace", "-f", "--seccomp-bpf", "-qq", "-e", calls, "-o", str(self.log), *line]
-
-    def _opened(self) -> int:
-        with self.log.open(errors="replace") as lines:
-            return sum(str(self.root) in line and " = -1 " not in line for line in lines)
+            output.seek(0)
+            print(output.read().decode(errors="replace")[-2000:], file=sys.stderr)
+            return {"cost": f"exit code {child.returncode}"}
+    written = int(dict(line.split(": ") for line in counters)["write_bytes"])
+    return describe(wall_s, usage, written)
 
 
-def _ended(pid: int, most_s: float) -> bool:
-    """Wait until a child has ended, for so long; it is still to be waited for."""
-    until = time.monotonic() + most_s
-    while time.monotonic() < until:
-        if os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT | os.WNOHANG):
-            return True
-        time.sleep(0.02)
-    return False
+def describe(wall_s: float, usage: resource.struct_rusage, written: int) -> Row:
+    """Return the figures of a command, and the table cell that shows them."""
+    cpu_s = usage.ru_utime + usage.ru_stime
+    peak_mb, written_mb = usage.ru_maxrss * 1024 / 1e6, written / 1e6
+    text = f"{cpu_s:.1f} s; {peak_mb:.0f}; {written_mb:.0f}"
+    return {"cpu_s": cpu_s, "wall_s": wall_s, "peak_mb": peak_mb, "cost": text}
 
 
-def measured(root: Path, size: int, asked: Asked, *, opens: bool) -> Iterator[dict[str, Any]]:
-    """Yield what each stage took with `size` recordings; everything is below `root`."""
-    folder, project = root / "recordings", Paths(root / "project")
-    project.datasets.mkdir(parents=True)
-    shutil.copytree(HERE.root / "profiles", project.root / "profiles")
-    model = asked.run if size <= asked.most_run else ""
-    _quietly("make", folder, asked.responses, 0, size, asked.take_s)
-    _quietly("prepare", "declare", project.root, folder, "--model", model)
-    watch = Watch(root, asked, opens=opens)
-
-    def staged(name: str) -> dict[str, Any]:
-        return watch.run(name, ours("stage", name, project.root, folder))
-
-    for name in STAGES:
-        yield staged(name)
-    for name in ("publish", "fetch"):
-        yield staged(name)
-    shutil.rmtree(project.sessions("fetched").parent, ignore_errors=True)
-    shutil.rmtree(project.dataset("fetched").parent, ignore_errors=True)
-    shutil.rmtree(project.published(NAME), ignore_errors=True)
-    if not opens and size <= asked.most_models:
-        for name in ("embedding", *(f"model: {one}" for one in asked.models)):
-            yield staged(name)
-    yield from _commands(project, folder, size, asked, watch, is_whole=bool(model))
-
-
-def _commands(
-    project: Paths, folder: Path, size: int, asked: Asked, watch: Watch, *, is_whole: bool
-) -> Iterator[dict[str, Any]]:
-    """Yield what commands took. `is_whole`: the workflow makes all, from nothing, models too."""
-
-    def command(told: str, *arguments: str) -> dict[str, Any]:
-        return watch.run(told, [*AJGDATA, *arguments], project.root)
-
-    features = str(project.features(NAME).relative_to(project.root))
-    again = ("import", str(folder), "--dataset", NAME, "--reference")
-    if is_whole:
-        for made in (project.results, project.cache):
-            shutil.rmtree(made)
-        yield command("workflow: all features", "run", NAME, features)
-    yield command("workflow: features again, nothing to do", "run", NAME, features)
-    if is_whole:
-        yield command("workflow: models and report", "run", NAME)
-        if not watch.opens:
-            yield from _jobs(project)
-        yield command("workflow: nothing to do", "run", NAME)
-    yield command("status", "status", NAME)
-    yield command("info", "info", NAME)
-    yield command("import again, nothing new", *again)
-    _quietly("make", folder, asked.responses, -(-size // 50), 1, asked.take_s)
-    yield command("import of one more", *again)
-    yield command("one new recording, to the features", "run", NAME, features)
-    _quietly("prepare", "relabel", project.root, folder)
-    yield command("one relabelled, to the features", "run", NAME, features)
-    if size > 500:
-        shutil.rmtree(min(project.sessions(NAME).iterdir()))
-        yield command("one session removed, to the features", "run", NAME, features)
-
-
-def _quietly(*arguments: object) -> None:
-    subprocess.run(ours(*arguments), check=True)
-
-
-def _jobs(project: Paths) -> Iterator[dict[str, Any]]:
-    """Yield the CPU time of the run's jobs, by rule, and how large the report is."""
-    own = Paths(project.root, NAME)
-    for folder in (project.benchmarks, own.of_run / "benchmarks"):
-        for job in read_benchmarks(folder):
-            if job.rule not in ("features", "merge"):
-                name = f", {job.wildcards[-1]}" if job.wildcards[1:] else ""
-                yield {"stage": f"job: {job.rule}{name}", "cpu_s": job.cpu_s}
-    sizes = {path: path.stat().st_size for path in own.report.parent.rglob("*") if path.is_file()}
-    pages = {path: size for path, size in sizes.items() if path.suffix == ".html"}
-    heard = {path for path in pages if path.parent.name == NAME}  # scatter plots of embeddings
-    yield {
-        "stage": "report",
-        "page_kb": max(size for path, size in pages.items() if path not in heard) / 1e3,
-        "explorer_kb": max((pages[path] for path in heard), default=0) / 1e3,
-        "beside_mb": (sum(sizes.values()) - sum(pages.values())) / 1e6,
+def commands(folder: Path, report: bool) -> dict[str, tuple[str, ...]]:
+    """Return the arguments of each measured command by name, in order."""
+    scan = (AJGDATA, "import", str(folder), "--dataset", "scale", "--reference")
+    features = (*SNAKEMAKE, "results/features/scale.nc", "--config", "datasets=[scale]")
+    published = ("results/published/scale", "--name", "copy")
+    return {
+        "import": scan,
+        "validate": (AJGDATA, "validate", "scale"),
+        "features": features,
+        "features, up to date": features,
+        **({"models and report": (AJGDATA, "run", "scale")} if report else {}),
+        "status": (AJGDATA, "status", "scale"),
+        "publish": (AJGDATA, "publish", "scale"),
+        "fetch the published folder": (AJGDATA, "fetch", *published),
+        "import again": scan,
+        ONE_MORE: scan,
+        "features after one new recording": features,
+        CHANGED_LABEL: features,
     }
 
 
-@app.command()
-def measure(
-    size: Annotated[list[int], typer.Option(help="recordings (repeat)")] = [  # noqa: B006
-        500,
-        5_000,
-        50_000,
-        200_000,
-    ],
-    take_s: Annotated[float, typer.Option(help="length of a recording, s")] = 0.25,
-    run: Annotated[str, typer.Option(help="model of the run with a report")] = "linear",
-    most_run: Annotated[int, typer.Option(help="recordings of such a run at most")] = 50_000,
-    model: Annotated[list[str], typer.Option(help="models alone (repeat)")] = list(MODELS),  # noqa: B006
-    most_models: Annotated[int, typer.Option(help="recordings of a model alone")] = 50_000,
-    opens: Annotated[int, typer.Option(help="count opened files up to so many")] = 5_000,
-    most_s: Annotated[float, typer.Option(help="begin nothing after so long, s")] = 7_200,
-    stage_s: Annotated[float, typer.Option(help="longest stage, s")] = 900,
-    responses: Annotated[Path, typer.Option(help="folder of kept responses")] = HERE.responses,
-    work: Annotated[Path | None, typer.Option(help="folder for what is made")] = None,
-    out: Annotated[Path, typer.Option(help="what was found")] = HERE.results / "scale.json",
+def measure(size: int, length_s: float, report: bool) -> Iterator[Row]:
+    """Yield one row per command, for `size` recordings in a temporary project."""
+    with tempfile.TemporaryDirectory() as temporary:
+        folder, project = Path(temporary) / "recordings", Path(temporary) / "project"
+        dataset = project / "datasets/scale/dataset.yaml"
+        dataset.parent.mkdir(parents=True)
+        dataset.write_text(yaml.safe_dump(DATASET))
+        shutil.copytree(ROOT / "profiles", project / "profiles")
+        in_child(write_recordings, folder, 0, size, length_s)
+        for name, arguments in commands(folder, report).items():
+            if name == ONE_MORE:
+                in_child(write_recordings, folder, size, 1, length_s)
+            elif name == CHANGED_LABEL:
+                change_label(project)
+            yield {"command": name, "recordings": size, **cost(project, arguments)}
+
+
+def as_markdown(rows: list[Row], length_s: float) -> str:
+    """Return a table with one row per command and one column per size."""
+    import pandas as pd
+
+    table = pd.DataFrame(rows).pivot(index="command", columns="recordings", values="cost")
+    table = table.reindex(list(dict.fromkeys(row["command"] for row in rows))).fillna("–")
+    lines = [["command", *(f"{size:,}" for size in table.columns)], ["---"] * (table.shape[1] + 1)]
+    lines += [[name, *cells] for name, cells in zip(table.index, table.to_numpy(), strict=True)]
+    machine = f"{os.cpu_count()} cores ({platform.machine()})"
+    title = f"Recordings of {length_s:g} s, {machine}. CPU time; peak memory, MB; written, MB:"
+    return title + "\n\n" + "\n".join(f"| {' | '.join(cells)} |" for cells in lines) + "\n"
+
+
+def main(
+    size: Annotated[list[int] | None, typer.Option(help="recordings (repeat)")] = None,
+    length_s: Annotated[float, typer.Option(help="length of a recording, s")] = 0.25,
+    max_report: Annotated[int, typer.Option(help="largest size with models and report")] = 5_000,
+    write: Annotated[bool, typer.Option(help="put the table into docs/scale.md")] = False,
 ) -> None:
-    """Measure each size, print the tables, and keep what was found after each size."""
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    until = time.monotonic() + most_s
-    asked = Asked(take_s, responses, run, most_run, model, most_models, stage_s, until)
-    about = {"machine": platform.machine(), "cores": os.cpu_count(), "take_s": take_s}
-    found: list[dict[str, Any]] = []
-    passes = [(count, False) for count in size] + [(n, True) for n in size if n <= opens]
-    for count, counts_opens in sorted(passes, key=lambda one: (one[0], one[1])):
-        if time.monotonic() > until:
-            break
-        with tempfile.TemporaryDirectory(dir=work) as temporary:
-            root = Path(temporary).resolve()
-            for one in measured(root, count, asked, opens=counts_opens):
-                if one:
-                    found.append({"recordings": count, **one})
-                    print(json.dumps(found[-1]), flush=True)
-        out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(json.dumps({**about, "found": found}, indent=1))
-    print(scale_table.as_markdown({**about, "found": found}))
-
-
-@app.command()
-def docs(found: Path) -> None:
-    """Put the tables of what was found into docs/scale.md."""
-    text = scale_table.as_markdown(json.loads(found.read_text()))
-    scale_table.into(HERE.root / "docs" / "scale.md", text)
+    """Measure each size and print the table."""
+    rows = []
+    for count in size or (500, 5_000, 50_000):
+        for row in measure(count, length_s, count <= max_report):
+            print(json.dumps(row), file=sys.stderr)
+            rows.append(row)
+    table = as_markdown(rows, length_s)
+    print(table)
+    if write:
+        before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
+        after = rest.split(END)[1]
+        PAGE.write_text(f"{before}{BEGIN}\n\n{table}\n{END}{after}", encoding="utf-8")
 
 
 if __name__ == "__main__":
-    app()
+    typer.run(main)
