@@ -47,7 +47,7 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     spaces = runs_by_space(data, latents.latent[settings.shown], latents.validation_fold)
     for space, runs in spaces:
         for pairs, apart in ((ALL, data.grasp), (DIFFERENT, data.instance)):
-            for run, (points, _, test) in enumerate(runs):
+            for run, (points, _train, test) in enumerate(runs):
                 matrix = mean_distances(points[test], category[test], names, apart[test])
                 rows += [
                     {"space": space, "pairs": pairs, "first": names[i], "second": names[j]}
