@@ -318,21 +318,6 @@ _SIGNAL = (
     Parameter(
         "signal.resonances_q.1", "fixed", 1.5, 6, "log", "estimate", "as the first",
     ),
-    Parameter(
-        "signal.peaks_hz.0", "fixed", 2_000, 4_000, "linear", "estimate",
-        "first resonance of receivers of its kind (Kim & Allen 2013, Hearing Research 301)",
-    ),
-    Parameter(
-        "signal.peaks_hz.1", "fixed", 7_000, 11_000, "linear", "estimate", "the second, of its kind"
-    ),
-    Parameter("signal.peaks_db.0", "fixed", 5, 15, "linear", "estimate", "undamped receivers"),
-    Parameter("signal.peaks_db.1", "fixed", 4, 12, "linear", "estimate", "undamped receivers"),
-    Parameter("signal.peaks_q.0", "fixed", 1.5, 3.5, "linear", "estimate", "undamped receivers"),
-    Parameter("signal.peaks_q.1", "fixed", 2, 5, "linear", "estimate", "undamped receivers"),
-    Parameter(
-        "signal.rolloff_hz", "fixed", 10_000, 18_000, "linear", "estimate",
-        "of speaker and microphone together",
-    ),
 )  # fmt: skip
 
 _VARIATION = (

@@ -46,8 +46,6 @@ class VirtualGripper:
         self._played = played
         self._samples = excitation_samples(played, self.sample_rate_hz)
         self._solved: tuple[str, gripper.ImpulseResponse] | None = None
-        self._sounds: Sequence[np.ndarray] = [self._samples]
-        self._player = gripper.Player(self._sounds, self._chain)
 
     @property
     def solved(self) -> int:
@@ -76,9 +74,8 @@ class VirtualGripper:
                 raise GraspError(grasp.grasp_id, str(error), "correct the recipe") from None
         seed = gripper.derive_seed(scene.grasp.seed, "noise", sample)
         angle = scene.grasp.angle_deg
-        if [*map(id, sounds)] != [*map(id, self._sounds)]:
-            self._sounds, self._player = sounds, gripper.Player(sounds, self._chain)
-        taken = self._player.record(self._solved[1], seed, angle)
+        response = self._solved[1]
+        taken = (gripper.record(response, sound, self._chain, seed, angle) for sound in sounds)
         return [Take(one.samples, one.clipped_count) for one in taken]
 
     def describe(self) -> Mapping[str, Any]:

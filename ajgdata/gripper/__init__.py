@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from ajgdata.gripper.external_noise import external_noise_pa
     from ajgdata.gripper.signal_chain import (
         ImpulseResponse,
-        Player,
         Take,
         excitation_sweep,
         record,
@@ -37,7 +36,6 @@ _HOME = {
     "build_plan": "solver_plan",
     "simulate": "simulation",
     "ImpulseResponse": "signal_chain",
-    "Player": "signal_chain",
     "Take": "signal_chain",
     "excitation_sweep": "signal_chain",
     "record": "signal_chain",
@@ -48,7 +46,6 @@ __all__ = [
     "SAMPLE_RATE_HZ",
     "ImpulseResponse",
     "Plan",
-    "Player",
     "Scene",
     "SceneError",
     "SignalChain",

@@ -1,7 +1,4 @@
-"""Sound from outside: its A-weighted level there, and what of it a limp wall lets through.
-
-What the solver's own membrane lets through is in `ajgdata.gripper.outside`.
-"""
+"""Sound from outside: its A-weighted level there; `ajgdata.gripper.outside` has what comes in."""
 
 from __future__ import annotations
 
@@ -10,7 +7,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper.medium import Air
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ
 
 Real = NDArray[np.floating]
@@ -19,8 +15,6 @@ REFERENCE_PA = 20e-6
 OUTSIDE_BAND_HZ = (20.0, 20_000.0)
 #: Of a filter that is 11 Hz fine.
 TAPS = 4096
-#: Sound arrives from all directions up to this angle from the normal: the usual field incidence.
-FIELD_LIMIT_DEG = 78.0
 
 
 def a_weighting(frequency_hz: Real) -> Real:
@@ -34,28 +28,6 @@ def a_weighting(frequency_hz: Real) -> Real:
         return np.asarray(poles[3] * f2**2 / (outer * np.sqrt((f2 + poles[1]) * (f2 + poles[2]))))
 
     return gain(square) / gain(1e6)
-
-
-def transmission(frequency_hz: Real, mass_kg_m2: float) -> Real:
-    """Share of the sound power that a limp wall of `mass_kg_m2` lets through, field
-    incidence; of the shape of `frequency_hz`.
-
-    Mass law 1/(1 + (a cos θ)²), a = ω m / (2 ρ c), averaged over a diffuse field up to 78° from
-    the normal (Fahy & Gardonio, Sound and Structural Vibration, 2nd ed., section 5.4):
-    ln((1 + a²) / (1 + a² cos² 78°)) / (a² sin² 78°).
-    """
-    air, limit = Air(), np.deg2rad(FIELD_LIMIT_DEG)
-    mass_term = np.pi * np.asarray(frequency_hz, dtype=np.float64) * mass_kg_m2
-    square = (mass_term / (air.density * air.sound_speed)) ** 2
-    heard = np.log1p(square) - np.log1p(square * np.cos(limit) ** 2)
-    share = np.ones_like(square)  # no mass, no loss
-    return np.divide(heard, square * np.sin(limit) ** 2, out=share, where=square > 0)
-
-
-@lru_cache(maxsize=16)
-def mass_law_gain(count: int, mass_kg_m2: float) -> Real:
-    """Return the gain (n,) of a limp wall of `mass_kg_m2`, for `external_noise_pa`."""
-    return np.sqrt(transmission(np.fft.rfftfreq(count, 1 / SAMPLE_RATE_HZ), mass_kg_m2))
 
 
 def external_noise_pa(count: int, gain: Real, dba: float, coupling_hz: float, seed: int) -> Real:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -11,19 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
-from ajgdata.gripper.external_noise import REFERENCE_PA, external_noise_pa, mass_law_gain
-from ajgdata.gripper.filters import Section, bilinear, filtered
+from ajgdata.gripper.external_noise import REFERENCE_PA, external_noise_pa
 from ajgdata.gripper.motor import motor_sound
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, derive_seed
-from ajgdata.gripper.signal_settings import Driver, SignalChain
+from ajgdata.gripper.signal_settings import SignalChain
 
 Real = NDArray[np.floating]
+#: Coefficients of s², s and 1.
+Polynomial = tuple[float, float, float]
+#: Numerator and denominator.
+Section = tuple[Polynomial, Polynomial]
 #: PCM24: the largest and the smallest value of a sample are 1 - 2^-23 and -1.
 PCM24_STEPS = 2.0**23
 #: Amplitude (m³/s) at 1 kHz of 100 dB, measured once on the default scene with a 20 mm cube; a
 #: test holds it to half a decibel.
-FLOW_AT_100_DB_M3_S: dict[Driver, float] = {"armature": 1.51e-6, "velocity": 2.74e-6}
-
+FLOW_AT_100_DB_M3_S = 1.51e-6
 
 DEFAULT_CHAIN = SignalChain()
 
@@ -36,9 +38,8 @@ class ImpulseResponse:
     decimation filter. `static` is what the response settles at, for ever on this time scale,
     because the balloon holds the volume that the speaker pushed in; `samples` goes on to zero
     without it. Convolve the input with `samples`, then add `static` times its running sum.
-    `provenance` says how it was computed; it is as deterministic as `samples`. `membrane_kg_m2` is
-    what holds sound from outside back by the mass law; `outside` (m,) is what comes through the
-    membrane as it is solved: rms pressure at the microphone per rms pressure in the room, at
+    `provenance` says how it was computed; it is as deterministic as `samples`. `outside` (m,) is
+    what comes through the membrane: rms pressure at the microphone per rms pressure in the room, at
     frequencies evenly from 0 to half the rate (see `ajgdata.gripper.outside`).
     """
 
@@ -47,7 +48,6 @@ class ImpulseResponse:
     sample_rate_hz: int
     latency_samples: int
     provenance: dict[str, Any]
-    membrane_kg_m2: float
     outside: Real | None = None
 
 
@@ -98,36 +98,28 @@ def transducers(chain: SignalChain) -> Real:
     """
     coupling = _warp(chain.coupling_hz)
     analogue: list[Section] = [((1, 0, 0), (1, 2 * coupling, coupling**2))]
-    if chain.driver == "armature":
-        analogue += _armature(chain)
-    else:
-        analogue += _flat_velocity(chain)
-    sections = np.array([bilinear(*one, SAMPLE_RATE_HZ) for one in analogue])
+    for number, (frequency, q) in enumerate(
+        zip(chain.resonances_hz, chain.resonances_q, strict=True)
+    ):
+        omega = _warp(frequency)
+        # The derivative comes with the first resonance.
+        over = (0, 0, 1) if number else (0, 1, 0)
+        analogue.append((over, (1 / omega**2, 1 / (q * omega), 1)))
+    sections = np.array([_bilinear(*one) for one in analogue])
     z = np.exp(-2j * np.pi * 1_000 / SAMPLE_RATE_HZ)
     at_1k = np.prod(sections[:, :3] @ [1, z, z * z] / (sections[:, 3:] @ [1, z, z * z]))
     sections[0, :3] /= abs(at_1k)
     return sections
 
 
-def _armature(chain: SignalChain) -> list[Section]:
-    """One section a resonance, and the derivative with the first."""
-    found: list[Section] = []
-    for frequency, q in zip(chain.resonances_hz, chain.resonances_q, strict=True):
-        omega = _warp(frequency)
-        over = (0, 0, 1) if found else (0, 1, 0)
-        found.append((over, (1 / omega**2, 1 / (q * omega), 1)))
-    return found
-
-
-def _flat_velocity(chain: SignalChain) -> list[Section]:
-    """A bell (s² + g ω s/Q + ω²)/(s² + ω s/Q + ω²) per peak and a second-order low pass."""
-    found: list[Section] = []
-    for frequency, gain_db, q in zip(chain.peaks_hz, chain.peaks_db, chain.peaks_q, strict=True):
-        omega = _warp(frequency)
-        bell = (1, 10 ** (gain_db / 20) * omega / q, omega**2)
-        found.append((bell, (1, omega / q, omega**2)))
-    omega = _warp(chain.rolloff_hz)
-    return [*found, ((0, 0, 1), (1 / omega**2, 1 / (0.7 * omega), 1))]
+def _bilinear(over: Polynomial, under: Polynomial) -> list[float]:
+    """Digital section b0, b1, b2, 1, a1, a2 of an analogue one: s = 2 rate (1 - z⁻¹)/(1 + z⁻¹)."""
+    k = 2 * SAMPLE_RATE_HZ
+    both = [
+        (a * k**2 + b * k + c, 2 * (c - a * k**2), a * k**2 - b * k + c)
+        for a, b, c in (over, under)
+    ]
+    return [value / both[1][0] for one in both for value in one]
 
 
 def _warp(frequency_hz: float) -> float:
@@ -151,73 +143,33 @@ def record(
     an excitation that is not (n,) or not finite, and for a response that does not say what comes
     through the membrane, if that is asked for.
 
-    >>> click = ImpulseResponse(np.ones(1), 0.0, SAMPLE_RATE_HZ, 0, {}, membrane_kg_m2=0.3)
+    >>> click = ImpulseResponse(np.ones(1), 0.0, SAMPLE_RATE_HZ, 0, {})
     >>> quiet = SignalChain(noise_db_spl=None)
     >>> take = record(click, excitation_sweep(), quiet)
     >>> take.samples.shape, bool(np.all(take.samples * 2**23 % 1 == 0))
     ((44100,), True)
     """
-    (take,) = Player([excitation], chain).record(ir, seed, angle_deg)
-    return take
+    from scipy.signal import sosfilt  # half a second
+
+    excitation = np.asarray(excitation, dtype=np.float64)
+    if excitation.ndim != 1 or not np.all(np.isfinite(excitation)):
+        raise ValueError("excitation must be one-dimensional and finite")
+    pressure: Real = np.zeros(len(excitation))
+    if chain.level_db_spl is not None:
+        pressure = _played(ir, sosfilt(transducers(chain), excitation)) * volume_velocity(chain)
+    for noise in _noises(ir, chain, len(excitation), seed, angle_deg):
+        pressure += noise
+    full_scale = np.sqrt(2) * REFERENCE_PA * 10 ** (chain.full_scale_db_spl / 20)
+    return _convert(pressure * 10 ** (chain.gain_db / 20) / full_scale)
 
 
-class Player:
-    """Plays each of `sounds` (n,) in one scene after another, and records it as `record` does.
-
-    What a sound is behind the speaker is the same in all scenes, noise the same for all sounds of a
-    length: both are computed once. Raises ValueError for sounds that `record` refuses.
-    """
-
-    def __init__(self, sounds: Sequence[Real], chain: SignalChain = DEFAULT_CHAIN) -> None:
-        self._chain = chain
-        self._sounds = [_Driven(one, chain) for one in sounds]
-
-    def record(self, ir: ImpulseResponse, seed: int = 0, angle_deg: float = 0.0) -> list[Take]:
-        """Return what is recorded of each sound in the scene of `ir`, with the noise of `seed`."""
-        chain, takes = self._chain, []
-        full_scale = np.sqrt(2) * REFERENCE_PA * 10 ** (chain.full_scale_db_spl / 20)
-        responses: dict[int, Real] = {}
-        noises: dict[int, list[Real]] = {}
-        for sound in self._sounds:
-            if sound.count not in noises:
-                noises[sound.count] = list(_noises(ir, chain, sound.count, seed, angle_deg))
-            pressure = sound.heard(ir, responses) * volume_velocity(chain)
-            for noise in noises[sound.count]:
-                pressure += noise
-            takes.append(_convert(pressure * 10 ** (chain.gain_db / 20) / full_scale))
-        return takes
-
-
-class _Driven:
-    """An excitation (count,) behind the speaker, and its spectra; of a silent one zeros."""
-
-    def __init__(self, excitation: Real, chain: SignalChain) -> None:
-        excitation = np.asarray(excitation, dtype=np.float64)
-        if excitation.ndim != 1 or not np.all(np.isfinite(excitation)):
-            raise ValueError("excitation must be one-dimensional and finite")
-        self.count = len(excitation)
-        self._is_silent = chain.level_db_spl is None
-        if not self._is_silent:
-            self._samples = filtered(transducers(chain), excitation)
-            self._sum = np.cumsum(self._samples)
-            self._spectra: dict[int, Real] = {}
-
-    def heard(self, ir: ImpulseResponse, responses: dict[int, Real]) -> Real:
-        """Return the pressure (Pa) at the microphone per m³/s, (count,); `responses` keeps spectra
-        of `ir` by length."""
-        if self._is_silent:
-            return np.zeros(self.count)
-        late = ir.latency_samples
-        full = self.count + len(ir.samples) - 1
-        size = next_fast_len(full, real=True)
-        if size not in self._spectra:
-            self._spectra[size] = rfft(self._samples, size)
-        if size not in responses:
-            responses[size] = rfft(ir.samples, size)
-        pressure = irfft(self._spectra[size] * responses[size], size)[:full]
-        pressure = pressure[late : late + self.count]
-        pressure += ir.static * self._sum
-        return np.asarray(pressure)
+def _played(ir: ImpulseResponse, flow: Real) -> Real:
+    """Return the pressure (n,) at the microphone for the volume velocity `flow` (n,)."""
+    full = len(flow) + len(ir.samples) - 1
+    size = next_fast_len(full, real=True)
+    pressure = irfft(rfft(flow, size) * rfft(ir.samples, size), size)[:full]
+    pressure = pressure[ir.latency_samples : ir.latency_samples + len(flow)]
+    return np.asarray(pressure + ir.static * np.cumsum(flow))
 
 
 def _noises(
@@ -229,22 +181,20 @@ def _noises(
         yield floor * np.random.default_rng(seed).standard_normal(count)
     if chain.external_noise_dba is not None:
         own = derive_seed(seed, "outside")  # the floor stays as it is without
-        gain = gain_from_outside(ir, chain, count)
+        gain = gain_from_outside(ir)
         yield external_noise_pa(count, gain, chain.external_noise_dba, chain.coupling_hz, own)
     if chain.motor is not None:
         own = derive_seed(seed, "motor")
         yield motor_sound(count, chain.motor, angle_deg, own)
 
 
-def gain_from_outside(ir: ImpulseResponse, chain: SignalChain, count: int) -> Real:
-    """Return the gain of sound from outside, (n,), for `external_noise_pa` and `count` samples.
+def gain_from_outside(ir: ImpulseResponse) -> Real:
+    """Return the gain of sound from outside, (n,), for `external_noise_pa`.
 
     Raises ValueError for a response that does not say what comes through the membrane.
     """
-    if chain.outside == "mass_law":
-        return mass_law_gain(count, ir.membrane_kg_m2)
     if ir.outside is None:
-        raise ValueError("the response does not say what comes through the membrane: use mass_law")
+        raise ValueError("the response has no gain for sound from outside: simulate the scene")
     return ir.outside
 
 
@@ -256,7 +206,7 @@ def volume_velocity(chain: SignalChain) -> float:
     """
     if chain.level_db_spl is None:
         return 0.0
-    return FLOW_AT_100_DB_M3_S[chain.driver] * float(10 ** ((chain.level_db_spl - 100) / 20))
+    return FLOW_AT_100_DB_M3_S * float(10 ** ((chain.level_db_spl - 100) / 20))
 
 
 def _convert(signal: Real) -> Take:

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from ajgdata.gripper.scene_model import Finite, NonNegative, Positive, SceneModel
+from ajgdata.gripper.scene_model import Finite, Positive, SceneModel
 
 #: In the band of the converter, whose rate is 44.1 kHz.
 Frequency = Annotated[float, Field(gt=0, lt=22_050)]
-#: By what sound from outside gets in.
-Outside = Literal["membrane", "mass_law"]
-#: What of the speaker is flat below its resonances.
-Driver = Literal["armature", "velocity"]
 
 
 class Motor(SceneModel):
@@ -57,39 +53,11 @@ class SignalChain(SceneModel):
         description="level of white sound outside the gripper, heard through its membrane; null for"
         " none (the paper's experiment: 45 to 80)",
     )
-    outside: Outside = Field(
-        "membrane",
-        description="membrane: through the membrane and the cavity as they are solved; mass_law:"
-        " as through a limp wall of the membrane's mass",
-    )
     motor: Motor | None = Field(
         None, description="sound of the servo that turned the gripper; null: the object was turned"
     )
     coupling_hz: Frequency = Field(100.0, description="AC coupling of speaker and of microphone")
-    driver: Driver = Field(
-        "armature",
-        description="armature: the speaker's volume displacement is flat below its resonances and"
-        " falls above; velocity: its volume velocity is flat, with bells and a roll-off",
-    )
     resonances_hz: tuple[Frequency, Frequency] = Field(
         (3_000.0, 8_500.0), description="of the armature, and of the air in its case and spout"
     )
     resonances_q: tuple[Positive, Positive] = (3.0, 3.0)
-    peaks_hz: tuple[Frequency, ...] = Field(
-        (3_000.0, 9_000.0), description="bells of the driver `velocity`"
-    )
-    peaks_db: tuple[NonNegative, ...] = (10.0, 8.0)
-    peaks_q: tuple[Positive, ...] = (2.5, 3.5)
-    rolloff_hz: Frequency = Field(
-        14_000.0, description="of the driver `velocity`: second order, Q 0.7"
-    )
-
-    @model_validator(mode="after")
-    def _each_peak_is_whole(self) -> SignalChain:
-        counts = (len(self.peaks_hz), len(self.peaks_db), len(self.peaks_q))
-        if len(set(counts)) > 1:
-            raise ValueError(
-                "peaks_hz, peaks_db and peaks_q have {}, {} and {} values: give each peak one of "
-                "each".format(*counts)
-            )
-        return self

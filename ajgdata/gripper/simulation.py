@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.gripper.dispersion import PASS_HZ, undisperse
-from ajgdata.gripper.filters import kaiser_lowpass, kaiser_taps
 from ajgdata.gripper.medium import Air
 from ajgdata.gripper.numba_cache import njit
 from ajgdata.gripper.outside import diffuse_gain, patch_velocity
@@ -58,8 +57,7 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
         "left_out": model.left_out,
         "plan": model.describe(),
     }
-    membrane = scene.gripper.membrane.mass_kg_m2
-    return ImpulseResponse(samples, static, SAMPLE_RATE_HZ, latency, provenance, membrane, outside)
+    return ImpulseResponse(samples, static, SAMPLE_RATE_HZ, latency, provenance, outside)
 
 
 def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int, Real]:
@@ -135,7 +133,8 @@ def lowpass(factor: int) -> tuple[Real, int]:
     """Linear-phase low pass (taps,) at `factor` times 44.1 kHz and its delay in samples at 44.1
     kHz.
 
-    Flat to 20 kHz, 80 dB down from 24.1 kHz on, which is what folds back below 20 kHz (Kaiser).
+    Flat to 20 kHz, 80 dB down from 24.1 kHz on, which is what folds back below 20 kHz (Kaiser
+    1974; Oppenheim & Schafer, section 7.6).
     The delay is a whole number of samples, so that taking every `factor`-th step is exact; the
     gain is `factor`, because a source sampled at 44.1 kHz is that many steps wide.
     """
@@ -143,7 +142,11 @@ def lowpass(factor: int) -> tuple[Real, int]:
         return np.ones(1), 0
     rate = SAMPLE_RATE_HZ * factor
     width, middle = (STOP_HZ - PASS_HZ) / rate, (STOP_HZ + PASS_HZ) / rate
-    latency = int(np.ceil(kaiser_taps(STOP_DB, width) / 2 / factor))
-    pulse = factor * kaiser_lowpass(latency * factor, middle / 2, STOP_DB)
+    # Taps that hold STOP_DB beyond the transition, and the window's shape, above 50 dB.
+    count = int(np.ceil((STOP_DB - 7.95) / (2.285 * 2 * np.pi * width) + 1))
+    latency = int(np.ceil(count / 2 / factor))
+    n = np.arange(-latency * factor, latency * factor + 1)
+    taps = np.sinc(middle * n) * np.kaiser(len(n), 0.1102 * (STOP_DB - 8.7))
+    pulse = factor * (taps / taps.sum())
     pulse.flags.writeable = False
     return pulse, latency

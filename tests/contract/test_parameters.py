@@ -41,7 +41,7 @@ NUMBERS = _numbers(Scene, "").union(*(_numbers(root, f"{name}.") for name, root 
 
 
 def test_every_physical_setting_has_one_row():
-    assert {"gripper.speaker_mm.1", "signal.motor.depth", "signal.peaks_q.0"} <= NUMBERS
+    assert {"gripper.speaker_mm.1", "signal.motor.depth", "signal.resonances_q.0"} <= NUMBERS
     assert sorted(one.setting for one in PARAMETERS) == sorted(NUMBERS)
 
 

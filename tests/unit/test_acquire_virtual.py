@@ -13,8 +13,6 @@ import numpy as np
 import pytest
 import yaml
 
-from ajgdata import gripper
-from ajgdata.gripper.external_noise import mass_law_gain
 from ajgdata.gripper.motor import harmonic_amplitudes
 from ajgdata.gripper.signal_settings import Motor
 from ajgdata.pipeline.acquire import acquire_all
@@ -82,7 +80,7 @@ def test_noise_gain_and_excitation_need_no_new_response(project, solved):
     quiet = project.paths.sessions("d") / "virtual-01" / "audio"
     target = project.paths.dataset("loud")
     target.parent.mkdir()
-    signal_chain = {"external_noise_dba": 80, "outside": "mass_law", "gain_db": -6}
+    signal_chain = {"external_noise_dba": 80, "gain_db": -6}
     recipe = {**RECIPE, "grasps_of": "d", "signal": signal_chain}
     target.write_text(yaml.safe_dump({"name": "loud", "recipe": recipe}))
     acquire(project, dataset="loud")
@@ -93,13 +91,8 @@ def test_noise_gain_and_excitation_need_no_new_response(project, solved):
     assert names == sorted(path.name for path in (loud / "audio").glob("*.wav"))
     settings = AudioSettings()
     one, two = (read_audio(f / names[0], settings).samples for f in (quiet, loud / "audio"))
-    added = two / 10 ** (-6 / 20) - one
-    full_scale_pa = np.sqrt(2) * 20e-6 * 10 ** (129 / 20)
-    level = 20 * np.log10(np.std(added) * full_scale_pa / 20e-6)
-    gain = mass_law_gain(44_100, 0.3)
-    alone = gripper.external_noise_pa(44_100, gain, 80, 100.0, seed=1)
-    # Two takes of this noise differ in level by 4 / sqrt(time x band), band about 700 Hz.
-    assert level == pytest.approx(20 * np.log10(np.std(alone) / 20e-6), abs=8.7 * 4 / 700**0.5)
+    noise = two / 10 ** (-6 / 20) - one
+    assert np.std(noise) > 100 * 2.0**-23
 
 
 def test_a_grasp_that_cannot_be_is_skipped_and_reported(project):

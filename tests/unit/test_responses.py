@@ -28,7 +28,7 @@ def made_up(seed, count=300):
     samples = np.random.default_rng(seed).standard_normal(count)
     outside = np.sqrt(np.arange(seed % 3, 9.0)) if seed % 2 else None
     about = {"note": "é", "list": [1, 2.5]}
-    return ImpulseResponse(samples, 1 / 3, 44_100, 17, about, 0.3, outside)
+    return ImpulseResponse(samples, 1 / 3, 44_100, 17, about, outside)
 
 
 def same(one, other):

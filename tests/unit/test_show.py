@@ -84,7 +84,7 @@ def test_the_trusted_band_is_marked_and_shrinks_with_the_grid():
     assert trusted_bands_hz(wide) == (6_000, 12_000)
     assert trusted_bands_hz(second)[0] == pytest.approx(6_000 / 2 ** (2 / 3))
     samples = np.exp(-np.arange(2_000) / 200) * np.cos(np.arange(2_000))
-    ir = ImpulseResponse(samples, 0.0, 44_100, 10, {"dx_mm": 5.0}, 0.3)
+    ir = ImpulseResponse(samples, 0.0, 44_100, 10, {"dx_mm": 5.0})
     figure = response_figure(ir, "made up", second)
     assert {"trusted", "with care", "the grid's", "simulated"} <= set(
         text.get_text() for text in figure.findobj(Text)
