@@ -15,8 +15,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from ajgdata.gripper.equivalence import canonical
-from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene, derive_seed, parse_scene, scene_digest
+from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene, derive_seed, scene_digest
 from ajgdata.gripper.scene_model import SceneError
 from ajgdata.gripper.signal_settings import SignalChain
 
@@ -51,11 +50,9 @@ __all__ = [
     "SignalChain",
     "Take",
     "build_plan",
-    "canonical",
     "derive_seed",
     "excitation_sweep",
     "external_noise_pa",
-    "parse_scene",
     "record",
     "scene_digest",
     "simulate",

@@ -13,7 +13,6 @@ from scipy.linalg import eigh
 
 from ajgdata.gripper.contact import Spring, plane_modulus
 from ajgdata.gripper.object_materials import Material
-from ajgdata.gripper.quadrature import gauss
 
 Real = NDArray[np.floating]
 #: Polynomials along each edge: the first five bending modes to 1e-4.
@@ -65,7 +64,7 @@ class Plate:
     @cached_property
     def points(self) -> tuple[Real, Real, Real]:
         """Gauss's points u, v (m) and their areas (m²), exact for products of the shapes."""
-        x, weight = gauss(2 * POLYNOMIALS)
+        x, weight = legendre.leggauss(2 * POLYNOMIALS)
         if not self.round:
             u, v = np.meshgrid(x, x, indexing="ij")
             area = np.outer(weight, weight) / 4

@@ -15,12 +15,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from ajgdata.gripper.bending import PlateModes
 from ajgdata.gripper.contact import Frame, Spring
 from ajgdata.gripper.object_materials import Material
-from ajgdata.gripper.quadrature import gauss
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]
@@ -190,7 +191,7 @@ def _rods(body: Body, low: float, high: float, count: int) -> tuple[Real, Real]:
     """
     step = (high - low) / count
     # Three points of Gauss in each element resolve the cones.
-    nodes, weights = gauss(3)
+    nodes, weights = leggauss(3)
     z = low + (np.arange(count)[:, None] + (nodes + 1) / 2) * step
     carrying, section = rod_areas(body, z), body.section(z)
     flexibility = (weights / 2 / carrying).sum(1) * step / body.material.young_pa
@@ -225,3 +226,36 @@ def _energy(matrix: Real, shape: Real) -> Real:
     springs = -np.diag(matrix, 1)
     ground = matrix[0, 0] - springs[0] if len(springs) else matrix[0, 0]
     return ground * shape[:, 0] ** 2 + (springs * np.diff(shape, axis=1) ** 2).sum(1)
+
+
+def bent_modes(
+    modes: PlateModes, shapes: Real, area: Real, body: Body, bed: Bed | None
+) -> StackModes:
+    """Return the modes of a plate on a rim, and of the grains on it if there is a `bed`.
+
+    On a line of support a plate bends as it bounces: its own modes (`bending.ring_modes`) stand in
+    for the column below the imprint.
+
+    `shapes` (N, columns) are the plate's over the columns of the imprint, of `area` (m²). In its
+    modal coordinates the plate has unit masses and the springs ω²; the imprint moves by the mean of
+    the shapes, through which the grains are joined to it.
+    """
+    mean = shapes @ area / area.sum()
+    if bed is None:
+        return StackModes(modes.square, modes.loss, mean[:, None], shapes)
+    grains, count = grain_stack(body, bed), len(modes.square)
+    joined = np.zeros((len(grains.mass), count + len(grains.mass) - 1))
+    joined[0, :count] = mean
+    joined[1:, count:] = np.eye(len(grains.mass) - 1)
+    mass, stiffness, damping = (
+        joined.T @ matrix @ joined + np.diag(np.pad(of_plate, (0, len(matrix) - 1)))
+        for matrix, of_plate in (
+            (grains.mass, np.ones(count)),
+            (grains.stiffness, modes.square),
+            (grains.damping, modes.loss * modes.square),
+        )
+    )
+    square, vectors = eigh(stiffness, mass)
+    square = np.maximum(square, np.finfo(float).eps * square[-1])
+    loss = np.einsum("in,ij,jn->n", vectors, damping, vectors) / square
+    return StackModes(square, loss, (joined @ vectors).T, vectors[:count].T @ shapes)

@@ -175,23 +175,3 @@ def seat(stress: float, pack: Pack, object_: Material | None, latex: Latex = Lat
         compliance = float(spread_compliance(surface, patch))
         give, lossy = give + compliance, lossy + compliance * solid.loss
     return Spring(pack.seats_per_m2 / give, lossy / give)
-
-
-def rest(
-    force: float,
-    area: float,
-    object_: Material,
-    radius: float,
-    rubber: tuple[Material, float] | None,
-) -> Spring:
-    """Return the spring under a sphere of `radius` (m) that `force` (N) presses down, per `area`
-    (m²).
-
-    On the rigid ground the sphere itself gives way (`hertz_stiffness`); on `rubber`, a sheet of
-    some thickness, the sheet does (`layer_stiffness`): it is a thousand times softer.
-    """
-    if rubber is None:
-        plane = plane_modulus(object_.young_pa, object_.poisson)
-        return Spring(float(hertz_stiffness(force, radius, plane)) / area, object_.loss)
-    sheet, thickness = rubber
-    return Spring(layer_stiffness(force, radius, thickness, sheet.young_pa) / area, sheet.loss)

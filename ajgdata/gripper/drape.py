@@ -9,9 +9,8 @@ radius T/p, over a round hole a sphere of radius 2T/p.
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
-
-from ajgdata.gripper.numba_cache import njit
 
 Real = NDArray[np.floating]
 #: Coarsest first; each level begins with the one before, and ends nearer to the solution.

@@ -13,8 +13,6 @@ Real = NDArray[np.floating]
 REFERENCE_PA = 20e-6
 #: Band of the sound outside; in it, its spectrum is white.
 OUTSIDE_BAND_HZ = (20.0, 20_000.0)
-#: Of a filter that is 11 Hz fine.
-TAPS = 4096
 
 
 def a_weighting(frequency_hz: Real) -> Real:
@@ -37,22 +35,11 @@ def external_noise_pa(count: int, gain: Real, dba: float, coupling_hz: float, se
     frequencies evenly from 0 to half the rate; another level is the same noise, scaled.
     """
     white = np.random.default_rng(seed).standard_normal(count)
-    filtered = np.fft.irfft(np.fft.rfft(white) * _through(count, gain, coupling_hz), count)
-    return REFERENCE_PA * 10 ** (dba / 20) * filtered
-
-
-def outside_taps(gain: Real, dba: float, coupling_hz: float) -> Real:
-    """Return the filter (TAPS,) that makes of unit white noise what `external_noise_pa` returns,
-    for sound that goes on: its spectrum is that of `external_noise_pa`, smoothed over 20 Hz."""
-    taps = np.fft.irfft(_through(TAPS, gain, coupling_hz), TAPS)
-    return REFERENCE_PA * 10 ** (dba / 20) * np.roll(taps, TAPS // 2) * np.hanning(TAPS)
-
-
-def _through(count: int, gain: Real, coupling_hz: float) -> Real:
-    """From unit white noise to that of 0 dB(A) outside as it is heard, at `count` samples."""
     f = np.fft.rfftfreq(count, 1 / SAMPLE_RATE_HZ)
     given = np.linspace(0, SAMPLE_RATE_HZ / 2, len(gain))
-    return np.sqrt(np.interp(f, given, gain**2)) * _heard(count, coupling_hz)
+    through = np.sqrt(np.interp(f, given, gain**2)) * _heard(count, coupling_hz)
+    filtered = np.fft.irfft(np.fft.rfft(white) * through, count)
+    return REFERENCE_PA * 10 ** (dba / 20) * filtered
 
 
 @lru_cache(maxsize=16)

@@ -6,7 +6,6 @@ solver's grid, so that refining the grid refines the solution and not the scene.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +14,6 @@ from scipy.fft import irfft2, next_fast_len, rfft2
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.optimize import brentq
 
-from ajgdata.gripper.grippers import Bodies
 from ajgdata.gripper.random_fields import RandomField, normals
 from ajgdata.gripper.relief import RASTER_M, Relief, draped, relief
 from ajgdata.gripper.scene import Scene, as_met, derive_seed
@@ -69,9 +67,6 @@ def cavity(scene: Scene) -> Cavity:
     radius = np.hypot(x, y)
     taper = rim - gripper.roof_radius_mm * MM
     roof = np.clip((rim - radius) / taper, 0, 1) * roof_z
-    if gripper.bodies is not None:
-        for place in (gripper.speaker_mm, gripper.microphone_mm):
-            roof = np.minimum(roof, roof_z - _body(gripper.bodies, place, x, y))
     free = _balloon(scene, x, y)
     force = _force(scene)
     floor, contact, held, table = _press(scene, x, y, free, force)
@@ -91,21 +86,6 @@ def _balloon(scene: Scene, x: Real, y: Real) -> Real:
     inside = np.clip(1 - (np.hypot(x, y) / rim) ** 2, 0, None)
     radius = np.hypot(x - across * inside, y - along * inside)
     return -depth * np.sqrt(np.clip(1 - (radius / rim) ** 2, 0, None))
-
-
-def _body(bodies: Bodies, place_mm: tuple[float, float], x: Real, y: Real) -> Real:
-    """Depth below the roof (m) of a transducer's case at `place_mm`; 0 beside it.
-
-    Its face falls outwards, so that it looks at the axis.
-    """
-    angle = math.atan2(place_mm[1], place_mm[0])
-    east, north = x - place_mm[0] * MM, y - place_mm[1] * MM
-    outwards = east * math.cos(angle) + north * math.sin(angle)
-    across = north * math.cos(angle) - east * math.sin(angle)
-    half = bodies.side_mm * MM / 2
-    inside = [np.clip((half - np.abs(one)) / RASTER_M + 0.5, 0, 1) for one in (outwards, across)]
-    face = bodies.depth_mm * MM + math.tan(math.radians(bodies.tilt_deg)) * outwards
-    return np.asarray(inside[0] * inside[1] * np.maximum(face, 0))
 
 
 def _refuse_pinched(scene: Scene, floor: Real, free: Real, roof: Real) -> None:
@@ -139,19 +119,18 @@ def _press(
     and the height of the table."""
     if scene.object is None:
         return free, np.zeros_like(free), np.zeros_like(free), None
-    gripper = scene.gripper
-    shape = relief(scene, x, y)
+    bare = relief(scene, x, y)
     within = free < 0
-    if not np.any(shape.inside[within] > 0):
+    if not np.any(bare.inside[within] > 0):
         raise SceneError(
             f"object {_title(scene)} lies outside the rim: reduce grasp.offset_x_mm "
             f"{scene.grasp.offset_x_mm:g} or grasp.offset_y_mm {scene.grasp.offset_y_mm:g}"
         )
-    if gripper.drape_deg is None:
-        shape = draped(shape, _bending_radius(scene, shape, free[within], within, force))
+    shape = draped(bare, _bending_radius(scene, bare, free[within], within, force))
     table = _table(scene, shape, free, within, force * _yielding(scene, shape, within))
     over = table + np.maximum(shape.height, 0) - free
-    smoothing = _smoothing(scene) / RASTER_M
+    # Grains press in spots one diameter d apart: a disc of d has the standard deviation d/4.
+    smoothing = max(_grain(scene) / 4, RASTER_M) / RASTER_M
     raised = np.where(within, np.maximum(over, 0), 0.0)
     rise = np.where(within, gaussian_filter(raised, smoothing), 0.0)
     # What smoothing carried over the rim comes back, so that the force law holds.
@@ -183,17 +162,6 @@ def _bending_radius(
     pressed = np.clip(0.5 + (table + over) / RASTER_M, 0, 1).sum() * RASTER_M**2
     pressure = force / pressed
     return max(scene.gripper.tension_n_m / pressure, _grain(scene) / 2, RASTER_M)
-
-
-def _smoothing(scene: Scene) -> float:
-    """Width (m) of the Gaussian that rounds the imprint.
-
-    Grains press in spots one diameter d apart: a disc of d has the standard deviation d/4.
-    """
-    given = scene.gripper.drape_smoothing_mm
-    if given is not None:
-        return given * MM
-    return max(_grain(scene) / 4, RASTER_M)
 
 
 def _grain(scene: Scene) -> float:
@@ -235,7 +203,7 @@ def _table(
     room = (scene.gripper.height_mm - scene.gripper.clearance_mm) * MM
     under_roof = room - float(over.max())
     if excess(min(0.0, under_roof)) < 0:
-        raise SceneError(_unheld(scene, shape, within, force, under_roof))
+        raise SceneError(_unheld(scene, force, under_roof))
     table = brentq(excess, float(np.min(under - over)), min(0.0, under_roof), xtol=1e-9)
     under_rim = table + np.where(shape.inside > 0, shape.height, 0.0)[~within]
     if under_rim.max() > 0:
@@ -246,23 +214,12 @@ def _table(
     return float(table)
 
 
-def _unheld(
-    scene: Scene, shape: Relief, within: NDArray[np.bool_], force: float, under_roof: float
-) -> str:
+def _unheld(scene: Scene, force: float, under_roof: float) -> str:
     """Why the force cannot be reached, in one line."""
     what = f"object {_title(scene)}"
     fix = f"or lower grasp.force_n, to hold {force:.3g} N"
     if under_roof >= 0:
         return f"{what} lets the rim stand on the table: make it larger or higher, {fix}"
-    highest = np.argwhere(within & (shape.height > shape.height[within].max() - RASTER_M))
-    tops = (highest - shape.height.shape[0] // 2)[:, ::-1] * RASTER_M / MM
-    for name in ("speaker_mm", "microphone_mm"):
-        x, y = getattr(scene.gripper, name)
-        if np.min(np.hypot(*(tops - (x, y)).T)) < 3 * scene.gripper.transducer_sigma_mm:
-            return (
-                f"{what} would stand in the transducer at gripper.{name} ({x:g}, {y:g}): "
-                f"move it or make it lower, {fix}"
-            )
     return f"{what} pinches the cavity to its clearance: make it lower or wider, {fix}"
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.gripper.bending import PlateModes
-from ajgdata.gripper.column import Bed, Body, StackModes, skin, solve
+from ajgdata.gripper.column import Bed, Body, StackModes, bent_modes, skin, solve
 from ajgdata.gripper.film import Film, Skin, film_spring, gap_m
 from ajgdata.gripper.geometry import Cavity
 from ajgdata.gripper.grid import Cells
@@ -29,7 +29,6 @@ from ajgdata.gripper.mechanics import (
 from ajgdata.gripper.medium import Air
 from ajgdata.gripper.modes import NO_MODES, ModeList
 from ajgdata.gripper.omissions import Part, bounds, omitted
-from ajgdata.gripper.plate_column import bent_modes
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.scene_model import ObjectPart, PartName
 from ajgdata.gripper.shell import ShellModes

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
-
-from ajgdata.gripper.numba_cache import njit
 
 FINER = 4
 SLIGHT = 1e-3

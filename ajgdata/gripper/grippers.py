@@ -35,22 +35,6 @@ class Membrane(SceneModel):
     )
 
 
-class Bodies(SceneModel):
-    """Cases of the transducers: boxes that hang from the roof, their lower faces, in which the
-    sound leaves and enters, turned towards the axis."""
-
-    side_mm: Annotated[float, Field(ge=2, le=20)] = Field(8.0, description="of a square box")
-    depth_mm: Annotated[float, Field(ge=0, le=20)] = Field(
-        4.0, description="of the middle of its face below the roof"
-    )
-    tilt_deg: Annotated[float, Field(ge=0, le=60)] = Field(25.0, description="paper: 25")
-
-    @property
-    def lowest_mm(self) -> float:
-        """How far the lower edge hangs below the roof."""
-        return self.depth_mm + self.side_mm / 2 * math.tan(math.radians(self.tilt_deg))
-
-
 class Gripper(SceneModel):
     """Rigid conical housing with a half-ellipsoid balloon below; the paper gives no dimensions
     but the 70 mm between the transducers."""
@@ -73,9 +57,6 @@ class Gripper(SceneModel):
     transducer_sigma_mm: Annotated[float, Field(ge=0.5, le=10)] = Field(
         2.5, description="Gaussian volume of each transducer"
     )
-    bodies: Bodies | None = Field(
-        None, description="cases of speaker and microphone; null: they are points in the roof"
-    )
     port_mm: tuple[Coordinate, Coordinate] = Field(
         (18.0, 28.0), description="vacuum port on the roof"
     )
@@ -89,16 +70,6 @@ class Gripper(SceneModel):
     membrane: Membrane = Membrane()
     stiffness_n_m3: Annotated[float, Field(ge=1e3, le=1e9)] = Field(
         4e5, description="grasp force per displaced volume"
-    )
-    drape_deg: Annotated[float, Field(ge=30, le=85)] | None = Field(
-        None,
-        description="steepest slope of the membrane beside an edge; null: it bridges by its tension"
-        " against the pressure of the grasp, and no finer than a grain",
-    )
-    drape_smoothing_mm: Annotated[float, Field(gt=0, le=5)] | None = Field(
-        None,
-        description="standard deviation of the Gaussian that rounds the imprint; null: of a disc as"
-        " wide as a grain, a quarter of its diameter",
     )
     clearance_mm: Annotated[float, Field(ge=4)] = Field(
         4.0, description="no scene may pinch the cavity below this; never less than 4 mm"
@@ -131,11 +102,10 @@ class Gripper(SceneModel):
                 f"speaker_mm and microphone_mm are {apart:g} mm apart and would overlap: "
                 f"keep them {2 * self.transducer_sigma_mm:g} mm apart"
             )
-        lowest = self.bodies.lowest_mm if self.bodies else 0.0
-        if lowest + self.clearance_mm >= self.height_mm:
+        if self.clearance_mm >= self.height_mm:
             raise ValueError(
-                f"clearance_mm {self.clearance_mm:g} leaves no room below the roof and what hangs "
-                f"from it: lower it, or raise height_mm {self.height_mm:g}"
+                f"clearance_mm {self.clearance_mm:g} leaves no room below the roof: lower it, or "
+                f"raise height_mm {self.height_mm:g}"
             )
         deepest = self.balloon_depth_mm + self.height_mm - self.clearance_mm
         if self.bed_depth_mm > deepest:

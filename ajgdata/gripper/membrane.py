@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss
 
 from ajgdata.gripper.contact import GRAIN_SOLIDS, GRAVITY, LOOSEST_PA, Pack
 from ajgdata.gripper.grid import Cells
-from ajgdata.gripper.quadrature import gauss
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.scene_model import MM
 from ajgdata.gripper.walls import WallList
@@ -34,7 +34,7 @@ def pinned(stress: float, pack: Pack, tension: float, mass_kg_m2: float) -> Memb
     outer = 1 / np.sqrt(np.pi * pack.seats_per_m2)
     force = max(stress, LOOSEST_PA) / pack.seats_per_m2
     inner = min(np.sqrt(force * pack.diameter / 2 / (2 * np.pi * tension)), 0.9 * outer)
-    nodes, weights = gauss(24)
+    nodes, weights = leggauss(24)
     x = inner + (outer - inner) * (nodes + 1) / 2
     share = weights / 2 * (outer - inner) * 2 * x / outer**2
     sag = (2 * outer**2 * np.log(x / inner) - x**2 + inner**2) / (4 * tension)

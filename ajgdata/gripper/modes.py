@@ -17,8 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
-from ajgdata.gripper.numba_cache import njit
-
 Real = NDArray[np.floating]
 Integer = NDArray[np.int64]
 
@@ -83,56 +81,3 @@ def coupled(modes: ModeList, yield_: Real, dt: float, dtype: type = np.float64) 
     inverse = scale[:, None] * cho_solve(factor, np.eye(len(scale))) * scale
     weight, half_yield = weight.astype(dtype), half_yield.astype(dtype)
     return Modes(cell.astype(np.uint64), weight, half_yield, inverse, gram, inertia, half_spring)
-
-
-@njit(nogil=True, cache=True)
-def _add(into, weight, times):
-    for j in range(len(into)):
-        into[j] += weight[j] * times
-
-
-@njit(nogil=True, cache=True)
-def _dot(weight, heard, scratch):
-    """Σ weight·heard by halves: vectorises without leave to reorder a sum, and rounds less."""
-    left = len(heard)
-    for j in range(left):
-        scratch[j] = weight[j] * heard[j]
-    while left > 1:
-        half = (left + 1) // 2
-        for j in range(left - half):
-            scratch[j] += scratch[j + half]
-        left = half
-    return scratch[0]
-
-
-@njit(nogil=True, cache=True)
-def swing(p, motion, modes, touched):
-    """One step of all modes; `motion` (3, N) holds 2m v/Δt, k x and W p of the step before.
-
-    `touched` (3, cells) is room to compute in.
-    """
-    cell, weight, half_yield, inverse, gram, inertia, half_spring = modes
-    count = len(inertia)
-    heard, scratch, taken = touched[0], touched[1], touched[2]
-    drive, w = np.empty(count), np.zeros(count)
-    for j in range(len(cell)):
-        heard[j] = p[cell[j]]
-    for n in range(count):
-        drive[n] = _dot(weight[n], heard, scratch)
-    for n in range(count):
-        for m in range(count):
-            force = motion[0, m] - motion[1, m]
-            w[n] += inverse[n, m] * ((motion[2, m] + force) + (drive[m] + force))
-    taken[:] = 0
-    for n in range(count):
-        felt = drive[n]
-        for m in range(count):
-            felt -= gram[n, m] * w[m]
-        motion[0, n] = inertia[n] * w[n] - motion[0, n]
-        motion[1, n] += half_spring[n] * w[n]
-        motion[2, n] = felt
-        _add(taken, weight[n], p.dtype.type(w[n]))
-    for j in range(len(cell)):
-        taken[j] *= half_yield[j]
-    for j in range(len(cell)):
-        p[cell[j]] -= taken[j]

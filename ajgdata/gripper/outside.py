@@ -17,11 +17,11 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from ajgdata.gripper.grid import Cells
 from ajgdata.gripper.medium import Air
-from ajgdata.gripper.numba_cache import njit
 from ajgdata.gripper.walls import WallList
 
 Real = NDArray[np.floating]

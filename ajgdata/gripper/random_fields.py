@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from ajgdata.gripper.levels import History
-from ajgdata.gripper.numba_cache import njit
 from ajgdata.gripper.scene import derive_seed
 
 MODES = 200

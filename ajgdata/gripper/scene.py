@@ -19,7 +19,7 @@ from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.gripper.levels import Assembly, Degrees, History, Pair, SessionOffsets
 from ajgdata.gripper.object_library import OBJECTS
 from ajgdata.gripper.object_materials import Support
-from ajgdata.gripper.scene_model import ObjectPart, SceneError, SceneModel
+from ajgdata.gripper.scene_model import ObjectPart, SceneModel
 from ajgdata.gripper.shapes import Object
 
 #: Raised whenever the same scene would give other numbers; part of every digest.
@@ -260,26 +260,6 @@ def _known(name: str, what: str, names: Iterable[str]) -> str:
         close = difflib.get_close_matches(name, known, n=3, cutoff=0.5) or known
         raise ValueError(f"no {what} is called {name!r}: try {', '.join(close)}")
     return name
-
-
-def parse_scene(text: str) -> Scene:
-    """Return the scene that a YAML or JSON text describes; raise SceneError, one line.
-
-    >>> parse_scene("object: {kind: cube, edge_mm: 20}").object.edge_mm
-    20.0
-    """
-    import yaml
-
-    try:
-        given = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise SceneError(f"scene: not YAML or JSON: {' '.join(str(error).split())}") from None
-    if not isinstance(given, dict):
-        raise SceneError("scene: must hold keys such as object, grasp, medium, gripper")
-    try:
-        return Scene.model_validate(given)
-    except ValidationError as error:
-        raise SceneError(f"scene: {one_line(error)}") from None
 
 
 def one_line(error: ValidationError) -> str:

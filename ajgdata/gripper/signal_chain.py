@@ -181,21 +181,13 @@ def _noises(
         yield floor * np.random.default_rng(seed).standard_normal(count)
     if chain.external_noise_dba is not None:
         own = derive_seed(seed, "outside")  # the floor stays as it is without
-        gain = gain_from_outside(ir)
-        yield external_noise_pa(count, gain, chain.external_noise_dba, chain.coupling_hz, own)
+        if ir.outside is None:
+            raise ValueError("the response has no gain for sound from outside: simulate the scene")
+        level = chain.external_noise_dba
+        yield external_noise_pa(count, ir.outside, level, chain.coupling_hz, own)
     if chain.motor is not None:
         own = derive_seed(seed, "motor")
         yield motor_sound(count, chain.motor, angle_deg, own)
-
-
-def gain_from_outside(ir: ImpulseResponse) -> Real:
-    """Return the gain of sound from outside, (n,), for `external_noise_pa`.
-
-    Raises ValueError for a response that does not say what comes through the membrane.
-    """
-    if ir.outside is None:
-        raise ValueError("the response has no gain for sound from outside: simulate the scene")
-    return ir.outside
 
 
 def volume_velocity(chain: SignalChain) -> float:

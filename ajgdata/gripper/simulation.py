@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from ajgdata.gripper.dispersion import PASS_HZ, undisperse
 from ajgdata.gripper.medium import Air
-from ajgdata.gripper.numba_cache import njit
 from ajgdata.gripper.outside import diffuse_gain, patch_velocity
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Numerics, Scene, scene_digest
 from ajgdata.gripper.signal_chain import ImpulseResponse

@@ -6,7 +6,8 @@ walls and modes do to p afterwards is in q as soon as it is wanted, and they nee
 Velocity and pressure of a slab are updated while it is in the first-level cache. Indices are
 unsigned, so that the compiler needs no wrap-around and vectorises every loop. No fast-math: the
 order of all operations is fixed, hence the result does not depend on the machine's vector width.
-No literal factors in the kernel either: they would turn float32 into float64.
+No literal factors in the kernel either: they would turn float32 into float64. All that it calls is in
+this file, because numba recompiles a kept kernel when its own file changes, not another.
 """
 
 from __future__ import annotations
@@ -14,12 +15,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import uint64
+from numba import njit, uint64
 from numpy.typing import NDArray
 
-from ajgdata.gripper.numba_cache import njit
 from ajgdata.gripper.system import System, aligned
-from ajgdata.gripper.walls import react
 
 Real = NDArray[np.floating]
 
@@ -209,6 +208,85 @@ def _feel(p, cell, patch, weight, sums, n):
 
 
 @njit(nogil=True, cache=True)
+def _add(into, weight, times):
+    for j in range(len(into)):
+        into[j] += weight[j] * times
+
+
+@njit(nogil=True, cache=True)
+def _dot(weight, heard, scratch):
+    """Σ weight·heard by halves: vectorises without leave to reorder a sum, and rounds less."""
+    left = len(heard)
+    for j in range(left):
+        scratch[j] = weight[j] * heard[j]
+    while left > 1:
+        half = (left + 1) // 2
+        for j in range(left - half):
+            scratch[j] += scratch[j + half]
+        left = half
+    return scratch[0]
+
+
+@njit(nogil=True, cache=True)
+def _swing(p, motion, modes, touched):
+    """One step of all modes; `motion` (3, N) holds 2m v/Δt, k x and W p of the step before.
+
+    `touched` (3, cells) is room to compute in.
+    """
+    cell, weight, half_yield, inverse, gram, inertia, half_spring = modes
+    count = len(inertia)
+    heard, scratch, taken = touched[0], touched[1], touched[2]
+    drive, w = np.empty(count), np.zeros(count)
+    for j in range(len(cell)):
+        heard[j] = p[cell[j]]
+    for n in range(count):
+        drive[n] = _dot(weight[n], heard, scratch)
+    for n in range(count):
+        for m in range(count):
+            force = motion[0, m] - motion[1, m]
+            w[n] += inverse[n, m] * ((motion[2, m] + force) + (drive[m] + force))
+    taken[:] = 0
+    for n in range(count):
+        felt = drive[n]
+        for m in range(count):
+            felt -= gram[n, m] * w[m]
+        motion[0, n] = inertia[n] * w[n] - motion[0, n]
+        motion[1, n] += half_spring[n] * w[n]
+        motion[2, n] = felt
+        _add(taken, weight[n], p.dtype.type(w[n]))
+    for j in range(len(cell)):
+        taken[j] *= half_yield[j]
+    for j in range(len(cell)):
+        p[cell[j]] -= taken[j]
+
+
+@njit(nogil=True, cache=True)
+def _react(p, momentum, tension, before, walls, share, motion, modes, touched):
+    """All walls and modes: first their part of the new pressures, then the walls' new motion.
+
+    `share` (walls,) and `touched` (3, cells of the modes) are room to compute in.
+    """
+    cell, coupling, admittance, inertia, half_spring = walls
+    # Gathering, computing and scattering are loops of their own, so that computing vectorises.
+    for n in range(len(cell)):
+        share[n] = coupling[n] * (before[n] + (momentum[n] - tension[n]))
+    for n in range(len(cell)):
+        p[cell[n]] -= share[n]
+    if len(modes[5]):
+        _swing(p, motion, modes, touched)
+    for n in range(len(cell)):
+        share[n] = p[cell[n]]
+    for n in range(len(cell)):
+        new = share[n]
+        force = momentum[n] - tension[n]
+        # w: twice the mean velocity of the step; v <- w - v and x <- x + Δt w/2, kept as forces.
+        w = admittance[n] * ((before[n] + force) + (new + force))
+        momentum[n] = inertia[n] * w - momentum[n]
+        tension[n] += half_spring[n] * w
+        before[n] = new
+
+
+@njit(nogil=True, cache=True)
 def _march(
     state, faces, reach, capacities, walls, modes, span, source, receiver, patches, drive, out, felt
 ):
@@ -224,7 +302,7 @@ def _march(
             _sweep(state, faces, capacities, span, scratch)
         if n < len(drive):
             _drive(p, capacities[0], source[0], source[1], drive[n])
-        react(p, momentum, tension, before, walls, share, motion, modes, touched)
+        _react(p, momentum, tension, before, walls, share, motion, modes, touched)
         out[n] = _listen(p, receiver[0], receiver[1])
         if felt.shape[1] and n % (len(out) // felt.shape[1]) == 0:
             _feel(p, patches[0], patches[1], patches[2], felt, n // (len(out) // felt.shape[1]))

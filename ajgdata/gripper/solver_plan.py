@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from ajgdata.gripper.geometry import Cavity, cavity
 from ajgdata.gripper.grasped_object import grasped, rigid, where_grasped
@@ -16,7 +17,6 @@ from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.membrane import membrane_walls
 from ajgdata.gripper.modes import ModeList
 from ajgdata.gripper.omissions import Part
-from ajgdata.gripper.one_thread import one_thread
 from ajgdata.gripper.outside import Skin, skin
 from ajgdata.gripper.random_fields import RandomField
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, Scheme, as_met, derive_seed
@@ -118,7 +118,8 @@ def build_plan(scene: Scene) -> Plan:
     >>> [part.name for part in plan.parts if part.kept]
     ['bed', 'poles', 'membrane', 'object', 'motion', 'elastic', 'compliance', 'film', 'frame']
     """
-    with one_thread():
+    # Threads of BLAS spin on a busy computer, and their number changes how sums round.
+    with threadpool_limits(1, "blas"):
         return _planned(as_met(scene))
 
 
@@ -145,8 +146,6 @@ def _planned(scene: Scene) -> Plan:
         wide=wide,
     )
     roof, sigma = gripper.height_mm * MM, gripper.transducer_sigma_mm * MM
-    if gripper.bodies is not None:
-        roof -= gripper.bodies.depth_mm * MM
     speaker, microphone = (
         gaussian_probe(cells, system, (x * MM, y * MM, roof), sigma)
         for x, y in (gripper.speaker_mm, gripper.microphone_mm)

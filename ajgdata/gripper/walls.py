@@ -13,8 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.gripper.medium import Air
-from ajgdata.gripper.modes import swing
-from ajgdata.gripper.numba_cache import njit
 
 Real = NDArray[np.floating]
 Integer = NDArray[np.int64]
@@ -75,29 +73,3 @@ def boundary_layer_admittance(frequency_hz: Real, air: Air, sine_squared: float 
     viscous = np.sqrt(2 * air.viscosity / (air.density * omega))
     thermal = (air.gamma - 1) * viscous / np.sqrt(air.prandtl)
     return np.asarray(omega / (2 * air.sound_speed) * (viscous * sine_squared + thermal))
-
-
-@njit(nogil=True, cache=True)
-def react(p, momentum, tension, before, walls, share, motion, modes, touched):
-    """All walls and modes: first their part of the new pressures, then the walls' new motion.
-
-    `share` (walls,) and `touched` (3, cells of the modes) are room to compute in.
-    """
-    cell, coupling, admittance, inertia, half_spring = walls
-    # Gathering, computing and scattering are loops of their own, so that computing vectorises.
-    for n in range(len(cell)):
-        share[n] = coupling[n] * (before[n] + (momentum[n] - tension[n]))
-    for n in range(len(cell)):
-        p[cell[n]] -= share[n]
-    if len(modes[5]):
-        swing(p, motion, modes, touched)
-    for n in range(len(cell)):
-        share[n] = p[cell[n]]
-    for n in range(len(cell)):
-        new = share[n]
-        force = momentum[n] - tension[n]
-        # w: twice the mean velocity of the step; v <- w - v and x <- x + Δt w/2, kept as forces.
-        w = admittance[n] * ((before[n] + force) + (new + force))
-        momentum[n] = inertia[n] * w - momentum[n]
-        tension[n] += half_spring[n] * w
-        before[n] = new

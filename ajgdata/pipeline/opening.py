@@ -258,7 +258,7 @@ def field_of(scene: Scene) -> tuple[Film, tuple[float, ...]]:
     leaves_s = len(pulse(dt, PULSE_HZ)) // 2 * dt
     every = max(1, round(FRAME_S / dt))
     frames = int(np.ceil((leaves_s + moments_s[-1]) / (every * dt)))
-    film = slices(plan, "xz", every=every, frames=frames, peak_hz=PULSE_HZ)
+    film = slices(plan, every, frames, PULSE_HZ)
     shown = [int(np.argmin(np.abs(film.times_s - leaves_s - moment))) for moment in moments_s]
     kept = dataclasses.replace(film, times_s=film.times_s[shown], frames=film.frames[shown])
     return kept, tuple(round(1e3 * float(t - leaves_s), 3) for t in kept.times_s)

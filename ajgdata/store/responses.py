@@ -44,9 +44,8 @@ class ResponseStore:
     def solve(self, scene: gripper.Scene) -> gripper.ImpulseResponse:
         """Return the response of `scene`: the one that is kept, else simulated now and kept.
 
-        Scenes that are the same by `gripper.canonical` share one. Raises gripper.SceneError.
+        Raises gripper.SceneError.
         """
-        scene = gripper.canonical(scene)
         known = self.read(scene)
         if known is None:
             known = gripper.simulate(scene)
@@ -56,7 +55,7 @@ class ResponseStore:
 
     def path(self, scene: gripper.Scene) -> Path:
         """Return the file in which the response of `scene` is kept."""
-        text = f"{gripper.scene_digest(gripper.canonical(scene))} {self._code}"
+        text = f"{gripper.scene_digest(scene)} {self._code}"
         key = sha256_of(text.encode())
         return self.folder / key[0] / f"{key}{SUFFIX}"
 
