@@ -19,7 +19,6 @@ from ajgdata.types import DataError
 if TYPE_CHECKING:
     from ajgdata.live.control import Control
     from ajgdata.live.events import EventLog
-    from ajgdata.live.learning import Learnt
 
 live = typer.Typer()
 out = Console(emoji=False, highlight=False)
@@ -30,8 +29,6 @@ _VIRTUAL = "virtual gripper"
 _DASHBOARD = "dashboard"
 #: Exit code of a run that ended because an object was in doubt, as in the paper.
 DOUBT = 3
-#: Stages that take less are not worth a word.
-SHORT_S = 1e-3
 
 
 @live.command()
@@ -124,8 +121,7 @@ def sort(
         str,
         typer.Option(
             metavar="RUN",
-            help="sort nothing: label the recordings of a run by what was corrected, and by what "
-            "you answer. Its log, the folder of its session, or DATASET/SESSION",
+            help="sort nothing: label the recordings of the run DATASET/SESSION by its corrections",
         ),
     ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="events as JSON, one a line")] = False,
@@ -137,12 +133,6 @@ def sort(
         int,
         typer.Option(min=0, max=65_535, help="0: any that is free", rich_help_panel=_DASHBOARD),
     ] = 0,
-    wait: Annotated[
-        bool,
-        typer.Option(
-            "--wait", help="begin when somebody presses start there", rich_help_panel=_DASHBOARD
-        ),
-    ] = False,
 ) -> None:
     """Sort objects by their sound: grasp, hear, decide, place. Stops when in doubt.
 
@@ -155,21 +145,19 @@ def sort(
     if plan is None:
         _learn(learn)
         return
-    if wait and not dashboard:
-        raise DataError("--wait", "nobody could press start", "add --dashboard")
-    raise typer.Exit(_sort(plan, as_json, port if dashboard else None, wait))
+    raise typer.Exit(_sort(plan, as_json, port if dashboard else None))
 
 
-def _sort(file: Path, as_json: bool, port: int | None, wait: bool) -> int:
+def _sort(file: Path, as_json: bool, port: int | None) -> int:
     """Run a plan, with a dashboard if there is a `port`; return the exit code."""
     from ajgdata.acquire.signals import ended_by_signals
     from ajgdata.cli.live_lines import SortTerminal
-    from ajgdata.live.control import Control, Mode
+    from ajgdata.live.control import Control
     from ajgdata.live.events import read_events
     from ajgdata.paths import find_project
     from ajgdata.pipeline.sort import open_run, read_plan
 
-    control = Control(Mode.WAITING if wait else Mode.RUNNING)
+    control = Control()
     # Questions go where people read, events where programs do.
     terminal = SortTerminal(err if as_json else out, control)
     told = _print_event if as_json else terminal.tell
@@ -182,8 +170,6 @@ def _sort(file: Path, as_json: bool, port: int | None, wait: bool) -> int:
         ) as run,
         _shown(run.log, control, port),
     ):  # fmt: skip
-        terminal.correct = run.sorter.correct
-        terminal.listen()
         try:
             done = run.run()
         finally:
@@ -193,7 +179,9 @@ def _sort(file: Path, as_json: bool, port: int | None, wait: bool) -> int:
             with suppress(OSError):  # a terminal that is gone
                 err.print(where, soft_wrap=True)
     if not as_json:
-        _summarise(done, terminal.summary(), read_events(run.log_file))
+        wrong = f", {done.mistakes} of them wrong" if done.mistakes else ""
+        counts = f"{done.longest_row} in a row at most{wrong}; {escape(terminal.summary())}"
+        out.print(f"[b]{done.sorts} sorted[/b], {counts}", soft_wrap=True)
     return 0 if done.finished else DOUBT
 
 
@@ -210,52 +198,17 @@ def _shown(log: EventLog, control: Control, port: int | None) -> Iterator[None]:
         yield
 
 
-def _summarise(done: Any, bins: str, events: Any) -> None:
-    """Print how the run went, and what its stages took."""
-    from ajgdata.live.events import latencies
-
-    wrong = f", {done.mistakes} of them wrong" if done.mistakes else ""
-    out.print(
-        f"[b]{done.sorts} sorted[/b], {done.longest_row} in a row at most{wrong}; {escape(bins)}",
-        soft_wrap=True,
-    )
-    stages = [
-        f"{stage} {_seconds(one.median_s)} ({_seconds(one.p99_s)})"
-        for stage, one in latencies(events).items()
-        if one.median_s > SHORT_S
-    ]
-    out.print(f"[dim]median (99 %): {', '.join(stages)}[/dim]", soft_wrap=True)
-
-
-def _seconds(seconds: float) -> str:
-    return f"{seconds:.1f} s" if seconds >= 1 else f"{1000 * seconds:.3g} ms"
-
-
 def _print_event(event: Any) -> None:
     sys.stdout.write(json.dumps(event) + "\n")
     sys.stdout.flush()
 
 
 def _learn(run: str) -> None:
-    """Label a run's recordings; ask at a terminal."""
+    """Label a run's recordings by its corrections."""
     from ajgdata.live.learning import learn_from
     from ajgdata.paths import find_project
 
-    def ask(number: int, predicted: str) -> str:
-        if not sys.stdin.isatty() or ended:
-            return ""
-        said = f"Enter: {predicted}, " if predicted else ""
-        try:
-            typed = out.input(escape(f"{number}: what was it ({said}a class, ?: not known) "))
-        except EOFError:
-            ended.append(True)
-            return ""
-        return {"": predicted, "?": ""}.get(typed.strip(), typed.strip())
-
-    ended: list[bool] = []
-    dataset, session, learnt = learn_from(
-        find_project(), run, ask, lambda text: out.print(f"[yellow]{escape(text)}[/yellow]")
-    )
+    dataset, session, learnt = learn_from(find_project(), run)
     left = f", {learnt.unlabelled} without a label stay out (`reject`)" * bool(learnt.unlabelled)
     out.print(
         f"{escape(dataset)}/{escape(session)}: {learnt.labelled} recordings labelled{left}",
@@ -263,20 +216,8 @@ def _learn(run: str) -> None:
     )
     if learnt.labelled:
         out.print(f"train on them: ajgdata run {dataset}", soft_wrap=True)
-    else:
-        out.print(_why_nothing(learnt), soft_wrap=True)
-
-
-def _why_nothing(learnt: Learnt) -> str:
-    """Return why no recording was given a label, and what to do."""
-    if not learnt.unlabelled:
-        return "nothing to learn: each of them has its label already"
-    if sys.stdin.isatty():
-        return "nothing learnt: none was named"
-    return (
-        "nothing learnt: nobody named an object of this run, and here nobody can be asked; "
-        "call it at a terminal, or fill in recordings.csv"
-    )
+    elif learnt.unlabelled:
+        out.print("correct objects on the dashboard, or fill in recordings.csv", soft_wrap=True)
 
 
 @contextmanager

@@ -1,12 +1,8 @@
-"""What a live run looks like in a terminal: bars, one line a sort, and what a person types."""
+"""A live run in a terminal: bars, one line per object, and questions."""
 
 from __future__ import annotations
 
-import os
-import queue
-import threading
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 
 from rich.cells import cell_len
 from rich.console import Console
@@ -76,75 +72,22 @@ def _novelty(prediction: Prediction) -> str:
     return f" (novelty {prediction.novelty:.2g}, limit 1{detects})"
 
 
-class Typed:
-    """Lines that somebody types: answers while a question waits, else `command` gets them.
-
-    Read from the descriptor itself: a thread that waits in `sys.stdin` breaks the end of a program.
-    """
-
-    def __init__(self, command: Callable[[str], None], descriptor: int = 0) -> None:
-        self._command, self._descriptor = command, descriptor
-        self._answers: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        self.waiting = False  #: a question is open
-        threading.Thread(target=self._read, daemon=True).start()
-
-    def answer(self) -> str:
-        """Return the next line. Raises EndedByPerson when there is none any more."""
-        self.waiting = True
-        try:
-            line = self._answers.get()
-        finally:
-            self.waiting = False
-        if line is None:
-            self._answers.put(None)  # for whoever asks next
-            raise EndedByPerson
-        return line
-
-    def _read(self) -> None:
-        rest = b""
-        while content := self._chunk():
-            *lines, rest = (rest + content).split(b"\n")
-            for line in lines:
-                text = line.decode(errors="replace").strip()
-                if self.waiting:
-                    self._answers.put(text)
-                elif text:
-                    self._command(text)
-        self._answers.put(None)
-
-    def _chunk(self) -> bytes:
-        try:
-            return os.read(self._descriptor, 4096)
-        except OSError:  # a terminal that is gone
-            return b""
-
-
 class SortTerminal:
-    """Shows a run line by line, asks the person, and hears corrections."""
+    """Shows a run line by line, and asks the person."""
 
     def __init__(self, console: Console, control: Control) -> None:
         self._console, self._control = console, control
         self._state = RunState()
         self._seconds = 0.0  #: of the steps and takes of the present grasp
-        self.correct: Callable[[str], bool] = lambda value: False
-        self._typed: Typed | None = None
-
-    def listen(self, descriptor: int = 0) -> None:
-        """Hear what is typed from now on."""
-        self._typed = Typed(self._hear, descriptor)
 
     def confirm(self, text: str) -> None:
-        """Say it and wait for Enter; another line corrects the last sort, q ends the run."""
+        """Say it and wait for Enter; q ends the run."""
         if self._control.mode is Mode.STOPPED:  # nobody is waited for now
             self._say(f"[b red]{escape(text)}[/]")
             return
-        while True:
-            said = self._asked(f"  {text}; then Enter (q: end; a class: what the last one was) ")
-            if not said:
-                return
+        while said := self._asked(f"  {text}; then Enter (q: end) "):
             if said == "q":
                 raise EndedByPerson
-            self._hear(said)
 
     def ask(self, reason: str, value: str) -> str | None:
         """Ask for the class of what is held; None for `?`, and where nobody is there."""
@@ -179,12 +122,6 @@ class SortTerminal:
     def _classes(self) -> Sequence[str]:
         return self._state.plan.get("classes", ())
 
-    def _hear(self, said: str) -> None:
-        if found := self._class(said):
-            with suppress(ValueError, OSError):  # the log is closed: the run has ended
-                if not self.correct(found):
-                    self._say("  [yellow]nothing was placed yet[/yellow]")
-
     def _class(self, said: str) -> str | None:
         """Return the class that was meant, by its name or the beginning of it."""
         if said in self._classes:
@@ -196,10 +133,10 @@ class SortTerminal:
         return None
 
     def _asked(self, prompt: str) -> str:
-        if self._typed is None:
-            raise EndedByPerson
-        self._console.print(escape(prompt), end="", soft_wrap=True)
-        return self._typed.answer()
+        try:
+            return self._console.input(escape(prompt)).strip()
+        except EOFError:
+            raise EndedByPerson from None
 
     def _say(self, text: str) -> None:
         self._console.print(text, soft_wrap=True)

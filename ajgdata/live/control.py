@@ -11,7 +11,6 @@ from enum import StrEnum
 class Mode(StrEnum):
     """What a run is asked to do."""
 
-    WAITING = "waiting"  #: for somebody to start it
     RUNNING = "running"
     PAUSED = "paused"
     STOPPED = "stopped"
@@ -20,8 +19,8 @@ class Mode(StrEnum):
 class Control:
     """Asked by any thread; `checkpoint` is called by the run between two steps."""
 
-    def __init__(self, mode: Mode = Mode.RUNNING) -> None:
-        self._mode = mode
+    def __init__(self) -> None:
+        self._mode = Mode.RUNNING
         self._changed = threading.Condition()
         self._in_run = False
 
@@ -31,7 +30,7 @@ class Control:
         return self._mode
 
     def start(self) -> None:
-        """Let a run that waits or pauses go on; one that is stopped stays so."""
+        """Let a run that pauses go on; one that is stopped stays so."""
         self._ask(Mode.RUNNING)
 
     def pause(self) -> None:
@@ -53,7 +52,7 @@ class Control:
     def checkpoint(self) -> None:
         """Wait while the run is not to go on. Raises KeyboardInterrupt if it is to stop."""
         with self._changed:
-            while self._mode in (Mode.WAITING, Mode.PAUSED):
+            while self._mode is Mode.PAUSED:
                 self._changed.wait(0.5)  # so that Ctrl-C is heard meanwhile
             if self._mode is Mode.STOPPED:
                 raise KeyboardInterrupt

@@ -103,36 +103,6 @@ class DriftWatch:
         return least if len(self._last) == self.in_a_row else min(least, 1.0)
 
 
-class ReferenceWatch:
-    """Compares references with those of the training, else with the first ones of the run.
-
-    `known` (r, f) are features of the empty gripper that the model was trained with. If they are
-    too few, the run's own join them until they are enough: a change before that goes unseen.
-    """
-
-    def __init__(self, known: NDArray[np.floating], false_alarm: float = FALSE_ALARM) -> None:
-        self._false_alarm = false_alarm
-        self._known = list(known)
-        self._watch = self._made()
-
-    @property
-    def missing(self) -> int:
-        """Return how many references are still to come before it watches."""
-        return max(references_needed(self._false_alarm) - len(self._known), 0)
-
-    def observe(self, feature: NDArray[np.floating]) -> float | None:
-        """Return how far a reference (f,) is from what they were, 1 the alarm's limit; None while
-        it still learns."""
-        if self._watch is not None:
-            return self._watch.observe(feature)
-        self._known.append(feature)
-        self._watch = self._made()
-        return None
-
-    def _made(self) -> DriftWatch | None:
-        return None if self.missing else DriftWatch(np.array(self._known), self._false_alarm)
-
-
 def references_needed(false_alarm: float, in_a_row: int = MOST_IN_A_ROW) -> int:
     """Return how many references of day 1 allow an alarm of `in_a_row` at this rate.
 

@@ -9,9 +9,7 @@ from __future__ import annotations
 import json
 import os
 import threading
-from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
@@ -49,10 +47,6 @@ Event = Mapping[str, Any]
 Listener = Callable[[Event], object]
 #: Numbers of a spectrum that is drawn, from 0 Hz to the highest frequency in equal bands.
 SHOWN_BANDS = 64
-#: Stages of events that are not steps of the robot, in their order.
-_STAGES = {"take": "sense", "prediction": "feature and prediction", "decision": "decision"}
-#: Stage from playing to the decision, over all takes of a grasp.
-TOTAL = "sense to decision"
 
 
 def shown_spectrum(feature: ArrayLike) -> list[float]:
@@ -148,33 +142,3 @@ class EventLog:
         trace: TracebackType | None,
     ) -> None:
         self.close()
-
-
-@dataclass(frozen=True)
-class Latency:
-    """Times of a stage in s: median, 99th percentile (linear between the two next), how many."""
-
-    median_s: float
-    p99_s: float
-    count: int
-
-
-def latencies(events: Iterable[Event]) -> dict[str, Latency]:
-    """Return the latency of each stage that `events` has: the robot's steps, `sense` (playing and
-    recording), `feature and prediction`, `decision`, and `sense to decision`."""
-    spent: dict[str, list[float]] = defaultdict(list)
-    total = 0.0
-    for event in events:
-        kind = event["event"]
-        if kind == "step":
-            spent[str(event["step"])].append(event["seconds"])
-        elif kind in _STAGES:
-            total = event["seconds"] + (0.0 if kind == "take" else total)
-            spent[_STAGES[kind]].append(event["seconds"])
-            if kind == "decision":
-                spent[TOTAL].append(total)
-    return {stage: _latency(seconds) for stage, seconds in spent.items()}
-
-
-def _latency(seconds: list[float]) -> Latency:
-    return Latency(float(np.median(seconds)), float(np.percentile(seconds, 99)), len(seconds))

@@ -6,15 +6,16 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Protocol, Self
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.acquire.card import Capture, Card, TakeError
+from ajgdata.acquire.card import Card
 from ajgdata.acquire.robot import UNNAMED, Placement, Robot
 from ajgdata.live.control import Control
 from ajgdata.live.decision import Action, Decision, judge
+from ajgdata.live.drift import DriftWatch
 from ajgdata.live.events import EventLog, shown_spectrum
 from ajgdata.live.kept import KeptRun
 from ajgdata.live.prediction import Prediction
@@ -23,32 +24,8 @@ from ajgdata.live.steps import Steps
 from ajgdata.types.plan import NOTHING, SortPlan
 from ajgdata.types.protocol import Reference
 
-#: Takes in doubt, one after another, before the card is given up.
-PATIENCE = 2
-
-
-class Senses(Protocol):
-    """What a loop needs of a model in use (see live.predictor)."""
-
-    def predict(self, waveform: NDArray[np.floating], sample_rate_hz: int) -> Prediction:
-        """Return what the model says of a recording (n,) in [-1, 1]."""
-        ...
-
-    def feature(self, waveform: NDArray[np.floating], sample_rate_hz: int) -> NDArray[np.float32]:
-        """Return the feature (f,) of a recording."""
-        ...
-
-    def with_references(self, features: NDArray[np.float32]) -> Self:
-        """Return the same with features (r, f) of the empty gripper, too."""
-        ...
-
-
-class Watch(Protocol):
-    """Tells from features of the empty gripper if it has changed."""
-
-    def observe(self, feature: NDArray[np.float32]) -> float | None:
-        """Return how far (f,) is from what it was, in units of the alarm's threshold."""
-        ...
+if TYPE_CHECKING:
+    from ajgdata.live.predictor import Predictor
 
 
 class EndedByPerson(Exception):  # noqa: N818  # no error: somebody has had enough
@@ -88,7 +65,7 @@ class Sorter:
     """
 
     plan: SortPlan
-    senses: Senses
+    senses: Predictor
     card: Card
     played: NDArray[np.float32]
     robot: Robot
@@ -97,7 +74,7 @@ class Sorter:
     control: Control = field(default_factory=Control)
     ask: Callable[[str, str], str | None] = lambda reason, value: None
     truth: Callable[[str], str] = str
-    watch: Watch | None = None
+    watch: DriftWatch | None = None
     _state: RunState = field(default_factory=RunState)
     _changed: bool = False
     _begun: float = 0.0
@@ -124,17 +101,6 @@ class Sorter:
             raise
         state = self._state
         return Outcome(len(state.placed), state.rows[1], state.mistakes, reason, finished)
-
-    def correct(self, value: str) -> bool:
-        """Enter that the last object that was placed, or rejected, is a `value`; False if there is
-        none.
-
-        May be called from any thread.
-        """
-        placed = self._state.placed
-        if placed:
-            self.log.say("truth", number=placed[-1].number, object=value)
-        return bool(placed)
 
     def _sort_all(self, coming: Iterable[str]) -> tuple[str, bool]:
         every = self.plan.references.every if self.plan.references else 0
@@ -194,7 +160,7 @@ class Sorter:
         place = Placement(f"sort_{number:04d}_{look}", name, number, self.plan.force_n)
         force = self._steps.grasp(place)
         begin = time.perf_counter()
-        capture = self._capture(silence=False)
+        capture = self.card.take(self.played)
         seconds = time.perf_counter() - begin
         grasp = self.kept.look(number, look, thing, capture, force)
         where = {"recording": self.kept.name(grasp), "look": look}
@@ -217,26 +183,14 @@ class Sorter:
         self._steps.place(value, where)
         self.log.say("placed", value=value, bin=where, object=truth)
 
-    def _capture(self, *, silence: bool) -> Capture:
-        """Return one take; one that is in doubt throughout is repeated once, and said."""
-        for left in reversed(range(PATIENCE)):
-            try:
-                if silence:
-                    return self.card.listen(len(self.played))
-                return self.card.take(self.played)
-            except TakeError as error:
-                if not left:
-                    raise
-                self.log.say("problem", text=f"{error}; taken once more")
-        raise AssertionError("not reached")
-
     def _refer(self, number: int) -> None:
         """Record what an empty gripper sounds like now, and what the room does."""
         kinds: Sequence[Reference] = self.plan.references.kinds if self.plan.references else ()
         for kind in kinds:
             if kind == "empty":
                 self._steps.grasp(Placement(f"empty_{number:04d}", "", number, self.plan.force_n))
-            capture = self._capture(silence=kind == "silence")
+            silence = kind == "silence"
+            capture = self.card.listen(len(self.played)) if silence else self.card.take(self.played)
             grasp = self.kept.reference(kind, number, capture)
             ratio = None
             if kind == "empty":

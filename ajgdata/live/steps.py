@@ -106,9 +106,8 @@ class Steps:
 
     def checkpoint(self) -> None:
         """Wait while the run is paused. Raises KeyboardInterrupt if it is to stop."""
-        mode = self.control.mode
-        if mode in (Mode.PAUSED, Mode.WAITING):
-            self.log.say("paused", reason="asked to pause" if mode is Mode.PAUSED else "not begun")
+        if self.control.mode is Mode.PAUSED:
+            self.log.say("paused", reason="asked to pause")
             self.control.checkpoint()
             self.log.say("resumed", reason="asked to go on")
         else:

@@ -13,7 +13,7 @@ from ajgdata.acquire.card import DEVICE, Card
 from ajgdata.acquire.live_session import LiveSession, live_session
 from ajgdata.acquire.robot import Confirm
 from ajgdata.live.control import Control
-from ajgdata.live.drift import ReferenceWatch
+from ajgdata.live.drift import FALSE_ALARM, MOST_IN_A_ROW, DriftWatch, references_needed
 from ajgdata.live.events import EventLog, Listener, shown_spectrum
 from ajgdata.live.kept import KeptRun
 from ajgdata.live.learning import class_of, labels_of
@@ -99,7 +99,7 @@ def open_run(
             control=control,
             ask=ask,
             truth=lambda name: class_of(spec, target, name) or name,
-            watch=ReferenceWatch(predictor.references),
+            watch=_watch(predictor),
         )
         about = _about(paths, spec, plan, predictor, card)
         name, file = f"{kept_in.name}/{session}", paths.events(kept_in.name, session)
@@ -108,6 +108,13 @@ def open_run(
             yield run
         finally:
             live.about(**known_of(card))
+
+
+def _watch(predictor: Predictor) -> DriftWatch | None:
+    """Return the alarm for a changed gripper; None if the model has too few references."""
+    known = predictor.references
+    enough = len(known) >= references_needed(FALSE_ALARM, MOST_IN_A_ROW)
+    return DriftWatch(known) if enough else None
 
 
 def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:

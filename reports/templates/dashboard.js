@@ -60,7 +60,6 @@
       const [mark, told] = state.stopped.finished ? ["✓", "finished"] : ["■", "stopped"];
       return [state.stopped.held ? "alarm" : "", mark, told, `${state.stopped.reason} · ${held}`];
     }
-    if (state.mode === "waiting") return ["", "▷", "waiting", "Press Start."];
     if (state.paused !== null || state.mode === "paused")
       return ["unsure", "❚❚", "paused", state.paused || "It goes on with Go on."];
     if (!prediction) return ["", "…", state.grasps.length ? "listening" : "no grasp yet", ""];
@@ -293,7 +292,7 @@
       .forEach((row, i) => { row.textContent = state.problems[i]; });
   }
 
-  const GO = { waiting: "▶ Start", running: "❚❚ Pause", paused: "▶ Go on", stopped: "ended" };
+  const GO = { running: "❚❚ Pause", paused: "▶ Go on", stopped: "ended" };
   function showControls(state) {
     document.body.dataset.mode = state.mode;
     write("go-label", GO[state.mode] ?? "");

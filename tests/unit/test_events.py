@@ -38,9 +38,7 @@ def test_what_is_no_log_is_refused_and_named(tmp_path):
         f"{good}\nbroken\n{good}\n": ":2",
         "[1]\n": ":1",
         good.replace("grasp", "nothing of ours") + "\n": ":1",
-        good.replace("2026-01-01T", "yesterday ") + "\n": ":1",
         good.replace("+00:00", "") + "\n": ":1",
-        good.replace('"2026-01-01T00:00:00.000+00:00"', "12") + "\n": ":1",
         "": "no event",
     }.items():
         path.write_text(text)

@@ -1,4 +1,4 @@
-"""A log played again, in this process and by its command."""
+"""The command that shows the log of a run."""
 
 import json
 import signal
@@ -6,35 +6,9 @@ import subprocess
 import sys
 import urllib.request
 
-from live_events import Story, run
-
-from ajgdata.cli.dashboard import LONGEST_S, replay
-from ajgdata.live.control import Control
+from live_events import run
 
 COMMAND = [sys.executable, "-c", "from ajgdata.cli import main; main()", "dashboard"]
-
-
-def test_the_pace_is_that_of_the_run():
-    story = Story().start().say("step", after=4.0, step="jam").say("step", after=0.5, step="lift")
-    story.say("step", after=3600.0, step="place")
-    heard, slept = [], []
-    replay(story.events, heard.append, Control(), speed=2.0, sleep=slept.append)
-    assert heard == story.events
-    assert slept == [2.0, 0.25, LONGEST_S]
-    replay(story.events, heard.append, Control(), sleep=slept.append)
-    assert len(heard) == 8 and len(slept) == 3  # at once
-
-
-def test_it_ends_when_it_is_stopped():
-    control, heard = Control(), []
-
-    def tell(event):
-        heard.append(event)
-        if len(heard) == 3:
-            control.stop()
-
-    replay(run(), tell, control)
-    assert heard == run()[:3]
 
 
 def test_the_command_shows_the_end_of_a_run_until_ctrl_c(tmp_path):

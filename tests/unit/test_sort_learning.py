@@ -1,11 +1,11 @@
 """Corrections become labels, and nothing else does."""
 
 import pytest
-from sorting_lab import BALL, CUBE, EMPTY, STRANGE, UNSURE, Cell, plan
+from sorting_lab import BALL, CUBE, EMPTY, UNSURE, Cell, plan
 
 from ajgdata.acquire.session_setup import recording_alone
 from ajgdata.live.events import read_events
-from ajgdata.live.learning import Learnt, labels_of, learn, truths
+from ajgdata.live.learning import Learnt, learn, truths
 from ajgdata.store.sessions import read_recordings, read_session, write_recordings
 from ajgdata.types import DataError, DatasetSpec
 
@@ -26,7 +26,7 @@ def cell(tmp_path):
     made = Cell(tmp_path)
     with made.open(plan(looks=2, sorts=3), BALL, UNSURE, UNSURE, CUBE) as sorter:
         sorter.run([""] * 3)
-        sorter.correct("rod")
+        sorter.log.say("truth", number=3, object="rod")
     return made
 
 
@@ -50,22 +50,6 @@ def test_what_was_corrected_is_labelled_and_the_rest_is_as_it_was(cell):
 
 def files(cell):
     return {path.name: path.read_bytes() for path in (cell.folder / "audio").iterdir()}
-
-
-def test_asked_once_a_sort_and_an_object_that_is_declared_brings_its_other_targets(cell):
-    asked = []
-
-    def ask(number, predicted):
-        asked.append((number, predicted))
-        return {1: "", 2: "cube"}[number]
-
-    found = learn(cell.folder, SPEC, "label", {3: "rod"}, ask)
-    assert asked == [(1, "ball"), (2, "ball")]
-    assert found == Learnt(labelled=3, unlabelled=1)
-    for name in ("sort_0002_1_1", "sort_0002_2_1"):
-        row = rows(cell)[name]
-        assert (row.object, row.labels["label"], row.labels["mass_g"]) == ("cube", "cube", "12.5")
-    assert rows(cell)["sort_0003_1_1"].labels["mass_g"] == ""
 
 
 def test_again_it_changes_nothing_and_another_correction_does(cell):
@@ -94,11 +78,6 @@ def test_a_cell_that_was_filled_in_counts(cell):
     )  # fmt: skip
 
 
-def test_a_target_that_is_the_object_itself_needs_no_column():
-    spec = SPEC.model_copy(update={"targets": {"object": SPEC.targets["label"]}})
-    assert labels_of(spec, "object", "ball") == {}
-
-
 def test_not_while_the_run_goes_on(cell):
     with recording_alone(cell.folder), pytest.raises(DataError, match="another process"):
         learn(cell.folder, SPEC, "label", {3: "rod"})
@@ -111,17 +90,6 @@ def test_the_session_of_a_killed_run_is_finished_by_it(cell):
     assert read_session(cell.folder).acquisition.finished
 
 
-def test_what_a_killed_run_did_not_enter_is_entered(cell):
-    """Its WAV is written before its row."""
-    before = rows(cell)
-    lost = before.pop("sort_0003_1_1")
-    write_recordings(cell.folder, list(before.values()))
-    assert learn(cell.folder, SPEC, "label", {3: "cube"}) == Learnt(labelled=1, unlabelled=3)
-    row = rows(cell)["sort_0003_1_1"]
-    assert (row.sha256, row.object, row.labels["mass_g"]) == (lost.sha256, "cube", "12.5")
-    assert (row.grasp_id, row.file, row.quality) == (lost.grasp_id, lost.file, "ok")
-
-
 def test_a_look_at_nothing_is_not_what_the_next_look_held(tmp_path):
     made = Cell(tmp_path)
     with made.open(plan(looks=2, sorts=1, nothing="again"), EMPTY, BALL) as sorter:
@@ -129,18 +97,3 @@ def test_a_look_at_nothing_is_not_what_the_next_look_held(tmp_path):
     assert learn(made.folder, SPEC, "label", {1: "rod"}) == Learnt(labelled=1, unlabelled=1)
     (nothing, ball) = (rows(made)[name] for name in ("sort_0001_1_1", "sort_0001_2_1"))
     assert (nothing.object, nothing.quality, ball.object) == ("", "reject", "rod")
-
-
-@pytest.mark.parametrize("heard", [EMPTY, STRANGE])
-def test_what_the_model_does_not_know_is_not_offered(tmp_path, heard):
-    made, offered = Cell(tmp_path), []
-    with made.open(plan(), heard) as sorter:
-        sorter.run([""])
-    learn(made.folder, SPEC, "label", {}, lambda number, told: offered.append(told) or told)
-    assert offered == [""]
-    assert rows(made)["sort_0001_1_1"].quality == "reject"
-
-
-def test_files_that_are_no_looks_are_left_alone(cell):
-    (cell.folder / "audio" / "sort_it_out_1.wav").write_bytes(b"")
-    assert learn(cell.folder, SPEC, "label", {3: "rod"}) == Learnt(1, 3)

@@ -1,15 +1,12 @@
-"""A person at a sorting run: questions, corrections while it goes on, a terminal that is gone."""
+"""A person at a sorting run: questions, a terminal that is gone, and one line per object."""
 
 import io
-import os
-import threading
-import time
 
 import pytest
 from rich.console import Console
 from sorting_lab import CLASSES
 
-from ajgdata.cli.live_lines import SortTerminal, Typed
+from ajgdata.cli.live_lines import SortTerminal
 from ajgdata.live.control import Control
 from ajgdata.live.sort import EndedByPerson
 
@@ -21,124 +18,39 @@ START = {
 
 
 class Person:
-    """A terminal of 60 columns; `types` says what comes next, `gone` closes it."""
+    """A terminal at which `lines` are typed, and which then is gone."""
 
-    def __init__(self, *, columns=60):
-        self.shown = io.StringIO()
-        self.control = Control()
+    def __init__(self, monkeypatch, *lines, columns=60):
+        self.shown, self.control = io.StringIO(), Control()
         console = Console(file=self.shown, width=columns, emoji=False, highlight=False)
         self.terminal = SortTerminal(console, self.control)
-        self.reading, self.writing = os.pipe()
-        self.corrected = []
-        self.terminal.correct = lambda value: self.corrected.append(value) or True
         self.terminal.tell(START)
-        self.terminal.listen(self.reading)
-
-    def answers(self, *lines):
-        """Type each line when the next question has been asked."""
-        threading.Thread(target=self._answer, args=(lines,), daemon=True).start()
-
-    def _answer(self, lines):
-        for asked, line in enumerate(lines, start=1):
-            while self.shown.getvalue().count("q: end") < asked or not self.terminal._typed.waiting:
-                time.sleep(0.005)
-            self.types(line)
-
-    def types(self, *lines):
-        os.write(self.writing, "".join(f"{line}\n" for line in lines).encode())
-
-    def gone(self):
-        os.close(self.writing)
+        monkeypatch.setattr("sys.stdin", io.StringIO("".join(f"{line}\n" for line in lines)))
 
 
-@pytest.fixture
-def person():
-    return Person()
-
-
-def test_enter_is_enough(person):
-    person.answers("")
-    person.terminal.confirm("put it into bin A")
-    assert "put it into bin A; then Enter" in person.shown.getvalue()
-
-
-def test_a_class_at_a_question_corrects_the_last_sort_and_asks_again(person):
-    person.answers("rod", "cu", "x", "")
-    person.terminal.confirm("press it")
-    assert person.corrected == ["rod", "cube"]  # by the beginning of its name, too
-    assert "x is none of ball, cube, rod" in person.shown.getvalue()
-
-
-def test_q_ends_it(person):
-    person.answers("q")
+def test_a_person_confirms_or_ends_the_run(monkeypatch):
+    Person(monkeypatch, "").terminal.confirm("put it into bin A")
+    for lines in (["q"], []):
+        with pytest.raises(EndedByPerson):
+            Person(monkeypatch, *lines).terminal.confirm("press it")
     with pytest.raises(EndedByPerson):
-        person.terminal.confirm("press it")
-
-
-def test_q_ends_it_when_asked_for_a_class(person):
-    person.answers("q")
-    with pytest.raises(EndedByPerson):
-        person.terminal.ask("ball has 50 %, needs 60 %", "ball")
+        Person(monkeypatch, "q").terminal.ask("ball has 50 %, needs 60 %", "ball")
 
 
 @pytest.mark.parametrize(
-    "typed, answer", [([""], "ball"), (["?"], None), (["dog", "r"], "rod"), (["cube"], "cube")]
+    "typed, answer",
+    [([""], "ball"), (["?"], None), (["dog", "r"], "rod"), (["cube"], "cube"), ([], None)],
 )
-def test_asked_what_it_is(person, typed, answer):
-    person.answers(*typed)
+def test_asked_what_it_is(monkeypatch, typed, answer):
+    person = Person(monkeypatch, *typed)
     assert person.terminal.ask("ball has 50 %, needs 60 %", "ball") == answer
 
 
-def test_a_terminal_that_is_gone_ends_it_and_every_further_question(person):
-    person.gone()
-    for _ in range(2):
-        with pytest.raises(EndedByPerson):
-            person.terminal.confirm("press it")
-
-
-def test_nobody_knows_what_it_is_where_nobody_is(person):
-    person.gone()
-    assert person.terminal.ask("ball has 50 %, needs 60 %", "ball") is None
-
-
-def test_a_correction_after_the_end_is_no_error(person):
-    def closed(value):
-        raise ValueError("write to closed file")
-
-    person.terminal.correct = closed
-    person.terminal._hear("rod")
-    assert "nothing was placed" not in person.shown.getvalue()
-
-
-def test_what_is_typed_while_nobody_asks_corrects(person):
-    person.types("rod")
-    for _ in range(500):
-        if person.corrected:
-            break
-        time.sleep(0.01)
-    assert person.corrected == ["rod"]
-
-
-def test_nobody_is_waited_for_when_it_halts(person):
-    """Nothing was typed: a question would never end."""
+def test_nobody_is_waited_for_when_it_halts(monkeypatch):
+    person = Person(monkeypatch)
     person.control.end()
     person.terminal.confirm("stopped; take ball out of the gripper")
     assert "take ball out" in person.shown.getvalue()
-
-
-def test_half_a_line_waits_for_its_other_half():
-    heard = []
-    reading, writing = os.pipe()
-    Typed(heard.append, reading)
-    for part in (b"ro", b"d\nba", b"ll\n"):
-        os.write(writing, part)
-        time.sleep(0.02)
-    os.close(writing)
-    for _ in range(500):
-        if len(heard) == 2:
-            break
-        time.sleep(0.01)
-    assert heard == ["rod", "ball"]
 
 
 EVENTS = [
@@ -153,9 +65,9 @@ EVENTS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("columns", [24, 60, 160])
-def test_one_line_a_sort_and_what_matters_beside(columns):
-    person = Person(columns=columns)
+@pytest.mark.parametrize("columns", [24, 60])
+def test_one_line_a_sort_and_what_matters_beside(monkeypatch, columns):
+    person = Person(monkeypatch, columns=columns)
     for n, event in enumerate(EVENTS, start=1):
         person.terminal.tell({"n": n, "time": START["time"], **event})
     lines = person.shown.getvalue().splitlines()[1:]
