@@ -123,18 +123,6 @@ _GRIPPER = (
         "gripper.transducer_sigma_mm", "fixed", 1.5, 3.5, "linear", "estimate",
         "half of a case of about 5 mm; not the opening, which is smaller than a cell",
     ),
-    Parameter(
-        "gripper.bodies.side_mm", "fixed", 5, 12, "linear", "estimate",
-        "from a receiver's case to a small board; the paper gives none. Default: no case at all",
-    ),
-    Parameter(
-        "gripper.bodies.depth_mm", "fixed", 2, 6, "linear", "estimate",
-        "from a receiver's case to one in a holder; the paper gives none. Default: no case at all",
-    ),
-    Parameter(
-        "gripper.bodies.tilt_deg", "fixed", 25, 25, "linear", "paper",
-        "each tilted toward the contact region",
-    ),
     Parameter("gripper.port_mm.0", "fixed", 15, 21, "linear", "estimate", _LISTED),
     Parameter("gripper.port_mm.1", "fixed", 25, 31, "linear", "estimate", _LISTED),
     Parameter(
@@ -169,15 +157,6 @@ _GRIPPER = (
     Parameter(
         "gripper.stiffness_n_m3", "gripper", 2e5, 8e5, "log", "estimate",
         "force per displaced volume; a factor of 2 either way",
-    ),
-    Parameter(
-        "gripper.drape_deg", "fixed", 72, 72, "linear", "handbook",
-        "a rule of the first design, in place of the drape by tension; not swept",
-    ),
-    Parameter(
-        "gripper.drape_smoothing_mm", "gripper", 0.75, 3, "log", "estimate",
-        "grains press in spots: an eighth to a half of a 6 mm grain; default: a quarter of whatever"
-        " grain, the standard deviation of a disc of its width",
     ),
     Parameter(
         "gripper.clearance_mm", "fixed", 4, 4, "linear", "handbook",

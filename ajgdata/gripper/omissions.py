@@ -1,7 +1,7 @@
 """Which parts of a scene's physics a plan leaves out: those of which it was measured that they may.
 
 `omissions.yaml` holds the largest change that leaving out a part made in any measured scene, by
-material, shape and support; `ajgdata.studies.omission_table` writes it. A part is left out if that
+material, shape and support; `tools/omission_table.py` writes it. A part is left out if that
 change times MARGIN is below the tolerance. What the table does not hold is simulated.
 """
 

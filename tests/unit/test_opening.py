@@ -53,7 +53,7 @@ def sweep(seconds=0.2):
 def film():
     axis = (np.arange(10) - 4.5) * 0.01
     frames = np.random.default_rng(0).normal(size=(3, 10, 10))
-    return Film("xz", 0.0, axis, axis, np.ones((10, 10), bool), np.arange(3.0), frames)
+    return Film(axis, axis, np.ones((10, 10), bool), np.arange(3.0), frames)
 
 
 def opening(**changes):

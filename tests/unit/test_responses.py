@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ajgdata import gripper
 from ajgdata.gripper import ImpulseResponse, Scene
 from ajgdata.store import responses
 from ajgdata.store.responses import ResponseStore
@@ -130,101 +129,3 @@ def test_two_processes_write_and_read_the_same_scenes(tmp_path):
         both = [pool.submit(churn, tmp_path, order) for order in (seeds, seeds[::-1])]
         assert min(one.result() for one in both) > 100
     assert not list(tmp_path.rglob("*.tmp"))
-
-
-AIR = {"medium": {"kind": "air"}}
-FREE = {"object": None}
-SOFT = {"object": {"kind": "ellipsoid", "diameters_mm": [40, 40, 40], "material": "styrofoam"}}
-CALM = {"roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0, "temperature_k": 0}
-#: What the empty gripper does not read.
-GRAINS = {
-    "medium": {
-        "kind": "air", "porosity": 0.7, "grain_diameter_mm": 2,
-        "heave_deg": 40, "heave_fraction": 0.9,
-    },
-    "gripper": {"bed_depth_mm": 50},
-    "grasp": {
-        "nuisance": {"roughness_mm": 3, "slope_deg": 5, "packing": 0.2, "grain_force": 0.3},
-        "history": {"seed": 3, "number": 2, "memory": 0.5},
-    },
-    "assembly": {"fill_slope_deg": [3, 0]},
-    "session": {"fill_mm": 4},
-}  # fmt: skip
-#: What a scene does not need, and the settings that then change nothing.
-UNUSED = [
-    (AIR, GRAINS),
-    ({**AIR, **SOFT}, GRAINS),
-    (
-        FREE,
-        {
-            "support": {"kind": "rubber"},
-            "gripper": {"drape_deg": 60, "drape_smoothing_mm": 3, "stiffness_n_m3": 1e5},
-            "medium": {"heave_deg": 40, "heave_fraction": 0.9},
-            "grasp": {
-                "angle_deg": 20, "offset_x_mm": 3, "offset_y_mm": 70, "force_n": 3,
-                "nuisance": {"force": 0.2, "grain_force": 0.3},
-                "placed_mm": [1, 2], "placed_deg": 3,
-            },
-            "session": {"jig_mm": [3, 1]},
-        },
-    ),
-    (
-        {"grasp": {"nuisance": {"roughness_mm": 0, "packing": 0}}},
-        {
-            "grasp": {
-                "nuisance": {
-                    "roughness_mm": 0, "packing": 0,
-                    "roughness_correlation_mm": 2, "packing_correlation_mm": 2,
-                }
-            }
-        },
-    ),
-    ({}, {"support": {"kind": "rigid", "thickness_mm": 9}}),
-    ({}, {"support": {"kind": "rubber"}}),
-    (
-        {"grasp": {"nuisance": CALM}},
-        {"grasp": {"seed": 5, "nuisance": CALM, "history": {"seed": 3, "memory": 0.5}}},
-    ),
-    (
-        {"assembly": {"speaker_moved_mm": [1, 0]}, "session": {"jig_mm": [1, 2]}},
-        {"gripper": {"speaker_mm": [-34, 3]}, "assembly": {}, "session": {},
-         "grasp": {"offset_x_mm": 1, "offset_y_mm": 2}},
-    ),
-    (
-        {**AIR, "grasp": {"nuisance": {"force": 0, "temperature_k": 0}}},
-        {**AIR, "grasp": {"seed": 5, "nuisance": {"force": 0, "temperature_k": 0}}},
-    ),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("base", "changes"),
-    UNUSED,
-    ids=[
-        "no grains",
-        "no grains, soft",
-        "no object",
-        "no fields",
-        "no sheet",
-        "no give",
-        "calm",
-        "moved",
-        "calm air",
-    ],
-)
-def test_what_nothing_reads_changes_no_bit(store, solved, base, changes):
-    """Simulated as they stand, not by their canonical form."""
-    plain = Scene.model_validate(
-        {"object": {"kind": "cube", "edge_mm": 20}, "numerics": QUICK} | base
-    )
-    other = Scene.model_validate(
-        {"object": {"kind": "cube", "edge_mm": 20}, "numerics": QUICK} | base | changes
-    )
-    assert plain != other
-    one, two = gripper.simulate(plain), gripper.simulate(other)
-    assert one.samples.tobytes() == two.samples.tobytes()
-    assert (one.static, one.latency_samples) == (two.static, two.latency_samples)
-    known = {**one.provenance, "scene_sha256": ""}
-    assert known == {**two.provenance, "scene_sha256": ""}
-    same(store.solve(plain), store.solve(other))
-    assert len(solved) == 3

@@ -48,8 +48,6 @@ GRIPPER = st.sampled_from(sorted(GRIPPERS)) | st.fixed_dictionaries(
         "height_mm": st.floats(20.0, 60.0),
         "balloon_depth_mm": st.floats(10.0, 60.0),
         "bed_depth_mm": st.floats(1.0, 60.0),
-        "drape_deg": st.floats(30.0, 85.0),
-        "drape_smoothing_mm": st.floats(0.2, 5.0),
         "stiffness_n_m3": st.floats(5e4, 2e6),
         "clearance_mm": st.floats(4.0, 15.0),
     },

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from drawn import SCENES, spoiled
+from drawn import SCENES
 from hypothesis import HealthCheck, given, settings
 from pydantic import ValidationError
 
@@ -31,7 +31,7 @@ def _grains(scene, surface, floor, roof):
     return np.sum(np.clip(np.minimum(surface, roof) - floor, 0, None)) * RASTER_M**2
 
 
-@settings(DRAWN, max_examples=100)
+@settings(DRAWN, max_examples=40)
 @given(SCENES)
 def test_a_drawn_scene_has_a_sound_cavity_or_a_reason(given):
     scene = _scene_or_none(given)
@@ -65,16 +65,3 @@ def test_a_drawn_scene_has_a_sound_cavity_or_a_reason(given):
     above_rim = (found.contact > 0.5) & (found.floor > 0)
     assert np.all((found.roof - found.floor)[above_rim] >= clearance)
     assert found.surface.max() <= gripper.height_mm * 1e-3 - clearance
-
-
-@settings(DRAWN, max_examples=150)
-@given(spoiled())
-def test_nonsense_in_any_number_is_refused_or_harmless(given):
-    scene = _scene_or_none(given)
-    if scene is None:
-        return
-    try:
-        found = cavity(scene)
-    except SceneError:
-        return
-    assert np.all(np.isfinite(found.floor)) and np.all(np.isfinite(found.surface))

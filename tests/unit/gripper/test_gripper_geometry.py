@@ -2,9 +2,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 
-from ajgdata.gripper import Scene, SceneError, simulate
+from ajgdata.gripper import Scene, SceneError
 from ajgdata.gripper.geometry import cavity
 from ajgdata.gripper.random_fields import RandomField
 from ajgdata.gripper.relief import RASTER_M, relief
@@ -18,9 +17,6 @@ def _scene(shape, **grasp):
 
 SHAPES = [
     {"kind": "cube", "edge_mm": 10},
-    {"kind": "cube", "edge_mm": 30},
-    {"kind": "cylinder", "diameter_mm": 25, "height_mm": 18},
-    {"kind": "ellipsoid", "diameters_mm": [30, 30, 30]},
     {"kind": "ellipsoid", "diameters_mm": [80, 80, 80]},
     {"kind": "rod", "diameter_mm": 18, "length_mm": 121},
     {
@@ -35,20 +31,12 @@ SHAPES = [
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_the_gripper_sinks_until_force_and_stiffness_agree(shape):
-    found = cavity(_scene(shape))
+def test_the_gripper_sinks_until_force_and_stiffness_agree_and_grains_keep_their_volume(shape):
+    found, free = cavity(_scene(shape)), cavity(_scene(None))
     # 8 N / 4e5 N/m3; brentq stops within 1 nm of height over the rim's area.
     assert found.displaced_m3 == pytest.approx(2e-5, abs=1e-9 * np.pi * 0.05**2)
-    assert np.all(found.floor <= 0.041)
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_grains_keep_their_volume(shape):
-    scene = _scene(shape)
-    found, free = cavity(scene), cavity(_scene(None))
     volumes = [
-        np.sum(np.clip(np.minimum(c.surface, c.roof) - c.floor, 0, None)) * RASTER_M**2
-        for c in (found, free)
+        np.sum(np.clip(np.minimum(c.surface, c.roof) - c.floor, 0, None)) for c in (found, free)
     ]
     assert volumes[0] == pytest.approx(volumes[1], rel=1e-5)
     assert np.max(found.surface) > np.max(free.surface[free.roof > 0.01])  # it rises
@@ -64,14 +52,6 @@ def test_the_free_balloon_is_a_half_ellipsoid():
     assert not found.contact.any()
 
 
-def test_the_membrane_is_nowhere_steeper_than_the_angle_it_drapes_at():
-    cube = {"kind": "cube", "edge_mm": 20}
-    found = cavity(Scene.model_validate({"object": cube, "gripper": {"drape_deg": 72}}))
-    inner = np.hypot(*np.meshgrid(found.axis, found.axis)) < 0.03
-    steepest = np.hypot(*np.gradient(found.floor, RASTER_M))[inner].max()
-    assert 0.5 * np.tan(np.deg2rad(72)) < steepest <= np.tan(np.deg2rad(72)) * 1.02
-
-
 def test_turning_a_cube_by_a_right_angle_changes_nothing_and_a_box_much():
     cube, box = {"kind": "cube", "edge_mm": 20}, {**SHAPES[-1], "length_mm": 60, "width_mm": 20}
     assert np.allclose(
@@ -80,12 +60,6 @@ def test_turning_a_cube_by_a_right_angle_changes_nothing_and_a_box_much():
     straight, turned = (cavity(_scene(box, angle_deg=a)).floor for a in (0, 90))
     assert np.allclose(straight, turned.T, atol=1e-6)
     assert np.max(np.abs(straight - turned)) > 5e-3
-
-
-def test_a_slab_wider_than_the_gripper_is_as_good_as_the_table():
-    slab = {"kind": "box", "length_mm": 300, "width_mm": 300, "height_mm": 40}
-    thin = {**slab, "height_mm": 1}
-    assert np.allclose(cavity(_scene(slab)).floor, cavity(_scene(thin)).floor, atol=1e-8)
 
 
 def test_only_what_is_under_the_membrane_matters():
@@ -103,30 +77,6 @@ def _relief(shape, **keys):
     scene = Scene.model_validate({"object": shape, **keys})
     axis = np.arange(-120, 121) * RASTER_M
     return axis, relief(scene, *np.meshgrid(axis, axis))
-
-
-@pytest.mark.parametrize("diameter", [6.0, 20.0, 45.0])
-def test_the_membrane_leaves_a_sphere_and_a_rod_where_they_are_as_steep_as_it(diameter):
-    r, steep = diameter / 2 * 1e-3, np.deg2rad(72.0)
-    left = r * np.sin(steep)
-    for shape in (
-        {"kind": "sphere", "diameter_mm": diameter},
-        {"kind": "rod", "diameter_mm": diameter, "length_mm": 110},
-    ):
-        axis, found = _relief(shape, gripper={"drape_deg": 72})
-        profile = found.height[:, 120]
-        away = np.abs(axis)
-        exact = np.where(
-            away < left,
-            r + np.sqrt(np.clip(r**2 - axis**2, 0, None)),
-            r + r * np.cos(steep) - np.tan(steep) * (away - left),
-        )
-        # The cone is round to 0.2 %, and half a raster step beside the tangent point the circle,
-        # of curvature 1/(r cos^3), is lower than its tangent by this.
-        miss = (RASTER_M / 2) ** 2 / (2 * r * np.cos(steep) ** 3)
-        assert np.allclose(profile, exact, atol=miss + 0.002 * np.tan(steep) * 0.06)
-        assert np.all(found.touching[120 + int(np.ceil(left / RASTER_M)) + 2 :, 120] < 0.5)
-        assert np.all(found.touching[120, 118:123] == 1)
 
 
 def test_a_compound_is_what_its_parts_are():
@@ -156,15 +106,6 @@ APART = {
 BLOCK = {"kind": "box", "length_mm": 47, "width_mm": 20, "height_mm": 12}
 SWEEPS = {
     "edge of a cube": lambda t: ({"kind": "cube", "edge_mm": 17.13 + t}, {}),
-    "length of a rod": lambda t: (
-        {"kind": "rod", "diameter_mm": 17, "length_mm": 40 + t},
-        {"angle_deg": 17},
-    ),
-    "diameter of a sphere": lambda t: ({"kind": "sphere", "diameter_mm": 27.13 + t}, {}),
-    "angle of a rod": lambda t: (
-        {"kind": "rod", "diameter_mm": 17, "length_mm": 40},
-        {"angle_deg": 17 + 5 * t},
-    ),
     "angle of a compound": lambda t: (
         {
             "kind": "compound",
@@ -203,12 +144,6 @@ def test_nothing_jumps_as_sizes_and_angles_change(name):
     ("shape", "grasp", "gripper", "named"),
     [
         (PIN, {"force_n": 40}, {}, "pinches the cavity to its clearance: make it lower or wider"),
-        (
-            PIN,
-            {"force_n": 40, "offset_x_mm": -34},
-            {},
-            r"stand in the transducer at gripper.speaker_mm \(-35, 3\)",
-        ),
         (POST, {"offset_x_mm": 49, "force_n": 16}, {}, "stand against the housing's rim"),
         (POST, {"offset_x_mm": 30, "force_n": 30}, {}, "pinches .* mm of at least 4 mm"),
         (
@@ -229,12 +164,6 @@ def test_what_does_not_fit_is_refused(shape, grasp, gripper, named):
     assert "\n" not in str(refusal.value)
 
 
-def test_a_crumb_is_held_and_felt():
-    felt, smaller = (cavity(_scene({"kind": "cube", "edge_mm": e})) for e in (1.0, 0.5))
-    assert felt.displaced_m3 == pytest.approx(2e-5, rel=1e-6)
-    assert np.max(felt.floor - smaller.floor) > 5e-5
-
-
 def test_random_fields_live_in_space_and_have_their_statistics():
     field = RandomField(3, "packing", 3, 0.005)
     x = np.linspace(-0.2, 0.2, 81)
@@ -252,35 +181,3 @@ def test_random_fields_live_in_space_and_have_their_statistics():
     assert np.mean(ensemble[:, 0] * ensemble[:, 1]) == pytest.approx(np.exp(-0.5), abs=4 * 0.026)
     other = RandomField(4, "packing", 3, 0.005)
     assert not np.allclose(other.on_axes(x[:2], x[:2], x), field.on_axes(x[:2], x[:2], x))
-
-
-def test_cases_of_transducers_hang_from_the_roof_and_look_at_the_axis():
-    bodies = {"side_mm": 8.0, "depth_mm": 4.0, "tilt_deg": 25.0}
-    gripper = {"speaker_mm": [-30.0, 0.0], "microphone_mm": [0.0, 28.0]}
-    plain, hung = (
-        cavity(Scene.model_validate({"object": None, "gripper": {**gripper, "bodies": given}}))
-        for given in (None, bodies)
-    )
-    depth = plain.roof - hung.roof
-    x, y = np.meshgrid(hung.axis, hung.axis)
-    # The faces' edges are a sample wide, and the tilt adds on one side what it takes on the other.
-    assert depth.sum() * RASTER_M**2 == pytest.approx(2 * 0.008**2 * 0.004, rel=0.02)
-    for toward, across in ((-x - 0.030, y), (y - 0.028, x)):
-        face = (np.abs(toward) < 3.6e-3) & (np.abs(across) < 3.6e-3)
-        expected = 0.004 + np.tan(np.deg2rad(25)) * toward[face]
-        np.testing.assert_allclose(depth[face], expected, atol=1e-12)
-        beside = (np.hypot(toward, across) > 6.5e-3) & (np.hypot(toward, across) < 9e-3)
-        assert not depth[beside].any()
-
-
-def test_cases_without_depth_and_tilt_are_none():
-    short = {"dx_mm": 6.0, "max_time_s": 0.01}
-    flat = {"bodies": {"depth_mm": 0.0, "tilt_deg": 0.0}}
-    plain, none, hung = (
-        simulate(Scene.model_validate({"gripper": gripper, "numerics": short})).samples
-        for gripper in ({}, flat, {"bodies": {}})
-    )
-    assert np.array_equal(plain, none)
-    assert np.linalg.norm(hung - plain) > 0.01 * np.linalg.norm(plain)
-    with pytest.raises(ValidationError, match="what hangs from it"):
-        Scene.model_validate({"gripper": {"height_mm": 20.0, "bodies": {"depth_mm": 15.0}}})

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from ajgdata.gripper import canonical
 from ajgdata.gripper.geometry import cavity
 from ajgdata.gripper.levels import History
 from ajgdata.gripper.random_fields import RandomField, normals
@@ -12,7 +11,6 @@ from ajgdata.gripper.scene import Scene, as_met
 CALM = {
     "roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0, "temperature_k": 0,
 }  # fmt: skip
-MEMORIES = [0.0, 0.475, 0.95]
 NUMBERS = 6
 
 
@@ -21,9 +19,7 @@ def scene(**changes) -> Scene:
     return Scene.model_validate({"object": "cube_20p7", "grasp": grasp, **changes})
 
 
-@pytest.mark.parametrize(
-    ("memory", "start", "beds"), [(0, 0, 400), (0.475, 0, 400), (0.475, 1_000, 100), (0.95, 90, 40)]
-)
+@pytest.mark.parametrize(("memory", "start", "beds"), [(0, 0, 200), (0.475, 1_000, 50)])
 def test_numbers_of_a_history_keep_their_variance_and_forget_by_their_memory(memory, start, beds):
     """Of n numbers, 10 a bed: a variance of 1 errs by √(2/n), a correlation by √(1/n)
     at most; 5 of these. What is cut off changes either by less than 0.001."""
@@ -43,7 +39,7 @@ def test_numbers_of_a_history_keep_their_variance_and_forget_by_their_memory(mem
         assert found == pytest.approx(memory**lag, abs=5 * np.sqrt(2 / count) + 1e-3)
 
 
-@pytest.mark.parametrize("memory", MEMORIES)
+@pytest.mark.parametrize("memory", [0.0, 0.475])
 def test_fields_of_a_history_keep_their_statistics(memory):
     """Far places of many beds: unit variance, and each grasp correlates with the next by ρ."""
     axis = np.linspace(-0.04, 0.04, 5)  # seven correlation lengths apart
@@ -61,22 +57,6 @@ def test_fields_of_a_history_keep_their_statistics(memory):
     within = 5 * np.sqrt(2 / fields.shape[1])
     assert np.mean(fields**2, axis=1) == pytest.approx(1, abs=within)
     assert np.mean(fields[0] * fields[1]) == pytest.approx(memory, abs=within)
-
-
-def test_any_grasp_of_a_history_can_be_had_alone_and_in_any_order():
-    axis = np.linspace(-0.02, 0.02, 4)
-
-    def field(number: int, seed: int = 7) -> np.ndarray:
-        history = History(seed=seed, number=number, memory=0.6)
-        return RandomField(number, "packing", 3, 0.005, history).on_axes(axis, axis, axis)
-
-    forward = [field(n) for n in range(30)]
-    for n in (29, 3, 17):
-        assert field(n).tobytes() == forward[n].tobytes()
-    assert not np.allclose(field(3, seed=8), forward[3])
-    # Without memory each grasp is new; the grasp's own seed draws nothing.
-    apart = [RandomField(s, "r", 2, 1.0, History(seed=1, number=0)) for s in (1, 2)]
-    assert np.array_equal(*(one.on_axes(axis, axis) for one in apart))
 
 
 def test_memory_is_of_surface_and_packing_and_not_of_force():
@@ -137,24 +117,9 @@ def test_what_came_out_otherwise_is_as_if_it_had_been_meant():
         grasp={"offset_x_mm": 3.5, "offset_y_mm": -0.75, "angle_deg": 8},
     )
     assert as_met(came_out) == as_met(meant) == meant
-    assert canonical(came_out) == canonical(meant)
     found, expected = cavity(came_out), cavity(meant)
     assert np.array_equal(found.floor, expected.floor)
     assert np.array_equal(found.surface, expected.surface)
-
-
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"assembly": {"speaker_moved_mm": [-9, 0]}}, "with assembly and session: .*speaker_mm"),
-        ({"session": {"fill_mm": 50}, "gripper": {"height_mm": 20}}, "overfills the gripper"),
-        ({"assembly": {"askew_mm": [20, 20]}}, "askew_mm puts the balloon's tip"),
-        ({"session": {"jig_mm": [40, 40]}}, "outside the gripper's rim"),
-    ],
-)
-def test_what_cannot_come_out_is_refused(changes, said):
-    with pytest.raises(ValueError, match=said):
-        scene(**changes)
 
 
 def test_depth_scatters_more_the_nearer_an_object_is_to_the_grain():

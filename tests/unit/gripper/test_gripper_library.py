@@ -1,21 +1,23 @@
 """Objects and grippers by name."""
 
 import math
+import re
 from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from pydantic import ValidationError
 
-from ajgdata.gripper import Scene, SceneError, parse_scene, scene_digest, simulate
+from ajgdata.gripper import Scene, scene_digest, simulate
 from ajgdata.gripper.geometry import cavity
 from ajgdata.gripper.grippers import GRIPPERS
-from ajgdata.gripper.object_library import HOUSEHOLD, MATERIAL_SET, OBJECTS
+from ajgdata.gripper.object_library import HOUSEHOLD, OBJECTS
+from ajgdata.gripper.scene import one_line
 
-#: One object of each shape that differs from the others to a membrane.
-SHAPES = [n for n in OBJECTS if n.split("_")[-1] not in MATERIAL_SET or n.endswith("_metal")]
-TYPICAL = ["cube_10p0", "cube_30p0", "sphere80_metal", "bar", "spam_can", "screw", "padlock"]
+#: The least and the largest of each kind.
+SHAPES = ["cube_10p0", "cube_30p0", "sphere80_metal", "plate_metal", "bar", *HOUSEHOLD]
 
 
 def test_the_paper_s_objects_are_all_there():
@@ -71,28 +73,10 @@ def test_shape_wall_and_material_give_the_published_mass(name):
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_the_default_gripper_holds_every_object_however_it_is_placed(name):
-    for seed, angle, x, y in ((0, 0.0, 0.0, 0.0), (1, 77.0, 10.0, -10.0)):
-        grasp = {"seed": seed, "angle_deg": angle, "offset_x_mm": x, "offset_y_mm": y}
-        found = cavity(Scene.model_validate({"object": name, "grasp": grasp}))
-        assert found.held.max() > 0.9
-        assert (found.roof - found.floor)[found.contact > 0.5].min() > 4e-3
-
-
-@pytest.mark.parametrize("gripper", sorted(set(GRIPPERS) - {"default"}))
-def test_every_gripper_holds_what_fits_and_names_what_does_not(gripper):
-    held = 0
-    for name in TYPICAL:
-        scene = Scene.model_validate({"object": name, "gripper": gripper})
-        try:
-            found = cavity(scene)
-        except SceneError as refusal:
-            assert str(refusal).startswith(f"object {OBJECTS[name].shape.title}")
-        else:
-            held += 1
-            displaced = found.force_n / scene.gripper.stiffness_n_m3
-            # brentq stops within 1 nm of the height, times the area of the widest rim.
-            assert found.displaced_m3 == pytest.approx(displaced, abs=1e-9 * 0.0125)
-    assert held >= len(TYPICAL) - 2
+    grasp = {"seed": 1, "angle_deg": 77.0, "offset_x_mm": 10.0, "offset_y_mm": -10.0}
+    found = cavity(Scene.model_validate({"object": name, "grasp": grasp}))
+    assert found.held.max() > 0.9
+    assert (found.roof - found.floor)[found.contact > 0.5].min() > 4e-3
 
 
 def test_the_grippers_are_all_different_and_valid():
@@ -116,29 +100,9 @@ def test_a_name_stands_for_what_it_names():
     assert scene_digest(again) == scene_digest(named)
 
 
-@pytest.mark.parametrize(
-    ("scene", "said"),
-    [
-        ({"object": "cube_20"}, "no object is called 'cube_20': try cube_2"),
-        ({"object": "bananna"}, "try banana"),
-        ({"gripper": "tiny"}, "no gripper is called 'tiny'"),
-    ],
-)
-def test_an_unknown_name_is_told_its_neighbours(scene, said):
-    with pytest.raises(ValidationError, match=said):
-        Scene.model_validate(scene)
-
-
-def test_scenes_are_read_from_yaml_and_json():
-    text = "object: golf_ball\ngrasp: {angle_deg: 30}\nmedium: {kind: metal}\n"
-    scene = parse_scene(text)
-    assert scene.object == OBJECTS["golf_ball"].shape and scene.medium.kind == "metal"
-    assert parse_scene(scene.model_dump_json()) == scene
-
-
 def test_the_scene_of_the_documentation_is_one_and_names_are_all_documented():
     page = (Path(__file__).parents[3] / "docs/virtual-gripper.md").read_text(encoding="utf-8")
-    scene = parse_scene(page.split("```yaml")[1].split("```")[0])
+    scene = Scene.model_validate(yaml.safe_load(page.split("```yaml")[1].split("```")[0]))
     assert scene.gripper == GRIPPERS["small"] and scene.support.kind == "concave"
     assert [name for name in GRIPPERS if f"`{name}`" not in page] == []
 
@@ -147,23 +111,16 @@ def test_the_scene_of_the_documentation_is_one_and_names_are_all_documented():
     ("text", "said"),
     [
         ("object: {kind: cube, edge_mm: -1}", "object.cube.edge_mm: .* greater .*, got -1"),
-        ("object: {kind: cube, edge_mm: .nan}", "object.cube.edge_mm: .*, got nan"),
         ("object: bananna", "object: .*'bananna': try banana"),
+        ("gripper: tiny", "no gripper is called 'tiny'"),
         ("object: {kind: cub}", "object: no 'kind' is called 'cub': one of 'cube', 'box'"),
         ("object: {edge_mm: 1}", "object: 'kind' is missing$"),
-        (
-            "object: {kind: cube, edge_mm: 9, material: {density_kg_m3: -1, young_pa: 1, "
-            "poisson: 0, loss: 0}}",
-            r"object.cube.material.*density_kg_m3: .* greater .*, got -1$",
-        ),
-        ("object: {kind: cube, edge_mm: 9, material: iron}", "'steel', .*, got 'iron'$"),
         ("grasp: {force: 1}\nmedium: {kind: sand}", r"medium.kind: .*\(and 1 more\)"),
-        ("[1, 2]", "must hold keys"),
-        ("object: [", "not YAML or JSON"),
-        ("object: golf_ball\ngrasp: {offset_x_mm: 80}", "^scene: .*offset_x_mm"),
+        ("object: golf_ball\ngrasp: {offset_x_mm: 80}", "offset_x_mm"),
     ],
 )
-def test_a_text_that_is_no_scene_is_refused_in_one_line(text, said):
-    with pytest.raises(SceneError, match=said) as refusal:
-        parse_scene(text)
-    assert "\n" not in str(refusal.value)
+def test_what_is_no_scene_is_refused_in_one_line(text, said):
+    with pytest.raises(ValidationError) as refusal:
+        Scene.model_validate(yaml.safe_load(text))
+    line = one_line(refusal.value)
+    assert re.search(said, line) and "\n" not in line

@@ -8,7 +8,7 @@ import pytest
 from ajgdata.gripper import Scene, build_plan
 from ajgdata.gripper.grid import LANES, cut_cells
 from ajgdata.gripper.solver import at_rest, march
-from ajgdata.gripper.system import LINE, _span
+from ajgdata.gripper.system import _span
 from ajgdata.studies.domains import box
 
 
@@ -49,12 +49,6 @@ def test_bounds_of_the_spans_do_not_change_a_byte(scheme):
         arguments = (state, plan.speaker, plan.microphone, np.ones(1), 300)
         heard.append(march(marched, *arguments).tobytes())
     assert heard[0] == heard[1]
-
-
-def test_arrays_begin_where_a_cache_line_does():
-    system = build_plan(Scene.model_validate({"numerics": {"dx_mm": 6}})).system
-    arrays = (*system.faces, *system.reach, *system.capacities, *at_rest(system)[:6])
-    assert {array.ctypes.data % LINE for array in arrays} == {0}
 
 
 @pytest.mark.parametrize("half_cells", [4, 5, 6, 9, 11])

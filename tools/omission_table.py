@@ -1,4 +1,4 @@
-"""Measure `ajgdata/gripper/omissions.yaml`: run `python -m ajgdata.studies.omission_table`.
+"""Measure `ajgdata/gripper/omissions.yaml`: run `python tools/omission_table.py`.
 
 Each kind of scene is an object of one material and shape on one support, in its smallest, middle
 and largest size, in three poses each: of three grippers, sessions and beds.
