@@ -6,8 +6,8 @@ walls and modes do to p afterwards is in q as soon as it is wanted, and they nee
 Velocity and pressure of a slab are updated while it is in the first-level cache. Indices are
 unsigned, so that the compiler needs no wrap-around and vectorises every loop. No fast-math: the
 order of all operations is fixed, hence the result does not depend on the machine's vector width.
-No literal factors in the kernel either: they would turn float32 into float64. All that it calls is in
-this file, because numba recompiles a kept kernel when its own file changes, not another.
+No literal factors in the kernel either: they would turn float32 into float64. All that it calls is
+in this file: numba compiles a kept kernel again if its own file has changed, not another.
 """
 
 from __future__ import annotations

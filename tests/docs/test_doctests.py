@@ -18,7 +18,6 @@ MODULES = (
     "ajgdata.features.sweep_tracking",
     "ajgdata.features.transfer_function",
     "ajgdata.gripper",
-    "ajgdata.gripper.equivalence",
     "ajgdata.gripper.scene",
     "ajgdata.acquire.excitation",
     "ajgdata.gripper.signal_chain",
