@@ -14,7 +14,6 @@ from ajgdata.paths import (
     EXPERIMENT_PAGES,
     FIGURES,
     RUNS_FILE,
-    SOUNDS,
     TABLES,
     Paths,
     run_name,

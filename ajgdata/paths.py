@@ -24,7 +24,6 @@ EXCITATION_FILE = "excitation.wav"
 #: Beside each report: its figures, and what it is about.
 FIGURES, RUNS_FILE = "figures", "runs.json"
 #: Beside it too: recordings to be heard.
-SOUNDS = "sounds"
 #: And its tables as CSV.
 TABLES = "tables"
 INDEX = "index.html"

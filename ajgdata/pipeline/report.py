@@ -6,8 +6,6 @@ import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
 from ajgdata.ablations.verdicts import reasons_of, with_verdicts
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Lookup, TaskResults
@@ -16,7 +14,6 @@ from ajgdata.paths import (
     EXPERIMENT_PAGES,
     FIGURES,
     RUNS_FILE,
-    SOUNDS,
     TABLES,
     Paths,
 )
@@ -27,12 +24,10 @@ from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import pages_of
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import PaperComparison, Reason, in_papers_order, tally
-from ajgdata.report.format import value, with_unit, words
 from ajgdata.report.navigation import Group, experiment_link
 from ajgdata.report.paper import PaperFigure, parse_paper
 from ajgdata.report.report_data import (
     Checks,
-    Clip,
     DatasetSummary,
     OpeningPicture,
     Part,
@@ -41,19 +36,14 @@ from ajgdata.report.report_data import (
     TaskSection,
 )
 from ajgdata.report.study_page import holds
-from ajgdata.store.audio import inspect_audio
-from ajgdata.store.features import Shard, read_labels, read_store, spectra_blocks
-from ajgdata.store.files import json_bytes, read_json, sha256_of, write_bytes
+from ajgdata.store.features import read_labels, spectra_blocks
+from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.provenance import software
 from ajgdata.store.report_files import read_experiment_text, read_paper
-from ajgdata.store.sessions import read_dataset, recording_paths
+from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
-from ajgdata.types import DataError, DatasetSpec
+from ajgdata.types import DatasetSpec
 from ajgdata.types.table import Table
-
-#: Suffix by container, which is how a browser knows them; every one plays these.
-SUFFIXES = {"FLAC": ".flac", "OGG": ".ogg"}
-MAX_CLIPS = 6
 
 
 def build_report(
@@ -80,8 +70,7 @@ def build_report(
     from ajgdata.report.render import draw_figures
 
     folder = page.parent / FIGURES
-    for beside in (SOUNDS, EXPERIMENT_PAGES):  # also where they stay empty: the rule has them
-        (page.parent / beside).mkdir(parents=True, exist_ok=True)
+    (page.parent / EXPERIMENT_PAGES).mkdir(parents=True, exist_ok=True)  # also if it stays empty
     specs = {name: read_dataset(paths, name) for name in datasets}
     paper = parse_paper(read_paper(paths))
     results, skipped = _read(paths, specs, tasks, paper)
@@ -122,7 +111,7 @@ def _assembled(
         version=software()["ajgdata_version"],
         commit=software()["git_commit"],
         datasets=tuple(_summary(paths, one) for one in specs.values()),
-        sections=tuple(_sections(paths, specs, results, page)),
+        sections=tuple(_sections(paths, results, page)),
         pages=tuple(pages_of(paths, specs, tasks)),
         comparisons=tuple(comparisons(results, paper, reasons)),
         across={"": tuple(_across(results))}
@@ -192,18 +181,10 @@ def _title(results: TaskResults) -> str:
     return title[0].lower() + title[1:]
 
 
-def _sections(
-    paths: Paths, specs: Mapping[str, DatasetSpec], results: Sequence[TaskResults], page: Path
-) -> Iterator[TaskSection]:
-    """Yield a section for each task that has a result; the first of a page has clips."""
-    seen: set[str] = set()
+def _sections(paths: Paths, results: Sequence[TaskResults], page: Path) -> Iterator[TaskSection]:
+    """Yield a section for each task that has a result."""
     for dataset, task in dict.fromkeys((one.dataset, one.task) for one in results):
         own = [one for one in results if (one.dataset, one.task) == (dataset, task)]
-        clips: tuple[Clip, ...] = ()
-        if task in specs[dataset].tasks and own[0].page not in seen:
-            seen.add(own[0].page)
-            store, folder = read_store(paths.features(dataset)), page.parent / SOUNDS
-            clips = clips_of(paths, specs[dataset], store, folder, task)
         place = paths.explorer(dataset, task)  # an embedding's, beside the whole report alone
         beside = page == paths.report and place.is_file()
         yield TaskSection(
@@ -213,7 +194,6 @@ def _sections(
             own[0].source,
             tuple(_part(paths, one) for one in own),
             explorer=str(place.relative_to(page.parent)) if beside else "",
-            clips=clips,
         )
 
 
@@ -271,52 +251,3 @@ def _with_cost(row: PaperComparison, lookup: Lookup) -> PaperComparison:
         if cost is not None:
             return dataclasses.replace(row, cost=cost)
     return row
-
-
-def clips_of(
-    paths: Paths, spec: DatasetSpec, store: Shard, folder: Path, task: str
-) -> tuple[Clip, ...]:
-    """Copy the first recording of each class, or of evenly spaced values, into `folder`.
-
-    There are at most MAX_CLIPS. A recording that is missing or changed since its features were
-    computed is skipped.
-    """
-    settings = spec.task_settings(task)
-    clips = []
-    for row in _chosen(store, settings["target"], settings.get("classes", ())):
-        name = str(store.columns["recording"].values[row])
-        shown = words(value(store.columns[settings["target"]].values[row].item()))
-        if file := _copied(paths, spec.name, store, row, folder):
-            clips.append(Clip(name, with_unit(shown, settings["unit"]), f"{SOUNDS}/{file}"))
-    return tuple(clips)
-
-
-def _chosen(store: Shard, target: str, classes: Sequence[str]) -> list[int]:
-    """Return the row of the first recording, by name, of each of at most MAX_CLIPS values."""
-    if target not in store.columns or not len(store.feature):
-        return []
-    values = store.columns[target].values
-    known = values != "" if values.dtype.kind == "U" else np.isfinite(values)
-    known &= np.isin(values, classes) if classes else True
-    distinct = np.unique(values[known])
-    places = np.linspace(0, len(distinct) - 1, min(MAX_CLIPS, len(distinct))).round().astype(int)
-    names = store.columns["recording"].values
-    rows = (np.flatnonzero(values == distinct[place]) for place in places)
-    return [int(min(some, key=lambda row: names[row])) for some in rows]
-
-
-def _copied(paths: Paths, dataset: str, store: Shard, row: int, folder: Path) -> str:
-    """Copy a recording, byte for byte, and return its name in `folder`; none if it is gone."""
-    session, _, recording = str(store.columns["recording"].values[row]).partition("/")
-    digest = str(store.columns["sha256"].values[row])
-    try:
-        path = recording_paths(paths.session(dataset, session))[recording]
-        suffix = SUFFIXES.get(inspect_audio(path).format, ".wav")
-        sound = path.read_bytes()
-    except (DataError, LookupError, OSError):
-        return ""
-    if sha256_of(sound) != digest:
-        return ""
-    name = f"{dataset}--{digest[:16]}{suffix}"
-    write_bytes(folder / name, sound)
-    return name

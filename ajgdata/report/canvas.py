@@ -7,6 +7,7 @@ an earlier figure can change them.
 from __future__ import annotations
 
 import io
+import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
 from pathlib import Path
@@ -22,7 +23,6 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 from ajgdata.paths import FIGURE_FORMATS
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.format import Source, sentence, value
-from ajgdata.report.labels import REFERENCES, wrapped
 from ajgdata.store.files import write_bytes
 
 P = ParamSpec("P")
@@ -36,12 +36,14 @@ MAX_VECTOR_POINTS = 3000
 #: Resolution of what is drawn as pixels in a vector file.
 SVG_DPI = 130
 MARKERS = "os^DvPX"
-GREY = REFERENCES["ideal"]["color"]
+GREY = "#6b6b6b"
 #: Lines are told apart without their colour, too.
 DASHES = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (5, 1.5, 1, 1.5)))
 WIDTH_IN = 7.2
 TITLE_PT, SUBTITLE_PT = 11.0, 8.5
 TITLE_LINE_IN, SUBTITLE_LINE_IN = 0.19, 0.15
+#: Letters of text of these sizes that fit into an inch.
+TITLE_LETTERS_PER_IN, SUBTITLE_LETTERS_PER_IN = 9.0, 13.0
 HEAD_IN = 0.53  #: height of a head of one line of each, which the size of a figure includes
 BADGE_IN = 0.88
 
@@ -114,8 +116,8 @@ def new_figure(
     """
     width, badges = size_in[0], sorted(set(sources))
     left = 0.08 + BADGE_IN * len(badges)
-    lines = wrapped(sentence(title), width - 0.2, TITLE_PT, "bold")
-    below = wrapped(subtitle, width - left - 0.12, SUBTITLE_PT)
+    lines = textwrap.wrap(sentence(title), int(TITLE_LETTERS_PER_IN * (width - 0.2))) or [""]
+    below = textwrap.wrap(subtitle, int(SUBTITLE_LETTERS_PER_IN * (width - left - 0.12))) or [""]
     more = TITLE_LINE_IN * (len(lines) - 1) + SUBTITLE_LINE_IN * (len(below) - 1)
     height = size_in[1] + more
     layout = ConstrainedLayoutEngine(rect=(0, 0, 1, 1 - (HEAD_IN + more) / height))
@@ -135,11 +137,6 @@ def new_figure(
     for i, line in enumerate(below):
         write(left, top - 0.005 + SUBTITLE_LINE_IN * i, line, fontsize=SUBTITLE_PT)
     return figure
-
-
-def model_style(index: int) -> dict[str, Any]:
-    """Return colour and marker of the `index`-th of several models; both differ from the next."""
-    return {"color": COLOURS[index % len(COLOURS)], "marker": MARKERS[index % len(MARKERS)]}
 
 
 def line_style(index: int) -> dict[str, Any]:

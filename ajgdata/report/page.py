@@ -104,7 +104,6 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
         "sources": sorted({section.source for section in sections}),
         "texts": [one for one in dict.fromkeys(told) if one[1]],
         "datasets": [d for d in report.datasets if d.name in names],
-        "clips": [clip for section in sections for clip in section.clips],
     }
 
 

@@ -28,11 +28,6 @@ class Spectra:
     mean: np.ndarray
     grouping: str = "class"
 
-    def __post_init__(self) -> None:
-        expected = (len(self.labels), np.size(self.frequency_hz))
-        if np.ndim(self.frequency_hz) != 1 or np.shape(self.mean) != expected:
-            raise ValueError(f"spectra must be (labels, frequencies) = {expected}")
-
 
 @dataclass(frozen=True)
 class Provenance:
@@ -94,20 +89,11 @@ class Part:
     tables: tuple[ShownTable, ...]
 
 
-class Clip(NamedTuple):
-    """A recording that a page plays; `file` is relative to the report's folder."""
-
-    recording: str
-    label: str
-    file: str
-
-
 @dataclass(frozen=True)
 class TaskSection:
     """A task (or an embedding) of a data set with its experiments, in the order of the report.
 
-    `explorer` is a link to the scatter plot of its recordings, if there is one; `clips` are a few
-    recordings to listen to.
+    `explorer` is a link to the scatter plot of its recordings, if there is one.
     """
 
     dataset: str
@@ -116,7 +102,6 @@ class TaskSection:
     source: Source
     parts: tuple[Part, ...]
     explorer: str = ""
-    clips: tuple[Clip, ...] = ()
 
     @property
     def anchor(self) -> str:
@@ -188,21 +173,6 @@ class Report:
     skipped: tuple[Skipped, ...] = ()
     run_cost: tuple[RuleCost, ...] = ()
     paper: tuple[PaperFigure, ...] = ()  #: all that the paper reports, whether it is here or not
-
-    def __post_init__(self) -> None:
-        sources = {d.name: d.source for d in self.datasets}
-        if len(sources) != len(self.datasets):
-            raise ValueError("two data sets of the report share a name")
-        seen = set()
-        for section in self.sections:
-            where = f"{section.dataset}/{section.task}"
-            if section.dataset not in sources:
-                raise ValueError(f"{where}: the report has no data set {section.dataset}")
-            if section.source != sources[section.dataset]:
-                raise ValueError(f"{where}: {section.source}, but its data set is not")
-            if where in seen:
-                raise ValueError(f"{where} occurs twice")
-            seen.add(where)
 
     @property
     def absent(self) -> list[PaperFigure]:

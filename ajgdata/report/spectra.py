@@ -10,9 +10,8 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure, styled
+from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.format import Caption, number, words
-from ajgdata.report.labels import REFERENCES
 from ajgdata.report.report_data import DatasetSummary, Spectra
 
 #: Where the mean is further below its peak, differences are of next to nothing.
@@ -89,7 +88,7 @@ def spectra_figure(dataset: DatasetSummary) -> Figure:
     upper.set(ylabel="level (dB)", xscale="log", xlim=(frequency[0], frequency[-1]))
     at = _widest(overall, each)
     for axes in (upper, lower) if n > 1 else ():
-        axes.axvline(frequency[at], **REFERENCES["ideal"])
+        axes.axvline(frequency[at], color=GREY, ls="--", lw=1.1)
     mesh = _difference_panel(lower, spectra, frequency, each - overall)
     figure.colorbar(mesh, ax=lower, label="difference (dB)", pad=0.02, extend="both")
     return figure

@@ -10,7 +10,7 @@ import numpy as np
 from embedding_samples import pictures as projections
 from report_samples import PAPER, SCRIPT, sample_report
 
-from ajgdata.paths import FIGURES, INDEX, SOUNDS, TABLES
+from ajgdata.paths import FIGURES, INDEX, TABLES
 from ajgdata.pipeline.exports import report_tables, write_csv
 from ajgdata.report.comparison import Cost, PaperComparison, mark_of
 from ajgdata.report.explorer import Explored, render_explorer
@@ -18,8 +18,7 @@ from ajgdata.report.format import Score
 from ajgdata.report.navigation import EXPLORERS, Link, experiment_link, navigation
 from ajgdata.report.page import illustrations, render_pages
 from ajgdata.report.render import draw_figures
-from ajgdata.report.report_data import Clip, Report
-from ajgdata.store.audio import write_pcm24
+from ajgdata.report.report_data import Report
 from ajgdata.store.files import write_bytes
 
 RATE_HZ = 8_000
@@ -81,7 +80,7 @@ class Site(NamedTuple):
 def sample_site(folder: Path) -> Site:
     """A small report with hostile names, all kinds of pages, as the workflow leaves it."""
     index = folder / "report/index.html"
-    report = full_report(index.parent / SOUNDS)
+    report = full_report()
     plot = Link("latents/size/poses.html", SCRIPT, EXPLORERS)
     listed = [Link(experiment_link(page.name), page.title, page.about) for page in report.pages]
     nav = navigation(listed, [], [plot])
@@ -98,8 +97,8 @@ def sample_site(folder: Path) -> Site:
     return Site(index.parent)
 
 
-def full_report(sounds: Path) -> Report:
-    """The report that unit tests draw, with a panel of each kind and a recording to play."""
+def full_report() -> Report:
+    """The report that unit tests draw, with a panel of each kind."""
     report = sample_report()
     marks = (
         mark_of("ours", "CNN", Score(0.7, 0.1)),
@@ -112,9 +111,4 @@ def full_report(sounds: Path) -> Report:
         marks=marks, page=page,
     )  # fmt: skip
     absent = PAPER.model_copy(update={"id": "x", "where": "angles", "text": "8°"})
-    write_pcm24(sounds / "tone.wav", TONE, RATE_HZ)
-    first, *others = report.sections
-    first = dataclasses.replace(first, clips=(Clip("s1/0", SCRIPT, f"{SOUNDS}/tone.wav"),))
-    return dataclasses.replace(
-        report, sections=(first, *others), comparisons=(found,), paper=(PAPER, absent),
-    )  # fmt: skip
+    return dataclasses.replace(report, comparisons=(found,), paper=(PAPER, absent))

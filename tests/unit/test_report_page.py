@@ -9,13 +9,12 @@ from pathlib import PurePosixPath
 import pytest
 from html_page import Page
 from jinja2 import UndefinedError
-from report_samples import PAPER, SCRIPT, dataset, row, sample_report, sections
+from report_samples import PAPER, SCRIPT, dataset, sample_report
 
-from ajgdata.paths import Paths
 from ajgdata.report.comparison import Cost, PaperComparison, mark_of
 from ajgdata.report.format import DASH, Score
 from ajgdata.report.navigation import Link, navigation
-from ajgdata.report.page import MAX_FINDINGS, illustrations, paper_cells, render_pages
+from ajgdata.report.page import illustrations, render_pages
 from ajgdata.report.render import picture, setting
 from ajgdata.report.report_data import Report, Skipped
 from ajgdata.report.skill import skill_figure
@@ -62,20 +61,6 @@ def test_each_experiment_has_a_page_and_all_pages_have_the_navigation(pages):
     size = Page(pages["experiments/size.html"])
     assert "How large is it?" in size.words and "snakemake report_size" in size.words
     assert Page(pages["experiments/stones.html"]).all("img") == []
-
-
-def test_the_page_of_an_experiment_shows_the_main_figure_then_numbers_then_run_time(pages):
-    html = pages["experiments/size.html"]
-    places = [html.index(f'<img src="../figures/{n}.svg"') for n in ("size--cnn", "cost--size")]
-    assert places[0] < html.index("2.20 ± 0.30 mm") < places[1] < html.index("<summary>k-NN")
-
-
-def test_published_data_sets_are_linked_and_others_are_not(html):
-    report = sample_report()
-    name = report.datasets[0].name
-    linked = render(report, [name])["datasets.html"]
-    assert f'href="../published/{name}/README.md"' in linked
-    assert "../published/" not in html
 
 
 def test_nothing_is_fetched(html):
@@ -132,43 +117,12 @@ def test_each_task_says_simulated_or_recorded_and_stands_beside_the_paper(pages,
     assert "Simulated is not recorded." in Page(pages["index.html"]).words
 
 
-def test_a_missing_paper_figure_is_a_dash(results):
-    assert results.row(["CNN", "accuracy"])[-1] == "—"
-
-
-def test_a_shared_paper_figure_is_written_once():
-    shared = [row("CNN", "1", paper=PAPER), row("k-NN", "2", paper=PAPER)]
-    assert paper_cells(shared) == [
-        ("RMSE 2.6 mm overall", "cubes; arXiv 2603.00351", 2),
-        ("", "", 0),
-    ]
-    mixed = [*shared, row("SVM", "3"), row("CNN", "4", part="withheld", paper=PAPER)]
-    assert [cell[2] for cell in paper_cells(mixed)] == [2, 0, 1, 1]
-    assert paper_cells(mixed)[2][0] == DASH
-
-
 def test_the_lowest_error_is_bold_and_shown_first(pages):
     bold = re.findall(r"<strong>(\d.*?)</strong>", pages["results.html"])
     assert bold == ["2.20 ± 0.30 mm", "70.0 ± 5.0 %"]
     html = pages["experiments/size.html"]
     cnn, knn = (html.index(f'<figure id="size--{m}"') for m in ("cnn", "knn"))
     assert cnn < html.index("<summary>k-NN: RMSE 4.00</summary>") < knn
-
-
-def test_rows_of_a_part_stand_below_its_heading(pages):
-    html = pages["results.html"]
-    heading = html.index("edge, values withheld from training")
-    assert html.index("4.00 ± 0.40 mm") < heading < html.index("3.50 ± 0.40 mm")
-    assert html.count("values withheld from training") == 1
-
-
-def test_words_and_tables_of_an_experiment_are_on_its_page(pages):
-    html = pages["experiments/size.html"]
-    page = Page(html)
-    assert "Regression of edge_mm." in page.words
-    assert page.row(["15", "3"]) == ["15", "3"]
-    assert page.row([SCRIPT, "—"]) == [SCRIPT, "—"]
-    assert "<em>escaped</em>" in html and "<summary>Fold by fold</summary>" in html
 
 
 FOUND = PaperComparison(
@@ -219,51 +173,11 @@ def test_skill_is_0_at_chance_and_1_without_error():
     assert skill_figure([dataclasses.replace(FOUND, marks=())]) is None
 
 
-@pytest.mark.parametrize(
-    ("changes", "says"),
-    [
-        ({"dataset": "nope"}, "the report has no data set nope"),
-        ({"source": "recorded"}, "recorded, but its data set is not"),
-        ({"dataset": "stones", "source": "recorded", "task": "kind"}, "occurs twice"),
-    ],
-)
-def test_a_section_that_fits_no_data_set_is_refused(changes, says):
-    first, second = sections()
-    with pytest.raises(ValueError, match=says):
-        dataclasses.replace(
-            sample_report(), sections=(dataclasses.replace(first, **changes), second)
-        )
-
-
-def test_two_data_sets_of_one_name_are_refused():
-    with pytest.raises(ValueError, match="share a name"):
-        Report("t", "1", "c", (dataset("size", "simulated"),) * 2)
-
-
 def test_quarantine(pages):
     page = Page(pages["datasets.html"])
     assert page.words.count("Nothing was quarantined.") == 1
     assert page.row(["s1 / r7"])[1:3] == ["error", f"{SCRIPT} ("]
     assert any("1 left out, 1 flagged but used." in words for words in page.words)
-
-
-def test_a_report_that_stands_apart_finds_what_all_runs_share():
-    page = render(sample_report(), ["stones"], Paths(run="stones+beads"))["datasets.html"]
-    for shared in ("quarantine/stones.csv", "published/stones/README.md"):
-        assert f'href="../../../{shared}"' in page
-
-
-def test_a_long_quarantine_is_cut_and_says_so():
-    rows = tuple(
-        Finding("s1", f"r{i}", "f.wav", "error", "silent", "is silent", "repeat it")
-        for i in range(MAX_FINDINGS + 1)
-    )
-    html = render(Report("t", "1", "c", (dataset("size", "simulated", findings=rows),)))[
-        "datasets.html"
-    ]
-    assert f"s1 / r{MAX_FINDINGS - 1}<" in html and f"s1 / r{MAX_FINDINGS}<" not in html
-    assert f"the first {MAX_FINDINGS} of a kind are here" in html
-    assert f"{MAX_FINDINGS + 1} left out, 0 flagged but used" in html
 
 
 def test_errors_come_first_and_notes_apart():
@@ -307,26 +221,10 @@ def test_a_setting_is_written_as_people_do_and_a_place_is_no_range(value, said):
     assert setting(value) == said
 
 
-def test_settings_and_provenance_are_shown(pages):
-    page = Page(pages["run.html"])
-    assert page.row(["Cube size", "stft"]) == [
-        "Cube size", "stft", "2,048", "512", "hann", "magnitude", "l1", "100 to 18,000", "no",
-        "0.05",
-    ]  # fmt: skip
-    assert page.row(["Cube size", "0.1.0"])[1:] == ["0.1.0", "abc1234", "c0ffee", "f00d"]
-    assert "grid spacing (mm)" in Page(pages["datasets.html"]).words
-
-
 def test_what_was_not_evaluated_is_said_with_its_reason():
     skipped = Skipped("size", "edge", "CNN", "4 groups for 5 folds")
     html = render(dataclasses.replace(sample_report(), skipped=(skipped,)))["run.html"]
     assert "<li>size · edge · CNN: 4 groups for 5 folds</li>" in html
-
-
-def test_recorded_data_alone_need_no_warning_about_simulation():
-    report = Report("t", "1", "c", (dataset("stones", "recorded"),), sections()[1:])
-    html = "".join(render(report).values())
-    assert "Simulated is not recorded" not in html and 'class="badge simulated"' not in html
 
 
 def test_an_empty_report_is_a_page():

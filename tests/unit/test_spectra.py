@@ -1,8 +1,6 @@
 """Mean spectra of a data set as they are drawn, and files of figures that never vary."""
 
 import dataclasses
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -75,13 +73,6 @@ def test_an_empty_bin_is_silence_not_infinity():
     assert level.min() == pytest.approx(-120)
 
 
-def test_spectra_need_a_row_a_label_and_a_figure_needs_spectra():
-    with pytest.raises(ValueError, match=r"\(2, 3\)"):
-        Spectra(np.arange(3.0), ("a", "b"), np.zeros((3, 2)))
-    with pytest.raises(ValueError, match="data set size has no spectra"):
-        spectra_figure(dataclasses.replace(dataset(), spectra=None))
-
-
 def test_the_same_figure_gives_the_same_bytes(tmp_path):
     figure = spectra_figure(dataset())
     first = [p.read_bytes() for p in save_figure(figure, tmp_path / "a" / "one.figure")]
@@ -92,13 +83,3 @@ def test_the_same_figure_gives_the_same_bytes(tmp_path):
     assert b"<dc:date>" not in first[0] and b"CreationDate" not in first[2]
     names = sorted(p.name for p in (tmp_path / "a").iterdir())
     assert names == ["one.figure.pdf", "one.figure.png", "one.figure.svg"]
-
-
-def test_drawing_leaves_pyplot_alone():
-    code = (
-        "import sys, ajgdata.report.page, ajgdata.report.spectra, ajgdata.report.render;"
-        "import ajgdata.experiments.cross_validation.figures;"
-        "print('matplotlib.figure' in sys.modules, 'matplotlib.pyplot' in sys.modules)"
-    )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout.strip() == "True False"

@@ -19,7 +19,6 @@ rule report:
         runs=PATHS.runs,
         figures=directory(PATHS.report.parent / FIGURES),
         experiments=directory(PATHS.report.parent / EXPERIMENT_PAGES),
-        sounds=directory(PATHS.report.parent / SOUNDS),
         tables=directory(PATHS.report.parent / TABLES),
     log:
         str(PATHS.log("report")),
@@ -61,7 +60,6 @@ use rule report as report_alone with:
         runs=PATHS.report_on("{report}").with_name(RUNS_FILE),
         figures=directory(PATHS.report_on("{report}").parent / FIGURES),
         experiments=directory(PATHS.report_on("{report}").parent / EXPERIMENT_PAGES),
-        sounds=directory(PATHS.report_on("{report}").parent / SOUNDS),
         tables=directory(PATHS.report_on("{report}").parent / TABLES),
     log:
         "results/logs/report_alone/{report}.log",
