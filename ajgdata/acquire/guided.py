@@ -18,7 +18,6 @@ from ajgdata.acquire.protocol import (
     PlannedGrasp,
     grasp_id,
     remaining,
-    whole_grasps,
 )
 from ajgdata.acquire.robot import Placement, Robot, RobotError, grasp_once
 from ajgdata.features.checks import check_samples
@@ -31,12 +30,11 @@ _OFFERED = (Choice.REDO, Choice.SKIP, Choice.QUIT)
 
 class Outcome(NamedTuple):
     """An acquisition's outcome: recordings made, grasps that are left because the operator ended
-    it, those that shall not be made, with the reason, and those whose labels were not asked for."""
+    it, and skipped grasps with the reason."""
 
     recorded: int
     left: int
     skipped: Mapping[str, str]
-    unlabelled: Sequence[str] = ()
 
 
 class Problem(NamedTuple):
@@ -67,45 +65,29 @@ class GuidedAcquisition:
     operator: Operator
     _problems: list[Problem] = field(default_factory=list)
     _spent_s: list[float] = field(default_factory=list)
-    _asked: set[str] = field(default_factory=set)
     _recorded: int = 0
     _reason: str = ""
 
     def run(self) -> Outcome:
         """Make the grasps that are left. Raises CardError, and RobotError if nobody is there."""
-        if not all(self._label_after(grasp) for grasp in self._unlabelled()):  # of a killed one
-            return self._outcome(len(self._left()))
-        queue = self._left()
-        before: PlannedGrasp | None = None
+        queue = remaining(self.planned, self.session.recordings, self.session.skipped)
         while queue:
             grasp = queue[0]
             self.operator.announce(grasp, self._progress(len(queue)))
             start = time.monotonic()
-            choice = self._grasp(grasp)
-            match choice:
+            match self._grasp(grasp):
                 case Choice.KEEP:
-                    before = queue.pop(0)
-                    if not self._label_after(before):
-                        return self._outcome(len(queue))
+                    queue.pop(0)
+                    if not self._label_after(grasp):
+                        break
                     self._spent_s.append(time.monotonic() - start)
                 case Choice.SKIP:
                     self.session.skip(grasp, self._reason)
                     queue.pop(0)
-                case Choice.BACK if before is not None:
-                    self.session.reject(before)
-                    queue.insert(0, before)
-                    before = None
                 case Choice.QUIT:
                     self._drop_partial(grasp)
-                    return self._outcome(len(queue))
-        return self._outcome(0)
-
-    def _left(self) -> list[PlannedGrasp]:
-        return remaining(self.planned, self.session.recordings, self.session.skipped)
-
-    def _outcome(self, left: int) -> Outcome:
-        unlabelled = [grasp.name for grasp in self._unlabelled()]
-        return Outcome(self._recorded, left, self.session.skipped, unlabelled)
+                    break
+        return Outcome(self._recorded, len(queue), self.session.skipped)
 
     def _progress(self, left: int) -> Progress:
         mean_s = sum(self._spent_s) / len(self._spent_s) if self._spent_s else None
@@ -115,7 +97,6 @@ class GuidedAcquisition:
     def _grasp(self, grasp: PlannedGrasp) -> Choice:
         """Make one attempt at a grasp; return what becomes of it."""
         attempt = self.session.begin(grasp)
-        self._asked.discard(grasp.name)
         self._problems, self._reason = [], "left out by the operator; record it another time"
         try:
             if error := self._failed(grasp, attempt):
@@ -143,26 +124,12 @@ class GuidedAcquisition:
             return error
         return None
 
-    def _unlabelled(self) -> list[PlannedGrasp]:
-        """Return the grasps that are whole, and whose labels were to be asked for after them."""
-        whole = whole_grasps(self.session.recordings)
-        return [
-            grasp
-            for grasp in self.planned
-            if grasp.object and grasp.name not in self._asked
-            and len(rows := whole.get(grasp.name, [])) >= grasp.samples
-            and not all(row.labels.get(name) for row in rows for name in self._names("after"))
-        ]  # fmt: skip
-
     def _label_after(self, grasp: PlannedGrasp) -> bool:
         """Ask for what is known only now; False if the operator quits instead."""
-        rows = self.session.whole(grasp)
-        names = [n for n in self._names("after") if not all(row.labels.get(n) for row in rows)]
         try:
-            known = self._ask(grasp, names)
+            known = self._ask(grasp, self._names("after"))
         except Decision:
             return False
-        self._asked.add(grasp.name)  # be it to hear that nobody knows
         if known:
             self.session.label(grasp, known)
         return True

@@ -48,14 +48,11 @@ class LiveSession:
         self.folder = folder
         self._setup = setup_digest(setup)
         self._rate_hz = read_session(folder).sample_rate_hz or 0
-        self._rows, self._written = _table(folder)
 
     @property
     def recordings(self) -> list[Recording]:
-        """Every row of the table, with what was edited by hand meanwhile."""
-        if (self.folder / RECORDINGS_FILE).read_bytes() != self._written:
-            self._rows, self._written = _table(self.folder)
-        return self._rows
+        """Every row of the table, which may be edited by hand during the session."""
+        return _table(self.folder)
 
     @property
     def latency_samples(self) -> int | None:
@@ -72,30 +69,17 @@ class LiveSession:
     def begin(self, grasp: PlannedGrasp) -> int:
         """Return the number of the attempt at `grasp` that comes now.
 
-        What there is of earlier ones is rejected; so is a recording that a killed acquisition wrote
-        and did not enter.
+        Earlier recordings of the grasp are rejected. A file that a killed acquisition wrote and did
+        not enter into the table is removed.
         """
         self.reject(grasp)
-        self._enter(grasp, max(next_attempt(grasp, self.recordings) - 1, 1))
         number = next_attempt(grasp, self.recordings)
-        while self._enter(grasp, number):
-            number += 1
+        known = {row.file for row in self.recordings}
+        for attempt in (number - 1, number):
+            for row in self._planned(grasp, attempt):
+                if row.file not in known:
+                    (self.folder / row.file).unlink(missing_ok=True)
         return number
-
-    def _enter(self, grasp: PlannedGrasp, attempt: int) -> bool:
-        """Enter the recordings of an attempt that have no row, as rejected; True if there are
-        any."""
-        known = {row.recording_id for row in self.recordings}
-        lost = [
-            row.model_copy(
-                update={"sha256": file_sha256(self.folder / row.file), "quality": REJECTED}
-            )
-            for row in self._planned(grasp, attempt)
-            if row.recording_id not in known and (self.folder / row.file).exists()
-        ]
-        if lost:
-            self._write([*self.recordings, *lost])
-        return bool(lost)
 
     def record(
         self,
@@ -115,7 +99,7 @@ class LiveSession:
         write_pcm24(path, samples, self._rate_hz)
         changes = {"quality": quality, "labels": {**row.labels, **labels}}
         row = row.model_copy(update={**changes, "sha256": file_sha256(path)})
-        self._write([*self.recordings, row])
+        write_recordings(self.folder, [*self.recordings, row])
         return row
 
     def accept(self, grasp: PlannedGrasp, attempt: int) -> None:
@@ -167,11 +151,7 @@ class LiveSession:
         rows = self.recordings
         mine = [change(row) if row.labels.get(PLANNED) == grasp.name else row for row in rows]
         if mine != rows:
-            self._write(mine)
-
-    def _write(self, rows: list[Recording]) -> None:
-        write_recordings(self.folder, rows)
-        self._rows, self._written = rows, (self.folder / RECORDINGS_FILE).read_bytes()
+            write_recordings(self.folder, mine)
 
     def _planned(self, grasp: PlannedGrasp, attempt: int) -> list[Recording]:
         """Return a row for each sample of an attempt."""
@@ -231,10 +211,9 @@ def live_session(
                 session.about(finished=True)
 
 
-def _table(folder: Path) -> tuple[list[Recording], bytes]:
-    """Return the rows of the table, and its bytes. Raises DataError for a row that is wrong: it
-    would be lost when the table is written."""
-    content = (folder / RECORDINGS_FILE).read_bytes()
+def _table(folder: Path) -> list[Recording]:
+    """Return the rows of the table. Raises DataError for a row that is wrong: it would be lost when
+    the table is written."""
     rows, findings = read_recordings(folder)
     if findings:
         first = findings[0]
@@ -244,4 +223,4 @@ def _table(folder: Path) -> tuple[list[Recording], bytes]:
         if row.labels.get(PLANNED) and not number.isdecimal():
             problem = f"{row.recording_id}: {ATTEMPT} = {number!r}"
             raise DataError(folder / RECORDINGS_FILE, problem, "write the number of the attempt")
-    return rows, content
+    return rows

@@ -12,13 +12,12 @@ from ajgdata.types import Target
 
 
 class Choice(StrEnum):
-    """Decisions about a grasp; BACK: reject the grasp before it, and make that again."""
+    """Decisions about a grasp."""
 
     KEEP = "keep"
     REDO = "redo"
     SKIP = "skip"
     QUIT = "quit"
-    BACK = "back"
 
 
 class Decision(Exception):  # noqa: N818  # no error: it ends a question

@@ -124,11 +124,7 @@ def _by_protocol(dataset: str, session: str, device: dict[str, Any], yes: bool, 
     out.print(f"{dataset}/{name}: {done.recorded} recorded{left}", soft_wrap=True)
     for grasp, reason in done.skipped.items():
         err.print(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}", soft_wrap=True)
-    if done.unlabelled:
-        fix = f"fill them in in recordings.csv, or give --session {name} to be asked again"
-        _warn(f"labels of {', '.join(done.unlabelled)} were not asked for; {fix}")
-    missing = done.skipped or done.unlabelled or (yes and done.left)
-    raise typer.Exit(bool(missing))
+    raise typer.Exit(bool(done.skipped or (yes and done.left)))
 
 
 def _ask(text: str) -> bool:
@@ -144,10 +140,6 @@ def _refuse(text: str) -> bool:
     """Show what a config would start, and refuse it: there is nobody to allow it."""
     out.print(escape(text), soft_wrap=True)
     return False
-
-
-def _warn(said: str) -> None:
-    err.print(f"[yellow]warning[/yellow] {escape(said)}", soft_wrap=True)
 
 
 def _by_recipe(datasets: list[str], source: str, session: str, recipe: Path | None) -> None:

@@ -13,7 +13,7 @@ from ajgdata.acquire.protocol import PlannedGrasp
 from ajgdata.types import Target
 
 _METER = 20  # characters for 60 dB
-_KEYS = {"b": Choice.BACK, "s": Choice.SKIP, "q": Choice.QUIT}
+_KEYS = {"s": Choice.SKIP, "q": Choice.QUIT}
 
 
 class TerminalOperator:
@@ -34,9 +34,9 @@ class TerminalOperator:
         )
 
     def confirm(self, text: str) -> None:
-        """Print it and wait for Enter; b, s and q decide otherwise."""
+        """Print it and wait for Enter; s and q decide otherwise."""
         while True:
-            said = self._line(f"  {text}; then Enter (b: redo the one before, s: skip, q: quit) ")
+            said = self._line(f"  {text}; then Enter (s: skip, q: quit) ")
             if not said:
                 return
             if said in _KEYS:

@@ -67,7 +67,7 @@ def without_a_row(folder, rows):
     return [p for p in (folder / "audio").glob("*.wav") if p.name[0] != "." and p.name not in known]
 
 
-@pytest.mark.parametrize("kills", [10, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kills", [5, pytest.param(200, marks=pytest.mark.slow)])
 def test_killed_at_any_moment(tmp_path, kills):
     paths = Paths(tmp_path)
     declare(paths, grasps_per_object=3, samples_per_grasp=2, references={"every": 4})
