@@ -1,7 +1,5 @@
 """Strategies of scenes as a person might write them: most can be, some cannot."""
 
-from copy import deepcopy
-
 from hypothesis import strategies as st
 
 from ajgdata.gripper.grippers import GRIPPERS
@@ -85,27 +83,3 @@ GRASP = st.fixed_dictionaries(
 SCENES = st.fixed_dictionaries(
     {"object": SHAPES, "grasp": GRASP}, optional={"gripper": GRIPPER, "medium": MEDIUM}
 )
-#: What no size, angle or count can be.
-NONSENSE = st.sampled_from([float("nan"), float("inf"), -1.0, 1e12, "wide", [], None])
-
-
-def _numbers(given, path=()):
-    """Paths of all numbers in nested data."""
-    pairs = given.items() if isinstance(given, dict) else enumerate(given)
-    for key, value in pairs:
-        if isinstance(value, dict | list):
-            yield from _numbers(value, (*path, key))
-        elif isinstance(value, float):
-            yield (*path, key)
-
-
-@st.composite
-def spoiled(draw):
-    """A scene one of whose numbers is nonsense."""
-    scene = deepcopy(draw(SCENES.filter(lambda scene: any(True for _ in _numbers(scene)))))
-    path = draw(st.sampled_from(sorted(_numbers(scene), key=str)))
-    inner = scene
-    for key in path[:-1]:
-        inner = inner[key]
-    inner[path[-1]] = draw(NONSENSE)
-    return scene
