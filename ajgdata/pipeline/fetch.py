@@ -1,7 +1,7 @@
 """`ajgdata fetch`: register a published data set, from a folder or the web, in this project.
 
-A published data set is untrusted input: hashes, names, links and sizes are checked before anything
-is written into the project, nothing of it is run, and whatever would start a program is removed.
+A published data set is untrusted input: hashes and names are checked before anything is written
+into the project, nothing of it is run, and whatever would start a program is removed.
 It is registered completely or not at all. Spectra are not fetched: the next run computes them.
 """
 
@@ -26,9 +26,7 @@ from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
     BRINGING,
     alone,
-    has_aliases,
     read_model,
-    read_text,
     read_yaml,
     replacing_folder,
     sha256_of,
@@ -36,7 +34,7 @@ from ajgdata.store.files import (
 )
 from ajgdata.store.importing import Imported
 from ajgdata.store.publishing import archive
-from ajgdata.store.publishing.archive import DISTRUST, cache_of, download, is_web, read_checksums
+from ajgdata.store.publishing.archive import DISTRUST, download, is_web, read_checksums
 from ajgdata.store.publishing.table import FILE_NAME, read_table, recordings_of
 from ajgdata.store.scan import Scan
 from ajgdata.store.sessions import (
@@ -73,13 +71,7 @@ class Fetched:
 
 
 def fetch(
-    paths: Paths,
-    source: str,
-    *,
-    name: str = "",
-    sha256: str = "",
-    each: Each = iter,
-    retries: int = 2,
+    paths: Paths, source: str, *, name: str = "", sha256: str = "", each: Each = iter
 ) -> Fetched:
     """Register the published data set at `source`, a folder or a web address, as `name` (default:
     its own). `sha256` is the hash of its SHA256SUMS, if it is known; without it, the files are only
@@ -92,26 +84,29 @@ def fetch(
     if name:
         _check_name(name)
     with ExitStack() as locks:
-        cache = cache_of(paths.fetched, source) if is_web(source) else None
-        if cache:
-            locks.enter_context(alone(cache, f"fetching {source}"))
-        address = source.removesuffix(Tree.SUMS) if cache else ""
-        tree = Tree(cache or Path(source))
-        hashes = _brought(paths, tree, address, name, sha256, each, retries)
+        folder = Path(source)
+        if is_web(source):
+            folder = paths.fetched / sha256_of(source.encode())[:16]
+            locks.enter_context(alone(folder, f"fetching {source}"))
+            _download(source.removesuffix(Tree.SUMS), Tree(folder), sha256, each)
+        tree = Tree(folder)
+        hashes = _checked(paths, tree, sha256)
         spec, dropped, removed = _declared(paths, tree, name)
         locks.enter_context(alone(paths.recordings(spec.name), BRINGING))
-        rows = _registered(paths, tree, hashes, cache, spec)
+        rows = _registered(paths, tree, hashes, spec)
+    if folder.parent == paths.fetched:
+        shutil.rmtree(folder, ignore_errors=True)
     digest = file_sha256(folder_sums(paths, spec.name))
     sessions = len({session for _, session, _ in rows})
     return Fetched(spec.name, digest, len(rows), sessions, dropped, removed)
 
 
 def _registered(
-    paths: Paths, tree: Tree, hashes: Mapping[str, str], cache: Path | None, spec: DatasetSpec
+    paths: Paths, tree: Tree, hashes: Mapping[str, str], spec: DatasetSpec
 ) -> list[tuple[str, str, Recording]]:
-    """Write a fetched data set into the project, then remove its `cache`; return its rows."""
+    """Write a fetched data set into the project; return its rows."""
     rows = _rows(tree, hashes)
-    _check_free(paths, spec.name, tree, cache)
+    _check_free(paths, spec.name, tree)
     sessions: dict[str, list[tuple[str, Recording]]] = defaultdict(list)
     for file, session, recording in rows:
         sessions[session].append((file, recording))
@@ -119,14 +114,11 @@ def _registered(
         archive.reading(tree / tree.ARCHIVE) as packed,
         replacing_folder(paths.recordings(spec.name)) as folder,
     ):
-        _check_archive(tree, packed)
         for session, members in sorted(sessions.items()):
             _write_session(tree, hashes, packed, folder / "sessions" / session, members)
         for kept in KEPT:
             write_bytes(folder / "published" / kept, (tree / kept).read_bytes())
-    write_dataset(paths, spec)  # the last step: until then nothing that was downloaded is removed
-    if cache:
-        shutil.rmtree(cache, ignore_errors=True)
+    write_dataset(paths, spec)  # the last step: a data set without it is not registered
     return rows
 
 
@@ -157,34 +149,27 @@ def folder_sums(paths: Paths, dataset: str) -> Path:
     return paths.recordings(dataset) / "published" / Tree.SUMS
 
 
-def _brought(
-    paths: Paths, tree: Tree, address: str, name: str, sha256: str, each: Each, retries: int
-) -> dict[str, str]:
-    """Check every required file of a folder, after downloading it from `address`, unless that is
-    empty; return hashes.
+def _download(address: str, tree: Tree, sha256: str, each: Each) -> None:
+    """Download SHA256SUMS and the required files of a published data set."""
+    download(address, tree.root, {Tree.SUMS: sha256})
+    hashes = read_checksums(tree / tree.SUMS)
+    required = {name: hashes[name] for name in _required(tree / tree.SUMS, hashes)}
+    download(address, tree.root, required, each=each)
 
-    The declaration comes first, so a name that exists ends it before the other files.
-    """
-    if address:
-        download(address, tree.root, {Tree.SUMS: sha256}, retries=retries)
-    elif not (tree / tree.SUMS).is_file():
+
+def _checked(paths: Paths, tree: Tree, sha256: str) -> dict[str, str]:
+    """Check every required file of a folder; return all hashes."""
+    if not (tree / tree.SUMS).is_file():
         known = ", ".join(list_sources(paths)) or "none"
         fix = f"name the folder or the web address of one, or public recordings ({known})"
         raise DataError(tree.root, f"has no {tree.SUMS}: not a published data set", fix)
-    _check_text(tree, tree.SUMS)
     if sha256 and file_sha256(tree / tree.SUMS) != sha256:
         raise DataError(tree / tree.SUMS, "is not the one with this --sha256", DISTRUST)
     hashes = read_checksums(tree / tree.SUMS)
-    required = _required(tree / tree.SUMS, hashes)
-    for names, shown in (([tree.DECLARATION], iter), (required, each)):
-        if address:
-            chosen = {file: hashes[file] for file in names}
-            download(address, tree.root, chosen, each=shown, retries=retries)
-        for file in names if address else shown(names):
-            _check_file(tree, file, hashes[file])
-        if names is not required:
-            cache = tree.root if address else None
-            _check_free(paths, name or _declaration(tree)[0].name, tree, cache)
+    for name in _required(tree / tree.SUMS, hashes):
+        if file_sha256(tree / name) != hashes[name]:
+            problem = f"its bytes are not those of {tree.SUMS} (sha256 differs)"
+            raise DataError(tree / name, problem, "fetch or copy it again")
     return hashes
 
 
@@ -230,30 +215,6 @@ def _required(sums: Path, hashes: Mapping[str, str]) -> list[str]:
     return sorted(required | {name for name in hashes if name.startswith("sessions/")})
 
 
-def _check_text(tree: Tree, name: str) -> None:
-    """Raise DataError for a file that is too large to be read whole, or YAML with aliases."""
-    is_yaml = name.endswith(".yaml")
-    limit = archive.MAX_YAML_BYTES if is_yaml else archive.MAX_TEXT_BYTES
-    if (tree / name).stat().st_size > limit:
-        raise DataError(tree / name, "is too large", DISTRUST)
-    if is_yaml and has_aliases(read_text(tree / name)):
-        raise DataError(tree / name, "repeats itself by YAML aliases", DISTRUST)
-
-
-def _check_file(tree: Tree, name: str, digest: str) -> None:
-    """Raise DataError for a file that is a link, is below one, or has another hash or size."""
-    steps = [tree / str(step) for step in (PurePosixPath(name), *PurePosixPath(name).parents)]
-    if any(step.is_symlink() for step in steps[:-1]):
-        raise DataError(tree / name, "is a link", DISTRUST)
-    if not (tree / name).is_file():
-        raise DataError(tree / name, "is missing, or no plain file", "fetch or copy it again")
-    if file_sha256(tree / name) != digest:
-        problem = f"its bytes are not those of {tree.SUMS} (sha256 differs)"
-        raise DataError(tree / name, problem, "fetch or copy it again")
-    if name != tree.ARCHIVE:
-        _check_text(tree, name)
-
-
 def _declared(
     paths: Paths, tree: Tree, name: str
 ) -> tuple[DatasetSpec, tuple[str, ...], tuple[str, ...]]:
@@ -282,8 +243,6 @@ def _rows(tree: Tree, hashes: Mapping[str, str]) -> list[tuple[str, str, Recordi
     found = []
     for line, row in lines:
         where, file = f"{tree / tree.METADATA}:{line}", row[FILE_NAME]
-        if problem := archive.bad_name(file):
-            raise DataError(where, f"{FILE_NAME} {file!r} {problem}", DISTRUST)
         if not file.startswith(f"{AUDIO_FOLDER}/") or file not in hashes:
             raise DataError(where, f"{file!r} is no recording of this data set", DISTRUST)
         if row["sha256"] != hashes[file]:
@@ -316,22 +275,14 @@ def _check_name(name: str) -> None:
         raise describe(error, "--name") from None
 
 
-def _check_free(paths: Paths, name: str, tree: Tree, cache: Path | None) -> None:
-    """Raise DataError if something is there, unless an interrupted `fetch` of the same left it. The
-    cache of one that was registered, but killed before it removed that, is removed."""
+def _check_free(paths: Paths, name: str, tree: Tree) -> None:
+    """Raise DataError if something is there, unless an interrupted `fetch` of the same left it."""
     held, sums = paths.recordings(name), folder_sums(paths, name)
-    same = sums.is_file() and sums.read_bytes() == (tree / tree.SUMS).read_bytes()
     if paths.dataset(name).exists():
-        if same and cache:
-            shutil.rmtree(cache, ignore_errors=True)
         raise DataError(paths.dataset(name), "there is a data set of this name", "give --name")
-    if held.exists() and not same:
+    is_same = sums.is_file() and sums.read_bytes() == (tree / tree.SUMS).read_bytes()
+    if held.exists() and not is_same:
         raise DataError(held, "there are recordings of this name", "give --name")
-
-
-def _check_archive(tree: Tree, packed: ZipFile) -> None:
-    for name, problem in archive.problems(packed, AUDIO_FOLDER):
-        raise DataError(tree / tree.ARCHIVE, f"{name!r} {problem}", DISTRUST)
 
 
 def _write_session(
@@ -349,7 +300,7 @@ def _write_session(
         raise DataError(tree / said, "audio_root leaves the folder", DISTRUST)
     if played := session.excitation:
         file = f"sessions/{folder.name}/{played.file}"
-        if archive.bad_name(file) or hashes.get(file) != played.sha256:
+        if hashes.get(file) != played.sha256:
             raise DataError(tree / said, f"{played.file!r} is not its excitation", DISTRUST)
         suffix = PurePosixPath(played.file).suffix
         target = str(PurePosixPath(EXCITATION_FILE).with_suffix(suffix))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
-import itertools
 import json
 import os
 import platform
@@ -34,8 +33,6 @@ BRINGING = "bringing recordings into this data set"
 #: Beginning of a text that a spreadsheet takes for a formula; a number or a word after a sign is
 #: none. Apostrophes count, so that `from_spreadsheet_cell` is the inverse of `spreadsheet_cell`.
 _FORMULA = re.compile(r"'*(?:[=@\t\r]|[+-](?![\w\s.,±%°/()×·−⁻-]*$))")
-#: Deepest nesting of brackets in YAML: libyaml crashes when its stack is full.
-_MAX_DEPTH = 200
 
 
 @contextmanager
@@ -188,14 +185,7 @@ def plain_text(text: str) -> str:
 
 
 class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """The safe loader, in C if PyYAML has it. It rejects a key that occurs twice and brackets that
-    are nested too deeply."""
-
-    def __init__(self, text: str) -> None:
-        steps = (1 if mark in "[{" else -1 for mark in re.findall(r"[][{}]", text))
-        if max(itertools.accumulate(steps), default=0) > _MAX_DEPTH:
-            raise yaml.YAMLError("nested too deeply")
-        super().__init__(text)
+    """The safe loader, in C if PyYAML has it. It rejects a key that occurs twice."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         keys = set()
@@ -253,16 +243,6 @@ def line_of(path: Path, place: Iterable[int | str]) -> int:
             (mark, node), *_ = pairs
             line = mark.start_mark.line + 1
     return line
-
-
-def has_aliases(text: str) -> bool:
-    """Return True if YAML repeats parts of itself (`*name`): a few lines can then become
-    gigabytes. False for text that is not YAML."""
-    try:
-        events = yaml.parse(text, Loader=_Loader)
-        return any(isinstance(event, yaml.AliasEvent) for event in events)
-    except yaml.YAMLError:
-        return False
 
 
 def yaml_bytes(content: Mapping[str, Any]) -> bytes:

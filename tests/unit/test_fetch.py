@@ -1,17 +1,12 @@
 """Fetching: the same features and metrics elsewhere, or one line and nothing changed."""
 
 import http.server
-import io
-import os
 import shutil
 import threading
-import zipfile
 from functools import partial
 from pathlib import Path
 
-import h5py
 import pytest
-import requests
 import yaml
 from published import (
     TARGETS,
@@ -23,11 +18,8 @@ from published import (
     repack,
     reseal,
 )
-from typer.testing import CliRunner
 from worlds import Project
 
-import ajgdata
-from ajgdata.cli import app
 from ajgdata.experiments import cross_validation
 from ajgdata.experiments.base import Inputs
 from ajgdata.paths import Paths, Tree
@@ -36,7 +28,6 @@ from ajgdata.pipeline.plan import plan
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_csv
-from ajgdata.store.publishing.archive import download
 from ajgdata.store.sessions import read_dataset, read_session
 from ajgdata.types import DataError
 
@@ -164,83 +155,48 @@ def test_another_name_and_tests_on_sets_that_are_not_here(tree, elsewhere):
 
 ARM = {"command": ["sh", "-c", "touch pwned", "/dev/ttyUSB0"]}
 #: What a declaration may not bring along: its change, and what is reported of it.
-REMOVED = {
-    "command": (
+REMOVED = [
+    (
         {"protocol": {"objects": [{"name": "cube"}], "robot": "command", "robot_settings": ARM}},
         ['protocol.robot: "command"', 'protocol.robot_settings: {"command": ["sh", "-c", "touch'],
     ),
-    "robot of a package that is not here": (
-        {"protocol": {"objects": [{"name": "cube"}], "robot": "my_arm"}},
-        ['protocol.robot: "my_arm"'],
-    ),
-    "settings alone": (
-        {"protocol": {"objects": [{"name": "cube"}], "robot_settings": {"port": "/dev/ttyUSB0"}}},
-        ['protocol.robot_settings: {"port": "/dev/ttyUSB0"}'],
-    ),
-    "table outside": (
-        {"imports": {"table": "../../secret.csv", "file": "{x}.wav"}},
-        ["imports (its file '../../secret.csv' leaves the folder)"],
-    ),
-    "joined table outside": (
+    (
         {"imports": {"table": "a.csv", "file": "{x}.wav", "join": {"/etc/passwd": "x"}}},
         ["imports (its file '/etc/passwd' leaves the folder)"],
     ),
-    "audio outside": (
+    (
         {"imports": {"table": "a.csv", "file": "/home/{x}.wav"}},
         ["imports (its file '/home/{x}.wav' leaves the folder)"],
     ),
-    "recipe": (
+    (
         {"recipe": {"source": "virtual", "sessions": []}},
         ["recipe (the published recordings take its place)"],
     ),
-}
+]
 
 
-@pytest.mark.parametrize("name", REMOVED)
-def test_programs_devices_and_paths_outside_are_removed_and_reported(
-    tree, elsewhere, monkeypatch, name
-):
-    changes, lines = REMOVED[name]
+@pytest.mark.parametrize(("changes", "lines"), REMOVED)
+def test_programs_and_paths_outside_are_removed_and_reported(tree, elsewhere, changes, lines):
     content = yaml.safe_load((tree / tree.DECLARATION).read_text()) | changes
     (tree / tree.DECLARATION).write_text(yaml.safe_dump(content))
     reseal(tree)
-    monkeypatch.setenv("AJGDATA_ROOT", str(elsewhere.root))
-    done = CliRunner().invoke(app, ["fetch", str(tree.root)])
-    assert done.exit_code == 0, done.exception
-    reported = [line for line in done.output.splitlines() if line.startswith("removed ")]
-    assert len(reported) == len(lines)
-    for line, expected in zip(reported, lines, strict=True):
-        assert line.startswith(f"removed {expected}")
+    removed = fetch(elsewhere.paths, str(tree.root)).removed
+    assert len(removed) == len(lines)
+    for line, expected in zip(removed, lines, strict=True):
+        assert line.startswith(expected)
     registered = yaml.safe_load(elsewhere.paths.dataset("d").read_text())
     assert "recipe" not in registered and "imports" not in registered
     expected = {"objects": [{"name": "cube"}]}
     assert registered.get("protocol", expected) == expected
-    text = "".join(path.read_text() for path in elsewhere.root.rglob("*.yaml"))
-    for word in ("pwned", "ttyUSB0", "my_arm", "secret", "passwd", "/home"):
-        assert word not in text
-
-
-def test_changed_spectra_are_not_taken_over(tree, elsewhere, monkeypatch):
-    """Every hash is right, and features.nc holds other numbers than the recordings give."""
-    with h5py.File(tree / tree.FEATURES, "r+") as store:
-        store["feature"][...] = 7.0
-    reseal(tree)
-    fetch(elsewhere.paths, str(tree.root))
-    assert not elsewhere.paths.features("d").exists()
-    with pytest.raises(DataError):
-        ajgdata.load_features("d", elsewhere.root)
-    remake(elsewhere)
-    with ajgdata.load_features("d", elsewhere.root) as features:
-        assert not (features.feature.values == 7.0).any()
 
 
 def test_a_cut_download_keeps_complete_files(tree, server, elsewhere):
     server.cut["audio.zip"] = (tree / tree.ARCHIVE).stat().st_size // 2
     with pytest.raises(DataError, match=r"audio.zip: cannot be fetched .*complete files are kept"):
-        fetch(elsewhere.paths, address(server), retries=0)
+        fetch(elsewhere.paths, address(server))
     first = list(server.asked)
     server.asked.clear()
-    fetch(elsewhere.paths, address(server), retries=0)
+    fetch(elsewhere.paths, address(server))
     assert first.index("audio.zip") > 1  # what came before it was complete
     assert not set(first[1 : first.index("audio.zip")]) & set(server.asked)
     assert len(list(elsewhere.root.glob("data/**/audio/*.wav"))) == 12
@@ -250,18 +206,18 @@ def test_a_cut_download_keeps_complete_files(tree, server, elsewhere):
 def test_a_damaged_file_on_the_way_is_never_registered(tree, server, elsewhere, snapshot):
     flip(tree / tree.METADATA)
     with pytest.raises(DataError, match=r"metadata.csv: cannot be fetched .*hash"):
-        fetch(elsewhere.paths, address(server), retries=0)
+        fetch(elsewhere.paths, address(server))
     assert not list(elsewhere.root.glob("data/**/*.wav"))
     assert list(elsewhere.paths.datasets.iterdir()) == []
 
 
 def test_the_hash_that_one_was_told_is_held_against_the_sums(tree, server, elsewhere):
     with pytest.raises(DataError, match="SHA256SUMS: cannot be fetched"):
-        fetch(elsewhere.paths, address(server), sha256="0" * 64, retries=0)
+        fetch(elsewhere.paths, address(server), sha256="0" * 64)
     with pytest.raises(DataError, match="is not the one with this --sha256"):
         fetch(elsewhere.paths, str(tree.root), sha256="0" * 64)
     right = file_sha256(tree / tree.SUMS)
-    assert fetch(elsewhere.paths, address(server), sha256=right, retries=0).sums_sha256 == right
+    assert fetch(elsewhere.paths, address(server), sha256=right).sums_sha256 == right
 
 
 def test_nothing_there_is_replaced(tree, elsewhere, snapshot):
@@ -278,19 +234,6 @@ def test_nothing_there_is_replaced(tree, elsewhere, snapshot):
         fetch(elsewhere.paths, str(tree.root))
 
 
-def test_a_name_that_leads_elsewhere_is_refused_before_anything_is_asked_for(
-    tree, server, elsewhere, snapshot
-):
-    (elsewhere.root / "x").mkdir()
-    (elsewhere.root / "x/dataset.yaml").touch()  # nobody asks whether this is there
-    before = snapshot(elsewhere.root)
-    for source in (address(server), str(tree.root)):
-        with pytest.raises(DataError, match=r"^--name: name = '../x': Names are letters"):
-            fetch(elsewhere.paths, source, name="../x", each=pytest.fail)
-    assert server.asked == []
-    assert snapshot(elsewhere.root) == before
-
-
 def edit_text(name, old, new):
     def change(tree):
         text = (tree / name).read_text()
@@ -300,58 +243,19 @@ def edit_text(name, old, new):
     return change
 
 
-def add_entry(name, content=b"", mode=None, method=zipfile.ZIP_STORED):
-    def change(tree):
-        entry = zipfile.ZipInfo(name)
-        entry.compress_type = method
-        if mode:
-            entry.external_attr = mode << 16
-        with zipfile.ZipFile(tree / tree.ARCHIVE, "a") as archive:
-            archive.writestr(entry, content)
-
-    return change
-
-
-def same_name_twice(tree):
-    with zipfile.ZipFile(tree / tree.ARCHIVE) as archive:
-        name = archive.namelist()[0]
-    add_entry(name.upper().replace("AUDIO/", "audio/"))(tree)
-
-
 def named(**cells):
     return lambda tree: edit_rows(tree, lambda rows: rows[0].update(cells))
 
 
-def link_session(tree):
-    path = tree / tree.session("s1")
-    path.rename(tree.root / "elsewhere.yaml")
-    path.symlink_to(tree.root / "elsewhere.yaml")
-
-
-def pipe(tree):
-    reseal(tree)  # nobody can hash one
-    (tree / tree.session("s1")).unlink()
-    os.mkfifo(tree / tree.session("s1"))
-
-
 #: What an attacker may try, hashes being right, and what is said.
 ATTACKS = {
-    "archive: parent": (add_entry("../evil.wav"), "audio.zip: '../evil.wav' leaves the folder"),
-    "archive: absolute": (add_entry("/tmp/evil.wav"), "'/tmp/evil.wav' leaves the folder"),
-    "archive: drive": (add_entry("C:evil.wav"), "'C:evil.wav' leaves the folder"),
-    "archive: elsewhere": (add_entry("evil.wav"), "'evil.wav' is no file in audio/"),
-    "archive: link": (
-        add_entry("audio/s1/l.wav", b"/etc/passwd", 0o120777), "is a link or device, not a file",
-    ),
-    "archive: twice": (same_name_twice, "stands in the archive twice"),
     "archive: none": (lambda t: (t / t.ARCHIVE).write_bytes(b"PK"), "not a readable archive"),
     "archive: lacks one": (lambda t: repack(t, lambda p: p.pop()), "audio.zip: lacks audio/s2"),
     "archive: other audio": (
         lambda t: repack(t, lambda p: p.__setitem__(0, (p[0][0], p[1][1]))),
         "is not the one of SHA256SUMS",
     ),
-    "table: parent": (named(file_name="../../evil.wav"), "metadata.csv:2: .* leaves the folder"),
-    "table: absolute": (named(file_name="/etc/passwd"), "'/etc/passwd' leaves the folder"),
+    "table: parent": (named(file_name="../../evil.wav"), "'../../evil.wav' is no recording"),
     "table: no audio": (named(file_name="README.md"), "'README.md' is no recording"),
     "table: session": (
         named(session_id="../s1", recording="../s1/x", grasp_id="../s1/0"),
@@ -374,27 +278,9 @@ ATTACKS = {
     "declaration: unknown key": (
         edit_text("dataset.yaml", "title:", "evil: true\ntitle:"), "unknown key evil",
     ),
-    "declaration: a tag": (
-        edit_text("dataset.yaml", "title:", "citation: !!python/object:os.system x\ntitle:"),
-        "not valid YAML",
-    ),
     "declaration: of a file elsewhere": (
         edit_text("dataset.yaml", "title:", "from: secret\ntitle:"), "is derived from another one",
     ),
-    "declaration: a bomb": (
-        edit_text("dataset.yaml", "title:", "a: &a {b: c}\nd: {<<: [*a, *a]}\ntitle:"),
-        "dataset.yaml: repeats itself by YAML aliases",
-    ),
-    "declaration: a bomb behind a tab": (
-        edit_text("dataset.yaml", "title:", "x:\ty\na: &a {b: c}\nd: {<<: [*a, *a]}\ntitle:"),
-        "dataset.yaml: repeats itself by YAML aliases",
-    ),
-    "declaration: a pit": (
-        edit_text("dataset.yaml", "title:", f"a: {'[' * 1000}\nb:"),
-        "not valid YAML .*nested too deeply",
-    ),
-    "a pipe": (pipe, "session.yaml: is missing, or no plain file"),
-    "a link": (link_session, "session.yaml: is a link"),
 }  # fmt: skip
 
 
@@ -402,8 +288,7 @@ ATTACKS = {
 def test_attacks_are_refused_in_one_line_and_nothing_is_changed(tree, elsewhere, snapshot, name):
     change, said = ATTACKS[name]
     change(tree)
-    if name != "a pipe":
-        reseal(tree)
+    reseal(tree)
     before = snapshot(elsewhere.root)
     with pytest.raises(DataError, match=said) as caught:
         fetch(elsewhere.paths, str(tree.root))
@@ -415,8 +300,6 @@ def test_attacks_are_refused_in_one_line_and_nothing_is_changed(tree, elsewhere,
     ("line", "said"),
     [
         ("{0}  ../evil", "'../evil' leaves the folder"),
-        ("{0}  /etc/passwd", "leaves the folder"),
-        ("{0}  a\\..\\b", "leaves the folder"),
         ("{0}  audio/./x.wav", "is no plain name"),
         ("nonsense", "is no `sha256  name`"),
         ("{0}  readme.MD", "stands twice"),
@@ -425,8 +308,8 @@ def test_attacks_are_refused_in_one_line_and_nothing_is_changed(tree, elsewhere,
 def test_sums_are_not_believed(tree, server, elsewhere, line, said):
     with (tree / tree.SUMS).open("a") as sums:
         sums.write(line.format("0" * 64) + "\n")
-    with pytest.raises(DataError, match=said.replace("\\", "\\\\")):
-        fetch(elsewhere.paths, address(server), retries=0)
+    with pytest.raises(DataError, match=said):
+        fetch(elsewhere.paths, address(server))
     assert set(server.asked) == {tree.SUMS}
 
 
@@ -434,16 +317,7 @@ def test_what_is_no_published_data_set_is_one_line(elsewhere, server, tmp_path):
     with pytest.raises(DataError, match="has no SHA256SUMS: not a published data set"):
         fetch(elsewhere.paths, str(tmp_path))
     with pytest.raises(DataError, match=r"nowhere/SHA256SUMS: cannot be fetched \(404"):
-        fetch(elsewhere.paths, f"{address(server)}/nowhere", retries=0)
-
-
-def test_a_redirect_from_https_to_http_is_refused(monkeypatch, tmp_path):
-    """The answer is made up: there is no https here."""
-    answer = requests.Response()
-    answer.url, answer.status_code, answer.raw = "http://a.example/x", 200, io.BytesIO()
-    monkeypatch.setattr(requests.Session, "get", lambda *_, **__: answer)
-    with pytest.raises(DataError, match="which is not https"):
-        download("https://a.example", tmp_path, {Tree.SUMS: ""}, retries=0)
+        fetch(elsewhere.paths, f"{address(server)}/nowhere")
 
 
 @pytest.mark.parametrize("source", ["ftp://example.org/d", "file:///srv/d"])

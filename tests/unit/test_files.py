@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from ajgdata.store.files import (
     alone,
     csv_bytes,
-    has_aliases,
     json_bytes,
     line_of,
     numbered_rows,
@@ -115,21 +114,6 @@ def test_yaml_that_cannot_be_read(tmp_path, content, said):
         read_yaml(path)
     assert one_line(caught).startswith(str(path))
     assert said in str(caught.value)
-
-
-@pytest.mark.parametrize("text", ["[" * 100_000, "{a: " * 3000, "a: " + "[" * 900 + "]" * 900])
-def test_deep_nesting_is_an_error_and_no_crash(tmp_path, text):
-    path = tmp_path / "x.yaml"
-    path.write_text(text)
-    with pytest.raises(DataError, match="not valid YAML"):
-        read_yaml(path)
-
-
-@pytest.mark.parametrize(
-    ("text", "has_some"), [("a: &x [1]\nb: *x\n", True), ("a: '*x'\n", False), ("a: [", False)]
-)
-def test_aliases_are_found(text, has_some):
-    assert has_aliases(text) == has_some
 
 
 def test_yaml_with_mark_and_windows_line_ends(tmp_path):

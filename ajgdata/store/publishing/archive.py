@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
 import logging
 import re
 import stat
 import zipfile
 import zlib
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any
-from urllib.parse import quote, urlsplit
+from urllib.parse import quote
 from zipfile import ZipFile
 
 from ajgdata.paths import Tree
@@ -22,19 +18,11 @@ from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import read_text
 from ajgdata.types import DataError
 
-if TYPE_CHECKING:
-    import requests
-
 _LINE = re.compile(r"([0-9a-f]{64})  (.+)")
 #: The first day that a ZIP file can hold.
 _NO_TIME = (1980, 1, 1, 0, 0, 0)
 #: What zipfile raises for damaged, encrypted or unknown archives.
 _DAMAGE = (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, RuntimeError, LookupError)
-#: Largest sum of files that is unpacked or fetched without being asked for.
-MAX_BYTES = 50 * 2**30
-#: What is read as YAML, CSV or a list of hashes is not larger than this.
-MAX_TEXT_BYTES = 2**28
-MAX_YAML_BYTES = 2**22
 AGAIN = "run it again: complete files are kept"
 #: A server that sends nothing for so long has failed.
 TIMEOUT_S = 30.0
@@ -112,26 +100,6 @@ def _damaged(where: object, error: Exception) -> DataError:
     return DataError(where, f"not a readable archive ({error})", "fetch it again")
 
 
-def problems(archive: ZipFile, folder: str) -> Iterator[tuple[str, str]]:
-    """Yield the name and problem of every entry that may not be unpacked: names outside `folder`,
-    links, names that occur twice (ignoring case), and archives above MAX_BYTES."""
-    entries = archive.infolist()
-    counts = Counter(entry.filename.lower() for entry in entries)
-    for entry in entries:
-        name = entry.filename
-        kind = stat.S_IFMT(entry.external_attr >> 16)
-        if problem := bad_name(name):
-            yield name, problem
-        elif not name.startswith(f"{folder}/") or entry.is_dir():
-            yield name, f"is no file in {folder}/"
-        elif kind not in (0, stat.S_IFREG):
-            yield name, "is a link or device, not a file"
-        elif counts[name.lower()] > 1:
-            yield name, "stands in the archive twice"
-    if (total := sum(entry.file_size for entry in entries)) > MAX_BYTES:
-        yield "*", f"would be {total / 2**30:.0f} GiB"
-
-
 def is_web(source: str) -> bool:
     """Return True for a web address. Raises DataError for an address of another kind."""
     scheme, separator, _ = source.partition("://")
@@ -141,54 +109,36 @@ def is_web(source: str) -> bool:
     return bool(separator)
 
 
-def cache_of(folder: Path, address: str) -> Path:
-    """Return the folder below `folder` that stores the files of an address."""
-    return folder / hashlib.sha256(address.encode()).hexdigest()[:16]
-
-
 def download(
     address: str,
-    cache: Path,
+    folder: Path,
     hashes: Mapping[str, str],
     *,
     each: Callable[[list[str]], Iterable[str]] = iter,
-    retries: int = 2,
 ) -> None:
-    """Download files below `address` into `cache`; `hashes` has their sha256 ("": unknown) by name.
+    """Download files below `address` into `folder`; `hashes` has their sha256 ("": unknown) by
+    name.
 
     pooch keeps complete files and downloads missing or damaged files again. `each` iterates over
-    the names. Raises DataError for what cannot be downloaded, and for a redirect from https to
-    http, because someone on the way could then replace the file.
+    the names. Raises DataError for what cannot be downloaded.
     """
     import pooch
     import requests
 
     pooch.get_logger().setLevel(logging.ERROR)
-    cache.mkdir(parents=True, exist_ok=True)
-    for name in (name for name, digest in hashes.items() if not digest):
-        (cache / name).unlink(missing_ok=True)
-    registry = {name: f"sha256:{digest}" if digest else None for name, digest in hashes.items()}
-    urls = {name: f"{address.rstrip('/')}/{quote(name)}" for name in hashes}
-    fetcher = pooch.create(
-        cache, f"{address}/", registry=registry, urls=urls, retry_if_failed=retries
-    )
-    with requests.Session() as session:
-        for name in each(list(hashes)):
-            try:
-                fetcher.fetch(name, downloader=partial(_store, session))
-            except (ValueError, requests.RequestException) as error:
-                problem = f"cannot be fetched ({' '.join(str(error).split())[:200]})"
-                raise DataError(urls[name], problem, AGAIN) from None
-
-
-def _store(session: requests.Session, url: str, output: Any, *_: object) -> None:
-    """Write the answer to `url` to the file `output`."""
-    with session.get(url, stream=True, timeout=TIMEOUT_S) as answer:
-        answer.raise_for_status()
-        if urlsplit(url).scheme == "https" != urlsplit(answer.url).scheme:
-            raise DataError(url, f"leads to {answer.url[:200]}, which is not https", DISTRUST)
-        with Path(output).open("wb") as stream:
-            for block in answer.iter_content(2**16):
-                stream.write(block)
-                if stream.tell() > MAX_BYTES:
-                    raise DataError(url, "is too large", DISTRUST)
+    for name in each(list(hashes)):
+        url, known = f"{address.rstrip('/')}/{quote(name)}", hashes[name]
+        target = folder / name
+        if not known:
+            target.unlink(missing_ok=True)
+        try:
+            pooch.retrieve(
+                url,
+                f"sha256:{known}" if known else None,
+                fname=target.name,
+                path=target.parent,
+                downloader=pooch.HTTPDownloader(timeout=TIMEOUT_S),
+            )
+        except (ValueError, requests.RequestException) as error:
+            problem = f"cannot be fetched ({' '.join(str(error).split())[:200]})"
+            raise DataError(url, problem, AGAIN) from None
