@@ -2,29 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ajgdata.evaluate import metrics
-from ajgdata.evaluate.crossval import Predictions, deviation
-
-
-@dataclass(frozen=True)
-class OneValue:
-    """Errors at one value of the target. `bias` is the mean of prediction minus truth.
-
-    Of a withheld value, `rmse_sd` is the standard deviation of the RMSE over the folds' models; of
-    a known one, each recording has one prediction and it is over the folds that held some out.
-    """
-
-    value: float
-    withheld: bool
-    recordings: int
-    rmse: float
-    rmse_sd: float
-    mae: float
-    bias: float
+from ajgdata.evaluate.crossval import Predictions
 
 
 def overall(
@@ -60,34 +43,3 @@ def overall_chance(
         return replace(part, y_pred=np.array([middle[fold] for fold in part.fold]))
 
     return overall(guess(known), guess(withheld), period)
-
-
-def by_value(
-    known: Predictions, withheld: Predictions | None, period: float | None = None
-) -> tuple[OneValue, ...]:
-    """Return errors value by value, in rising order."""
-    parts = [_of_values(known, False, period)]
-    if withheld is not None:
-        parts.append(_of_values(withheld, True, period))
-    return tuple(sorted((error for part in parts for error in part), key=lambda error: error.value))
-
-
-def _of_values(predictions: Predictions, withheld: bool, period: float | None) -> list[OneValue]:
-    values = []
-    for value in np.unique(predictions.y_true):
-        rows = predictions.y_true == value
-        error = metrics.wrapped(predictions.y_pred[rows] - value, period)
-        fold = predictions.fold[rows]
-        rmse = [float(np.sqrt(np.mean(error[fold == f] ** 2))) for f in np.unique(fold)]
-        values.append(
-            OneValue(
-                value=float(value),
-                withheld=withheld,
-                recordings=len(np.unique(predictions.row[rows])),
-                rmse=float(np.sqrt(np.mean(error**2))),
-                rmse_sd=deviation(rmse),
-                mae=float(np.mean(np.abs(error))),
-                bias=float(np.mean(error)),
-            )
-        )
-    return values

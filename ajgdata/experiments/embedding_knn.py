@@ -13,6 +13,7 @@ from ajgdata.experiments.base import (
     Inputs,
     Lookup,
     Outcome,
+    Result,
     TaskResults,
     score_table,
 )
@@ -128,13 +129,18 @@ def at_shown(results: TaskResults, space: str) -> Neighbours:
     return Neighbours(row["dimension"], score, row["fit_s"], ask_s, row["recordings"])
 
 
+def by_space(result: Result) -> list[Table]:
+    """Return the accuracies of each space, in the order of legends."""
+    tables = result.tables["knn"].parted("space")
+    return [tables[space] for space in ordered(list(tables))]
+
+
 def by_dimension(results: TaskResults) -> Table:
     """Return the accuracy of each run; spaces without dimensions have the same at each."""
     result, rows = results.results[0], []
-    table = result.tables["knn"].parted("space")
-    for space in ordered(list(table)):
-        for row in table[space].rows:
-            known = {**row, "space": space_name(space), "chance": result.about["chance"]}
+    for part in by_space(result):
+        for row in part.rows:
+            known = {**row, "space": space_name(row["space"]), "chance": result.about["chance"]}
             own = results.settings.dimensions if row["dimension"] is None else [row["dimension"]]
             rows += [known | {"dimension": dimension} for dimension in sorted(own)]
     columns = {"space": "Space", "dimension": "Dimension", "accuracy": "Accuracy"}
@@ -151,9 +157,10 @@ def by_time(results: TaskResults) -> Table:
     rows = [
         {"space": space_name(row["space"]), "error": 1 - row["accuracy"]}
         | {"time_s": seconds[row["space"], row["dimension"]]}
-        for row in result.tables["knn"].rows
+        for part in by_space(result)
+        for row in part.rows
     ]
-    return table_of("time", TITLE, rows, space="Space", error="Wrong", time_s="Time of one fold, s")
+    return table_of("time", TITLE, rows, space="Space", error="Error", time_s="Time of one fold, s")
 
 
 def finding(results: TaskResults) -> str:

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 Headline = Literal["best", "trend", "range"]
 #: Percentiles that are given of a histogram.
 PERCENTILES = (5, 50, 95)
+#: Points that an alternative text lists.
+MAX_LISTED = 60
 MODEL = Column("model", "Model")
 
 
@@ -40,8 +42,8 @@ class Plot:
     does; its values are shown in the unit of the task. `about` says in a sentence what is plotted.
     `headline` names the conclusion: the best series, its trend over x, or the range of all points;
     `title` returns another.
-    With `published`, the value of the paper is drawn, or (`point`) its place and value. `listed`:
-    the points are rows in the table of results.
+    With `published`, the value of the paper is drawn, or (`point`) its place and value, or places
+    and values that a function returns. `listed`: the points are rows in the table of results.
     """
 
     mark: MarkName
@@ -58,7 +60,7 @@ class Plot:
     headline: Headline = "best"
     title: Callable[[TaskResults], str] | None = None
     better: Literal["high", "low"] = "low"
-    published: Literal["", "value", "point"] = ""
+    published: Literal["", "value", "point"] | Callable[[TaskResults], tuple[float, ...]] = ""
     percent: bool = False
     ideal: bool = False
     listed: bool = False
@@ -186,6 +188,12 @@ def _place_of(results: TaskResults, plot: Plot) -> tuple[str, str]:
     return _lowered(columns[plot.x].title), unit
 
 
+def _series_of(results: TaskResults, plot: Plot) -> tuple[str, str]:
+    """Return the title of the series, which are the columns of a matrix."""
+    columns = {one.key: one.title for one in table_for(results, plot).columns}
+    return _lowered(columns[plot.series[0]]), ""
+
+
 def _lowered(title: str) -> str:
     first = (title.split(maxsplit=1) or [""])[0]
     return title[:1].lower() + title[1:] if first[1:].islower() else title
@@ -288,7 +296,9 @@ def picture_for(results: TaskResults, plot: Plot) -> Picture:
 
     paper = results.paper
     published: tuple[float, ...] = ()
-    if plot.published and paper is not None and paper.value is not None:
+    if callable(plot.published):
+        published = plot.published(results)
+    elif plot.published and paper is not None and paper.value is not None:
         if plot.published == "value":
             published = (float(paper.value),)
         elif paper.reached is not None:
@@ -298,7 +308,7 @@ def picture_for(results: TaskResults, plot: Plot) -> Picture:
         subtitle=f"{results.title}: {plot.about}",
         sources=(results.source,),
         points=tuple(p for p in points_for(results, plot) if math.isfinite(p.score.mean)),
-        axis=axis_of(results, plot),
+        axis=_series_of(results, plot) if plot.mark == "matrix" else axis_of(results, plot),
         place=_place_of(results, plot),
         chance=tuple(chance_for(results, plot).items()),
         published=published,
@@ -345,7 +355,7 @@ def _caption(results: TaskResults, plot: Plot) -> Caption:
     said = sentence(plot.about)
     return Caption(
         f"{results.title}, {results.source}. {said}; {_spread(plot)}.{guess}{paper_text}",
-        f"{conclusion(results, plot)}. {'; '.join(listed)}.",
+        f"{conclusion(results, plot)}. {'; '.join(listed[:MAX_LISTED])}.",
     )
 
 

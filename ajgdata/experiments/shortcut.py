@@ -19,7 +19,7 @@ from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import Table, table_of
 
 TEST_COLUMNS = {
-    "data_set": "Data set", "measure": "Measure", "value": "Value", "null": "By chance",
+    "data_set": "Data set", "measure": "Measure", "value": "Dependence", "null": "By chance",
     "permutations": "Permutations", "p": "p", "flagged": "Flagged",
 }  # fmt: skip
 ERROR_COLUMNS = {

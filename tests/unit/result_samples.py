@@ -6,7 +6,7 @@ import numpy as np
 
 from ajgdata.evaluate.agreement import GRASP_INTERVAL, Interval
 from ajgdata.experiments.base import Result, TaskResults, score_table
-from ajgdata.experiments.cross_validation import PREDICTION_COLUMNS, VALUE_COLUMNS, Settings
+from ajgdata.experiments.cross_validation import PREDICTION_COLUMNS, Settings
 from ajgdata.report.format import Score
 from ajgdata.report.paper import PaperFigure
 from ajgdata.types.table import table_of
@@ -43,7 +43,6 @@ def result(
     predictions: Mapping[str, tuple[np.ndarray, np.ndarray]],
     classes: Sequence[str] = (),
     cost: tuple[float, float, float] = COST,
-    values: Sequence[tuple] = (),
     counts: Mapping[str, int],
 ) -> Result:
     """Return what is stored of a model; `parts`: metrics of each, and chance of the first."""
@@ -64,13 +63,11 @@ def result(
         for part, pair in predictions.items()
         for n, (true, y) in enumerate(zip(*pair, strict=True))
     ]
-    by_value = [dict(zip(VALUE_COLUMNS, one, strict=True)) for one in values]
     measured = {"train_s": cost[0], "latency_s": cost[1] / 1e3, "peak_rss_mb": cost[2]}
     measured = [(model, "cost of grouped", name, "measured", v) for name, v in measured.items()]
     tables = (
         score_table(rows, "Errors"),
         table_of("predictions", "Predictions", predicted, **PREDICTION_COLUMNS),
-        table_of("by_value", "By value", by_value, **VALUE_COLUMNS),
     )
     return Result(
         model, label, {"parts": {"grouped": counts}, "classes": list(classes)},

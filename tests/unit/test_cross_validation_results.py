@@ -1,14 +1,11 @@
 """Results of cross-validation read back, as rows and tables, and beside the paper."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from result_samples import (
     CLASSES,
     COST,
     PAPER,
-    RMSE,
     SIZES,
     kind_result,
     kinds,
@@ -20,19 +17,15 @@ from result_samples import (
 )
 from test_shortcut import silence
 
-from ajgdata.evaluate.metrics import METRICS
 from ajgdata.experiments.base import Other
 from ajgdata.experiments.cross_validation import EXPERIMENT, Settings
 from ajgdata.experiments.cross_validation.results import (
-    metric_axis,
     models_of,
     paper_model,
     quantity,
-    score_of,
-    shown_score,
     training_cost,
 )
-from ajgdata.report.format import DASH, Score
+from ajgdata.report.format import Score
 
 
 def first(results):
@@ -45,12 +38,6 @@ def nothing(experiment, dataset, task):
 
 def beside(results, lookup=nothing):
     return list(EXPERIMENT.paper_comparison(results, lookup))
-
-
-def test_the_metric_that_is_read_first_is_the_one_that_evaluation_puts_first():
-    assert {task.kind: task.metric for task in two_tasks()} == {
-        kind: names[0] for kind, names in METRICS.items()
-    }
 
 
 def test_normalised_error_of_a_regression_is_its_share_of_chance():
@@ -94,34 +81,12 @@ def test_classes_need_a_chance_below_one():
         models_of(kinds(kind_result(chance=1.0)))
 
 
-def test_scores_are_found_by_model_part_and_metric():
-    task = two_tasks()[0]
-    assert score_of(task, "cnn") == RMSE
-    assert score_of(task, "cnn", "random") == Score(1.1, 0.2)
-    assert score_of(task, "knn", "grouped", "rmse").per_fold == (3.6, 4.4)
-    assert np.isnan(score_of(task, "cnn", metric="r2").mean)
-    for asked, complaint in (
-        (("svm",), "Cube size · edge: svm was not evaluated"),
-        (("knn", "random"), "no rmse of 'random' by k-NN"),
-        (("cnn", "grouped", "accuracy"), "no accuracy of 'grouped' by CNN"),
-    ):
-        with pytest.raises(ValueError, match=complaint):
-            score_of(task, *asked)
-
-
 def test_the_paper_s_model_and_what_it_cost():
     assert training_cost(sizes(), "CNN") == COST[:2]
     assert training_cost(sizes(), "nobody") is None
     assert paper_model(sizes()).shown() == "2.20 ± 0.30 mm"
     other = sizes(size_result("knn", "k-NN"))
     assert paper_model(other) is None and training_cost(other, "CNN") is None
-
-
-def test_scores_and_targets_as_people_write_them():
-    assert shown_score(kinds(), Score(0.856, 0.021)) == "85.6 ± 2.1 %"
-    assert shown_score(sizes(unit="°"), Score(12.6, 3.4)) == "12.6 ± 3.4°"
-    assert metric_axis(sizes()) == "RMSE (mm)" and metric_axis(kinds()) == "accuracy (%)"
-    assert metric_axis(sizes(unit="")) == "RMSE"
 
 
 def test_the_unit_is_not_said_twice():
@@ -159,10 +124,9 @@ def with_parts():
         "overall": ({"rmse": Score(2.4, 0.2)}, 8.4),
         "on:size_80dba": ({"rmse": Score(5.0, 1.0)}, 8.5),
     }
-    values = [(12.0, False, 4, 1.25, None, 1.0, -0.25), (15.0, True, 1, 3.0, 1.0, 2.0, 0.5)]
     names = ("known", "unknown", "overall", "size_80dba")
     return sizes(
-        size_result(parts=parts, values=values),
+        size_result(parts=parts),
         settings=Settings(test_on=("size_80dba",)),
         others={"size_80dba": Other("Sizes at 80 dBA")},
         papers={name: paper_figure(name.replace("_", "-"), 2.6) for name in names},
@@ -204,26 +168,6 @@ def test_further_parts_have_rows_of_their_own_beside_the_paper():
         "tested on Sizes at 80 dBA",
     ]
     assert {row.train_s for row in rows[1:]} == {""}
-
-
-def test_errors_value_by_value_and_fold_by_fold_are_tables_on_request():
-    by_value, by_fold = EXPERIMENT.tables(with_parts())
-    assert by_value.folded == "CNN, value by value"
-    assert by_value.rows == (
-        ("12", "yes", "4", "1.25", "1", "-0.25"),
-        ("15", "no: withheld", "1", "3", "2", "0.5"),
-    )
-    assert by_value.caption.startswith("Errors in mm at each value of edge mm; bias: mean of")
-    assert by_fold.folded == "All metrics, fold by fold"
-    assert by_fold.heads == ("Model", "Metric", "Mean ± sd|", "Fold 1|", "Fold 2|")
-    assert by_fold.rows == (
-        ("CNN", "rmse", "2.20 ± 0.30", "1.9", "2.5"),
-        ("CNN", "r2", DASH, DASH, DASH),  # undefined in every fold
-    )
-    (table,) = EXPERIMENT.tables(kinds())
-    assert table.rows == (("CNN", "accuracy", "0.700 ± 0.050", "0.65", "0.75"),)
-    assert table.caption == "Shares such as accuracy lie between 0 and 1."
-    assert list(EXPERIMENT.tables(sizes(results=()))) == []
 
 
 def test_a_task_is_summed_up():
@@ -276,11 +220,6 @@ def test_known_values_stand_beside_the_paper_by_grasp_and_by_recording_and_each_
     assert "on both sides" in grasp.note
 
 
-def test_a_split_without_a_figure_of_the_paper_adds_no_comparison():
-    (row,) = beside(sizes(size_result(parts=random_split())))
-    assert (row.split, row.note, row.label) == ("", "", "")
-
-
 def test_classes_are_compared_in_per_cent_and_a_figure_without_a_number_is_told_alone():
     for value, agrees in ((70.0, "inconclusive"), (78.0, "worse"), (None, "inconclusive")):
         paper = paper_figure("stones", value, unit="%")
@@ -326,13 +265,6 @@ def test_a_lesson_is_learned_where_a_model_fails_and_silence_says_why(there, fla
     assert row.result.startswith("2.20 ± 0.30 mm where it was trained, ")
     told = {True: "; from silence flagged", False: "; from silence not flagged", None: "elsewhere"}
     assert row.result.endswith(told[flagged])
-
-
-def test_silence_of_another_task_says_nothing():
-    paper = paper_figure("lesson", None, metric="lesson")
-    other = dataclasses.replace(silence(cnn=True), task="other")
-    (row,) = beside(sizes(papers={"known": paper}), lambda *where: other)
-    assert "silence" not in row.result
 
 
 def test_baselines_compare_the_baseline_and_name_the_best():

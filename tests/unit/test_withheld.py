@@ -6,7 +6,7 @@ from sklearn.dummy import DummyRegressor
 
 from ajgdata.evaluate.crossval import ExtraTestSet, Predictions, cross_validate
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.evaluate.withheld import by_value, overall
+from ajgdata.evaluate.withheld import overall
 
 
 def rows(n: int = 24) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -69,18 +69,3 @@ def test_overall_counts_each_recording_once():
     found = overall(KNOWN, HELD)
     np.testing.assert_allclose(found["rmse"], [np.sqrt((2 * 1 + 4) / 5), np.sqrt((2 * 9 + 0) / 5)])
     np.testing.assert_allclose(found["mae"], [(2 * 1 + 2) / 5, (2 * 3 + 0) / 5])
-
-
-def test_errors_by_value():
-    one, two, four = by_value(KNOWN, HELD)
-    assert [(v.value, v.withheld, v.recordings) for v in (one, two, four)] == [
-        (1, False, 2), (2, False, 2), (4, True, 1),
-    ]  # fmt: skip
-    assert (one.rmse, one.mae, one.bias) == pytest.approx((np.sqrt(1 / 2), 1 / 2, 1 / 2))
-    assert (four.rmse, four.mae, four.bias) == pytest.approx((np.sqrt(2), 1, 1))
-    assert four.rmse_sd == pytest.approx(np.sqrt(2))  # RMSE 2 and 0 in the two folds
-
-
-def test_errors_by_value_of_a_target_that_repeats():
-    (one,) = by_value(predictions([0, 1], [0, 0], [178, 4]), None, period=180)
-    assert (one.rmse, one.mae, one.bias) == pytest.approx((np.sqrt(10), 3, 1))

@@ -43,14 +43,9 @@ if TYPE_CHECKING:
     from ajgdata.evaluate.crossval import CrossValidation, Predictions, Tested
 
 ScoreRow = tuple[str, str, str, str, float]
-MAX_VALUES = 50  #: a target with more distinct values is continuous: no table by value
 PREDICTION_COLUMNS = {
     "recording": "Recording", "split": "Split", "fold": "Fold", "y_true": "Truth",
     "y_pred": "Prediction", "probability": "Probability",
-}  # fmt: skip
-VALUE_COLUMNS = {
-    "value": "Value", "withheld": "Withheld", "recordings": "Recordings", "rmse": "RMSE",
-    "rmse_sd": "Deviation of RMSE", "mae": "MAE", "bias": "Bias",
 }  # fmt: skip
 
 
@@ -125,9 +120,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     known, grouped = found.data[GROUPED], found.splits[GROUPED].scores
     scores = _scores(model, parts, found.data, inputs)
     scores += _thinned_scores(model, found.splits)
-    values: Iterable[Mapping[str, Any]] = ()
     if inputs.kind == "regression":
-        values = _by_value(found.splits[GROUPED], inputs.period_deg)
         scores += _overall_scores(model, found.splits[GROUPED], found.data, inputs)
     predicted = (
         row
@@ -139,7 +132,6 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     return Outcome(
         (
             score_table(scores, "Errors"),
-            table_of("by_value", "Errors value by value", values, **VALUE_COLUMNS),
             table_of("predictions", "Held-out predictions", predicted, **PREDICTION_COLUMNS),
         ),
         (_cost_table(model, found.splits),),
@@ -219,16 +211,6 @@ def grasp_interval_scores(
         yield model, part, METRICS[inputs.kind][0], end, value
 
 
-def _by_value(found: CrossValidation, period: float | None) -> list[dict[str, Any]]:
-    """Return errors value by value, withheld ones among them, unless there are too many."""
-    from ajgdata.evaluate.withheld import by_value
-
-    if len(np.unique(found.predictions.y_true)) > MAX_VALUES:
-        return []
-    held = found.extra_tests[WITHHELD].predictions if WITHHELD in found.extra_tests else None
-    return [dataclasses.asdict(one) for one in by_value(found.predictions, held, period)]
-
-
 def _rows(data: TaskData, part: str, found: Predictions) -> Iterator[dict[str, Any]]:
     probability = [None] * len(found.row) if found.probability is None else found.probability
     columns = (data.name[found.row], found.fold, found.y_true, found.y_pred, probability)
@@ -267,7 +249,6 @@ EXPERIMENT = Experiment(
     settings=Settings,
     measure=measure,
     figures=_figures,
-    tables=shown.tables,
     rows=shown.rows,
     summary=shown.summary,
     paper_comparison=shown.paper_comparison,

@@ -1,12 +1,11 @@
-"""Figures of cross-validation: predictions, models over their run time, levels and splits.
-
-Each is a picture of one of the shared marks, made of the scores of the models.
-"""
+"""Figures of cross-validation: predictions, models over their run time, levels and splits."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -16,17 +15,18 @@ from ajgdata.experiments.cross_validation.results import (
     RANDOM,
     WITHHELD,
     ModelResult,
-    Predictions,
     best_of,
     elsewhere,
-    metric_name,
     models_of,
     paper_told,
     quantity,
 )
+from ajgdata.experiments.plots import Plot
+from ajgdata.experiments.plots import illustrations as illustrations_of
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.format import Score, number, sentence, with_unit, words
-from ajgdata.report.marks import MarkName, Picture, Point, illustration
+from ajgdata.report.format import number, sentence, with_unit, words
+from ajgdata.report.marks import Picture, Point, illustration
+from ajgdata.types.table import Table, table_of
 
 #: Fewer models are compared in the figure of all tasks only; fewer levels are no curve.
 MANY_MODELS, MANY_LEVELS = 4, 3
@@ -36,15 +36,6 @@ MAX_VALUES = 30
 TIMES = {"training, all folds": "train_s", "inference, one recording": "inference_s"}
 SHORTEST_S = 1e-7
 NORMALISED = ("error (0 perfect, 1 chance)", "")
-#: Splits that are compared: name of the figure, splits with their names, and what is compared.
-SPLITS: tuple[tuple[str, dict[str, str], str], ...] = (
-    (
-        "random-against-grouped",
-        {RANDOM: "random", GROUPED: "grouped"},
-        "Grouped: no group on both sides of the split (used everywhere else). Random: groups "
-        "ignored.",
-    ),
-)
 
 
 def illustrations(results: TaskResults) -> Iterator[Illustration]:
@@ -53,42 +44,59 @@ def illustrations(results: TaskResults) -> Iterator[Illustration]:
     if not models:
         return
     top = best_of(models)
-    for model in (top, *(one for one in models if one is not top)):
-        folded = "" if model is top else f"{model.label}: {metric_name(results)} {model.shown()}"
-        yield _predictions(model)._replace(folded=folded)
+    plots = [_predictions(top, "")]
+    for model in (one for one in models if one is not top):
+        plots.append(_predictions(model, f"{model.label}: {results.metric_title} {model.shown()}"))
     if len(top.levels()) >= MANY_LEVELS:
-        yield _levels(results, models)
+        plots.append(LEVELS)
     if len(models) >= MANY_MODELS:
-        yield _run_time(results, models)
+        plots.append(RUN_TIME)
+    yield from illustrations_of(results, plots)
 
 
-def across(results: Sequence[TaskResults]) -> Iterator[Illustration]:
-    """Yield the figures of all tasks: splits that were compared, and error against run time."""
-    tasks = [models for models in map(models_of, results) if models]
-    every = [model for models in tasks for model in models]
-    for name, parts, text in SPLITS:
-        first, *_, last = parts
-        if compared := [model for model in every if model.has(first) and model.has(last)]:
-            yield _split(name, parts, text, compared)
-    for panel in TIMES if tasks else ():
-        yield _all_run_times(panel, tasks)
+# Predictions
 
 
-def _scaled(model: ModelResult, score: Score) -> Score:
-    """Return a score of the metric that is read first as it is shown."""
-    scale = model.task.scale
-    ends = scale * score.low, scale * score.high
-    return Score(scale * score.mean, scale * score.sd, (), *ends)
+def _predictions(model: ModelResult, folded: str) -> Plot:
+    """Return the confusion matrix of a model, or predicted against true values."""
+    task = model.task
+    about = f"{len(model.predictions().y_true):,} held-out predictions of {model.label} in "
+    about += f"{model.count('folds')} folds, no {words(task.groups)} on both sides of a split"
+    if published := paper_told(model):
+        value = with_unit(number(published[0]), task.shown_unit)
+        about += f"; {published[1]}: {value}"
+    shares = Plot(
+        "matrix",
+        partial(class_shares, model),
+        about,
+        value="share",
+        x="true",
+        series=("predicted",),
+        over="recordings of a true class",
+        title=partial(finding, model),
+        name=f"predictions--{model.result.model}",
+        folded=folded,
+    )
+    if task.kind == "classification":
+        return shares
+    if task.period_deg is not None:
+        shares = replace(
+            shares, about=f"{about}; predictions at the repetition nearest to the truth"
+        )
+    return replace(
+        shares, mark="lines", table=partial(numbers, model), value="predicted", series=("part",),
+        over="predictions of a true value", chance="mean", ideal=True,
+    )  # fmt: skip
 
 
-# One task
-
-
-def model_finding(model: ModelResult) -> str:
-    """Return the score of a model with chance."""
+def finding(model: ModelResult, _: TaskResults | None = None) -> str:
+    """Return the score of a model with chance, and the most frequent confusion."""
     verdict = "" if model.beats_chance() else ", not better than chance"
-    score = f"{metric_name(model.task)} {model.shown()}{verdict}"
-    return f"{model.label}: {score} (chance {model.shown_chance})"
+    score = f"{model.task.metric_title} {model.shown()}{verdict}"
+    text = f"{model.label}: {score} (chance {model.shown_chance})"
+    if model.task.kind == "classification" and (pair := most_confused(model)):
+        text += f"; {words(pair[0])} is taken for {words(pair[1])} {pair[2]} times"
+    return text
 
 
 def most_confused(model: ModelResult) -> tuple[str, str, int] | None:
@@ -105,186 +113,167 @@ def most_confused(model: ModelResult) -> tuple[str, str, int] | None:
     return true, other, count
 
 
-def _predictions(model: ModelResult) -> Illustration:
-    """Return predicted against true values, or the confusion matrix."""
-    task = model.task
-    regression = task.kind == "regression"
-    title, text = model_finding(model), _predictions_text(model)
-    if not regression and (pair := most_confused(model)):
-        title += f"; {words(pair[0])} is taken for {words(pair[1])} {pair[2]} times"
-    unit = task.unit if regression else ""
-    name = quantity(task) if regression else "class"
-    told = paper_told(model)
-    paper = f"; {told[1]}: {with_unit(number(told[0]), task.shown_unit)}" if told else ""
-    picture = Picture(
-        title=title,
-        subtitle=f"{task.title}: {model.count('folds')} folds{paper}",
-        sources=(task.source,),
-        points=tuple(_value_points(model) if regression else _class_points(model)),
-        axis=(f"predicted {name}", unit),
-        place=(f"true {name}", unit),
-        chance=(("", float(model.predictions().y_true.mean())),) if regression else (),
-        ideal=regression,
-    )
-    mark: MarkName = "lines" if regression else "matrix"
-    return illustration(task.named("predictions", model.result.model), mark, picture, text, unit)
-
-
-def _predictions_text(model: ModelResult) -> str:
-    task = model.task
-    count = f"{len(model.predictions().y_true):,} held-out predictions"
-    text = f"{model.label} on {task.dataset_title}, {task.source}: {count}, no "
-    text += f"{words(task.groups)} on both sides of a split. "
-    if task.kind == "classification":
-        return f"{text}Numbers: per cent of the recordings of the true class."
-    text += "Mean ± one standard deviation per true value; dashed: perfect; dotted: the mean."
-    if task.period_deg is not None:
-        text += f" The target repeats after {with_unit(number(task.period_deg), task.unit)}: "
-        text += "predictions are drawn at their repetition nearest to the truth."
-    return text
-
-
-def _value_points(model: ModelResult) -> Iterator[Point]:
-    parts = {"known values": GROUPED, "withheld values": WITHHELD}
-    for name, part in parts.items():
-        if model.has(part):
-            for true, mean, sd in by_true_value(model.predictions(part)):
-                yield Point("", name, true, Score(mean, sd))
-
-
-def by_true_value(
-    predictions: Predictions, max_values: int = MAX_VALUES
-) -> Iterator[tuple[float, float, float]]:
-    """Yield mean true value, mean and standard deviation (n - 1) of predictions per true value.
-
-    More than `max_values` distinct values are put into as many bins of equal width. The
-    deviation of a single prediction is 0.
-    """
-    y_true, y_pred = predictions.y_true, predictions.y_pred
-    values, index = np.unique(y_true, return_inverse=True)
-    if len(values) > max_values:
-        edges = np.linspace(values[0], values[-1], max_values + 1)[1:-1]
-        index = np.digitize(y_true, edges)
-    for at in np.unique(index):
-        predicted = y_pred[index == at]
-        sd = float(predicted.std(ddof=1)) if len(predicted) > 1 else 0.0
-        yield float(y_true[index == at].mean()), float(predicted.mean()), sd
-
-
-def _class_points(model: ModelResult) -> Iterator[Point]:
+def class_shares(model: ModelResult, _: TaskResults) -> Table:
+    """Return the share of each predicted class in the recordings of each true class."""
     from ajgdata.evaluate.metrics import confusion
 
     held_out, classes = model.predictions(), model.classes
     counts = confusion(held_out.y_true, held_out.y_pred, np.array(classes))
     shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
-    for true, row in zip(classes, shares, strict=True):
-        for predicted, share in zip(classes, row, strict=True):
-            yield Point("", words(predicted), words(true), Score(float(share), 0.0))
+    rows = (
+        {"true": true, "predicted": predicted, "share": shares[i, j]}
+        for i, true in enumerate(classes)
+        for j, predicted in enumerate(classes)
+    )
+    columns = {"true": "True class", "predicted": "Predicted class", "share": "Share"}
+    return table_of("shares", "Predictions", rows, **columns)
 
 
-def _levels(results: TaskResults, models: Sequence[ModelResult]) -> Illustration:
-    """Return the metric of each model against the level of the recordings it is tested on."""
-    points = [
-        Point("", model.label, level.value, _scaled(model, score))
+def numbers(model: ModelResult, _: TaskResults) -> Table:
+    """Return true and predicted values, known and withheld; `mean` is of the known true values."""
+    parts = {"known values": GROUPED, "withheld values": WITHHELD}
+    rows, mean = [], float(model.predictions().y_true.mean())
+    for name, part in parts.items():
+        if model.has(part):
+            held_out = model.predictions(part)
+            pairs = zip(binned(held_out.y_true), held_out.y_pred, strict=True)
+            rows += [{"part": name, "true": t, "predicted": y, "mean": mean} for t, y in pairs]
+    name = with_comma(quantity(model.task), model.task.unit)
+    columns = {"part": "Values", "true": f"True {name}", "predicted": f"Predicted {name}"}
+    return table_of("values", "Predictions", rows, **columns, mean="Mean")
+
+
+def with_comma(text: str, unit: str) -> str:
+    """Return the title of a column, with its unit after a comma."""
+    return f"{text}, {unit}" if unit else text
+
+
+def binned(y_true: np.ndarray, max_values: int = MAX_VALUES) -> np.ndarray:
+    """Return true values (n,); more than `max_values` distinct ones are put into as many bins of
+    equal width, and each becomes the mean of its bin."""
+    values = np.unique(y_true)
+    if len(values) <= max_values:
+        return y_true
+    index = np.digitize(y_true, np.linspace(values[0], values[-1], max_values + 1)[1:-1])
+    sums, counts = np.bincount(index, y_true), np.bincount(index)
+    return (sums / np.maximum(counts, 1))[index]
+
+
+# Levels and run time
+
+
+def at_levels(results: TaskResults) -> Table:
+    """Return the metric of each model and fold by the level of the recordings it is tested on."""
+    models = models_of(results)
+    rows = [
+        {"model": model.label, "level": level.value, "metric": results.metric, "value": value}
+        | {"chance": model.chance()}
         for model in models
         for level, score in model.levels()
+        for value in score.per_fold
     ]
-    top = best_of(tuple(models))
-    (first, low), (last, high) = top.levels()[0], top.levels()[-1]
-    ends = (
-        f"{top.shown(score)} at {with_unit(number(level.value), level.unit)}"
-        for level, score in ((first, low), (last, high))
-    )
-    named = {GROUPED: results.level}
-    named |= {elsewhere(name): results.others[name].level for name in top.tested_on}
-    published = [
-        (level.value, told[0])
-        for part, level in named.items()
-        if level is not None and (told := paper_told(top, part))
-    ]
-    picture = Picture(
-        title=f"{top.label}: {', '.join(ends)}; chance is {top.shown_chance}",
-        subtitle=f"{results.title}: {top.spread}, never trained at another level",
-        sources=(results.source,),
-        points=tuple(points),
-        axis=(metric_name(results), results.shown_unit),
-        place=(first.quantity, first.unit),
-        chance=(("", results.scale * top.chance()),),
-        published=tuple(value for pair in published for value in pair),
-    )
-    text = f"The models of {results.title}, tested on the same task at other levels. Stars: the "
-    text += "paper. No fold trains on one recording of a grasp and tests on another."
-    return illustration(results.named("levels"), "lines", picture, text, results.shown_unit)
+    first = models[0].levels()[0][0]
+    columns = {"model": "Model", "level": with_comma(sentence(first.quantity), first.unit)}
+    return table_of("levels", "Levels", rows, **columns, metric="Metric", value="Value", chance="")
 
 
-def _run_time(results: TaskResults, models: Sequence[ModelResult]) -> Illustration:
-    """Return the error of the models of a task, in its unit, against training and inference."""
-    top = best_of(tuple(models))
+def published_levels(results: TaskResults) -> tuple[float, ...]:
+    """Return level and published value of each level that the paper has."""
+    top = best_of(models_of(results))
+    levels = {GROUPED: results.level}
+    levels |= {elsewhere(name): results.others[name].level for name in top.tested_on}
+    return tuple(
+        number
+        for part, level in levels.items()
+        if level is not None and (published := paper_told(top, part))
+        for number in (level.value, published[0])
+    )
+
+
+def by_time(results: TaskResults) -> Table:
+    """Return the error of each model and fold with the times of training and inference."""
     wrong = results.kind == "classification"
-    points = [
-        Point(panel, model.label, max(getattr(model.cost, time), SHORTEST_S), _wrong(model))
-        for panel, time in TIMES.items()
-        for model in models
-    ]
-    chance = 100 * (1 - top.chance()) if wrong else results.scale * top.chance()
-    picture = Picture(
-        title=f"{top.label} has the lowest error of {len(models)} models ({top.shown()})",
-        subtitle=f"{results.title}: {top.spread}; filled: no model is better in error and time",
-        sources=(results.source,),
-        points=tuple(points),
-        axis=("wrong", "%") if wrong else (metric_name(results), results.shown_unit),
-        place=("time", "s"),
-        chance=tuple((panel, chance) for panel in TIMES),
-    )
-    text = f"{len(models)} models on the same folds. A line joins the Pareto front. Times belong "
-    text += "to the machine that made this page."
-    unit = "%" if wrong else results.shown_unit
-    return illustration(results.named("models"), "scatter", picture, text, unit)
+    rows = []
+    for model in models_of(results):
+        folds = np.array([*model.score().per_fold, model.chance()])
+        *errors, chance = 100 * (1 - folds) if wrong else folds
+        for panel, name in TIMES.items():
+            row = {"model": model.label, "time": panel, "chance": chance}
+            row |= {"seconds": max(getattr(model.cost, name), SHORTEST_S)}
+            rows += [row | {"error": error} for error in errors]
+    error = "Wrong, %" if wrong else with_comma(results.metric_title, results.unit)
+    columns = {"model": "Model", "time": "Time", "seconds": "Time, s", "error": error}
+    return table_of("times", "Run time", rows, **columns, chance="Chance")
 
 
-def _wrong(model: ModelResult) -> Score:
-    """Return the error as it is shown: of classes, the share that is wrong."""
-    score = _scaled(model, model.score())
-    if model.task.kind == "regression":
-        return score
-    return Score(100 - score.mean, score.sd, (), 100 - score.high, 100 - score.low)
+def lowest_error(results: TaskResults) -> str:
+    """Return the best model of a task."""
+    models = models_of(results)
+    top = best_of(models)
+    return f"{top.label} has the lowest error of {len(models)} models ({top.shown()})"
+
+
+LEVELS = Plot(
+    "lines",
+    at_levels,
+    "the same models, never trained at another level, on the same task at several levels",
+    x="level",
+    chance="chance",
+    headline="trend",
+    published=published_levels,
+    name="levels",
+)
+RUN_TIME = Plot(
+    "scatter",
+    by_time,
+    "error against run time on the same folds; filled: no model is better in error and time",
+    value="error",
+    x="seconds",
+    panel="time",
+    chance="chance",
+    title=lowest_error,
+    name="models",
+)
 
 
 # All tasks
 
 
-def _split(
-    name: str, parts: dict[str, str], text: str, compared: Sequence[ModelResult]
-) -> Illustration:
-    """Return the normalised error of models under several splits."""
-    points = [
-        Point("", title, f"{m.task.title}: {m.label}", m.normalise(m.score(part)))
-        for m in compared
-        for part, title in parts.items()
-        if m.has(part)
-    ]
-    first, second, *_ = parts
-    last = [second if model.has(second) else list(parts)[-1] for model in compared]
-    pairs = [(_error(m, first), _error(m, at)) for m, at in zip(compared, last, strict=True)]
-    hidden = [100 * (1 - shown / true) for shown, true in pairs if true > 0] or [0.0]
+def across(results: Sequence[TaskResults]) -> Iterator[Illustration]:
+    """Yield the figures of all tasks: random and grouped splits, and error against run time."""
+    tasks = [models for models in map(models_of, results) if models]
+    if compared := [model for models in tasks for model in models if model.random]:
+        yield _splits(compared)
+    for panel in TIMES if tasks else ():
+        yield _run_times(panel, tasks)
+
+
+def _splits(compared: Sequence[ModelResult]) -> Illustration:
+    """Return the normalised error of models under a random and the grouped split."""
+    points, hidden = [], []
+    for model in compared:
+        scores = {"random": model.normalise(model.score(RANDOM)), "grouped": model.error}
+        place = f"{model.task.title}: {model.label}"
+        points += [Point("", split, place, score) for split, score in scores.items()]
+        if model.error.mean > 0:
+            hidden.append(100 * (1 - scores["random"].mean / model.error.mean))
+    hidden = hidden or [0.0]
     low, high = (f"{end:.0f}".replace("-", "−") for end in (min(hidden), max(hidden)))
     worse = sum(share > 0 for share in hidden)
     picture = Picture(
-        title=f"{sentence(parts[first])} folds hide {low} to {high} % of the error "
+        title=f"Random folds hide {low} to {high} % of the error "
         f"({worse} of {len(hidden)} cases above 0)",
         subtitle="error as a share of chance, mean ± sd over folds",
         sources=tuple(model.task.source for model in compared),
         points=tuple(points),
         axis=NORMALISED,
     )
-    return illustration(name, "rows", picture, f"The same models and recordings. {text}")
+    text = "The same models and recordings. Grouped: no group on both sides of the split (used "
+    text += "everywhere else). Random: groups ignored."
+    return illustration("random-against-grouped", "rows", picture, text)
 
 
-def _error(model: ModelResult, part: str) -> float:
-    return model.normalise(model.score(part)).mean
-
-
-def _all_run_times(panel: str, tasks: Sequence[tuple[ModelResult, ...]]) -> Illustration:
+def _run_times(panel: str, tasks: Sequence[tuple[ModelResult, ...]]) -> Illustration:
     """Return the normalised error of all models of all tasks against a time."""
     time = TIMES[panel]
     every = [model for models in tasks for model in models]

@@ -17,7 +17,7 @@ from ajgdata.evaluate.agreement import (
     compare,
     is_better_than_chance,
 )
-from ajgdata.experiments.base import METRIC_NAMES, SCORES, Result, TaskResults
+from ajgdata.experiments.base import SCORES, Result, TaskResults
 from ajgdata.report import comparison
 from ajgdata.report.format import Score, mean_sd, words
 from ajgdata.report.paper import PaperFigure
@@ -101,11 +101,6 @@ class ModelResult:
             one = found.setdefault((str(row["part"]), str(row["metric"])), {})
             one[str(row["statistic"])] = float(value)
         return found
-
-    @property
-    def metrics(self) -> dict[str, Score]:
-        """Return every metric of the grouped split."""
-        return {m: self.score(part, m) for part, m in self._scores if part == GROUPED}
 
     def has(self, part: str) -> bool:
         """Return whether a part was evaluated."""
@@ -239,12 +234,8 @@ class ModelResult:
 
     def shown(self, score: Score | None = None) -> str:
         """Return the score that is read first, or another in the same terms, with its unit."""
-        return shown_score(self.task, self.score() if score is None else score)
-
-    @property
-    def spread(self) -> str:
-        """Return what is given beside the mean, in words."""
-        return f"mean ± sd over {self.count('folds')} folds"
+        one = self.score() if score is None else score
+        return mean_sd(one, self.task.shown_unit, self.task.scale)
 
     @property
     def shown_chance(self) -> str:
@@ -279,17 +270,6 @@ def close_to_best(models: tuple[ModelResult, ...]) -> list[ModelResult]:
     return [m for m in models if m.error.mean <= top.mean + max(top.sd, 0)]
 
 
-def score_of(results: TaskResults, model: str, part: str = GROUPED, metric: str = "") -> Score:
-    """Return a metric of a part by a model; see `ModelResult.score`.
-
-    Raises ValueError for what was not evaluated.
-    """
-    found = [result for result in results.results if result.model == model]
-    if not found:
-        raise ValueError(f"{results.title}: {model} was not evaluated")
-    return ModelResult(results, found[0]).score(part, metric)
-
-
 def paper_model(results: TaskResults) -> ModelResult | None:
     """Return the paper's own model, if the task has it."""
     found = (result for result in results.results if result.model == PAPER_MODEL)
@@ -308,22 +288,6 @@ def training_cost(results: TaskResults, label: str) -> comparison.Cost | None:
     """Return what the model of that name for people cost, if the task has it."""
     found = (model for model in models_of(results) if model.label == label)
     return next((comparison.Cost(*model.cost[:2]) for model in found), None)
-
-
-def metric_name(results: TaskResults) -> str:
-    """Return the metric that is read first as a reader says it: `RMSE` or `accuracy`."""
-    return METRIC_NAMES[results.metric]
-
-
-def metric_axis(results: TaskResults) -> str:
-    """Return the metric that is read first with its unit, as the label of an axis."""
-    unit = results.shown_unit
-    return f"{metric_name(results)} ({unit})" if unit else metric_name(results)
-
-
-def shown_score(results: TaskResults, score: Score) -> str:
-    """Return a score of the metric that is read first with its unit: `2.63 ± 0.21 mm`."""
-    return mean_sd(score, results.shown_unit, results.scale)
 
 
 def quantity(results: TaskResults) -> str:

@@ -1,4 +1,4 @@
-"""Cross-validation in words: rows of the table of results, tables, and what the paper says."""
+"""Cross-validation in words: rows of the table of results, and what the paper says."""
 
 from __future__ import annotations
 
@@ -17,12 +17,11 @@ from ajgdata.experiments.cross_validation.results import (
     ModelResult,
     best_of,
     close_to_best,
-    metric_name,
     models_of,
     paper_model,
     part_label,
 )
-from ajgdata.report.blocks import ResultRow, ShownTable
+from ajgdata.report.blocks import ResultRow
 from ajgdata.report.comparison import (
     NEAR_CHANCE,
     Cost,
@@ -31,7 +30,7 @@ from ajgdata.report.comparison import (
     holds,
     mark_of,
 )
-from ajgdata.report.format import Score, mean_sd, number, words
+from ajgdata.report.format import Score, number, words
 from ajgdata.report.paper import PaperFigure
 
 #: The model whose figure the paper gives among its baselines.
@@ -49,7 +48,7 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
     for model in models:
         train_s, inference_ms, memory_mb = map(number, model.cost)
         yield ResultRow(
-            model.label, metric_name(results), _with_chance_note(model), model.shown_chance,
+            model.label, results.metric_title, _with_chance_note(model), model.shown_chance,
             train_s, inference_ms, memory_mb, best=model in close,
             paper=results.papers.get("known"),
         )  # fmt: skip
@@ -59,7 +58,7 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
         for model in (one for one in models if one.has(part)):
             yield ResultRow(
                 model.label,
-                f"{metric_name(results)}, {words(name)}",
+                f"{results.metric_title}, {words(name)}",
                 _with_chance_note(model, part),
                 model.shown(Score(model.chance(part), 0.0)),
                 part=part_label(results, part),
@@ -88,46 +87,8 @@ def summary(results: TaskResults) -> str:
     return (
         f"{results.kind.capitalize()} of {results.target}{unit} from {counts} "
         f"({results.groups}), {first.count('folds')} folds. "
-        f"Lowest error: {top.label}, {metric_name(results)} {top.shown()}{near}.{thinned}"
+        f"Lowest error: {top.label}, {results.metric_title} {top.shown()}{near}.{thinned}"
     )
-
-
-def tables(results: TaskResults) -> Iterator[ShownTable]:
-    """Yield the best model's errors by value, and all metrics by fold."""
-    models = models_of(results)
-    if not models:
-        return
-    top, unit = best_of(models), results.unit
-    if values := top.result.tables["by_value"].rows:
-        yield ShownTable(
-            f"Errors{f' in {unit}' if unit else ''} at each value of {words(results.target)}; "
-            "bias: mean of prediction minus truth.",
-            ("Value", "Trained on", "Recordings|", "RMSE|", "MAE|", "Bias|"),
-            tuple(_value_cells(row) for row in values),
-            f"{top.label}, value by value",
-        )
-    folds = (f"Fold {fold + 1}|" for fold in range(models[0].count("folds")))
-    yield ShownTable(
-        f"Shares such as accuracy lie between 0 and 1{f'; errors are in {unit}' if unit else ''}.",
-        ("Model", "Metric", "Mean ± sd|", *folds),
-        tuple(
-            (
-                model.label,
-                words(name),
-                mean_sd(score),
-                *map(number, model.score(GROUPED, name).per_fold),
-            )
-            for model in models
-            for name, score in model.metrics.items()
-        ),
-        "All metrics, fold by fold",
-    )
-
-
-def _value_cells(row: dict) -> tuple[str, ...]:
-    errors = (number(row[key]) for key in ("rmse", "mae", "bias"))
-    trained = "no: withheld" if row["withheld"] else "yes"
-    return number(row["value"]), trained, str(row["recordings"]), *errors
 
 
 def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
