@@ -63,7 +63,7 @@ class Run(NamedTuple):
 def embedding_data(shard: Shard, settings: Embedding) -> EmbeddingData:
     """Return the recordings of which the log says what they are of; an empty gripper is no thing.
 
-    Of more than `most_recordings` as many of every grasp as can be, evenly spaced in it. Raises
+    Of more than `most_recordings` as many of every grasp as can be. Raises
     ValueError for a column that is missing, and where fewer than two things are left.
     """
     from ajgdata.models.limits import thinned

@@ -1,13 +1,13 @@
 """Models of known sessions in a new session, as they are and with corrections.
 
 A gripper that was moved, warmed or refilled shifts and scales the bins of all its spectra.
-Corrections use recordings without labels, or empty-gripper references, to undo that change.
+Corrections use recordings of the session, without or with labels, to undo that change.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -16,11 +16,10 @@ from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.cross_gripper import calibration_groups
-from ajgdata.evaluate.reference_correction import change
 from ajgdata.models import fit_named_model
 from ajgdata.types import Kind, NotPossibleError
 
-NONE, STANDARDISED, REFERENCES = "as it is", "standardised", "references, stretch and ratio"
+NONE, STANDARDISED = "as it is", "standardised"
 #: Spectra are compressed by asinh from this share of their mean on, as in the linear models.
 RELATIVE = 0.1
 #: A bin whose deviation is smaller does not vary: float32 rounds it away.
@@ -32,21 +31,17 @@ Corrected = tuple[np.ndarray, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class SessionData:
-    """Features (n, f), targets, groups and sessions (n,); `references` (r, f) by session, `hz`
-    (f,) frequencies, `normalisation` how features were divided."""
+    """Features (n, f), targets, groups and sessions (n,)."""
 
     feature: np.ndarray
     value: np.ndarray
     group: np.ndarray
     session: np.ndarray
-    hz: np.ndarray
-    references: Mapping[str, np.ndarray] = field(default_factory=dict)
-    normalisation: str = "l1"
 
     def where(self, chosen: np.ndarray) -> SessionData:
         """Return the recordings that are `chosen`, a boolean (n,) or rows."""
-        kept = ("feature", "value", "group", "session")
-        return replace(self, **{name: getattr(self, name)[chosen] for name in kept})
+        columns = (self.feature, self.value, self.group, self.session)
+        return SessionData(*(column[chosen] for column in columns))
 
 
 def on_new_sessions(
@@ -68,7 +63,7 @@ def on_new_sessions(
     groups of each class (each value, of a number) aside for corrections, labelled or not; the rest
     is tested. Sizes for which a class has too few groups are skipped; if none is possible, half of
     the groups are set aside, unlabelled. Groups that are tested are trained on in no session.
-    `labelled`, `unlabelled` and `references` are counts of recordings of the new session.
+    `labelled` and `unlabelled` are counts of recordings of the new session.
     """
     fit = partial(fit_named_model, model, kind, seed=seed, period=period, limits=limits)
     with threadpool_limits(limits=1):
@@ -121,46 +116,18 @@ def _corrections(
             y, group = np.append(y, added.value), np.append(group, added.group)
         scores = metrics.score(tests.value, fit(x, y, group).predict(corrected[1]), kind, period)
         chance = metrics.chance(y, tests.value, kind, period)
-        counts = dict.fromkeys(("labelled", "unlabelled", "references"), 0) | used
+        counts = dict.fromkeys(("labelled", "unlabelled"), 0) | used
         for metric, value in scores.items():
             row = {"remedy": name, **counts, "metric": metric}
             yield row | {"value": value, "chance": chance[metric]}
 
     plain = known.feature, tests.feature
     yield from rows(NONE, plain)
-    own = {name: one for name, one in there.references.items() if name in set(known.session)}
-    new = there.references.get(session, np.empty((0, 1)))
-    if len(new) and sum(map(len, own.values())) >= 2:
-        yield from rows(REFERENCES, by_references(known, own, tests, new), references=len(new))
     corrected = standardised(known.feature, known.session, pool.feature, tests.feature)
     yield from rows(STANDARDISED, corrected, unlabelled=len(pool.value))
     for grasps, chosen in labelled.items():
         name = f"{grasps} grasp{'s' * (grasps > 1)} of each"
         yield from rows(name, plain, there.where(chosen), labelled=int(chosen.sum()))
-
-
-def by_references(
-    known: SessionData,
-    references: Mapping[str, np.ndarray],
-    tests: SessionData,
-    new_references: np.ndarray,
-) -> Corrected:
-    """Undo the change of each session from all known ones (see `reference_correction.change`).
-
-    `references` (r, f) by known session; a session without references stays as it is. Raises
-    NotPossibleError for fewer than two references of known sessions.
-    """
-    before = np.concatenate([*references.values(), np.empty((0, known.feature.shape[1]))])
-
-    def undone(after: np.ndarray, feature: np.ndarray) -> np.ndarray:
-        return change(before, after, known.hz).undone(feature, known.normalisation)
-
-    corrected = np.array(known.feature, np.float32)
-    for session, own in references.items():
-        rows = known.session == session
-        if len(own) and rows.any():
-            corrected[rows] = undone(own, known.feature[rows])
-    return corrected, undone(new_references, tests.feature)
 
 
 def standardised(

@@ -1,6 +1,6 @@
 """Across sessions: models in held-out sessions, and what corrections need of the session.
 
-The corrections are in `evaluate.new_session` and `evaluate.reference_correction`.
+The corrections are in `evaluate.new_session`.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 MOST_SESSIONS = 8
 TITLE = "In a new session"
 #: Recordings of the new session that a correction uses.
-NEEDS = ("labelled", "unlabelled", "references")
+NEEDS = ("labelled", "unlabelled")
 COLUMNS = {
     "session": "Session", "draw": "Draw", "remedy": "Remedy", "labelled": "Labelled",
-    "unlabelled": "Unlabelled", "references": "References", "metric": "Metric", "value": "Value",
+    "unlabelled": "Unlabelled", "metric": "Metric", "value": "Value",
     "chance": "Chance",
 }  # fmt: skip
 
@@ -72,21 +72,11 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
 
 
 def _data(inputs: Inputs) -> SessionData:
-    """Return the recordings of the task, and empty-gripper references, per session."""
+    """Return the recordings of the task with their sessions."""
     from ajgdata.evaluate.new_session import SessionData
 
-    data, columns = inputs.data(), inputs.store.columns
-    names, references = columns["recording"].values, {}
-    if "object" in columns:
-        empty = ~np.isin(names, inputs.all_data().name)
-        empty &= columns["object"].values.astype(str) == ""
-        sessions = session_of(names)
-        for session in np.unique(sessions[empty]):
-            references[str(session)] = inputs.store.feature[empty & (sessions == session)]
-    return SessionData(
-        data.feature, data.value, data.group, session_of(data.name), inputs.store.frequency_hz,
-        references, inputs.features.normalisation,
-    )  # fmt: skip
+    data = inputs.data()
+    return SessionData(data.feature, data.value, data.group, session_of(data.name))
 
 
 def _tested(data: SessionData, train_on: Sequence[str]) -> list[str]:
@@ -118,7 +108,7 @@ def _scores(model: str, measured: Table) -> Iterator[tuple[str, str, str, str, f
 
 
 def _needs(table: Table) -> str:
-    """Return `64 labelled`, `12 unlabelled`, `6 references`, or `none`."""
+    """Return `64 labelled`, `12 unlabelled`, or `none`."""
     mean = {key: float(table.numbers(key).mean()) for key in NEEDS}
     return ", ".join(f"{number(count)} {key}" for key, count in mean.items() if count) or "none"
 

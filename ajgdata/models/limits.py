@@ -8,7 +8,6 @@ training at a limit and beyond it.
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Mapping
 
 import numpy as np
@@ -29,55 +28,23 @@ def most_recordings(name: str, declared: Mapping[str, int]) -> int | None:
 
 
 def thinned(groups: np.ndarray, most: int, target: np.ndarray | None = None) -> np.ndarray:
-    """Return `most` sorted row numbers, as many as can be of every group of `groups` (n,), in it of
-    every value of `target` (n,), and of these rows evenly spaced.
+    """Return `most` sorted row numbers, equally many of every part, as far as possible.
 
-    Of more groups than `most` some are left out, evenly spaced in the order of their (first) value;
-    of more values in a group than it has rows left likewise, in other groups others.
+    A part is a value of `target` (n,) in a group of `groups` (n,). The rows of a part are a random
+    choice, which is the same each time; if some parts get a row more, these have all values alike.
 
     >>> from ajgdata.models.limits import thinned
-    >>> thinned(np.array([7, 7, 7, 7, 8, 8, 9]), 5).tolist()
-    [0, 2, 4, 5, 6]
-    >>> thinned(np.zeros(8), 4, np.array(list("aaaaaabb"))).tolist()
-    [0, 3, 6, 7]
+    >>> groups = np.array([7, 7, 7, 7, 8, 8, 9])
+    >>> groups[thinned(groups, 5)].tolist()
+    [7, 7, 8, 8, 9]
     """
+    import pandas as pd
+
     if most >= len(groups):
         return np.arange(len(groups))
-    group = np.unique(groups, return_inverse=True)[1]
-    value = np.zeros_like(group) if target is None else np.unique(target, return_inverse=True)[1]
-    values = int(value.max()) + 1
-    codes, part, rows = np.unique(group * values + value, return_inverse=True, return_counts=True)
-    wanted = _wanted(codes // values, codes % values, rows, most)
-    order = np.argsort(part, kind="stable")
-    of = part[order]  # a group's rows of one value lie side by side
-    place = np.arange(len(of)) - np.searchsorted(of, of)
-    return np.sort(order[place * wanted[of] % rows[of] < wanted[of]])
-
-
-def _wanted(group: np.ndarray, value: np.ndarray, rows: np.ndarray, most: int) -> np.ndarray:
-    """Return how many rows to take of each part (p,), which is a value in a group, `most` in all;
-    parts are sorted by group and value, and hold `rows` (p,)."""
-    first = np.searchsorted(group, np.arange(group[-1] + 1))
-    held = np.add.reduceat(rows, first)
-    order = np.argsort(value[first], kind="stable")
-    share = np.empty_like(held)
-    share[order] = _shares(held[order], most)
-    wanted = np.minimum(rows, share[group])
-    parts = np.diff(first, append=len(rows))
-    for number in np.flatnonzero((parts > 1) & (share < held)):
-        here = slice(first[number], first[number] + parts[number])
-        turned = np.roll(rows[here], -number)
-        wanted[here] = np.roll(_shares(turned, share[number]), number)
-    return wanted
-
-
-def _shares(held: np.ndarray, most: int) -> np.ndarray:
-    """Return `most` shared among parts that hold so many (p,), as evenly as can be; what is left
-    over goes to parts evenly spaced."""
-    full = range(int(held.max()) + 1)
-    level = bisect_right(full, most, key=lambda each: np.minimum(held, each).sum()) - 1
-    share = np.minimum(held, level)
-    larger = np.flatnonzero(held > level)
-    over = most - int(share.sum())
-    share[larger[np.arange(over) * len(larger) // max(over, 1)]] += 1
-    return share
+    order = np.random.default_rng(0).permutation(len(groups))
+    value = np.zeros(len(groups)) if target is None else np.asarray(target)
+    rows = pd.DataFrame({"group": np.asarray(groups)[order], "value": value[order]})
+    rows["round"] = rows.groupby(["group", "value"]).cumcount()
+    rows["turn"] = rows.groupby(["round", "value"]).cumcount()
+    return np.sort(order[rows.sort_values(["round", "turn"]).index[:most]])

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from experiment_samples import measured, small_inputs, small_store, task_results
+from experiment_samples import measured, small_inputs, task_results
 
 from ajgdata.evaluate.in_use import calibration
 from ajgdata.evaluate.intervals import mean_interval
@@ -13,10 +13,10 @@ from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.novelty import Round, _shares
 from ajgdata.report.canvas import draw
-from ajgdata.store.features import Column, Shard, text_column
+from ajgdata.store.features import Shard, text_column
 from ajgdata.types import NotPossibleError
 
-ASK = {"models": ["linear"], "false_alarms": [0.05, 0.2], "inner_folds": 2}
+ASK = {"false_alarms": [0.05, 0.2]}
 
 
 def world(seed=0, empty=0):
@@ -47,26 +47,24 @@ def rounds_of(outcome):
 
 def test_what_lies_apart_is_noticed_and_what_lies_among_others_is_not():
     rounds = rounds_of(measured("novelty", small_inputs(store=world()), **ASK))
-    assert len(rounds.rows) == 2 * 3 * 2  # judges, classes, rates
-    far = rounds.where(judge="distance", left_out="far").numbers("detected")
+    assert len(rounds.rows) == 3 * 2  # classes, rates
+    far = rounds.where(left_out="far").numbers("detected")
     assert far.tolist() == [1, 1]
     among = [
-        rounds.where(judge="distance", left_out=name, stated=0.05).numbers("detected")[0]
+        rounds.where(left_out=name, stated=0.05).numbers("detected")[0]
         for name in ("near", "beside")
     ]
     # 24 grasps of a distribution that is known: more than 6 have probability < 1e-3 at 5 %
     assert max(among) <= 6 / 24
-    known = rounds.where(judge="distance", stated=0.2).numbers("false_alarm")
+    known = rounds.where(stated=0.2).numbers("false_alarm")
     assert known.mean() < 0.2 + 3 * np.sqrt(0.16 / 30)  # 3 rounds of 10 held-out grasps
-    # `far` is surely taken for one of the others: doubt says nothing of it
-    assert rounds.where(judge="linear", left_out="far", stated=0.05).numbers("detected")[0] < 0.5
 
 
 def test_an_alarm_of_few_grasps_is_no_rarer_than_one_in_one_more():
     """Each class of 10 grasps, one left out and a fifth held out: 16 grasps, so that 1 % and 1/17
     are the same alarm, that of the largest distance."""
     rare = measured("novelty", small_inputs(), **ASK | {"false_alarms": [0.01, 1 / 17]})
-    rounds = rounds_of(rare).where(judge="distance").parted("stated").values()
+    rounds = rounds_of(rare).parted("stated").values()
     first, second = (table.numbers("detected").tolist() for table in rounds)
     assert first == second
 
@@ -84,7 +82,7 @@ def test_the_distance_and_its_alarm_are_those_of_a_model_in_use():
     """Of the first round: guard and alarm that training for use stores, of all but one class and
     one fold."""
     inputs = small_inputs(store=world())
-    rounds = rounds_of(measured("novelty", inputs, **ASK)).where(judge="distance", stated=0.05)
+    rounds = rounds_of(measured("novelty", inputs, **ASK)).where(stated=0.05)
     data = inputs.data()
     known = np.flatnonzero(data.value != "beside")
     train, test = grouped_folds(data.value[known], data.group[known], "classification", 5, 0)[0]
@@ -107,7 +105,7 @@ def test_a_grasp_that_several_rounds_test_counts_once():
     known, group = generator.random(80) < 0.2, np.repeat(np.arange(40), 2)
     new = generator.random(80) < 0.7
     tests = [Round(str(n), 0.05, new, known, group) for n in range(12)]
-    one, many = (list(_shares("distance", 0.05, given, 0)) for given in (tests[:1], tests))
+    one, many = (list(_shares(0.05, given, 0)) for given in (tests[:1], tests))
     (_, few_alarms), (_, alarms) = one, many
     assert alarms["share"] == pytest.approx(known.mean())
     ends = [alarms[key] for key in ("low", "high")]
@@ -115,7 +113,7 @@ def test_a_grasp_that_several_rounds_test_counts_once():
     expected = mean_interval(known.astype(float), group, is_share=True)
     assert ends == pytest.approx(expected)
     spread = [Round(str(n), 0.05, generator.random(80) < n / 12, known, group) for n in range(12)]
-    detected, _ = _shares("distance", 0.05, spread, 0)
+    detected, _ = _shares(0.05, spread, 0)
     assert detected["low"] < detected["share"] < detected["high"]
     assert detected["high"] - detected["low"] > 0.2  # of 12 classes from 0 to 11 / 12
 
@@ -123,8 +121,6 @@ def test_a_grasp_that_several_rounds_test_counts_once():
 def test_what_it_needs_is_told():
     with pytest.raises(NotPossibleError, match="record at least three"):
         measured("novelty", small_inputs(classes=["ball", "rod"]), **ASK)
-    with pytest.raises(NotPossibleError, match="'svm' has no probabilities"):
-        measured("novelty", small_inputs(), **ASK | {"models": ["svm"]})
 
 
 def test_its_figure_and_tables_say_what_was_measured():
@@ -133,10 +129,7 @@ def test_its_figure_and_tables_say_what_was_measured():
     one = EXPERIMENTS["novelty"]
     detected, alarms, classes, references = one.figures(results)
     rounds = rounds_of(outcome)
-    expected = [
-        100 * rounds.where(judge="distance", stated=rate).numbers("detected").mean()
-        for rate in (0.05, 0.2)
-    ]
+    expected = [100 * rounds.where(stated=rate).numbers("detected").mean() for rate in (0.05, 0.2)]
     (axes,) = draw(detected).axes
     np.testing.assert_allclose(axes.containers[0].lines[0].get_ydata(), expected)
     labels = [label.get_text() for label in draw(classes).axes[0].get_yticklabels()]
@@ -146,11 +139,3 @@ def test_its_figure_and_tables_say_what_was_measured():
     assert len(tables) == 4
     assert tables[-1].rows[0][-1].startswith("100")
     assert f"{expected[0]:.3g} (" in detected.caption.alt
-
-
-def test_columns_of_numbers_do_not_matter():
-    store = small_store()
-    columns = {**store.columns, "mass_g": Column(np.full(60, np.nan), {"units": "g"})}
-    more = Shard(store.feature, store.frequency_hz, columns, store.attrs)
-    found = [rounds_of(measured("novelty", small_inputs(store=s), **ASK)) for s in (store, more)]
-    assert found[0].rows == found[1].rows

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ajgdata.evaluate.new_session import SessionData, by_references, standardised
+from ajgdata.evaluate.new_session import standardised
 
 BINS = 30
 
@@ -46,30 +46,3 @@ def test_what_is_tested_tells_nothing_of_its_session():
     every = standardised(known, SESSIONS, pool, spectra(3))[1]
     some = standardised(known, SESSIONS, pool, spectra(3)[:3])[1]
     np.testing.assert_array_equal(some, every[:3])
-
-
-def test_one_recording_or_still_bins_are_only_shifted():
-    known = np.concatenate([spectra(0), spectra(1)])
-    known[:, 3] = 7.0
-    known_after, new_after = standardised(known, SESSIONS, spectra(2)[:1], spectra(2))
-    assert np.isfinite(known_after).all() and np.isfinite(new_after).all()
-    np.testing.assert_allclose(known_after[:, 3], 7.0, rtol=1e-6)
-
-
-def test_references_take_out_the_gain_of_every_session():
-    """Gains of each session divide out by what they do to empty-gripper references."""
-    empty, same = spectra(9, 3), spectra(0)
-    slow = [np.exp(np.sin(np.arange(BINS) / 6 + phase)) for phase in (0, 2, 4)]
-
-    def data(features: np.ndarray, session: np.ndarray) -> SessionData:
-        labels = np.zeros(len(features))
-        features = features / features.sum(axis=1, keepdims=True)
-        return SessionData(features, labels, labels, session, np.arange(float(BINS)))
-
-    known = data(np.concatenate([same * slow[0], same * slow[1]]), SESSIONS)
-    tests = data(same * slow[2], np.repeat("c", 40))
-    references = {"a": empty * slow[0], "b": empty * slow[1]}
-    before, new = by_references(known, references, tests, empty * slow[2])
-    apart = np.abs(known.feature[:40] - tests.feature).sum()
-    assert np.abs(before[:40] - new).sum() < 0.2 * apart
-    np.testing.assert_allclose(new.sum(axis=1), 1, rtol=1e-5)
