@@ -11,9 +11,6 @@ from ajgdata.store.files import write_bytes
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
 
-#: Of more recordings, this many are shown, so that the page opens quickly.
-MOST_SHOWN = 2000
-
 
 def build_explorer(
     projections: Path,
@@ -31,16 +28,11 @@ def build_explorer(
     from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
     from ajgdata.experiments.embedding_projections import projections_of
     from ajgdata.report.explorer import Explored, render_explorer
-    from ajgdata.report.projections import thinned
 
     spec, (about, tables) = read_dataset(paths, dataset), read_tables(projections)
-    shown, note = None, ""
+    shown = None
     if "skipped" not in about:
         shown = projections_of({table.name: table for table in tables})
-        available = about.get("available", len(shown.recording))
-        shown = thinned(shown, MOST_SHOWN)
-        if len(shown.recording) < available:
-            note = f"{len(shown.recording):,} of {available:,} recordings are shown, evenly drawn."
     place = paths.explorer(dataset, embedding)
     here = place.relative_to(paths.report.parent).as_posix()
     one = Explored(
@@ -49,7 +41,7 @@ def build_explorer(
         supervision=spec.embeddings[embedding].supervision,
         more=f"../../{experiment_link(PROJECTIONS)}",
         shown=shown,
-        note=note,
+        available=about.get("available", len(shown.recording) if shown else 0),
         skipped=about.get("skipped", ""),
     )
     write_bytes(page, render_explorer(one, here=here, nav=nav, project=paths).encode())

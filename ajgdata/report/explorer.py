@@ -1,4 +1,4 @@
-"""Interactive scatter plot of the projections of an embedding, in one file without network access.
+"""Interactive scatter plots of the projections of an embedding, in one file without network access.
 
 The content policy names the scripts by hash, so text of a data set cannot run.
 """
@@ -10,37 +10,30 @@ import hashlib
 import html
 import re
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import pandas as pd
 from markupsafe import Markup
-from numpy.typing import NDArray
 
 from ajgdata.paths import Paths
-from ajgdata.report.format import Source, value, words
+from ajgdata.report.format import Source, words
 from ajgdata.report.navigation import Group
-from ajgdata.report.projections import (
-    METHODS,
-    MISSING,
-    SPACES,
-    Projection,
-    Projections,
-    shown_columns,
-    text_colours,
-)
+from ajgdata.report.projections import METHODS, SPACES, Projection, Projections, shown_columns
 from ajgdata.report.render import render
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-HEIGHT_PX, MARKER_PX = 640, 7
+#: Of more recordings, this many are shown, so that the page opens quickly.
+MOST_SHOWN = 1000
+SYMBOLS = {"training": "circle", "validation": "circle-open"}
 
 
 class Explored(NamedTuple):
     """One embedding of a data set; `shown` is None if there are no projections, see `skipped`.
 
-    `more` is a link to the report's section on the embedding, `note` says which recordings are
-    shown.
+    `more` is a link to the report's section on the embedding, `available` counts its recordings.
     """
 
     title: str
@@ -48,7 +41,7 @@ class Explored(NamedTuple):
     supervision: str
     more: str
     shown: Projections | None
-    note: str = ""
+    available: int = 0
     skipped: str = ""
 
 
@@ -59,14 +52,17 @@ def render_explorer(
 
     `here` is its place relative to the report's folder, `nav` the navigation of the report.
     """
-    plot = ""
-    if one.shown is not None:
-        plot = scatter(one.shown).to_html(
-            full_html=False, include_plotlyjs=True, div_id="plot",
+    frame = point_table(one.shown) if one.shown else pd.DataFrame()
+    plot = "".join(
+        figure.to_html(
+            full_html=False, include_plotlyjs=number == 0, div_id=f"plot-{number}", auto_play=False,
             config={"displayModeBar": False, "responsive": True},
-        )  # fmt: skip
+        )
+        for number, figure in enumerate(scatters(one.shown, frame) if one.shown else ())
+    )  # fmt: skip
     scripts = re.findall(r"<script[^>]*>(.*?)</script>", plot, flags=re.DOTALL)
     digests = (hashlib.sha256(script.encode()).digest() for script in scripts)
+    count = 0 if frame.empty else frame["recording"].nunique()
     return render(
         "explorer.html.j2",
         {},
@@ -74,93 +70,62 @@ def render_explorer(
         project=project,
         nav=nav,
         one=one,
+        count=count,
         plot=Markup(plot),  # plotly escapes "<" in what it is given
         policy=" ".join(f"'sha256-{base64.b64encode(one).decode()}'" for one in digests),
     )
 
 
-def scatter(shown: Projections) -> Figure:
-    """Return a scatter plot with menus for the space and for the column that gives the colours.
+def point_table(shown: Projections, most: int = MOST_SHOWN) -> pd.DataFrame:
+    """Return a row per space and recording: place (x, y; each space from -1 to 1) and labels.
+
+    At most `most` recordings, evenly drawn from their order. Text is escaped for plotly.
+    """
+    count = len(shown.recording)
+    rows = np.linspace(0, count - 1, min(most, count)).round().astype(int)
+    known = pd.DataFrame({"recording": shown.recording, **shown.columns}).iloc[rows]
+    known["part"] = np.where(shown.training[rows], "training", "validation")
+    for name in known.select_dtypes(exclude="number"):
+        known[name] = known[name].replace("", "not known").map(html.escape)
+    return pd.concat(
+        [
+            known.assign(space=space_label(one), x=x, y=y)
+            for one in shown.projections
+            for x, y in [_in_unit_square(one)[rows].T]
+        ]
+    )
+
+
+def _in_unit_square(projection: Projection) -> np.ndarray:
+    """Return the points (n, 2), moved and scaled: a projection has no unit."""
+    points = np.asarray(projection.points, float)
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    return (points - middle) / (np.abs(points - middle).max() or 1.0)
+
+
+def scatters(shown: Projections, points: pd.DataFrame) -> Iterator[Figure]:
+    """Yield a scatter plot per column of labels, with a slider for the space.
 
     Filled markers: the encoder was trained on the recording; open markers: it was not.
     """
-    from plotly.graph_objects import Figure, Scatter
+    import plotly.express as px
 
-    texts = np.array(_texts(shown))
-    symbols = np.where(shown.training, "circle", "circle-open")
-    columns = shown_columns(shown) or list(shown.columns)[:1]
-    traces, column_of, rows_of = [], list[str](), list[NDArray[np.intp]]()
-    for column in columns:
-        for rows, name, colour in _levels(words(column), shown.columns[column]):
-            marker = {**colour, "symbol": symbols[rows].tolist(), "size": MARKER_PX}
-            traces.append(
-                Scatter(
-                    mode="markers", name=html.escape(name), marker=marker, hoverinfo="text",
-                    text=texts[rows].tolist(), visible=column == columns[0], showlegend=True,
-                    **_places(shown.projections[0], rows),
-                )
-            )  # fmt: skip
-            column_of.append(column)
-            rows_of.append(rows)
-    spaces = []
-    for projection in shown.projections:
-        places = [_places(projection, rows) for rows in rows_of]
-        args = {axis: [place[axis] for place in places] for axis in ("x", "y")}
-        spaces.append({"label": space_label(projection), "method": "restyle", "args": [args]})
-    colours = []
-    for column in columns:
-        visible = {"visible": [other == column for other in column_of]}
-        colours.append({"label": words(column), "method": "restyle", "args": [visible]})
-    menu: dict[str, Any] = {"y": 1.02, "xanchor": "left", "yanchor": "bottom"}
-    figure = Figure(traces)
-    figure.update_layout(
-        updatemenus=[{**menu, "x": 0, "buttons": spaces}, {**menu, "x": 0.4, "buttons": colours}],
-        height=HEIGHT_PX, template="plotly_white", hovermode="closest", yaxis={"scaleanchor": "x"},
-        margin={"l": 40, "r": 10, "t": 60, "b": 40},
-    )  # fmt: skip
-    return figure
+    for column in shown_columns(shown) or list(shown.columns)[:1]:
+        figure = px.scatter(
+            points, x="x", y="y", color=column, symbol="part", symbol_map=SYMBOLS,
+            animation_frame="space", hover_name="recording", hover_data=list(shown.columns),
+            range_x=(-1.1, 1.1), range_y=(-1.1, 1.1), labels={n: words(n) for n in shown.columns},
+            color_discrete_sequence=px.colors.qualitative.Dark24, render_mode="svg", height=640,
+            template="plotly_white", title=f"Colour: {words(column)}",
+        )  # fmt: skip
+        figure.layout.updatemenus = ()
+        figure.update_layout(coloraxis_colorbar={"y": 0.3, "len": 0.6})
+        figure.update_layout(sliders=[{"currentvalue": {"prefix": ""}}])
+        figure.update_yaxes(scaleanchor="x")
+        yield figure
 
 
 def space_label(one: Projection) -> str:
     """Return `latent · UMAP`; a space that has two dimensions is shown as it is."""
     name = SPACES.get(one.space, one.space)
     return f"{name} · {METHODS[one.method]}"
-
-
-def _places(projection: Projection, rows: NDArray[np.intp]) -> dict[str, list[float]]:
-    """Return `x` and `y` of some recordings, to five digits."""
-    across, up = np.asarray(projection.points, float)[rows].T
-    return {
-        axis: [float(f"{number:.5g}") for number in numbers]
-        for axis, numbers in (("x", across), ("y", up))
-    }
-
-
-def _texts(shown: Projections) -> list[str]:
-    """Return what is known of each recording, as text for plotly: lines with `<br>`."""
-    labels = {words(name): values.tolist() for name, values in shown.columns.items()}
-    listed = []
-    for row, recording in enumerate(shown.recording.tolist()):
-        facts = [f"{name}: {_shown(values[row])}" for name, values in labels.items()]
-        listed.append("<br>".join(html.escape(line) for line in (recording, *facts)))
-    return listed
-
-
-def _shown(label: Any) -> str:
-    missing = label == "" or (isinstance(label, float) and not np.isfinite(label))
-    return value(None if missing else label)
-
-
-def _levels(title: str, values: NDArray) -> Iterator[tuple[NDArray[np.intp], str, dict[str, Any]]]:
-    """Yield row numbers, name and plotly's colour settings of each text, or of all numbers."""
-    if values.dtype.kind == "U":
-        for name, colour in text_colours(values).items():
-            yield np.flatnonzero(values == name), words(name), {"color": colour}
-        known = values != ""
-    else:
-        known = np.isfinite(values)
-        colours = {"color": values[known].tolist(), "colorscale": "Viridis", "showscale": True}
-        bar = {"title": {"text": html.escape(title)}, "x": 1, "y": 0, "yanchor": "bottom"}
-        yield np.flatnonzero(known), title, {**colours, "colorbar": {**bar, "len": 0.8}}
-    if not known.all():
-        yield np.flatnonzero(~known), "not known", {"color": MISSING}

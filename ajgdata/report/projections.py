@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +21,6 @@ SPACES = {
 PLANE = "plane"
 #: Names of projections, in the order of panels.
 METHODS = {"pca": "PCA", "umap": "UMAP", "tsne": "t-SNE", PLANE: "2-D"}
-#: Colour of a recording of which it is not known.
-MISSING = "#c8c8c8"
-#: Colour map of numbers.
-NUMBERS = "viridis"
 #: Distinct texts beyond these share colours; more than that no legend tells apart.
 MANY = 20
 
@@ -43,20 +39,13 @@ class Projections:
     """All projections of one run, with what is known of each recording.
 
     `training` (n,): whether the encoder was trained on it. `columns`: text or numbers (n,) by
-    name, the first of them the thing itself. Raises ValueError for lengths that differ.
+    name, the first of them the thing itself.
     """
 
     recording: NDArray[np.str_]
     training: NDArray[np.bool_]
     columns: Mapping[str, NDArray]
     projections: tuple[Projection, ...]
-
-    def __post_init__(self) -> None:
-        counts = {len(self.recording), len(self.training)}
-        counts |= {len(values) for values in self.columns.values()}
-        counts |= {len(projection.points) for projection in self.projections}
-        if len(counts) != 1:
-            raise ValueError(f"projections and their labels have lengths {sorted(counts)}")
 
 
 def ordered(spaces: Sequence[str]) -> list[str]:
@@ -103,18 +92,3 @@ def text_colours(values: NDArray[np.str_]) -> dict[str, str]:
     # dark ones first, then their light neighbours: names that follow one another differ
     palette = palette[::2] + palette[1::2]
     return {name: palette[i % MANY] for i, name in enumerate(present)}
-
-
-def thinned(shown: Projections, most: int) -> Projections:
-    """Return `most` recordings at even distances of the order in which they are, the first and the
-    last among them; all, if there are no more."""
-    count = len(shown.recording)
-    if count <= most:
-        return shown
-    places = np.linspace(0, count - 1, most).round().astype(int)
-    return Projections(
-        recording=shown.recording[places],
-        training=shown.training[places],
-        columns={name: values[places] for name, values in shown.columns.items()},
-        projections=tuple(replace(one, points=one.points[places]) for one in shown.projections),
-    )

@@ -12,7 +12,6 @@ from ajgdata.experiments import EXPERIMENTS, embedding_projections
 from ajgdata.experiments.embedding_distances import categories_of
 from ajgdata.report.canvas import COLOURS, draw
 from ajgdata.report.projections import (
-    Projections,
     category_colours,
     shown_columns,
     text_colours,
@@ -41,11 +40,6 @@ def test_categories_keep_their_colours_and_others_get_further_ones():
     assert list(found) == ["spherical", "other", "", "zinc"]
     assert found["spherical"] == COLOURS[0] and found["other"] == COLOURS[2]
     assert len(set(found.values())) == 4
-
-
-def test_lengths_that_differ_are_refused():
-    with pytest.raises(ValueError, match=r"lengths \[1, 2\]"):
-        Projections(np.array(["a"]), np.array([True]), {"object": np.array(["a", "b"])}, ())
 
 
 def test_gaps_are_to_the_mean_of_the_others():
