@@ -44,9 +44,6 @@ def sense(
     threshold: Annotated[
         float, typer.Option(min=0, max=1, help="line that is drawn (paper: 0.6)")
     ] = 0.6,
-    prompt: Annotated[
-        bool, typer.Option("--prompt", help="wait for Enter before each take")
-    ] = False,
     device: Annotated[
         str,
         typer.Option(help="exact name, as `ajgdata device list` has it", rich_help_panel=_CARD),
@@ -91,8 +88,6 @@ def sense(
         ) as sensing,
     ):  # fmt: skip
         while True:
-            if prompt:
-                out.input("grasp the object, then Enter ")
             _show(sensing.sense(), threshold, as_json)
             if not watch:
                 break

@@ -29,8 +29,6 @@ from ajgdata.types import DataError
 HOST = "127.0.0.1"
 #: Seconds for the pages to receive the last event.
 _FAREWELL_S = 1.0
-#: Bytes that the system stores for a page that does not read.
-_SEND_BUFFER = 65_536
 
 
 class Dashboard(NamedTuple):
@@ -51,16 +49,15 @@ def dashboard(
     correct: Correct | None = None,
     port: int = 0,
     project: Paths | None = None,
-    patience_s: float = 10.0,
 ) -> Iterator[Dashboard]:
     """Serve the page of a run during the block; its buttons call `control`.
 
     `correct` receives corrections; without it the page offers none. `port` 0 is any free port.
-    Templates are those of `project` (default: the working folder), else those of the package. A
-    page that reads nothing for `patience_s` is dropped. Raises DataError if the port is not free.
+    Templates are those of `project` (default: the working folder), else those of the package.
+    Raises DataError if the port is not free.
     """
     feed, token = Feed(control, correctable=correct is not None), secrets.token_urlsafe(16)
-    site = Site(rendered(project), feed, control, token, correct, patience_s)
+    site = Site(rendered(project), feed, control, token, correct)
     listener = _listener(port)
     server = uvicorn.Server(
         uvicorn.Config(
@@ -85,13 +82,11 @@ def dashboard(
 def _listener(port: int) -> socket.socket:
     """Return a socket that listens on a port of this computer. Raises DataError."""
     try:
-        listener = socket.create_server((HOST, port), backlog=128)
+        return socket.create_server((HOST, port), backlog=128)
     except OSError as error:
         problem = f"the port is not available ({os.strerror(error.errno or 0)})"
         fix = "use another port, or no port for any free one"
         raise DataError(f"port {port}", problem, fix) from None
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
-    return listener
 
 
 @contextmanager

@@ -28,8 +28,10 @@ from ajgdata.live.run_state import RunState
 
 #: Header with the token of a run.
 TOKEN_HEADER = "X-Ajgdata-Token"
-#: Bytes of the body of a request; pages that watch at the same time.
-MAX_BODY, MAX_READERS = 4096, 64
+#: Bytes of the body of a request.
+MAX_BODY = 4096
+#: Seconds after which a page that reads nothing is dropped.
+PATIENCE_S = 10.0
 #: Seconds between two signs of life, and between two checks for a newer state.
 HEARTBEAT_S, POLL_S = 2.0, 0.02
 _HEADERS = {
@@ -168,7 +170,6 @@ class Site:
     control: Control
     token: str
     correct: Correct | None
-    patience_s: float
 
     def app(self) -> Starlette:
         """Return the application to be served."""
@@ -198,10 +199,8 @@ class Site:
         return Response(self.feed.text, media_type="application/json")
 
     async def _events(self, request: Request) -> Response:
-        if self.feed.readers >= MAX_READERS:
-            raise HTTPException(503, "too many pages watch; close some")
         return EventSourceResponse(
-            self.feed.updates(), send_timeout=self.patience_s, ping=HEARTBEAT_S,
+            self.feed.updates(), send_timeout=PATIENCE_S, ping=HEARTBEAT_S,
             ping_message_factory=lambda: ServerSentEvent("", event="alive"),
         )  # fmt: skip
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
 from typing import Any
@@ -220,14 +220,6 @@ class RunState:
     def _update_grasp(self, **values: Any) -> None:
         if self.grasps:
             vars(self.grasps[-1]).update(values)
-
-
-def folded(events: Iterable[Event]) -> RunState:
-    """Return the state of a run after `events`."""
-    state = RunState()
-    for event in events:
-        state.add(event)
-    return state
 
 
 def _between(began: str, ended: str) -> float:

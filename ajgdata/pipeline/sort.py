@@ -24,7 +24,7 @@ from ajgdata.pipeline.live_source import VIRTUAL, open_hands
 from ajgdata.store.audio import pcm24_bytes, read_audio
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_model, sha256_of
-from ajgdata.store.sessions import list_sessions, read_dataset, read_session
+from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
 from ajgdata.types import AudioSettings, DataError, DatasetSpec
 from ajgdata.types.plan import NOTHING, SortPlan
 
@@ -72,11 +72,10 @@ def open_run(
     """
     spec = read_dataset(paths, plan.dataset)
     predictor = sorting_model(paths, spec, plan)
-    kept_in = _keeping(paths, spec, plan)
-    session = plan.keep.session or _next_name(paths, kept_in.name)
-    folder = paths.session(kept_in.name, session)
-    if folder.exists() or paths.events(kept_in.name, session).exists():
-        raise DataError(folder, "is there already", "leave keep.session out, or name another")
+    simulated = plan.source == VIRTUAL or plan.card.get("device") == DEVICE
+    check_one_kind(paths, spec, list_sessions(paths, spec.name), adding=simulated)
+    session = _next_name(paths, spec.name)
+    folder = paths.session(spec.name, session)
     target = spec.tasks[plan.task].target
     with (
         open_hands(
@@ -84,7 +83,7 @@ def open_run(
             robot_settings=plan.robot_settings, seed=plan.seed, confirm=confirm,
         ) as (robot, card, gripper),
         _session(folder, spec, plan, card, gripper) as live,
-        EventLog(paths.events(kept_in.name, session)) as log,
+        EventLog(paths.events(spec.name, session)) as log,
     ):  # fmt: skip
         log.listen(listen)
         audio = AudioSettings(sample_rate_hz=card.settings.sample_rate_hz)
@@ -94,7 +93,7 @@ def open_run(
             card=card,
             played=read_audio(folder / EXCITATION_FILE, audio).samples,  # as it is stored
             robot=robot,
-            kept=KeptRun(live, lambda name: _labels(kept_in, target, name)),
+            kept=KeptRun(live, lambda name: _labels(spec, target, name)),
             log=log,
             control=control,
             ask=ask,
@@ -102,7 +101,7 @@ def open_run(
             watch=_watch(predictor),
         )
         about = _about(paths, spec, plan, predictor, card)
-        name, file = f"{kept_in.name}/{session}", paths.events(kept_in.name, session)
+        name, file = f"{spec.name}/{session}", paths.events(spec.name, session)
         run = OpenRun(sorter, name, log, file, {**about, "session": session})
         try:
             yield run
@@ -144,36 +143,6 @@ def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:
     return predictor
 
 
-def _keeping(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> DatasetSpec:
-    """Return the data set that keeps the recordings. DataError if its are others."""
-    kept_in = read_dataset(paths, plan.keep.dataset or spec.name)
-    simulated = plan.source == VIRTUAL or plan.card.get("device") == DEVICE
-    made = kept_in.recipe is not None and kept_in.recipe.source == VIRTUAL
-    others = {VIRTUAL} if made else _sources(paths, kept_in.name)
-    if others and others != {VIRTUAL if simulated else "recorded"}:
-        kinds = ("recorded", "simulated") if simulated else ("simulated", "recorded")
-        problem = "{}: its sessions are {}, this one would be {}".format(kept_in.name, *kinds)
-        raise DataError("keep.dataset", problem, "name a data set of its own")
-    if kept_in.name == spec.name:
-        return spec
-    target = spec.tasks[plan.task].target
-    where = paths.dataset(kept_in.name)
-    if kept_in.targets.get(target) != spec.targets[target]:
-        fix = f"declare the target as {spec.name} does, or keep them elsewhere"
-        raise DataError(where, f"keep.dataset: its {target} is another target", fix)
-    for what in ("audio", "excitation"):
-        if getattr(kept_in, what) != getattr(spec, what):
-            fix = f"declare the same {what}, or keep them elsewhere"
-            raise DataError(where, f"keep.dataset: its {what} differs from {spec.name}'s", fix)
-    return kept_in
-
-
-def _sources(paths: Paths, dataset: str) -> set[str]:
-    """Return `virtual` and `recorded`, whichever sessions there are."""
-    found = (read_session(paths.session(dataset, one)) for one in list_sessions(paths, dataset))
-    return {VIRTUAL if one.source == VIRTUAL else "recorded" for one in found}
-
-
 def _next_name(paths: Paths, dataset: str) -> str:
     live = paths.events(dataset, "x").parent.parent
     names = [*list_sessions(paths, dataset), *(p.name for p in live.glob("*"))]
@@ -188,7 +157,7 @@ def _session(
     rate = card.settings.sample_rate_hz
     sound = excitation_of(Path(spec.name), spec)
     # Settings of the robot may hold hosts and tokens.
-    told = plan.model_dump(mode="json", exclude={"robot_settings", "keep", "card"})
+    told = plan.model_dump(mode="json", exclude={"robot_settings", "card"})
     setup = {
         "sort": {**told, "target": spec.tasks[plan.task].target},
         "device": card.settings.model_dump(mode="json", exclude={"attempts"}),
@@ -201,10 +170,10 @@ def _session(
     )  # fmt: skip
 
 
-def _labels(kept_in: DatasetSpec, target: str, name: str) -> dict[str, float | str]:
+def _labels(spec: DatasetSpec, target: str, name: str) -> dict[str, float | str]:
     """Return the targets of an object whose name is known."""
-    value = class_of(kept_in, target, name)
-    return {} if value is None else labels_of(kept_in, target, value, name)
+    value = class_of(spec, target, name)
+    return {} if value is None else labels_of(spec, target, value, name)
 
 
 def _about(

@@ -20,17 +20,6 @@ Doubtful = Literal["stop", "ask", "reject"]
 Bin = Annotated[str, Field(min_length=1, max_length=60)]
 
 
-class Keep(Strict):
-    """Where the recordings of a run are kept."""
-
-    dataset: Name | None = Field(
-        None, description="data set that gets the session; null: the one of the model"
-    )
-    session: Name | None = Field(
-        None, description="name of the new session; null: the next `sort-NN`"
-    )
-
-
 class SortPlan(Strict):
     """A plan by which objects are sorted."""
 
@@ -93,7 +82,6 @@ class SortPlan(Strict):
     )
     robot: RobotName = Field("manual", description="who moves; manual: a person")
     robot_settings: dict[str, JsonValue] = Field({}, description="settings of the robot, its own")
-    keep: Keep = Field(Keep(), description="where the recordings are kept")
 
     @field_validator("sequence")
     @classmethod

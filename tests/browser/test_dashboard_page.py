@@ -10,7 +10,6 @@ from live_events import CLASSES, Story, run
 from PIL import Image
 from test_pages import AXE, BEYOND, RULES, WIDTHS, assert_none
 
-from ajgdata.live import dashboard_app
 from ajgdata.live.control import Control, Mode
 from ajgdata.live.dashboard import dashboard
 from ajgdata.live.events import read_events
@@ -304,22 +303,6 @@ def test_a_stop_that_does_not_arrive_is_said(shown, control):
     assert "stop was not done" in notice and "Ctrl-C" in notice
     assert control.mode is Mode.RUNNING
     assert [line for line in shown.browser.complaints() if "403" not in line] == []
-
-
-def test_a_page_that_gets_no_state_can_stop_all_the_same(browser, control, monkeypatch):
-    """So many watch that it is refused: it has the whole address, and its button works."""
-    monkeypatch.setattr(dashboard_app, "MAX_READERS", 0)
-    with dashboard(control) as served:
-        browser.open(served.address)
-        shown = Shown(browser, served, control)
-        assert browser.run("return document.body.dataset.mode") == ""
-        browser.run("document.getElementById('halt').click()")
-        end = time.monotonic() + 10
-        while control.mode is not Mode.STOPPED and time.monotonic() < end:
-            time.sleep(0.01)
-        assert control.mode is Mode.STOPPED
-        shown.browser.driver.get("about:blank")
-    browser.complaints()  # the refused stream is one
 
 
 def test_a_lost_connection_is_said_and_comes_back(browser, control):

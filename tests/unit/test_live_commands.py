@@ -266,7 +266,7 @@ def test_an_empty_gripper_is_no_object(run):
         ({"thresh": 0.5}, r"plan.yaml:\d+: unknown key thresh"),
         ({"threshold": 7}, r"plan.yaml:\d+: threshold = 7"),
         ({"model": "knn"}, "there is no such model; .ajgdata run d. trains what: linear"),
-        ({"source": "soundcard", "card": {"device": "x"}, "objects": []}, "name a data set of its"),
+        ({"source": "soundcard", "card": {"device": "x"}, "objects": []}, "both in one data set"),
         ({"source": "soundcard", "card": {"device": "virtual gripper", "inputs": 1}}, "inputs"),
     ],
 )
@@ -274,32 +274,6 @@ def test_what_cannot_be_sorted_is_refused_before_anything_moves(run, changes, sa
     with pytest.raises(DataError, match=said):
         raise run("sort", plan(**changes)).exception
     assert not Path("data/d/sessions/sort-01").exists()
-
-
-@pytest.mark.parametrize(
-    "changes, said",
-    [
-        ({"targets": {"label": {"kind": "regression"}}}, "its label is another target"),
-        ({"audio": {"sample_rate_hz": 48_000}}, "its audio differs from d's"),
-        ({"recipe": None}, ""),
-    ],
-)
-def test_recordings_may_be_kept_by_another_data_set_of_the_same_kind(run, tmp_path, changes, said):
-    declared = {k: v for k, v in DECLARATION.items() if k in ("targets", "excitation")}
-    file = Paths().dataset("mine")
-    file.parent.mkdir()
-    try:
-        file.write_text(yaml.safe_dump({"name": "mine", **declared, **changes}))
-        made = plan(keep={"dataset": "mine"}, references=None)
-        if said:
-            with pytest.raises(DataError, match=said):
-                raise run("sort", made).exception
-        else:
-            assert "mine/sort-01" in run("sort", made).stderr
-            assert len(read_recordings(Paths().session("mine", "sort-01"))[0]) == 2
-    finally:
-        file.unlink()
-        file.parent.rmdir()
 
 
 def test_corrections_of_a_run_become_labels(run):

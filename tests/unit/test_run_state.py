@@ -5,7 +5,15 @@ import json
 import pytest
 from live_events import CLASSES, Story, run
 
-from ajgdata.live.run_state import GRASPS, OTHERS, PROBLEMS, UNSURE, RunState, folded
+from ajgdata.live.run_state import GRASPS, OTHERS, PROBLEMS, UNSURE, RunState
+
+
+def folded(events) -> RunState:
+    """The state of a run after `events`."""
+    state = RunState()
+    for event in events:
+        state.add(event)
+    return state
 
 
 def test_before_the_first_event_nothing_is_known():
