@@ -12,13 +12,16 @@ from pathlib import Path
 import yaml
 
 import ajgdata.gripper
-from ajgdata.gripper.object_library import MATERIAL_SET, PLATE_MM, PLATE_TOLERANCE_MM
+from ajgdata.gripper.object_library import MATERIAL_SET, PLATE_MM
 from ajgdata.gripper.omissions import TABLE, Measured, MeasuredTable
 from ajgdata.gripper.scene import PHYSICS_VERSION, Numerics
 from ajgdata.store.files import write_bytes
 from ajgdata.store.provenance import software
 from ajgdata.studies.omissions import PARTS, Case, Shape, box, changes, cube, sphere
 
+#: "About 5" is half a millimetre either way, and so is the tolerance of sheet steel, planed wood
+#: and extruded plastic as sold; that of cut foam boards is twice as much.
+PLATE_TOLERANCE_MM = {"metal": 0.5, "wood": 0.5, "plastic": 0.5, "styrofoam": 1.0}
 #: Poses of each size; `studies.omissions` has others.
 SEEDS = (0, 1, 2)
 Kind = tuple[list[Shape], str]

@@ -77,13 +77,12 @@ class Pack:
         """Grains that touch a wall per area: number density times one diameter, 6(1-φ)/(πd²)."""
         return 6 * (1 - self.porosity) / (np.pi * self.diameter**2)
 
-    def moduli(self, stress: ArrayLike, rough: bool = True) -> tuple[Real, Real]:
+    def moduli(self, stress: ArrayLike) -> tuple[Real, Real]:
         """Bulk and shear modulus (Pa, of the shape of `stress`) under an isotropic stress (Pa),
         both ∝ stress^(1/3).
 
         Walton, J. Mech. Phys. Solids 35 (1987) 213; for rough spheres the same as Digby, J. Appl.
-        Mech. 48 (1981) 803, without initial bonds. `rough`: no slip at the contacts
-        (Mindlin 1949), otherwise no friction.
+        Mech. 48 (1981) 803, without initial bonds: no slip at the contacts (Mindlin 1949).
         """
         shear = self.grain.young_pa / (2 * (1 + self.grain.poisson))
         lame = 2 * shear * self.grain.poisson / (1 - 2 * self.grain.poisson)
@@ -91,7 +90,7 @@ class Pack:
         b = (1 / shear + 1 / (shear + lame)) / (4 * np.pi)
         loaded = (1 - self.porosity) ** 2 * self.coordination**2 * np.asarray(stress, float)
         bulk = np.cbrt(3 * loaded / (np.pi**4 * b**2)) / 6
-        return bulk, 0.6 * bulk * ((5 * b + a) / (2 * b + a) if rough else 1.0)
+        return bulk, 0.6 * bulk * ((5 * b + a) / (2 * b + a))
 
     def frame(self, stress: float) -> Frame:
         """Return the frame under lateral restraint, M = K + 4G/3; sound crosses it at √(M/ρ) ∝
@@ -103,12 +102,6 @@ class Pack:
 def plane_modulus(young: ArrayLike, poisson: ArrayLike) -> Real:
     """E/(1-ν²) in Pa; the arrays broadcast."""
     return np.asarray(young, float) / (1 - np.square(poisson))
-
-
-def hertz_stiffness(force: ArrayLike, radius: ArrayLike, modulus: ArrayLike) -> Real:
-    """Stiffness dF/dδ of a sphere on a half-space, (6 E*² R F)^(1/3) in N/m, of a force (N), radius
-    (m) and modulus E* (Pa); the arrays broadcast. Hertz 1882; Johnson 1985, eq. 4.23."""
-    return np.cbrt(6 * np.square(modulus) * np.asarray(radius) * np.asarray(force))
 
 
 #: Powers of χ = √(Rδ)/h by which a bonded incompressible layer is stiffer than a half-space.

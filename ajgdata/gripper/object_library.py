@@ -41,10 +41,8 @@ MATERIAL_SET: dict[str, MaterialName] = {
 }
 
 
-#: Thickness of plates, mm: the paper's "about 5" is at best half a millimetre either way, and so is
-#: the tolerance of sheet steel, planed wood and extruded plastic as sold; of cut foam boards twice.
+#: Thickness of plates, mm: the paper's "about 5".
 PLATE_MM = 5.0
-PLATE_TOLERANCE_MM = {"metal": 0.5, "wood": 0.5, "plastic": 0.5, "styrofoam": 1.0}
 
 
 def _cubes() -> dict[str, ObjectSpec]:
@@ -67,28 +65,10 @@ def _materials() -> dict[str, ObjectSpec]:
                 category="sphere",
                 source=PAPER,
             )
-        objects[f"plate_{name}"] = _plate(PLATE_MM, material)
+        plate = Box(kind="box", length_mm=100, width_mm=100, height_mm=PLATE_MM, material=material)
+        assumed = f"{PAPER}: about 5 mm thick; 100 x 100 mm assumed"
+        objects[f"plate_{name}"] = ObjectSpec(shape=plate, category="plate", source=assumed)
     return objects
-
-
-def _plate(thickness: float, material: MaterialName, note: str = "") -> ObjectSpec:
-    return ObjectSpec(
-        shape=Box(kind="box", length_mm=100, width_mm=100, height_mm=thickness, material=material),
-        category="plate",
-        source=f"{PAPER}: about 5 mm thick; 100 x 100 mm assumed{note}",
-    )
-
-
-def _plate_variants() -> dict[str, ObjectSpec]:
-    """Plates at both ends of the tolerance of their thickness."""
-    ends = (("thin", -1), ("thick", 1))
-    return {
-        f"plate_{name}_{end}": _plate(
-            PLATE_MM + sign * PLATE_TOLERANCE_MM[name], material, f"; {end} by its tolerance"
-        )
-        for name, material in MATERIAL_SET.items()
-        for end, sign in ends
-    }
 
 
 def _compound(material: Any, *parts: dict[str, Any], shell_mm: float | None = None) -> Compound:
@@ -235,7 +215,6 @@ def _bars() -> dict[str, ObjectSpec]:
 OBJECTS: dict[str, ObjectSpec] = {
     **_cubes(),
     **_materials(),
-    **_plate_variants(),
     **_bars(),
     **HOUSEHOLD,
 }

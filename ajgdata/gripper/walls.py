@@ -12,8 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper.medium import Air
-
 Real = NDArray[np.floating]
 Integer = NDArray[np.int64]
 #: A wall of less impedance (Pa s/m) than this, 1e-8 of air, is a vacuum to the sound.
@@ -60,16 +58,3 @@ def connected(walls: WallList, live: NDArray[np.bool_]) -> WallList:
     """Drop the walls of cells that no open face connects to anything; `live` (nz, ny, nx)."""
     keep = live.ravel()[walls.cell]
     return WallList(*(values[keep] for values in vars(walls).values()))
-
-
-def boundary_layer_admittance(frequency_hz: Real, air: Air, sine_squared: float = 2 / 3) -> Real:
-    """Return Re(rho c / z) of a smooth, rigid, isothermal wall, of the shape of `frequency_hz`.
-
-    ω/2c (δ sin²θ + (γ - 1) δ / √Pr), δ = √(2η/ρω): friction and heat lost in the boundary layer
-    (Kirchhoff 1868; Pierce, Acoustics, section 10-4). `sine_squared` is that of the angle of
-    incidence: its mean over a diffuse field, or 1 along a duct.
-    """
-    omega = 2 * np.pi * np.asarray(frequency_hz, dtype=np.float64)
-    viscous = np.sqrt(2 * air.viscosity / (air.density * omega))
-    thermal = (air.gamma - 1) * viscous / np.sqrt(air.prandtl)
-    return np.asarray(omega / (2 * air.sound_speed) * (viscous * sine_squared + thermal))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array, diags_array
-from scipy.sparse.linalg import LinearOperator, eigsh
+from scipy.sparse.linalg import eigsh
 
 from ajgdata.gripper.solver import at_rest, march
 from ajgdata.gripper.system import System
@@ -77,28 +77,3 @@ def fastest(system: System) -> float:
     matrix = diags_array(root) @ operator(system) @ diags_array(1 / root)
     start = np.random.default_rng(0).standard_normal(len(root))
     return float(eigsh(matrix.tocsr(), 1, which="LA", v0=start, return_eigenvectors=False)[0])
-
-
-def frequencies(system: System, count: int, *, steps_exact: bool = False) -> Real:
-    """Return the lowest resonances (Hz), (count,), of the lossless `system` as marched, but the
-    static one; with `steps_exact`, as heard where the dispersion of the time steps is taken out of
-    the response.
-
-    Lanczos on the symmetric form of `operator`, in which the static pressure, known exactly, is
-    moved to the other end of the spectrum.
-    """
-    mass = system.mass.ravel()
-    root = np.sqrt(mass[mass > 0])
-    matrix = (diags_array(root) @ operator(system) @ diags_array(1 / root)).tocsr()
-    static = root / np.linalg.norm(root)
-    deflated = LinearOperator(
-        matrix.shape, matvec=lambda x: matrix @ x + 4 * static * (static @ x), dtype=float
-    )
-    start = np.random.default_rng(0).standard_normal(len(root))
-    squares = eigsh(
-        deflated, count, which="SA", v0=start, ncv=4 * count + 40, tol=1e-4,
-        return_eigenvectors=False,
-    )  # fmt: skip
-    half = np.sqrt(np.sort(squares)) / 2
-    omega = 2 / system.dt * (half if steps_exact else np.arcsin(half))
-    return omega / (2 * np.pi)

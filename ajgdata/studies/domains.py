@@ -8,13 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper.grid import Cells, cut_cells
-from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
-from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scheme
+from ajgdata.gripper.medium import Air, Packing
+from ajgdata.gripper.scene import SAMPLE_RATE_HZ
 from ajgdata.gripper.solver import Probe
-from ajgdata.gripper.solver_plan import stencil_weight, steps_per_sample
-from ajgdata.gripper.system import Packed, System, assemble
-from ajgdata.gripper.walls import NO_WALLS, WallList
+from ajgdata.gripper.solver_plan import steps_per_sample
+from ajgdata.gripper.system import System
 
 Real = NDArray[np.floating]
 Heights = tuple[Real | float, Real | float, Real | float]
@@ -36,27 +34,6 @@ class Region:
         return floor, np.maximum(floor, roof), surface, np.zeros_like(xx)
 
 
-def box(width: float, depth: float, height: float, bed: float = 0.0, turn: float = 0.0) -> Region:
-    """A box standing on z = 0, centred on the axis, turned by `turn` (rad), grains below `bed`."""
-
-    def heights(x: Real, y: Real) -> Heights:
-        u, v = x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)
-        inside = (np.abs(u) < width / 2) & (np.abs(v) < depth / 2)
-        return 0.0, np.where(inside, height, 0.0), bed
-
-    return Region(heights)
-
-
-def sphere(radius: float, x0: float = 0.0, y0: float = 0.0) -> Region:
-    """A ball of air about (x0, y0, 0)."""
-
-    def heights(x: Real, y: Real) -> Heights:
-        half = np.sqrt(np.clip(radius**2 - (x - x0) ** 2 - (y - y0) ** 2, 0, None))
-        return -half, half, -radius
-
-    return Region(heights)
-
-
 def bowl() -> Region:
     """Curved, off-grid, half full of grains: every kind of cut cell."""
 
@@ -73,39 +50,6 @@ BOWL = (0.031, -0.031, 0.036)
 def time_step(h: float, wide: float = 0.0) -> float:
     """The time step (s) of scenes on a grid of spacing `h` (m)."""
     return 1 / (SAMPLE_RATE_HZ * steps_per_sample(h, 0.99, wide=wide))
-
-
-def lossy_bowl(h: float, dtype: type = np.float64, scheme: Scheme = "second") -> System:
-    """Grains with varying packing, light, stiff, heavy and resistive walls."""
-    cells = cut_cells(bowl(), h, *BOWL)
-    ratio = 1 + 0.1 * np.sin(np.arange(np.prod(cells.shape))).reshape(cells.shape)
-    walls = (
-        WallList.uniform(cells.membrane, 0.3, 450.0, 1e5)
-        + WallList.uniform(cells.membrane, 1e-4, 0.0, 1e9)
-        + WallList.uniform(cells.housing, 0.0, 2e5, 0.0)
-    )
-    grains = Packed(fit_fluid(PLASTIC, AIR), PLASTIC.porosity, ratio)
-    weight = stencil_weight(scheme, h)
-    return assemble(cells, air_fluid(AIR), time_step(h, weight), grains, walls, dtype, wide=weight)
-
-
-def closed(
-    region: Region,
-    h: float,
-    half: float,
-    bottom: float,
-    top: float,
-    courant: float = 0.0,
-    dtype: type = np.float64,
-    scheme: Scheme = "second",
-) -> tuple[Cells, System]:
-    """Lossless air in rigid walls, at the usual time step or at a fraction of the largest."""
-    cells = cut_cells(region, h, half, bottom, top)
-    weight = stencil_weight(scheme, h)
-    dt = time_step(h, weight)
-    if courant:
-        dt = courant * h / (np.sqrt(3) * AIR.sound_speed * (1 + 4 * weight))
-    return cells, assemble(cells, air_fluid(AIR), dt, walls=NO_WALLS, dtype=dtype, wide=weight)
 
 
 def at_cell(flat: int) -> Probe:

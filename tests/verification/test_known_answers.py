@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from known_cases.domains import box, closed, frequencies
 from known_cases.resonances import SphereDipole, box_modes
 from scipy.optimize import brentq
 from scipy.special import spherical_jn
@@ -11,8 +12,8 @@ from ajgdata.gripper.medium import air_fluid
 from ajgdata.gripper.modes import ModeList
 from ajgdata.gripper.system import assemble
 from ajgdata.studies.discrete_energy import energies, random_state
-from ajgdata.studies.discrete_operator import frequencies, operator
-from ajgdata.studies.domains import AIR, BOWL, bowl, box, closed, time_step
+from ajgdata.studies.discrete_operator import operator
+from ajgdata.studies.domains import AIR, BOWL, bowl, time_step
 
 BOX = (0.060, 0.050, 0.040)
 

@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from known_cases.domains import box, closed
 from scipy.linalg import eigh
 
 from ajgdata.gripper.solver import at_rest, march
@@ -17,7 +18,7 @@ from ajgdata.studies.discrete_energy import (
     stored_weights,
 )
 from ajgdata.studies.discrete_operator import fastest
-from ajgdata.studies.domains import AIR, BOWL, bowl, box, closed, two_probes
+from ajgdata.studies.domains import AIR, BOWL, bowl, two_probes
 from ajgdata.studies.stability.extreme_cases import of_bowl, trials
 from ajgdata.studies.stability.transient import ROUNDINGS, transient
 from ajgdata.studies.stability.trial import Trial, judge, run

@@ -1,29 +1,16 @@
-"""What walls take from the sound: the boundary layer, and the decay it gives a cavity."""
+"""What walls take from the sound: the decay that they give a cavity."""
 
 import numpy as np
 import pytest
+from known_cases.domains import box
 
 from ajgdata.gripper.grid import cut_cells
-from ajgdata.gripper.medium import Air, air_fluid
+from ajgdata.gripper.medium import air_fluid
 from ajgdata.gripper.solver import at_rest
 from ajgdata.gripper.system import assemble
-from ajgdata.gripper.walls import WallList, boundary_layer_admittance
+from ajgdata.gripper.walls import WallList
 from ajgdata.studies.discrete_energy import energies
-from ajgdata.studies.domains import AIR, box, time_step
-
-
-def test_the_boundary_layer_attenuates_sound_in_a_duct_as_tables_say():
-    """Along a wide tube of radius a the attenuation is Re(ρc/z)/a: 3.0e-5 √f / a nepers a metre
-    (Fletcher & Rossing, The Physics of Musical Instruments, section 8.2), in two digits."""
-    frequency = np.array([250.0, 1_000.0, 4_000.0])
-    attenuation = boundary_layer_admittance(frequency, Air(22.0), sine_squared=1.0)
-    np.testing.assert_allclose(attenuation, 3.0e-5 * np.sqrt(frequency), rtol=0.02)
-
-
-def test_friction_vanishes_at_normal_incidence_and_heat_does_not():
-    air = Air(20.0)
-    heat, both = (boundary_layer_admittance(1e3, air, sine) for sine in (0.0, 1.0))
-    assert both / heat == pytest.approx(1 + np.sqrt(air.prandtl) / (air.gamma - 1))
+from ajgdata.studies.domains import AIR, time_step
 
 
 def test_an_axial_mode_decays_by_what_its_walls_take():

@@ -9,10 +9,10 @@ from ajgdata.gripper import Scene, build_plan
 from ajgdata.gripper.grid import LANES, cut_cells
 from ajgdata.gripper.solver import at_rest, march
 from ajgdata.gripper.system import _span
-from ajgdata.studies.domains import box
+from ajgdata.studies.domains import Region
 
 
-@pytest.mark.parametrize("width", [4, 5, 9, 26])
+@pytest.mark.parametrize("width", [4, 9])
 def test_spans_hold_all_active_cells_and_none_of_another_slab(width):
     live = np.zeros((6, width, width), dtype=bool)
     inner = live[1:-1, 1:-1, 1:-1]
@@ -51,11 +51,12 @@ def test_bounds_of_the_spans_do_not_change_a_byte(scheme):
     assert heard[0] == heard[1]
 
 
-@pytest.mark.parametrize("half_cells", [4, 5, 6, 9, 11])
+@pytest.mark.parametrize("half_cells", [4, 9])
 def test_a_slab_is_whole_vectors_and_its_rows_are_no_neighbours(half_cells):
     h = 0.004
     # As wide as its grid, so that the last cell of a row is open and so is the first of the next.
-    room = box(2 * half_cells * h, 2 * half_cells * h, 5 * h)
+    inside = lambda u, v: np.maximum(np.abs(u), np.abs(v)) < half_cells * h  # noqa: E731
+    room = Region(lambda u, v: (0.0, np.where(inside(u, v), 5 * h, 0.0), 0.0))
     cells = cut_cells(room, h, half_cells * h, 0.0, 5 * h)
     _, ny, nx = cells.shape
     assert nx == 2 * half_cells

@@ -12,15 +12,9 @@ from ajgdata.gripper.scene import Precision
 from ajgdata.gripper.solver import State, at_rest, march
 from ajgdata.gripper.system import System
 from ajgdata.studies.discrete_energy import energies, random_state
-from ajgdata.studies.domains import (
-    BOWL,
-    SILENT,
-    bowl,
-    closed,
-    lossy_bowl,
-    two_probes,
-)
+from ajgdata.studies.domains import BOWL, SILENT, bowl, two_probes
 from known_cases.case import Bound
+from known_cases.domains import closed, lossy_bowl
 
 Real = NDArray[np.floating]
 H = 6e-3

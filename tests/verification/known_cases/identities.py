@@ -15,17 +15,9 @@ from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System
 from ajgdata.studies.discrete_energy import energies, random_state
 from ajgdata.studies.discrete_operator import applied, operator
-from ajgdata.studies.domains import (
-    AIR,
-    BOWL,
-    SILENT,
-    bowl,
-    box,
-    closed,
-    lossy_bowl,
-    two_probes,
-)
+from ajgdata.studies.domains import AIR, BOWL, SILENT, bowl, two_probes
 from known_cases.case import EPS, Identity
+from known_cases.domains import box, closed, lossy_bowl
 
 Real = NDArray[np.floating]
 

@@ -14,16 +14,9 @@ from ajgdata.gripper.solver_plan import stencil_weight
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import WallList
 from ajgdata.studies.discrete_energy import energies, random_state
-from ajgdata.studies.domains import (
-    AIR,
-    BOWL,
-    PLASTIC,
-    bowl,
-    box,
-    time_step,
-    two_probes,
-)
+from ajgdata.studies.domains import AIR, BOWL, PLASTIC, bowl, time_step, two_probes
 from known_cases.case import Identity
+from known_cases.domains import box
 from known_cases.identities import (
     EnergyConstant,
     EnergyNeverGrows,

@@ -13,8 +13,9 @@ from ajgdata.gripper.modes import NO_MODES, ModeList
 from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.system import assemble
 from ajgdata.gripper.walls import NO_WALLS, WallList
-from ajgdata.studies.domains import AIR, box, time_step
+from ajgdata.studies.domains import AIR, time_step
 from known_cases.case import Identity, Refinement
+from known_cases.domains import box
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]

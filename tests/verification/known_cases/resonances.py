@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from ajgdata.gripper.scene import Scheme
 from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System
-from ajgdata.studies.discrete_operator import frequencies
-from ajgdata.studies.domains import AIR, box, closed, sphere
+from ajgdata.studies.domains import AIR
 from known_cases.case import Refinement
+from known_cases.domains import box, closed, frequencies, sphere
 
 Real = NDArray[np.floating]
 BOX = (0.120, 0.100, 0.080)

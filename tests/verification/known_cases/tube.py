@@ -13,8 +13,9 @@ from ajgdata.gripper.scene import Scheme
 from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.solver_plan import stencil_weight
 from ajgdata.gripper.system import Packed, assemble
-from ajgdata.studies.domains import AIR, PLASTIC, box, time_step
+from ajgdata.studies.domains import AIR, PLASTIC, time_step
 from known_cases.case import Bound, Refinement
+from known_cases.domains import box
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]
