@@ -158,9 +158,9 @@ class Paths:
         """Return the folder of what a run says of all its data sets together."""
         return self.results / "runs" / self.run if self.run else self.results
 
-    def opening_picture(self, *, narrow: bool = False) -> Path:
-        """Return the opening picture, wide or as narrow as a phone, without its suffix."""
-        return self.opening.with_name("opening-narrow" if narrow else "opening")
+    def opening_picture(self) -> Path:
+        """Return the opening picture, without its suffix."""
+        return self.opening.with_name("opening")
 
 
 def brought(name: str) -> Path:

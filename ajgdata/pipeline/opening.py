@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from ajgdata.acquire.source import Grasp
     from ajgdata.gripper import Scene
     from ajgdata.gripper.pressure_slices import Film
-    from ajgdata.report.opening import Decision, Opening
+    from ajgdata.report.opening import Opening
     from ajgdata.store.features import Shard
     from ajgdata.types.table import Table
 
@@ -93,15 +93,13 @@ def build_opening(
 ) -> None:
     """Draw the opening picture of a task, and write what it shows (JSON) beside it.
 
-    `tables` are of the task's cross-validations, the first that tells probabilities counts. The
-    JSON holds
-    `alt` and `text` for people, `pictures` (file names of the `wide` and the `narrow` one), what
-    is shown (`dataset`, `task`, `object`, `grasp`, `recording`, `model`, `fold`,
-    `probabilities`, `moments_ms`, `grid_mm`), and what made it. Where nothing can be shown it
-    holds `skipped`, the reason, and there are no pictures.
+    `tables` are of the task's cross-validations; the first with probabilities counts. The JSON
+    holds `alt` and `text` for people, what is shown (`dataset`, `task`, `object`, `grasp`,
+    `recording`, `model`, `fold`, `probability`, `moments_ms`, `grid_mm`), and what made it. If
+    nothing can be shown, it holds `skipped`, the reason, and there is no picture.
     """
     from ajgdata.report.canvas import save_figure
-    from ajgdata.report.opening import NARROW, WIDE, opening_caption, opening_figure
+    from ajgdata.report.opening import opening_caption, opening_figure
     from ajgdata.store.features import read_store
     from ajgdata.store.provenance import software
 
@@ -111,12 +109,8 @@ def build_opening(
     except NotPossibleError as error:
         write_bytes(paths.opening, json_bytes({"skipped": str(error), **made}))
         return
-    stems = {"wide": paths.opening_picture(), "narrow": paths.opening_picture(narrow=True)}
-    for layout, stem in zip((WIDE, NARROW), stems.values(), strict=True):
-        save_figure(opening_figure(shown, layout), stem)
-    caption = opening_caption(shown)
-    about = {"alt": caption.alt, "text": caption.text, **told}
-    about["pictures"] = {name: f"{stem.name}.svg" for name, stem in stems.items()}
+    save_figure(opening_figure(shown), paths.opening_picture())
+    about = {**opening_caption(shown)._asdict(), **told}
     write_bytes(paths.opening, json_bytes(plain({**about, **made})))
 
 
@@ -125,8 +119,9 @@ def _opening(
 ) -> tuple[Opening, dict[str, Any]]:
     """Return what is shown, and of what it is. Raises NotPossibleError if nothing can be shown."""
     from ajgdata.gripper import Scene
+    from ajgdata.models import model_label
     from ajgdata.report.format import words
-    from ajgdata.report.opening import Opening
+    from ajgdata.report.opening import Decision, Opening
 
     about, predictions = _predictions(tables)
     grasps = _planned(paths, about["dataset"])
@@ -142,7 +137,10 @@ def _opening(
     )
     decision, told = None, dict[str, Any]()
     if predictions is not None:
-        decision, told = _decision(shard, recording, about)
+        row_told = predictions.where(recording=recording).rows[0]
+        told = {"model": about["model"]} | {key: row_told[key] for key in ("fold", "probability")}
+        label, probability = model_label(about["model"], about["kind"]), told["probability"]
+        decision = Decision(label, row_told["y_pred"], probability, row_told["y_true"])
     film, moments_ms = field_of(scene)
     shown = Opening(
         object=words(name),
@@ -198,37 +196,6 @@ def _typical(shard: Shard, name: str, predictions: Table | None) -> int:
     told = [row for row in told if row["y_pred"] == name] or told
     ordered = sorted(told, key=lambda row: (row["probability"], row["recording"]))
     return row_of[ordered[(len(ordered) - 1) // 2]["recording"]] if ordered else int(own[0])
-
-
-def _decision(
-    shard: Shard, recording: str, about: Mapping[str, Any]
-) -> tuple[Decision, dict[str, Any]]:
-    """Return what the model says of a recording that was trained on all folds but its own."""
-    from threadpoolctl import threadpool_limits
-
-    from ajgdata.evaluate.splits import grouped_folds
-    from ajgdata.evaluate.task_data import task_data
-    from ajgdata.models import fit_named_model, model_label
-    from ajgdata.report.opening import Decision
-
-    model, seed = about["model"], about["seed"]
-    columns = about["target"], about["kind"], about["groups"], about["classes"]
-    data = task_data(shard, *columns)
-    row = np.flatnonzero(data.name == recording)[0]
-    count = min(about["folds"], len(np.unique(data.group)))
-    parts = grouped_folds(data.value, data.group, about["kind"], count, seed)
-    fold, (train, test) = next((n, part) for n, part in enumerate(parts) if row in part[1])
-    # As in the cross-validation: the same numbers.
-    with threadpool_limits(limits=1):
-        fitted = fit_named_model(
-            model, about["kind"], data.feature[train], data.value[train], data.group[train],
-            seed=seed, limits=about.get("most_recordings", {}),
-        )  # fmt: skip
-        chances = fitted.predict_proba(data.feature[test])[test == row][0]
-    classes = map(str, fitted.classes_)
-    probabilities = dict(zip(classes, map(float, chances), strict=True))
-    said = Decision(model_label(model, about["kind"]), probabilities, str(data.value[row]))
-    return said, {"model": model, "fold": fold, "probabilities": probabilities}
 
 
 def field_of(scene: Scene) -> tuple[Film, tuple[float, ...]]:

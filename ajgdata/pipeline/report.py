@@ -146,9 +146,8 @@ def _opening(path: Path, folder: Path) -> OpeningPicture | None:
     told = read_json(path)
     if "skipped" in told:
         return None
-    places = (path.with_name(told["pictures"][kind]) for kind in ("wide", "narrow"))
-    wide, narrow = (place.relative_to(folder).as_posix() for place in places)
-    return OpeningPicture(wide, narrow, told["alt"])
+    image = path.with_name("opening.svg").relative_to(folder).as_posix()
+    return OpeningPicture(image, told["alt"])
 
 
 def _by_page(results: Sequence[TaskResults]) -> dict[str, list[TaskResults]]:

@@ -5,8 +5,8 @@ With few words and hardly an axis: it shows what all of this is about, by one re
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
+from textwrap import fill
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 from numpy.typing import NDArray
+from scipy.signal import spectrogram
 
 from ajgdata.gripper.pressure_slices import Film
 from ajgdata.gripper.scene import Scene
@@ -22,30 +23,18 @@ from ajgdata.report.format import Caption, number, words
 from ajgdata.report.scenes import draw_pressure, draw_section, section
 
 Real = NDArray[np.floating]
-BAR, TRUE_BAR = "#b9c1c9", COLOURS[0]
-#: As many classes as are shown of a decision.
-CLASSES = 5
-#: Of what is played, and of what is heard.
-LOWEST_PLAYED_HZ, LOWEST_HZ, HIGHEST_HZ = 20.0, 100.0, 20_000.0
+LOWEST_HZ, HIGHEST_HZ = 100.0, 20_000.0
 #: What the moments of the field are called.
 MOMENTS = ("sound leaves", "meets object", "comes back")
 
 
 class Decision(NamedTuple):
-    """What a model that never heard the grasp says: probability by class, and the true class."""
+    """Prediction of a held-out grasp: class, its probability, and the true class."""
 
     model: str
-    probabilities: Mapping[str, float]
+    predicted: str
+    probability: float
     true: str
-
-    @property
-    def likeliest(self) -> list[tuple[str, float]]:
-        """Return the CLASSES likeliest classes, the true one among them, and probabilities."""
-        ordered = sorted(self.probabilities.items(), key=lambda one: (-one[1], one[0]))
-        shown = ordered[:CLASSES]
-        if self.true not in dict(shown):
-            shown[-1] = (self.true, self.probabilities[self.true])
-        return shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,77 +66,42 @@ class Place(NamedTuple):
     height: float
 
 
-class Layout(NamedTuple):
-    """Size of the picture, places of its parts, and arrows from (x, y) to (x, y), in inches."""
-
-    size: tuple[float, float]
-    font_pt: float
-    sweep: Place
-    gripper: Place
-    fields: tuple[Place, ...]
-    spectrum: Place
-    decision: Place
-    arrows: tuple[tuple[float, float, float, float], ...]
-    badge: tuple[float, float]
-
-
-#: All parts in a row, the head of a page; and below one another, for a phone.
-WIDE = Layout(
-    (11.6, 2.35),
-    10.5,
-    sweep=Place(0.3, 0.48, 1.0, 1.45),
-    gripper=Place(1.6, 0.1, 1.9, 2.05),
-    fields=tuple(Place(3.78 + 1.36 * i, 0.48, 1.33, 1.45) for i in range(len(MOMENTS))),
-    spectrum=Place(8.3, 0.48, 1.15, 1.45),
-    decision=Place(10.68, 0.48, 0.34, 1.45),
-    arrows=tuple((x, 1.15, x + 0.24, 1.15) for x in (1.36, 3.52, 7.84, 9.49)),
-    badge=(0.12, 0.14),
-)
-NARROW = Layout(
-    (3.6, 5.4),
-    8.5,
-    sweep=Place(0.25, 3.95, 0.95, 1.15),
-    gripper=Place(1.5, 3.62, 2.0, 1.76),
-    fields=tuple(Place(0.06 + 1.17 * i, 2.05, 1.14, 1.22) for i in range(len(MOMENTS))),
-    spectrum=Place(0.25, 0.5, 1.15, 1.1),
-    decision=Place(2.58, 0.5, 0.5, 1.1),
-    arrows=(
-        (1.24, 4.5, 1.48, 4.5), (2.5, 3.64, 2.5, 3.44),
-        (1.21, 2.0, 1.21, 1.8), (1.48, 1.0, 1.68, 1.0),
-    ),
-    badge=(2.9, 0.12),
-)  # fmt: skip
+#: Size of the picture and places of its parts, in inches: all in a row.
+WIDTH_IN, HEIGHT_IN, FONT_PT = 11.6, 2.35, 10.5
+SWEEP, GRIPPER = Place(0.3, 0.48, 1.0, 1.45), Place(1.6, 0.1, 1.9, 2.05)
+FIELDS = [Place(3.78 + 1.36 * i, 0.48, 1.33, 1.45) for i in range(len(MOMENTS))]
+SPECTRUM, DECISION = Place(8.3, 0.48, 1.15, 1.45), Place(9.9, 0.48, 1.6, 1.45)
+ARROWS_X, ARROW_Y, ARROW_IN = (1.36, 3.52, 7.84, 9.6), 1.15, 0.24
 
 
 @styled
-def opening_figure(opening: Opening, layout: Layout = WIDE) -> Figure:
+def opening_figure(opening: Opening) -> Figure:
     """Return the picture; without a decision its place stays empty."""
-    figure = Figure(figsize=layout.size)
-    width, height = layout.size
+    figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN))
+    width, height = WIDTH_IN, HEIGHT_IN
 
     def axes(place: Place) -> Axes:
         left, bottom, wide, high = place
         return figure.add_axes((left / width, bottom / height, wide / width, high / height))
 
-    pt, cut = layout.font_pt, section(opening.scene)
-    _draw_sweep(axes(layout.sweep), opening, pt)
-    gripper = axes(layout.gripper)
+    pt, cut = FONT_PT, section(opening.scene)
+    _draw_sweep(axes(SWEEP), opening, pt)
+    gripper = axes(GRIPPER)
     draw_section(gripper, opening.scene, cut, opening.object, pt)
     _bare(gripper, "", "", pt)
-    for index, place in enumerate(map(axes, layout.fields)):
+    for index, place in enumerate(map(axes, FIELDS)):
         draw_pressure(place, opening.scene, cut, opening.film, index)
         _bare(place, MOMENTS[index], f"{opening.moments_ms[index]:.2f} ms", pt)
-    _draw_spectrum(axes(layout.spectrum), opening, pt)
+    _draw_spectrum(axes(SPECTRUM), opening, pt)
     if opening.decision is not None:
-        _draw_decision(axes(layout.decision), opening.decision, pt)
-    for x, y, to_x, to_y in layout.arrows:
-        ends = (x / width, y / height), (to_x / width, to_y / height)
+        _draw_decision(axes(DECISION), opening.decision, pt)
+    for x in ARROWS_X:
+        ends = (x / width, ARROW_Y / height), ((x + ARROW_IN) / width, ARROW_Y / height)
         style: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 1.3 * pt, "lw": 1.8}
         figure.add_artist(FancyArrowPatch(*ends, color=GREY, shrinkA=0, shrinkB=0, **style))
     badge = {"boxstyle": "round,pad=0.3", "color": SOURCE_COLOURS["simulated"]}
     bold: dict[str, Any] = {"fontsize": 0.75 * pt, "fontweight": "bold", "color": "white"}
-    left, middle = layout.badge
-    figure.text(left / width, middle / height, "simulated", va="center", bbox=badge, **bold)
+    figure.text(0.12 / width, 0.14 / height, "simulated", va="center", bbox=badge, **bold)
     return figure
 
 
@@ -162,35 +116,16 @@ def _bare(axes: Axes, title: str, below: str, pt: float) -> None:
 
 
 def _draw_sweep(axes: Axes, opening: Opening, pt: float) -> None:
-    """Draw time from left to right, frequency upwards, logarithmic."""
-    level = scalogram_db(opening.sweep, opening.sample_rate_hz)
-    axes.imshow(level, origin="lower", aspect="auto", cmap="Blues", vmin=-30, vmax=0,
-                interpolation="none")  # fmt: skip
+    """Draw time from left to right, frequency upwards."""
+    frequency, times, power = spectrogram(opening.sweep, opening.sample_rate_hz, nperseg=1024)
+    level = 10 * np.log10(np.maximum(power / power.max(), 1e-9))
+    colours: dict[str, Any] = {"cmap": "Blues", "vmin": -30, "vmax": 0, "rasterized": True}
+    axes.pcolormesh(times, frequency, level, **colours)
+    axes.set_ylim(0, HIGHEST_HZ)
     seconds = len(opening.sweep) / opening.sample_rate_hz
     _bare(axes, "sweep in", f"{number(seconds, 2)} s", pt)
     axes.set_ylabel("frequency", fontsize=0.85 * pt, color=GREY, labelpad=2)
     axes.spines[["left", "bottom"]].set_visible(True)
-
-
-def scalogram_db(samples: Real, sample_rate_hz: int, size: tuple[int, int] = (128, 160)) -> Real:
-    """Return the level of `samples` (n,) in dB of the largest, (frequencies, times) of `size`.
-
-    Frequencies from LOWEST_PLAYED_HZ to HIGHEST_HZ, or half the rate, in equal ratios. The filters
-    are Gaussian in the logarithm of frequency.
-    """
-    rows, columns = size
-    top = min(HIGHEST_HZ, sample_rate_hz / 2)
-    centres = np.geomspace(LOWEST_PLAYED_HZ, top, rows)
-    frequency = np.fft.fftfreq(2 * len(samples), 1 / sample_rate_hz)
-    octaves = np.log2(np.maximum(frequency, 1e-3))
-    spectrum = np.fft.fft(samples, 2 * len(samples))  # silence after it: its end is not its begin
-    edges = np.linspace(0, len(samples), columns + 1).astype(int)
-    power = np.empty(size)
-    for row, centre in enumerate(np.log2(centres)):
-        passed = np.fft.ifft(spectrum * np.exp(-0.5 * ((octaves - centre) / 0.12) ** 2))
-        passed = passed[: len(samples)]
-        power[row] = np.add.reduceat(np.abs(passed) ** 2, edges[:-1]) / np.diff(edges)
-    return 10 * np.log10(np.maximum(power / (power.max() or 1), 1e-9))
 
 
 def _draw_spectrum(axes: Axes, opening: Opening, pt: float) -> None:
@@ -212,19 +147,13 @@ def _draw_spectrum(axes: Axes, opening: Opening, pt: float) -> None:
 
 
 def _draw_decision(axes: Axes, decision: Decision, pt: float) -> None:
-    """Draw the likeliest classes as bars; the true one in colour, with a tick."""
-    shown = decision.likeliest
-    most = max(p for _, p in shown)
-    for y, (name, p) in enumerate(shown):
-        right = name == decision.true
-        axes.barh(y, p, 0.72, color=TRUE_BAR if right else BAR)
-        style: dict[str, Any] = {"va": "center", "fontsize": 0.95 * pt}
-        style["fontweight"] = "bold" if right else "normal"
-        axes.text(-0.06 * most, y, words(name), ha="right", **style)
-        axes.text(p + 0.06 * most, y, f"{p:.2f}{' ✓' if right else ''}", **style)
-    axes.set(xlim=(0, most), ylim=(CLASSES - 0.5, -0.5))
-    _bare(axes, "decision", "", pt)
-    axes.set_xlabel(f"{decision.model}, new grasp", fontsize=0.85 * pt, color=GREY, labelpad=3)
+    """Write the predicted class and its probability."""
+    sign = "✓" if decision.predicted == decision.true else f"✗ ({words(decision.true)})"
+    place: dict[str, Any] = {"ha": "center", "va": "center", "transform": axes.transAxes}
+    text = fill(f"{words(decision.predicted)} {sign}", 16)
+    axes.text(0.5, 0.6, text, fontsize=1.3 * pt, fontweight="bold", color=COLOURS[0], **place)
+    axes.text(0.5, 0.25, f"probability {decision.probability:.2f}", fontsize=0.95 * pt, **place)
+    _bare(axes, "decision", f"{decision.model}, new grasp", pt)
 
 
 def opening_caption(opening: Opening) -> Caption:
@@ -238,14 +167,14 @@ def opening_caption(opening: Opening) -> Caption:
         f"({moments[1]} ms) and comes back ({moments[2]} ms); a spectrum comes out."
     )
     if opening.decision is not None:
-        said = ", ".join(f"{words(name)} {p:.2f}" for name, p in opening.decision.likeliest)
+        model, predicted, probability, true = opening.decision
         alt += (
-            f" {opening.decision.model}, which never heard this grasp, says: {said}. It was a "
-            f"{words(opening.decision.true)}."
+            f" {model}, trained without this grasp, predicts: {words(predicted)}, probability "
+            f"{probability:.2f}. It was a {words(true)}."
         )
     return Caption(
         "What this is about, by one simulated grasp: what is played, the gripper cut through its "
         "axis, the pressure of a short pulse at three moments (red above rest, blue below), the "
-        "spectrum of the recording, and the decision of a model that never heard this grasp.",
+        "spectrum of the recording, and the prediction of a model trained without this grasp.",
         alt,
     )

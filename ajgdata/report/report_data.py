@@ -129,10 +129,9 @@ class ExperimentPage:
 
 
 class OpeningPicture(NamedTuple):
-    """The picture above all others, wide and for phones, relative to the report's folder."""
+    """The picture above all others, relative to the report's folder."""
 
-    wide: str
-    narrow: str
+    image: str
     alt: str
 
 
