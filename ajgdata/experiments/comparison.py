@@ -94,14 +94,12 @@ def check(settings: Settings, _: Kind, features: FeatureSettings) -> None:
             raise ValueError(f"comparison {name}: features.align is not possible here")
         for variant in comparison.all_variants:
             try:
-                made = features_of(variant, features)
+                features_of(variant, features)
                 if variant.excitation:
                     excitation_of(variant)
             except ValidationError as error:
                 message = error.errors()[0]["msg"].removeprefix("Value error, ")
                 raise ValueError(f"comparison {name}, {variant.name}: {message}") from None
-            if variant.excitation and made.kind == "sweep_tracking":
-                raise ValueError(f"comparison {name}: sweep_tracking is for sweeps alone")
 
 
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:

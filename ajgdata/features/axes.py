@@ -7,8 +7,6 @@ from typing import Any
 
 #: Of a spectrum; the rest of the feature settings moves no bin and scales none.
 SPECTRUM = ("kind", "window", "hop", "window_shape", "quantity", "normalisation", "band_hz")
-#: Of a spectrum that follows the sweep.
-TRACKED = (*SPECTRUM, "decay_s")
 #: Of a transfer function, which has neither hop nor window shape.
 RESPONSE = ("kind", "window", "quantity", "normalisation", "band_hz")
 RATE = "audio.sample_rate_hz"
@@ -23,8 +21,7 @@ def differing_axes(
     frequencies of the bins follow from sample rate, window and band.
     """
     kinds = {one.get("features", {}).get("kind"), other.get("features", {}).get("kind")}
-    own = {"transfer_function": RESPONSE, "sweep_tracking": TRACKED}
-    keys = own.get(str(kinds.pop()), SPECTRUM) if len(kinds) == 1 else SPECTRUM
+    keys = RESPONSE if kinds == {"transfer_function"} else SPECTRUM
     pairs = [(RATE, "audio", "sample_rate_hz")] + [(f"features.{k}", "features", k) for k in keys]
     values = [(name, one.get(p, {}).get(k), other.get(p, {}).get(k)) for name, p, k in pairs]
     return [(name, a, b) for name, a, b in values if a != b]

@@ -9,7 +9,6 @@ from typing import Any
 from numpy.typing import NDArray
 
 from ajgdata.features.spectrum import Float32, spectrum
-from ajgdata.features.sweep_tracking import SweepTracking
 from ajgdata.features.transfer_function import Deconvolution
 from ajgdata.types import FeatureSettings, NotPossibleError
 
@@ -19,14 +18,11 @@ def feature_maker(
 ) -> Callable[[NDArray[Any]], Float32]:
     """Return what makes the feature (n_bins,) of a recording (n,), of the kind of the settings.
 
-    Raises NotPossibleError where what was played, (m,), is needed and unknown, silent, or no
-    sweep where one is to be tracked.
+    Raises NotPossibleError where what was played, (m,), is needed and unknown or silent.
     """
     if settings.kind == "stft":
         return partial(spectrum, sample_rate_hz=sample_rate_hz, settings=settings)
     if excitation is None:
         raise NotPossibleError(f"features.kind {settings.kind} needs the played sound")
-    if settings.kind == "sweep_tracking":
-        return SweepTracking(excitation, sample_rate_hz, settings).feature
     solver = Deconvolution(excitation, settings.window)
     return partial(solver.feature, sample_rate_hz=sample_rate_hz, settings=settings)

@@ -8,7 +8,7 @@ lie wholly inside the signal (nothing is padded; a rest shorter than one hop is 
 
 Noise adds to every frame, the sound of a sweep to few: magnitudes let a pedestal in that grows with
 the number of frames. White noise of variance v adds sqrt(pi v W)/2 a frame to the magnitude, v W to
-the power, W = sum_j w[j]^2. `features.sweep_tracking` sums the few frames alone.
+the power, W = sum_j w[j]^2.
 
 S is cropped to `band_hz` and divided by its own 1-norm, 2-norm or maximum. Window length, sum
 over time and "normalised" are the paper's; the other choices are settings (FeatureSettings).
@@ -47,15 +47,8 @@ def frequencies_hz(sample_rate_hz: float, settings: FeatureSettings) -> NDArray[
     return _all_frequencies(sample_rate_hz, settings)[_band(sample_rate_hz, settings)]
 
 
-def spectrum(
-    samples: NDArray[Any],
-    sample_rate_hz: float,
-    settings: FeatureSettings,
-    counted: Float32 | None = None,
-) -> Float32:
+def spectrum(samples: NDArray[Any], sample_rate_hz: float, settings: FeatureSettings) -> Float32:
     """Return the spectrum (n_bins,) of one recording (n,), in the unit of the settings.
-
-    `counted` (frames, window/2 + 1) says by 0 and 1 which frames each bin sums; default: all.
 
     >>> import numpy as np
     >>> from ajgdata.features.spectrum import frequencies_hz, spectrum
@@ -72,7 +65,7 @@ def spectrum(
     shorter than one window, not one-dimensional or not finite, for a spectrum that, not being
     normalised, exceeds float32, and for settings of another kind of feature (see `feature_maker`).
     """
-    if settings.kind != ("stft" if counted is None else "sweep_tracking"):
+    if settings.kind != "stft":
         raise ValueError(f"features.kind {settings.kind} is no spectrum: it needs the played sound")
     samples = np.asarray(samples)
     band = _band(sample_rate_hz, settings)
@@ -84,7 +77,7 @@ def spectrum(
         scale = 0
     else:
         scale = -exponent
-    total = _summed(samples, settings, scale, counted)[band]
+    total = _summed(samples, settings, scale)[band]
     if settings.normalisation == "none":
         total = np.ldexp(total, exponent * (2 if settings.quantity == "power" else 1))
         if total.max() > np.finfo(np.float32).max:
@@ -123,9 +116,7 @@ def _check(samples: NDArray[Any], settings: FeatureSettings) -> int | None:
     return math.frexp(peak)[1] if peak else None
 
 
-def _summed(
-    samples: Float32, settings: FeatureSettings, exponent: int, counted: Float32 | None
-) -> NDArray[np.float64]:
+def _summed(samples: Float32, settings: FeatureSettings, exponent: int) -> NDArray[np.float64]:
     """Return the sum over time (window/2 + 1,) of the transform of 2**exponent samples."""
     import scipy.fft  # a quarter of what Snakemake waits for when it reads this
 
@@ -139,8 +130,6 @@ def _summed(
         size = np.abs(scipy.fft.rfft(frames[start : start + step] * window))
         if settings.quantity != "magnitude":
             size = np.square(size)
-        if counted is not None:
-            size *= counted[start : start + step]
         total += size.sum(axis=0)
     return np.sqrt(total) if settings.quantity == "root_power" else total
 

@@ -30,11 +30,7 @@ CONVENTIONS = "CF-1.11"
 DAMAGE = (OSError, LookupError, ValueError, RuntimeError, TypeError, AttributeError)
 _FREQUENCY = {"units": "Hz", "standard_name": "sound_frequency", "long_name": "frequency"}
 _COMPRESSED = {"zlib": True, "complevel": 4, "shuffle": True}
-_LONG_NAMES = {
-    "stft": "spectrum",
-    "sweep_tracking": "spectrum where the sweep is",
-    "transfer_function": "size of the transfer function",
-}
+_LONG_NAMES = {"stft": "spectrum", "transfer_function": "size of the transfer function"}
 
 
 @dataclass(frozen=True)

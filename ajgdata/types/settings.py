@@ -22,12 +22,10 @@ class FeatureSettings(Strict):
     normalisation; window shape, hop, magnitude or power, and which norm are ours. A transfer
     function has neither hop nor window shape."""
 
-    kind: Literal["stft", "sweep_tracking", "transfer_function"] = Field(
+    kind: Literal["stft", "transfer_function"] = Field(
         "stft",
-        description="stft: summed over time (paper); sweep_tracking: each frequency summed over the"
-        " frames alone in which the played sweep is there, and decay_s after; transfer_function: "
-        "deconvolved with the played sound, so that recordings of other sounds compare, window the "
-        "length of the response",
+        description="stft: summed over time (paper); transfer_function: deconvolved with the played"
+        " sound, so that recordings of other sounds compare, window the length of the response",
     )
     window: int = Field(2048, ge=16, description="STFT window and FFT length in samples (paper)")
     hop: int = Field(512, ge=1, description="samples between windows (the paper leaves it open)")
@@ -47,14 +45,6 @@ class FeatureSettings(Strict):
     )
     align: bool = Field(
         False, description="shift each recording to the excitation by cross-correlation first"
-    )
-    decay_s: float = Field(
-        0.05,
-        ge=0,
-        le=1,
-        description="sweep_tracking: how long the object is heard after the sweep has passed, the "
-        "latency included; between a filled gripper (10 ms) and an empty one (250 ms), their "
-        "geometric middle",
     )
 
     @property

@@ -15,7 +15,6 @@ MODULES = (
     "ajgdata.evaluate.splits",
     "ajgdata.features.align",
     "ajgdata.features.spectrum",
-    "ajgdata.features.sweep_tracking",
     "ajgdata.features.transfer_function",
     "ajgdata.gripper",
     "ajgdata.gripper.scene",

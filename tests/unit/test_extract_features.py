@@ -243,27 +243,6 @@ def test_transfer_functions_of_sessions_with_other_sounds_are_the_same(project):
     assert error.code == "no_excitation" and "features.kind needs" in error.problem
 
 
-TRACKING = FEATURES.model_copy(update={"kind": "sweep_tracking"})
-
-
-def test_a_session_whose_sound_is_no_sweep_is_left_out_of_what_follows_the_sweep(project):
-    for session, sound in {"s1": sweep(), "s2": played_noise()}.items():
-        rows = project.session(session, {f"{session}_a": 500.0})
-        write_pcm24(project.folder(session) / "audio" / f"{session}_a.wav", sound, RATE_HZ)
-        rows = [r.model_copy(update={"sha256": ""}) for r in rows]
-        project.write(rows, session, excitation=project.excitation(session, sound))
-    assert project.shard("s1", features=TRACKING) == (1, 0)
-    assert project.shard("s1", features=TRACKING) == (0, 1)
-    later = TRACKING.model_copy(update={"decay_s": 0.1})
-    assert project.shard("s1", features=later) == (1, 0)
-    with h5py.File(project.paths.shard("d", "s1")) as store:
-        assert store["feature"].attrs["long_name"] == "spectrum where the sweep is"
-    assert project.shard("s2", features=TRACKING) == (0, 0)
-    (error,) = [f for f in project.shard_findings("s2") if f.level == "error"]
-    assert error.code == "unfit_excitation" and "no sweep" in error.problem
-    assert error.fix.startswith("set features.kind to stft")
-
-
 def test_another_played_sound_computes_all(project, late):
     project.shard(features=ALIGNED)
     rows = read_recordings(project.folder())[0]

@@ -248,9 +248,7 @@ def test_warnings_are_the_workflows(trained, tmp_path):
     assert predictor.predict_many([clipped], RATE_HZ)[0].remarks == [told]
 
 
-@pytest.mark.parametrize(
-    "features", [{"align": True}, {"kind": "transfer_function"}, {"kind": "sweep_tracking"}]
-)
+@pytest.mark.parametrize("features", [{"align": True}, {"kind": "transfer_function"}])
 def test_features_of_more_than_the_recording_are_refused_by_name(trained, tmp_path, features):
     from ajgdata.loading import read_predictor
 
