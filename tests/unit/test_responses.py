@@ -1,8 +1,6 @@
 """Each scene is solved once; nothing that happens to the files gives another response."""
 
-import multiprocessing
 import os
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -106,26 +104,3 @@ def test_where_nothing_can_be_written_it_works_without(tmp_path, solved, caplog)
     assert len(solved) == 3
     (said,) = [one.getMessage() for one in caplog.records]
     assert said == f"{store.folder} cannot be written (Not a directory): unused"
-
-
-def churn(folder, seeds):
-    """Write and read the same few scenes over and over; every response must be the right one."""
-    store = ResponseStore(folder)
-    found = 0
-    for seed in seeds:
-        store.write(scene(seed), made_up(seed, count=2_000))
-        for other in range(4):
-            read = store.read(scene(other))
-            if read is not None:
-                assert read.samples.tobytes() == made_up(other, count=2_000).samples.tobytes()
-                found += 1
-    return found
-
-
-def test_two_processes_write_and_read_the_same_scenes(tmp_path):
-    context = multiprocessing.get_context("spawn")
-    seeds = [n % 4 for n in range(100)]
-    with ProcessPoolExecutor(2, mp_context=context) as pool:
-        both = [pool.submit(churn, tmp_path, order) for order in (seeds, seeds[::-1])]
-        assert min(one.result() for one in both) > 100
-    assert not list(tmp_path.rglob("*.tmp"))

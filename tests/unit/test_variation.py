@@ -11,7 +11,6 @@ from ajgdata.acquire.recipe import (
     shares_scenes,
 )
 from ajgdata.gripper import Scene
-from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.store.sessions import read_dataset
@@ -24,13 +23,6 @@ BASE = {
     "objects": [{"name": name, "shape": f"cube_{name}"} for name in ("10p0", "20p7")],
 }
 VARIED = BASE | {"order": "blocks", "variation": {}}
-NONE = {
-    "gripper": {"askew_mm": 0, "fill_slope_deg": 0, "transducers_mm": 0},
-    "session": {
-        "jig_mm": 0, "temperature_k": 0, "fill_mm": 0, "placement_mm": 0, "placement_deg": 0,
-    },
-    "grasp": {"memory": 0, "grain_force": 0},
-}  # fmt: skip
 
 
 def planned(recipe: dict, session: str = "virtual-01", dataset: str = "d"):
@@ -39,47 +31,6 @@ def planned(recipe: dict, session: str = "virtual-01", dataset: str = "d"):
 
 def scenes(grasps) -> list[Scene]:
     return [Scene.model_validate(one.setup) for one in grasps]
-
-
-def test_a_recipe_without_variation_says_all_there_is():
-    (first, *_) = planned(BASE)
-    assert set(first.setup) == {"object", "grasp"}
-    assert set(first.setup["grasp"]) == {"offset_x_mm", "seed"}
-    assert [g.object for g in planned(BASE)] == ["10p0", "20p7"] * 3
-
-
-def test_no_variation_and_one_of_nothing_are_the_same_scenes():
-    for order in ("rounds", "blocks"):
-        plain, none = (
-            scenes(planned(BASE | {"order": order} | v)) for v in ({}, {"variation": NONE})
-        )
-        assert plain == none
-
-
-def test_blocks_and_rounds_are_the_same_grasps_in_another_order():
-    rounds, blocks = planned(BASE), planned(BASE | {"order": "blocks"})
-    assert [g.object for g in blocks] == ["10p0"] * 3 + ["20p7"] * 3
-    assert sorted(rounds, key=lambda g: g.grasp_id) == sorted(blocks, key=lambda g: g.grasp_id)
-
-
-def test_what_is_drawn_lies_within_its_amounts_and_is_a_scene():
-    every = [s for name in ("virtual-01", "virtual-02") for s in scenes(planned(VARIED, name))]
-    amounts = Variation()
-    for scene in every:
-        made, session, grasp = scene.assembly, scene.session, scene.grasp
-        for pair, most in (
-            (made.askew_mm, amounts.gripper.askew_mm),
-            (made.fill_slope_deg, amounts.gripper.fill_slope_deg),
-            (made.speaker_moved_mm, amounts.gripper.transducers_mm),
-            (session.jig_mm, amounts.session.jig_mm),
-            (grasp.placed_mm, amounts.session.placement_mm),
-            ((session.temperature_k,), amounts.session.temperature_k),
-            ((session.fill_mm,), amounts.session.fill_mm),
-            ((grasp.placed_deg,), amounts.session.placement_deg),
-        ):
-            assert 0 < max(map(abs, pair)) <= most
-        assert grasp.nuisance.grain_force == amounts.grasp.grain_force
-        assert grasp.history.memory == amounts.grasp.memory
 
 
 def test_two_sessions_share_the_gripper_and_differ_in_all_else():
@@ -107,33 +58,12 @@ def test_sessions_of_one_sitting_share_what_is_of_the_session_and_nothing_else()
     assert first[0].grasp.history.seed != second[0].grasp.history.seed
 
 
-def test_in_rounds_each_grasp_is_put_down_anew():
-    made = scenes(planned(VARIED | {"order": "rounds"}))
-    assert len({s.grasp.placed_mm for s in made}) == 6
-
-
 def test_a_gripper_is_the_same_in_every_data_set():
     here, there = (planned(VARIED, dataset=name)[0].setup for name in ("d", "e"))
     assert here["assembly"] == there["assembly"]
     assert here["session"] != there["session"]
     named = planned(VARIED | {"variation": {"gripper": {"name": "b"}}})[0].setup
     assert named["assembly"] != here["assembly"] and named["session"] == here["session"]
-
-
-def test_variants_are_grippers_where_they_name_one_and_sessions_alike():
-    variants = {
-        "small": {"gripper": "small"}, "soft": {"gripper": {"membrane": {"mass_kg_m2": 0.2}}},
-        "metal": {"medium": {"kind": "metal"}},
-    }  # fmt: skip
-    recipe = VARIED | {"variants": variants, "sessions": 1}
-    made = {
-        name: planned(recipe, name)[0].setup
-        for name in session_names(Recipe.model_validate(recipe))
-    }
-    small, soft, metal = made.values()
-    assert small["assembly"] != soft["assembly"] == metal["assembly"]
-    assert small["session"] == soft["session"] == metal["session"]
-    assert small["grasp"] == soft["grasp"] == metal["grasp"]
 
 
 def test_what_the_recipe_says_itself_is_not_drawn():

@@ -22,7 +22,6 @@ ALSO = {
     # The two really differ in precision.
     "single_precision": lambda result: result.value > 0,
 }
-LONG = [name for name in CASES if name.startswith(("long_run", "static_drift"))]
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -30,22 +29,6 @@ def test_the_claim_holds(name):
     result = CASES[name].run(quick=True)
     assert result.passed, result
     assert ALSO.get(name, lambda result: True)(result), result
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", LONG)
-def test_a_million_steps(name):
-    result = CASES[name].run()
-    assert result.passed, result
-
-
-def test_each_variant_has_its_name_and_says_so_in_its_title():
-    titles = {name: case.result(0.0, 1.0).title for name, case in CASES.items()}
-    assert len(set(titles.values())) == len(titles)
-    assert titles["energy_constant"] == EnergyConstant.title
-    assert titles["energy_constant_wide"] == f"{EnergyConstant.title}, wide scheme"
-    assert titles["bed_layer_metal"].endswith("error of the scheme, metal grains")
-    assert titles["static_drift_float32"].endswith("float32 precision")
 
 
 def _off(system, by):

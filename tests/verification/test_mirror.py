@@ -1,7 +1,6 @@
 """An angle and its mirror image give the same sound if the gripper equals its mirror image."""
 
 import numpy as np
-import pytest
 from mirror_symmetry import mirror_plane
 
 from ajgdata.features.spectrum import spectrum
@@ -33,12 +32,14 @@ def test_a_symmetric_gripper_gives_mirror_images_the_same_response():
     assert np.linalg.norm(one - other) < 2_700 * 1e-16 * np.linalg.norm(one)
 
 
-def distance(gripper, held="bar"):
+def distance(gripper):
     """Return the relative L2 distance between the features at 45° on both sides of the plane."""
     plane = mirror_plane(GRIPPERS[gripper]).angle_deg
     one, image = (
         spectrum(
-            record(response(gripper, plane + side, held), excitation_sweep(), QUIET).samples,
+            record(
+                response(gripper, plane + side, "bar", dx_mm=5), excitation_sweep(), QUIET
+            ).samples,
             SAMPLE_RATE_HZ,
             FeatureSettings(),
         )
@@ -47,16 +48,6 @@ def distance(gripper, held="bar"):
     return np.linalg.norm(one - image) / np.linalg.norm(one)
 
 
-@pytest.fixture(scope="module")
-def default_distance():
-    return distance("default")
-
-
-def test_transducers_of_unequal_radii_break_the_mirror(default_distance):
-    """Misfits are 10.6 mm against 0.8 and 0.5 mm."""
-    unequal = distance("unequal-radii")
-    assert unequal > 3 * default_distance and unequal > 3 * distance("moved-transducers")
-
-
-def test_an_eccentric_bar_breaks_the_mirror_of_the_default_gripper(default_distance):
-    assert distance("default", "bar_eccentric") > default_distance
+def test_transducers_of_unequal_radii_break_the_mirror():
+    """Misfits are 10.6 mm against 0.8 mm."""
+    assert distance("unequal-radii") > 3 * distance("default")

@@ -1,7 +1,6 @@
 """Stiff and extreme cases: bounded or refused, as each should be."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -21,22 +20,22 @@ from ajgdata.studies.discrete_operator import fastest
 from ajgdata.studies.domains import AIR, BOWL, bowl, two_probes
 from ajgdata.studies.stability.extreme_cases import of_bowl, trials
 from ajgdata.studies.stability.transient import ROUNDINGS, transient
-from ajgdata.studies.stability.trial import Trial, judge, run
+from ajgdata.studies.stability.trial import Trial, judge
 
-TRIALS = {f"{t.group}: {t.name}": t for t in trials(quick=True)}
+#: Of the trials of the study: all that are refused, all lossless modes, and every fourth other one.
+TRIALS = {
+    f"{trial.group}: {trial.name}": trial
+    for number, trial in enumerate(trials(quick=True))
+    if trial.group in ("mode", "impossible", "time step", "long run") or number % 4 == 0
+}
 #: float32 keeps 24 bits; the largest difference seen comes from phases that drift apart by
 #: as much a step, over a run of 1,000 steps of waves of a few steps each.
 SINGLE = 1_000 * 2.0**-24 * 2 * np.pi
 
 
-@cache
-def verdict_on(name):
-    return judge(TRIALS[name])
-
-
 @pytest.mark.parametrize("name", TRIALS)
 def test_each_is_bounded_or_refused(name):
-    verdict = verdict_on(name)
+    verdict = judge(TRIALS[name])
     assert verdict.outcome == verdict.expected, verdict
     if verdict.outcome == "refused":
         assert len(verdict.message) > 20
@@ -50,12 +49,6 @@ def test_each_is_bounded_or_refused(name):
         assert verdict.added_volume < 0.02 or "enlarged" in name
         # The slow equalisation of pressure is the same in both precisions.
         assert abs(verdict.drift - verdict.drift_single) < 1e-3
-
-
-def test_without_losses_nothing_is_lost_either():
-    for name in ("wall: mass 1e-06 kg/m²", "mode: resonance at 160 GHz", "mode: mass 0 kg"):
-        verdict = verdict_on(name)
-        assert verdict.growth == pytest.approx(1, abs=1e-10)
 
 
 def at_ratio(system, ratio, largest):
@@ -102,13 +95,6 @@ def test_the_limit_of_a_box_is_the_textbook_one():
     exact = 4 * courant**2 * np.sin(np.pi * (n - 1) / (2 * n)) ** 2
     assert fastest(system) == pytest.approx(exact, rel=1e-12)
     assert system.dt == pytest.approx(courant * h / (np.sqrt(3) * AIR.sound_speed))
-
-
-def test_every_assembled_system_stays_below_the_limit():
-    for courant in (0.5, 0.99, 1.0, 1.5):
-        for scheme in ("second", "wide"):
-            _, system = closed(bowl(), 5e-3, *BOWL, courant, scheme=scheme)
-            assert fastest(system) < 4
 
 
 LOSSY = {"wall": (1e-4, 450.0, 1e9), "modes": np.array([[1e-9, 0, 1e15], [1e-2, 1.0, 1e5]])}
@@ -166,16 +152,3 @@ def test_a_coefficient_in_error_is_seen_in_the_balance():
     assert transient(system).balance < ROUNDINGS
     system.capacities.yield_[np.argmax(system.mass)] *= 1 + 1e-9
     assert not transient(system).bounded
-
-
-def test_walls_that_give_energy_are_caught_although_a_run_loses_it():
-    system, source, receiver = of_bowl(wall=(0.3, 0.0, 1e5))(np.float64)
-    # One of some hundred walls pushes as it is pulled: the grains take more than it gives.
-    system.walls.inertia[0] *= 1.001
-    assert run((system, source, receiver), 200).growth < 1
-    assert not transient(system).bounded
-
-
-def test_a_run_hears_what_was_struck():
-    ends = of_bowl()(np.float64)
-    assert np.abs(run(ends, 200).heard).max() > 0

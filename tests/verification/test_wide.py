@@ -7,7 +7,7 @@ from ajgdata.gripper import Scene, simulate
 from ajgdata.gripper.dispersion import transform, undisperse
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ
 from ajgdata.gripper.simulation import lowpass
-from ajgdata.gripper.solver_plan import ACCURATE_HZ, build_plan, steps_per_sample, wide_weight
+from ajgdata.gripper.solver_plan import ACCURATE_HZ, wide_weight
 
 
 def test_waves_along_an_axis_are_right_where_the_weight_says():
@@ -59,10 +59,6 @@ def test_the_transform_is_a_sum():
     assert np.max(np.abs(transform(signal, radians) - exact)) < 1e-8 * np.linalg.norm(signal)
 
 
-def test_no_scene_is_given_capacity():
-    assert abs(build_plan(Scene()).system.added_volume) < 1e-6
-
-
 def test_fewer_poles_matter_and_the_schemes_agree_where_both_resolve_the_waves():
     spectra = {}
     for name, one in {
@@ -79,11 +75,3 @@ def test_fewer_poles_matter_and_the_schemes_agree_where_both_resolve_the_waves()
     # narrowest resonance is some 5 % wide.
     assert 0 < away["second"] < 0.04
     assert away["none"] > 2 * away["one pole"] > 0
-
-
-def test_a_warm_scene_takes_the_step_of_its_own_speed_of_sound():
-    for dx in (3.3e-3, 4.2e-3):
-        wide = wide_weight(dx)
-        steps = steps_per_sample(dx, 0.99, 60.0, wide)
-        speed = 331.3 * np.sqrt(1 + 60 / 273.15)
-        assert speed * np.sqrt(3) * (1 + 4 * wide) / (dx * SAMPLE_RATE_HZ * steps) < 0.9905

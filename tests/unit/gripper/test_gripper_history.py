@@ -59,20 +59,6 @@ def test_fields_of_a_history_keep_their_statistics(memory):
     assert np.mean(fields[0] * fields[1]) == pytest.approx(memory, abs=within)
 
 
-def test_memory_is_of_surface_and_packing_and_not_of_force():
-    rough = {"nuisance": CALM | {"roughness_mm": 1, "force": 0.03}}
-    bed = {"seed": 5, "number": 3, "memory": 0.5}
-    first, second = (
-        cavity(scene(grasp={**rough, "history": bed, "seed": seed})) for seed in (1, 2)
-    )
-    assert first.force_n != second.force_n
-    calm = {"nuisance": CALM | {"roughness_mm": 1}, "history": bed}
-    same = [cavity(scene(grasp={**calm, "seed": seed})).surface for seed in (1, 2)]
-    assert np.array_equal(*same)
-    later = cavity(scene(grasp={**calm, "history": {**bed, "number": 4}})).surface
-    assert not np.allclose(later, same[0])
-
-
 def test_a_balloon_askew_keeps_rim_and_volume_and_moves_its_tip():
     straight, askew = (
         cavity(Scene.model_validate({"assembly": {"askew_mm": tip}, "grasp": {"nuisance": CALM}}))
@@ -123,8 +109,8 @@ def test_what_came_out_otherwise_is_as_if_it_had_been_meant():
 
 
 def test_depth_scatters_more_the_nearer_an_object_is_to_the_grain():
-    """grain_force · d / D: D of a cube of edge e is 2e/√π. 20 seeds tell a standard deviation to
-    1/√40; 4 of these."""
+    """grain_force · d / D: D of a cube of edge e is 2e/√π. 10 seeds tell a standard deviation to
+    1/√20; 4 of these."""
 
     def spread(edge: float, grain: float, kind: str = "plastic") -> float:
         volumes = [
@@ -137,11 +123,11 @@ def test_depth_scatters_more_the_nearer_an_object_is_to_the_grain():
                     }
                 )
             ).displaced_m3
-            for seed in range(20)
+            for seed in range(10)
         ]
         return float(np.std(volumes) / np.mean(volumes))
 
-    within = 4 / np.sqrt(40)
+    within = 4 / np.sqrt(20)
     found = {edge: spread(edge, 6.0) for edge in (10, 30)}
     for edge, value in found.items():
         assert value == pytest.approx(0.2 * 6 / (2 * edge / np.sqrt(np.pi)), rel=within)
@@ -149,16 +135,3 @@ def test_depth_scatters_more_the_nearer_an_object_is_to_the_grain():
     assert found[10] / found[30] == pytest.approx(3, rel=0.03)
     assert spread(10, 3.0) == pytest.approx(found[10] / 2, rel=0.02)
     assert spread(10, 6.0, "air") < 1e-12
-
-
-def test_a_field_is_the_same_on_a_grid_as_at_each_of_its_points():
-    field = RandomField(5, "packing", 3, 0.01)
-    z, y, x = np.array([0.0, 0.02]), np.array([-0.01, 0.0, 0.03]), np.array([0.0, 0.004, 0.1, 0.2])
-    whole = field.on_axes(z, y, x)
-    points = [
-        [[field.on_axes(z[[k]], y[[j]], x[[i]]).item() for i in range(4)] for j in range(3)]
-        for k in range(2)
-    ]
-    # 200 waves of amplitude 0.1: rounding of phases of up to a hundred radians.
-    assert np.abs(whole - points).max() < 200 * 0.1 * 100 * np.finfo(float).eps
-    assert np.std(whole) > 0.3
