@@ -4,17 +4,14 @@ import numpy as np
 from known_cases.membrane import pressed
 
 from ajgdata.gripper import Scene, build_plan, simulate
-from ajgdata.gripper.grid import Cells
 from ajgdata.gripper.medium import Air
 from ajgdata.gripper.outside import (
     BINS,
     diffuse_gain,
     directions,
     patch_velocity,
-    skin,
 )
 from ajgdata.gripper.solver import Patches, at_rest, march
-from ajgdata.gripper.walls import NO_WALLS, WallList
 
 RATE = 44_100
 
@@ -94,18 +91,3 @@ def test_a_patch_moves_as_its_mass_spring_and_resistance():
     np.testing.assert_allclose(
         found[1:], force / (450 + 1j * omega * 0.3 + 1e5 / (1j * omega)), rtol=1e-12
     )
-
-
-def test_walls_far_apart_or_of_another_kind_are_patches_of_their_own():
-    zeros = np.zeros((3, 4, 8))
-    axes = (np.arange(8) * 5e-3, np.arange(4) * 5e-3, np.arange(3) * 5e-3)
-    cells = Cells(5e-3, *axes, *([zeros] * 7))
-    walls = WallList(
-        np.array([0, 1, 7, 1]), np.array([1.0, 3.0, 2.0, 1.0]), np.array([0.3, 0.3, 0.3, 1.0]),
-        np.full(4, 450.0), np.full(4, 1e5),
-    )  # fmt: skip
-    made = skin(walls, cells)
-    assert len(skin(NO_WALLS, cells).centre) == 0
-    assert made.patch[0] == made.patch[1] and len(set(made.patch)) == 3
-    np.testing.assert_allclose(made.centre[made.patch[0]], [3.75e-3, 0, 0], atol=1e-12)
-    assert made.motion[made.patch[3]].tolist() == [1.0, 450.0, 1e5]

@@ -8,24 +8,7 @@ import pytest
 from ajgdata.gripper import Scene, build_plan
 from ajgdata.gripper.grid import LANES, cut_cells
 from ajgdata.gripper.solver import at_rest, march
-from ajgdata.gripper.system import _span
 from ajgdata.studies.domains import Region
-
-
-@pytest.mark.parametrize("width", [4, 9])
-def test_spans_hold_all_active_cells_and_none_of_another_slab(width):
-    live = np.zeros((6, width, width), dtype=bool)
-    inner = live[1:-1, 1:-1, 1:-1]
-    inner[:] = np.random.default_rng(width).random(inner.shape) < 0.3
-    live[1, 1, 1] = live[2, -2, -2] = True
-    span = _span(live, live)
-    slabs = np.arange(6).astype(np.uint64) * span.slab
-    visited = np.zeros(live.size, dtype=int)
-    for lo, hi in zip(span.lo, span.hi, strict=True):
-        visited[lo:hi] += 1
-    assert visited[live.ravel()].all()
-    assert visited.max() == 1
-    assert np.all((slabs <= span.lo) & (span.lo <= span.hi) & (span.hi <= slabs + span.slab))
 
 
 @pytest.mark.parametrize("scheme", ["wide", "second"])
