@@ -32,11 +32,17 @@ ALL = asked_for(SPECS, TASKS)
 RENDERS = [one for one in ALL if one.experiment.name == "live_sorting"]
 COMPARED = [one for one in ALL if one.experiment.name == "comparison"]
 ASKED = [one for one in ALL if one not in (*RENDERS, *COMPARED)]
-IDS = [f"{one.dataset}-{one.task}-{one.experiment.name}" for one in ASKED]
+#: The first task of each experiment, and every cross-validation.
+MEASURED = [
+    one
+    for n, one in enumerate(ASKED)
+    if one.experiment.name in ("cross_validation", "shortcut")
+    or one.experiment.name not in {earlier.experiment.name for earlier in ASKED[:n]}
+]
+IDS = [f"{one.dataset}-{one.task}-{one.experiment.name}" for one in MEASURED]
 HZ = np.linspace(0, 20_000, 24)
 #: Of the same kind of result as every other model, at a fraction of the time.
 MODEL = "ridge_plain"
-SHARES = ("accuracy", "balanced_accuracy", "macro_f1")
 
 
 def shape_of(text: str) -> np.ndarray:
@@ -108,7 +114,6 @@ def write(path: Path, name: str) -> Path:
 SMALLER = {
     "learning_curve": lambda s: {"groups": s["groups"][:: len(s["groups"]) - 1], "repeats": 2},
     "cross_gripper": lambda s: {"grasps": s["grasps"][:: len(s["grasps"]) - 1]},
-    "novelty": lambda s: {"models": []},
     "across_sessions": lambda s: {"grasps": [1], "draws": 1},
 }
 #: Models of experiments that need probabilities or many fits.
@@ -145,34 +150,13 @@ def test_labels_are_complete_and_of_one_value_a_grasp(name):
         assert len({label for _, label in labels}) > 1
 
 
-@pytest.mark.parametrize("asked", ASKED, ids=IDS)
-def test_each_experiment_is_made_within_bounds_and_twice_the_same(stores, tmp_path, asked):
-    about, tables = run(stores, asked, tmp_path / "1")
-    run(stores, asked, tmp_path / "2")
-    first, again = (tmp_path / n / "tables.json" for n in "12")
-    assert first.read_bytes() == again.read_bytes()
+@pytest.mark.parametrize("asked", MEASURED, ids=IDS)
+def test_each_experiment_is_made_of_its_task(stores, tmp_path, asked):
+    about, tables = run(stores, asked, tmp_path)
     assert "skipped" not in about
-    scores = tables["scores"]
-    assert scores.rows
-    check_bounds(scores, about)
+    assert tables["scores"].rows
     if asked.experiment.name in CHECKS:
         CHECKS[asked.experiment.name](asked, about, tables)
-
-
-def check_bounds(scores: Table, about: dict) -> None:
-    for row in scores.rows:
-        if row["value"] is None:
-            continue
-        if row["metric"] in (*SHARES, "share", "coverage"):
-            assert 0 <= row["value"] <= 1
-        elif row["metric"] in ("rmse", "mae", "width", "sorted_before_error", "sorts_in_a_row"):
-            assert row["value"] >= 0
-            if about["period_deg"] and row["metric"] in ("rmse", "mae"):
-                assert row["value"] <= about["period_deg"] / 2
-        elif row["metric"] == "p":
-            assert 0 < row["value"] <= 1
-        elif row["metric"] == "r2":
-            assert row["value"] <= 1
 
 
 def check_cross_validation(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
@@ -204,13 +188,6 @@ def check_groups(name: str, task: str, lines: list[dict[str, str]]) -> None:
                 assert fold_of.get(grasp, line["fold"]) == line["fold"]
 
 
-def check_curve(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
-    drawn = tables["curve"].where(
-        metric="accuracy" if about["kind"] == "classification" else "rmse"
-    )
-    assert len(drawn.rows) == 4
-
-
 def check_cross_gripper(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
     folds = tables["folds"]
     assert set(folds.column("other")) == set(asked.others)
@@ -219,13 +196,6 @@ def check_cross_gripper(asked: Asked, about: dict, tables: dict[str, Table]) -> 
     assert added[0] == 0 < added[1]
     assert len({row["recordings"] / row["grasps"] for row in folds.rows if row["grasps"]}) == 1
     assert all((row["home"] is not None) == (row["grasps"] == 0) for row in folds.rows)
-
-
-def check_energy(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
-    means = tables["scores"].where(statistic="mean")
-    (reference,) = means.where(part=f"energy:{asked.settings.reference}").numbers("value")
-    assert reference == pytest.approx(1)
-    assert (means.numbers("value") > 0).all()
 
 
 def check_drift(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
@@ -237,20 +207,10 @@ def check_drift(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
     assert set(tables["alarms"].column("session")) == {"", *later}
 
 
-def check_across_sessions(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
-    measures = tables["measured"]
-    sessions = set(recipe_sessions(PATHS, asked.dataset)) - set(asked.settings.train_on)
-    assert set(measures.column("session")) == sessions
-    assert {"as it is", "standardised", "1 grasp of each"} <= set(measures.column("remedy"))
-
-
 CHECKS = {
-    "across_sessions": check_across_sessions,
     "drift": check_drift,
     "cross_validation": check_cross_validation,
-    "learning_curve": check_curve,
     "cross_gripper": check_cross_gripper,
-    "reflected_energy": check_energy,
 }
 
 

@@ -3,17 +3,16 @@
 import json
 from collections.abc import Callable, Iterator
 from functools import partial
-from itertools import islice
 
 import numpy as np
 import pytest
 import torch
-from rounding import U32, gamma, network_error, softmax_error
+from rounding import gamma, network_error, softmax_error
 from sklearn.utils.estimator_checks import estimator_checks_generator
 from torch import nn
 
 from ajgdata.models.cnn import CnnClassifier, CnnRegressor
-from ajgdata.models.network import SpectrumCnn, batches
+from ajgdata.models.network import SpectrumCnn
 
 QUICK = {"epochs": 1, "min_steps": 60}
 
@@ -96,32 +95,6 @@ def test_learns_where_a_peak_is():
     assert np.sqrt(np.mean(error**2)) < 2 * 0.16
 
 
-@pytest.mark.parametrize("exponent", [-66, 66])  # 1e-20 and 1e20
-def test_the_unit_of_the_features_does_not_matter(exponent):
-    x, place = peaks(40)
-    y = place > 0.5
-    factor = np.float32(2.0**exponent)  # a power of two: no rounding, hence equality
-    plain = CnnClassifier(**QUICK).fit(x, y).predict_proba(x)
-    scaled = CnnClassifier(**QUICK).fit(x * factor, y).predict_proba(x * factor)
-    assert np.array_equal(plain, scaled)
-
-
-def test_wild_features_give_finite_predictions():
-    rng = np.random.default_rng(0)
-    x = 10.0 ** rng.uniform(-30, 30, (20, 32))
-    x[:, 3], x[:, 4], x[5] = 0, 7, 0  # a silent bin, a constant bin, a silent recording
-    model = CnnRegressor(**QUICK).fit(x, rng.normal(size=20))
-    assert np.isfinite(model.predict(-x)).all()
-    assert np.isfinite(CnnRegressor(**QUICK).fit(0 * x, np.full(20, 5.0)).predict(x)).all()
-
-
-def test_standardisation_is_learned_from_the_training_rows():
-    x, place = peaks(50)
-    module = CnnClassifier(**QUICK).fit(x, place > 0.5).module_
-    assert module.scale.item() == pytest.approx(x.mean(dtype=float), rel=2 * U32)
-    assert_standardised(module, x)
-
-
 def assert_standardised(module, x):
     """Mean 0 and deviation 1 of each bin, up to the roundings of z = (c - mean) / std and of a sum
     over the rows: 3 and n, of |c| + |mean| over std."""
@@ -180,16 +153,6 @@ def test_state_holds_all_of_a_classifier(labels):
     assert again.classes_.dtype == model.classes_.dtype
 
 
-def test_state_holds_all_of_a_regressor_and_knows_its_class():
-    x, place = peaks(30)
-    model = CnnRegressor(**QUICK).fit(x, place)
-    arrays, about = model.state()
-    again = CnnRegressor.from_state(arrays, json.loads(json.dumps(about)))
-    assert np.array_equal(again.predict(x), model.predict(x))
-    with pytest.raises(ValueError, match="state of a CnnRegressor"):
-        CnnClassifier.from_state(arrays, about)
-
-
 def test_refuses_what_it_cannot_learn_from():
     x, place = peaks(10)
     with pytest.raises(ValueError, match="one class only, 'wood'"):
@@ -200,14 +163,3 @@ def test_refuses_what_it_cannot_learn_from():
         CnnRegressor().fit(holed, place)
     with pytest.raises(ValueError, match="NaN"):
         CnnRegressor().fit(x, np.where(place > 0.5, np.nan, place))
-
-
-@pytest.mark.parametrize("rows", [2, 8, 9, 17, 64])
-def test_an_epoch_is_every_row_once_in_parts_that_differ_by_one_at_most(rows):
-    taken = list(islice(batches(rows, 8), 3 * -(-rows // 8)))
-    per_epoch = len(taken) // 3
-    for epoch in range(3):
-        parts = taken[epoch * per_epoch : (epoch + 1) * per_epoch]
-        sizes = [len(part) for part in parts]
-        assert sorted(torch.cat(parts).tolist()) == list(range(rows))
-        assert max(sizes) <= 8 and max(sizes) - min(sizes) <= 1 and min(sizes) > 1

@@ -5,7 +5,6 @@ import shutil
 import numpy as np
 import pytest
 from drawn_figures import fits
-from experiment_samples import small_inputs
 from worlds import AUDIO as SMALL_AUDIO
 from worlds import RATE_HZ, Project
 
@@ -32,7 +31,6 @@ from ajgdata.types import (
     FeatureSettings,
     Level,
     LinearSweep,
-    NotPossibleError,
 )
 from ajgdata.types.comparison import Comparison
 
@@ -102,18 +100,6 @@ SOUNDS = Settings(
         )
     }
 )
-
-
-def test_what_was_not_simulated_is_not_rendered(project, recorded):
-    with pytest.raises(
-        ValueError, match=r"needs a virtual data set: recording 'other/a_1' was not"
-    ):
-        list(recorded.render(["other/a_1"], [np.ones(10)]))
-    project.declare()
-    with pytest.raises(ValueError, match="needs a virtual data set: d was not simulated"):
-        list(renderer(project.paths, "d")(["s1/a"], [np.ones(10)]))
-    with pytest.raises(NotPossibleError, match="needs a virtual data set"):
-        measure(small_inputs("classification"), SOUNDS, "sounds")
 
 
 def test_other_sounds_are_played_in_the_same_scenes(recorded):
@@ -270,16 +256,6 @@ def test_a_comparison_is_one_file(project):
     declare(project, variants="[{name: a}]")
     with pytest.raises(ValueError, match="give at least two"):
         asked_of(read_dataset(project.paths, "d"), "edge")
-
-
-def test_a_split_by_recording_is_a_variant():
-    one = {"title": "T", "question": "Q", "train": "d", "task": "t", "models": ["knn_plain"]}
-    variants = [{"name": "grouped"}, {"name": "random", "split": "random"}]
-    settings = Settings(comparisons={"s": Comparison(**one, variants=variants)})
-    outcome = measure(small_inputs(), settings, "s")
-    scores = outcome.tables[0].where(metric="accuracy", statistic="mean")
-    grouped, random = scores.numbers("value")
-    assert random > grouped  # two recordings per grasp
 
 
 def test_variants_that_cannot_be_are_refused():

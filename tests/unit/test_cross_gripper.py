@@ -76,20 +76,6 @@ def test_each_fold_draws_its_own_calibration_grasps():
     assert all(len(set(numbers)) > 2 for numbers in zip(*drawn, strict=True))
 
 
-def test_a_number_is_calibrated_value_by_value():
-    """A gripper tells a size by its first bin, the other by its second: to a model of the first all
-    of the other's recordings are those of one size, and neighbours among its own are right."""
-    size = np.repeat([1.0, 10.0, 100.0, 1000.0], GRASPS * SAMPLES)
-    group = gripper(0).groups
-    jitter = np.random.default_rng(0).uniform(1, 1.1, (2, len(size)))
-    own = ExtraTestSet(np.column_stack([size * jitter[0], jitter[1]]), size, group)
-    other = ExtraTestSet(np.column_stack([jitter[0], size * jitter[1]]), size, group)
-    points = made(own, other, kind="regression", model="knn_plain")
-    error = {n: np.mean([p.scores["rmse"] for p in points if p.grasps == n]) for n in (0, 5)}
-    assert error[0] > 100
-    assert error[5] < 1e-9
-
-
 def test_too_few_grasps_are_said():
     with pytest.raises(ValueError, match="6 calibration grasps: a class has 5 that are not tested"):
         made(gripper(0), gripper(3), sizes=(0, 6))

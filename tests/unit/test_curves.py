@@ -2,10 +2,7 @@
 
 import numpy as np
 
-from ajgdata.evaluate import curves
 from ajgdata.evaluate.curves import learning_curve
-from ajgdata.models import fit_named_model
-from ajgdata.types import NotPossibleError
 
 
 def grasps(
@@ -44,23 +41,3 @@ def test_a_size_that_fails_leaves_the_others():
     found = learning_curve(x, y, group, sizes=(1, 8, 9), **ask)
     assert found.points == whole.points and whole.others == {}
     assert list(found.others) == [9] and "a class has 8" in found.others[9]
-
-
-def test_a_size_that_no_model_can_be_made_of_in_one_draw_is_left_out_of_all(monkeypatch):
-    x, y, group = grasps()
-    ask = {"kind": "classification", "model": "knn_plain", "repeats": 3}
-    fits = []
-
-    def fit(model, kind, features, target, groups, **named):
-        fits.append(len(target))
-        if fits.count(12) == 2 and len(target) == 12:
-            raise NotPossibleError("the second draw of two")
-        return fit_named_model(model, kind, features, target, groups, **named)
-
-    monkeypatch.setattr(curves, "fit_named_model", fit)
-    found = learning_curve(x, y, group, sizes=(1, 2, 8), **ask)
-    assert found.others == {2: "the second draw of two"}
-    assert [(p.groups, p.repeat) for p in found.points] == [
-        (n, r) for r in range(3) for n in (1, 8)
-    ]
-    assert fits.count(12) == 2  # what failed once is not tried again

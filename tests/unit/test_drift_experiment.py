@@ -74,22 +74,6 @@ def test_figures_have_day_1_among_the_values(outcome):
     ]
 
 
-def test_quantities_may_have_values_of_their_own(outcome):
-    """A trend over 22 to 46 °C and one over 0.1 to 0.3: no value is common to both."""
-    force = {
-        "quantity": "force",
-        "unit": "kN",
-        "day_1": 0.1,
-        "sessions": {"same": 0.2, "warm": 0.3},
-    }
-    settings = SETTINGS | {"changes": [*SETTINGS["changes"], force]}
-    results = task_results("drift", {"linear": outcome}, settings=settings)
-    main, *_ = EXPERIMENTS["drift"].figures(results)
-    assert (
-        "100 % (first value)" in main.caption.alt and "(last value) in 2 panels" in main.caption.alt
-    )
-
-
 def test_what_the_data_lack_is_said():
     inputs = small_inputs(store=store(without="warm/"))
     with pytest.raises(NotPossibleError, match="'warm' has no reference"):

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 from sklearn.metrics import silhouette_score
 
 from ajgdata.embed.projections import FEWEST, METHODS, project
@@ -120,14 +119,6 @@ def test_latents_of_every_recording_by_every_network(made):
     cost = read(made, "cost")
     assert cost["networks"] == 2 * 2 * 2
     assert cost["cpu_s"] > 0
-
-
-def test_xarray_reads_them_with_labels(made):
-    with xr.open_dataset(made / "latents.nc") as found:
-        assert found["latent_3"].dims == ("fold", "init", "recording", "dimension_3")
-        assert {"object", "validation_fold", "pose"} <= set(found.coords)
-        assert set(found.data_vars) == {"latent_2", "latent_3"}
-        assert found.attrs["source"] == "simulated"
 
 
 def test_classes_are_not_looked_at(made, tmp_path):

@@ -1,14 +1,13 @@
 """From a store to an experiment's files, and from these to the report and the table of results."""
 
 import csv
-import dataclasses
 import json
 
 import numpy as np
 import pytest
 from experiment_samples import small_store
 
-from ajgdata.experiments import EXPERIMENTS, Asked
+from ajgdata.experiments import Asked
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.experiments import asked_for, read_results, run_experiment
@@ -58,18 +57,6 @@ def paths(tmp_path_factory):
     return made
 
 
-def test_a_task_says_how_many_recordings_a_model_learns_from(tmp_path):
-    made = Paths(tmp_path)
-    write_store(made.features("d"), small_store(), {})
-    asked = next(one for one in asked_for({"d": SPEC}, [("d", "t")]) if "-" in one.kinds[0])
-    kind, table = asked.kinds[0], made.experiment("d", "t", asked.kinds[0])
-    run(made, asked, split=SPLIT | {"most_recordings": {"linear": 10}})
-    scores = next(one for one in read_tables(table)[1] if one.name == "scores")
-    told = {row["metric"]: row["value"] for row in scores.where(part="training of grouped").rows}
-    assert kind == "cross_validation-linear_plain"
-    assert told["trained_on"] == 10 < told["available"]
-
-
 def collected(paths: Paths) -> tuple[dict, list[dict[str, str]], list[dict[str, str]]]:
     asked = asked_for({"d": SPEC}, [("d", "t")])
     documents = [("d", "t", kind) for one in asked for kind in one.kinds]
@@ -96,18 +83,6 @@ def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(p
     ((label, reason),) = skipped
     assert label == "k-NN"
     assert "99 training groups per class" in reason
-
-
-def test_a_mistake_in_the_code_is_no_reason_to_skip(paths, monkeypatch):
-    def mistaken(*_):
-        raise ValueError("operands could not be broadcast together")
-
-    asked = asked_for({"d": SPEC}, [("d", "t")])[1]
-    wrong = dataclasses.replace(asked.experiment, measure=mistaken)
-    monkeypatch.setitem(EXPERIMENTS.own, asked.experiment.name, wrong)
-    with pytest.raises(ValueError, match="broadcast"):
-        run(paths, asked, tables=paths.root / "t.json", cost=paths.root / "c.json")
-    assert not (paths.root / "t.json").exists()
 
 
 def test_every_number_has_a_row_with_its_seed_and_what_made_it(paths):

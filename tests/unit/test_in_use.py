@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ajgdata.evaluate.calibration import temperature, with_temperature
+from ajgdata.evaluate.calibration import with_temperature
 from ajgdata.evaluate.in_use import calibration
 from ajgdata.evaluate.novelty import Guard, alarm, detection_rate
 
@@ -14,16 +14,6 @@ def spectra(edge, generator=GENERATOR, bins=40):
     """Spectra (n, bins) that grow with the edge, each with 2 % of noise."""
     shape = 1 + np.outer(np.asarray(edge, float), np.linspace(0, 1, bins))
     return shape * (1 + 0.02 * generator.standard_normal(shape.shape))
-
-
-def test_doubt_gives_the_temperature_that_it_implies():
-    # two classes, each row right by a margin m: softmax is 1 - doubt/2 where m / T = logit of it
-    margin, doubt = 4.0, 0.02
-    log_p = np.array([[0.0, -margin], [-margin, 0.0]] * 8)
-    found = temperature(log_p, np.tile([0, 1], 8), doubt)
-    assert found == pytest.approx(margin / np.log((1 - doubt / 2) / (doubt / 2)), rel=1e-4)
-    sharp = temperature(log_p, np.tile([0, 1], 8))  # the end of the search
-    assert sharp == pytest.approx(0.05, rel=1e-3)
 
 
 def test_probabilities_in_use_are_right_as_often_as_they_say():
@@ -107,15 +97,6 @@ def test_what_cannot_be_calibrated_says_why():
     assert set(one.problems) == {"temperature", "novelty_threshold"}
 
 
-def test_a_period_bounds_the_interval():
-    angle = GENERATOR.uniform(0, 180, 40)
-    found = calibration(
-        GENERATOR.uniform(1, 2, (40, 8)), angle, np.arange(40), np.arange(40),
-        model="ridge", kind="regression", period=180.0, coverage=0.97,
-    )  # fmt: skip
-    assert 45 < found.half_width <= 90  # noise says nothing about an angle
-
-
 def test_a_guard_measures_from_the_means_of_grasps():
     features = spectra([1, 1, 3, 3])
     guard = Guard.of(features, np.array(["p", "p", "q", "q"]))
@@ -156,27 +137,6 @@ def test_false_alarms_come_as_often_as_stated():
     assert np.mean(flagged) > 0.02
 
 
-def test_the_smallest_rate_is_that_of_one_more_grasp():
-    features = spectra(np.arange(9))
-    found = alarm(features, np.arange(9), np.arange(9), false_alarm=0.01)
-    assert found.false_alarm == pytest.approx(0.1)
-    assert (found.folds, found.groups) == (9, 9)
-    left_out = [
-        Guard.of(np.delete(features, n, 0), np.arange(8)).distance(features[n : n + 1])[0]
-        for n in range(9)
-    ]
-    assert found.threshold == pytest.approx(max(left_out), rel=1e-12)
-    with pytest.raises(ValueError, match="one group only"):
-        alarm(features, np.arange(9), np.zeros(9))
-
-
-def test_a_guard_that_is_absent_checks_nothing():
-    guard = Guard.absent(40)
-    assert not guard.can_check
-    assert np.isnan(guard.novelty(spectra([1, 2]))).all()
-    assert not guard.with_references(spectra([1])).is_nothing(spectra([1])).any()
-
-
 def test_objects_far_from_the_others_are_detected_and_near_ones_are_not():
     """Three grasps of two recordings of four objects, of which two give the same spectra."""
     objects, grasp = np.repeat(["a", "b", "c", "d"], 6), np.repeat(np.arange(12), 2)
@@ -186,15 +146,6 @@ def test_objects_far_from_the_others_are_detected_and_near_ones_are_not():
     assert detection_rate(features, grasp, objects, 1e9) == 0
     with pytest.raises(ValueError, match="one object only"):
         detection_rate(features, grasp, np.zeros(24), 1.0)
-
-
-def test_the_detection_rate_counts_grasps_not_recordings():
-    """The far object has one grasp of eight recordings, the two near ones eight grasps of one."""
-    edge = np.r_[np.full(8, 9.0), np.full(4, 1.0), np.full(4, 1.01)]
-    grasp = np.r_[np.zeros(8, int), np.arange(1, 9)]
-    features = spectra(edge, np.random.default_rng(5))
-    rate = detection_rate(features, grasp, edge.astype(str), 10.0)
-    assert rate == pytest.approx(1 / 9)
 
 
 def test_a_model_in_use_stores_the_rate_at_its_own_threshold():

@@ -11,7 +11,6 @@ from ajgdata.evaluate.intervals import (
     mean_interval,
     metric_interval,
     resampled_counts,
-    spread_interval,
 )
 from ajgdata.evaluate.withheld import overall
 
@@ -27,48 +26,6 @@ def test_one_recording_per_grasp_is_the_plain_bootstrap():
     width = found.high - found.low
     assert found.low == pytest.approx(expected.confidence_interval.low, abs=0.05 * width)
     assert found.high == pytest.approx(expected.confidence_interval.high, abs=0.05 * width)
-
-
-def test_copies_of_a_recording_change_nothing():
-    """Ten recordings of each grasp that are equal hold no more than one."""
-    value = np.random.default_rng(1).normal(size=30)
-    one = mean_interval(value, np.arange(30))
-    ten = mean_interval(np.repeat(value, 10), np.repeat(np.arange(30), 10))
-    by_recording = mean_interval(np.repeat(value, 10), np.arange(300))
-    assert ten == pytest.approx(one, abs=1e-12)
-    assert np.ptp(by_recording) < 0.5 * np.ptp(one)  # the root of ten, if grasps are ignored
-
-
-@pytest.mark.parametrize("kind", ["regression", "classification"])
-def test_coverage_on_simulated_grasps(kind):
-    """Of 300 simulated studies of 80 grasps, 95 % minus what the percentile interval lacks with so
-    few (about 2 %), and three binomial standard errors (1.3 % each), must contain the truth."""
-    generator, hits = np.random.default_rng(3), 0
-    grasp, fold = np.repeat(np.arange(80), 2), np.repeat(np.arange(80) % 5, 2)
-    for seed in range(300):
-        if kind == "regression":
-            shared = np.repeat(generator.normal(size=80), 2)
-            error, truth = shared + 0.5 * generator.normal(size=160), np.sqrt(1.25)
-            y_true, y_pred = np.zeros(160), error
-        else:
-            chance = np.repeat(generator.beta(4, 1, 80), 2)
-            right = generator.random(160) < chance
-            y_true, y_pred, truth = np.ones(160, int), right.astype(int), 0.8
-        low, high = metric_interval(
-            y_true, y_pred, fold, grasp, kind=kind, resamples=400, seed=seed
-        )
-        hits += low <= truth <= high
-    assert 0.89 <= hits / 300 <= 0.985
-
-
-def test_ignoring_grasps_covers_too_little():
-    """The same, if recordings of one grasp, which are equal, are taken for independent."""
-    generator, hits = np.random.default_rng(4), 0
-    for seed in range(200):
-        value = np.repeat(generator.normal(size=40), 8)
-        low, high = mean_interval(value, np.arange(320), resamples=300, seed=seed)
-        hits += low <= 0 <= high
-    assert hits / 200 < 0.7
 
 
 def test_the_statistic_is_the_mean_over_folds():
@@ -156,30 +113,6 @@ def test_few_grasps_have_no_interval_of_an_error_and_an_exact_one_of_a_share():
     assert ten.is_defined
 
 
-@pytest.mark.parametrize(("grasps", "least", "most"), [(10, 0.7, 0.9), (24, 0.84, 0.95)])
-def test_the_coverage_with_few_grasps_is_what_the_module_says(grasps, least, most):
-    """About 82 and 91 % of the root mean square of one fold; a binomial sd of 300 is 2 %."""
-    generator, hits, grasp = np.random.default_rng(9), 0, np.repeat(np.arange(grasps), 2)
-    for seed in range(300):
-        error = np.repeat(generator.normal(size=grasps), 2) + 0.5 * generator.normal(
-            size=2 * grasps
-        )
-        low, high = metric_interval(
-            0 * error, error, 0 * grasp, grasp, kind="regression", resamples=400, seed=seed
-        )
-        hits += low <= np.sqrt(1.25) <= high
-    assert least < hits / 300 < most
-
-
-def test_shares_and_errors_stay_in_their_range():
-    right = np.r_[np.zeros(1), np.ones(19)]
-    low, high = mean_interval(right, np.arange(20), is_share=True)
-    assert 0 <= low < high == 1.0
-    error = np.r_[np.full(3, 5.0), np.zeros(57)]
-    low, high = metric_interval(np.zeros(60), error, ONE_FOLD, np.arange(60), kind="regression")
-    assert 0 <= low < high
-
-
 def test_the_seed_decides_and_every_resample_draws_as_many_grasps():
     value = np.random.default_rng(1).normal(size=25)
     first, again, other = (mean_interval(value, np.arange(25), seed=n) for n in (7, 7, 8))
@@ -189,9 +122,3 @@ def test_the_seed_decides_and_every_resample_draws_as_many_grasps():
     assert drawn.mean() == 1 and abs(drawn[:, 0].mean() - 1) < 0.15  # sd 1 / root of 1000
     many = list(resampled_counts(1_500_000, 3, seed=1))
     assert [block.shape for block in many] == [(1, 1_500_000)] * 3
-
-
-def test_the_middle_95_per_cent_of_what_has_a_value():
-    assert spread_interval(np.arange(1001.0)) == pytest.approx((25.0, 975.0))
-    assert spread_interval(np.r_[np.arange(1001.0), np.nan]) == pytest.approx((25.0, 975.0))
-    assert not spread_interval(np.full(10, 0.1) * 3).is_defined

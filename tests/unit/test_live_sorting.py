@@ -8,7 +8,7 @@ from experiment_samples import measured, small_inputs, task_results
 from ajgdata.acquire.recipe import new_grasp, plan_session
 from ajgdata.evaluate.sorting import orders
 from ajgdata.experiments import EXPERIMENTS
-from ajgdata.experiments.base import Inputs, Outcome
+from ajgdata.experiments.base import Inputs
 from ajgdata.experiments.live_sorting import trained
 from ajgdata.features.spectrum import spectrum
 from ajgdata.gripper import Scene
@@ -16,9 +16,7 @@ from ajgdata.pipeline.rendering import new_grasps_of
 from ajgdata.report.canvas import draw
 from ajgdata.report.paper import PaperFigure
 from ajgdata.store.features import Shard, text_column
-from ajgdata.store.sessions import read_dataset
 from ajgdata.types import AudioSettings, FeatureSettings, NotPossibleError, Recipe
-from ajgdata.types.table import table_of
 
 AUDIO, RATE = AudioSettings(), 44_100
 OBJECTS = ("cube_12", "cube_28")
@@ -76,25 +74,6 @@ def simulated(project) -> Inputs:
         "d", "t", "object", "classification", "", "grasp_id", 2, 0, shard, audio=AUDIO,
         new_grasps=sensed,
     )  # fmt: skip
-
-
-def test_looks_differ_as_grasps_do_and_are_made_alike_again(project, solved):
-    project.declare(**DECLARED, recipe=RECIPE)
-    wanted = [("cube_12", 1, 1), ("cube_12", 1, 2)]
-    first, second = new_grasps_of(project.paths, "d")(wanted)
-    assert first.shape == (RATE,) and not np.array_equal(first, second)
-    count = len(solved)
-    again, _ = new_grasps_of(project.paths, "d")(wanted)
-    assert np.array_equal(again, first) and len(solved) == count == 2  # kept, not solved again
-    spec = read_dataset(project.paths, "d")
-    assert not list(project.paths.sessions("d").glob("*")), spec  # nothing is recorded
-
-
-def test_new_grasps_need_a_simulated_data_set(project):
-    with pytest.raises(NotPossibleError, match="needs a virtual data set: d was not simulated"):
-        list(new_grasps_of(project.paths, "d")([("box", 1, 1)]))
-    with pytest.raises(NotPossibleError, match="needs a virtual data set"):
-        measured("live_sorting", small_inputs(), "linear")
 
 
 SETTINGS = {"placements": 3, "looks": 2, "runs": 4, "grasps": (2,), "models": ["linear"]}
@@ -161,20 +140,6 @@ def test_what_is_doubtful_at_first_is_sorted_at_the_second_look(monkeypatch):
     (row,) = one.paper_comparison(results, lambda *_: None)
     assert row.label == "new grasps" and row.marks[0].value == np.median(expected)
     assert "0 % in a wrong bin" in row.result
-
-
-def test_a_row_to_the_end_is_told_as_what_it_is_at_least():
-    which = {"grasps": 20, "part": "plain", "looks": 1}
-    runs = [which | {"run": n, "sorts": 160, "before_error": 160} for n in range(3)]
-    conditions = [which | {"accepted": 1.0, "right": 1.0}]
-    tables = [("conditions", conditions), ("runs", runs)]
-    made = [table_of(n, n, rows, **dict.fromkeys(rows[0], "x")) for n, rows in tables]
-    outcome = Outcome(tuple(made), about={"placements": 160})
-    results = task_results("live_sorting", {"cnn": outcome}, papers={"live_sorting": PAPER})
-    (row,) = EXPERIMENTS["live_sorting"].paper_comparison(results, lambda *_: None)
-    all_sorted = "160 (160 to 160) sorts before the first error; 160 (160 to 160) by the paper's"
-    assert row.result == f"{all_sorted} rule, 0 % in a wrong bin; runs end at 160"
-    assert row.agrees == "better"
 
 
 def test_training_on_fewer_grasps():

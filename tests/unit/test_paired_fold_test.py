@@ -74,17 +74,3 @@ def test_holm_multiplies_the_smallest_by_all_and_stays_in_order():
     assert holm([0.02, 0.01, 0.9, 0.022]) == pytest.approx([0.06, 0.04, 0.9, 0.06])
     assert holm([0.5, 0.6]) == [1.0, 1.0]
     assert holm([]) == []
-
-
-def test_what_was_not_tested_does_not_count():
-    corrected = holm([math.nan, 0.02, math.nan, 0.03])
-    assert corrected[1] == corrected[3] == pytest.approx(0.04)
-    assert math.isnan(corrected[0]) and math.isnan(corrected[2])
-
-
-@pytest.mark.parametrize("after", [FIVE[:4], (*FIVE[:4], float("nan"))])
-def test_folds_that_cannot_be_compared_are_refused(after):
-    with pytest.raises(ValueError, match="fold"):
-        paired_fold_test(FIVE, after, metric="accuracy", paired=True)
-    with pytest.raises(ValueError, match="two or more"):
-        paired_fold_test([1.0], [2.0], metric="accuracy", paired=True)

@@ -53,15 +53,6 @@ def test_the_interval_is_that_of_a_ratio_of_means_over_groups():
     assert not few.interval.is_defined  # of nine groups
 
 
-def test_with_one_reference_per_object_most_resamples_have_no_value():
-    energy, label = 1 + 0.1 * np.random.default_rng(0).standard_normal(24), ["air", "coffee"]
-    label, group = np.repeat(label, 12), np.arange(24)
-    for objects, is_defined in ((2, True), (12, False)):
-        names = np.array([f"o{n % objects}" for n in range(24)])
-        coffee = relative_energies(energy, label, group, names, "air")[1]
-        assert coffee.interval.is_defined == is_defined
-
-
 def test_one_group_has_no_spread_and_a_missing_reference_is_said():
     energy, label = np.array([4.0, 1.0]), np.array(["air", "coffee"])
     group = np.array(["g0", "g1"])

@@ -63,7 +63,3 @@ def test_groups_exchange_their_labels_as_a_whole():
     assert asked(per_grasp).p > LEVEL
     with pytest.raises(ValueError, match="a group holds several labels"):
         asked(ANGLE, y=noise(0))
-
-
-def test_the_same_seed_gives_the_same_test():
-    assert asked(noise(3), seed=4) == asked(noise(3), seed=4)

@@ -15,10 +15,7 @@ from ajgdata.evaluate.calibration import (
 from ajgdata.evaluate.in_use import calibrated, calibration
 from ajgdata.evaluate.sorting import (
     LONGEST_RUN,
-    combined,
-    decide,
     look,
-    orders,
     run_of,
     stream,
 )
@@ -82,12 +79,6 @@ def test_calibration_holds_groups_out_twice():
         calibrated(x, y, group, model="svm", folds=3)
 
 
-def test_the_threshold_itself_is_enough():
-    assert decide(np.array([0.3, 0.6, 0.1]), 0.6) == 1
-    assert decide(np.array([0.3, 0.59, 0.11]), 0.6) is None
-    assert decide(np.array([0.5, 0.5]), 0.5) == 0
-
-
 def test_runs_end_where_nothing_is_probable_enough():
     """Class 0 is always right, class 1 always doubtful: a run is as long as a coin shows heads."""
     p = np.array([[0.9, 0.1], [0.9, 0.1], [0.45, 0.55]])
@@ -116,16 +107,6 @@ def test_mistakes_are_counted_and_end_nothing():
     assert run_of(np.array([-1, 0]), label, [0, 1]).sorts == 0
 
 
-def test_looks_are_multiplied():
-    assert combined(np.array([[0.5, 0.3, 0.2], [0.2, 0.2, 0.6]])) == pytest.approx(
-        np.array([0.10, 0.06, 0.12]) / 0.28
-    )
-    one = np.array([[0.6, 0.3, 0.1]])
-    assert combined(one).tolist() == one[0].tolist()  # to the last bit: 0.6 is enough
-    # what one look excludes, however sure, another may bring back only against 1e-12
-    assert combined(np.array([[1.0, 0.0], [0.4, 0.6]])).argmax() == 0
-
-
 def test_another_look_is_had_while_nothing_is_probable_enough():
     unsure_then_sure = np.array([[[0.5, 0.5], [0.8, 0.2]], [[0.7, 0.3], [0.1, 0.9]]])
     once = look(unsure_then_sure, 0.6, 1)
@@ -133,11 +114,3 @@ def test_another_look_is_had_while_nothing_is_probable_enough():
     twice = look(unsure_then_sure, 0.6, 2)
     assert twice.taken.tolist() == [0, 0] and twice.looks.tolist() == [2, 1]
     assert twice.probability[0] == pytest.approx([0.8, 0.2])
-
-
-def test_orders_are_permutations_that_a_seed_decides():
-    first = orders(30, 3, 7)
-    assert all(sorted(order.tolist()) == list(range(30)) for order in first)
-    assert len({tuple(order) for order in first}) == 3
-    again = orders(30, 4, 7)
-    assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=False))

@@ -88,13 +88,6 @@ def test_classes_are_spread_evenly():
         assert [len(test) for _, test in parts] == [16] * 5
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_as_many_groups_as_folds_makes_each_group_a_fold_in_sorted_order(kind):
-    groups = np.array(["f2", "f1", "f3", "f1", "f2", "f3"])
-    parts = grouped_folds([0, 0, 1, 1, 1, 0], groups, kind, 3, seed=9)
-    assert [test.tolist() for _, test in parts] == [[1, 3], [0, 4], [2, 5]]
-
-
 def test_impossible_folds_are_refused_with_the_reason():
     with pytest.raises(ValueError, match="3 groups cannot make 5 folds"):
         grouped_folds(np.zeros(9), np.arange(9) % 3, "regression", 5, 0)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from sklearn.base import BaseEstimator, ClassifierMixin, RegressorMixin, clone
 from sklearn.compose import ColumnTransformer
-from sklearn.linear_model import LogisticRegression
 from sklearn.multioutput import MultiOutputRegressor
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
@@ -145,16 +144,6 @@ def test_what_is_kept_is_the_chosen_candidate_and_nothing_more(name, kind):
         np.testing.assert_array_equal(one.predict(x), plain.predict(x))
 
 
-def test_an_error_of_a_candidate_is_an_error():
-    class Broken(Spy):
-        def predict(self, X):
-            raise ValueError("broken")
-
-    x, y, group = leaking()
-    with pytest.raises(ValueError, match="broken"):
-        Tuned([("a", Spy()), ("b", Broken())]).fit(x, y, groups=group)
-
-
 def test_what_makes_choosing_cheaper_reaches_candidates_that_are_wrapped():
     model = Tuned([("a", Constant(1.0)), ("b", Constant(2.0))], None, 0, {"value": 9.0})
     wraps = (
@@ -166,12 +155,6 @@ def test_what_makes_choosing_cheaper_reaches_candidates_that_are_wrapped():
         (cheaper,) = wrapped.while_choosing.items()
         (_, candidate), *_ = wrapped.candidates
         assert candidate.get_params()[cheaper[0]] == 1.0 and cheaper[1] == 9.0
-
-
-def test_equals_are_settled_for_the_first():
-    x, y, group = leaking()
-    model = Tuned([(name, LogisticRegression()) for name in ("today", "other")])
-    assert model.fit(x, y, groups=group).choice_ == "today"
 
 
 def test_without_inner_folds_the_first_is_taken_and_the_reason_told():
