@@ -10,9 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from pydantic import ValidationError
 
 from ajgdata.acquire.recipe import plan_session, session_names
 from ajgdata.acquire.source import Grasp, GraspError, Take
@@ -93,7 +90,7 @@ def test_what_a_session_holds(tmp_path):
     assert session.excitation.sha256
 
 
-@pytest.mark.parametrize("fail_at", range(6))
+@pytest.mark.parametrize("fail_at", [0, 3])
 def test_goes_on_after_a_failure(tmp_path, whole, fail_at):
     folder = tmp_path / "s1"
     with pytest.raises(RuntimeError, match="cable"):
@@ -119,7 +116,7 @@ acquire_session(Path(sys.argv[1]), Tones(pause_s=0.02), GRASPS)
 
 def test_goes_on_after_a_kill(tmp_path, whole):
     folder, here = tmp_path / "s1", Path(__file__).parent
-    for delay_s in (0.03, 0.06, 0.09):
+    for delay_s in (0.03, 0.08):
         process = subprocess.Popen(
             [sys.executable, "-c", ACQUIRE, folder, here], stdout=subprocess.PIPE
         )
@@ -133,41 +130,6 @@ def test_goes_on_after_a_kill(tmp_path, whole):
     assert content(folder) == whole
 
 
-def test_nothing_is_written_when_all_is_there(tmp_path, snapshot):
-    folder = tmp_path / "s1"
-    acquire_session(folder, Tones(), GRASPS)
-    before = snapshot(folder)
-    assert acquire_session(folder, Tones(), GRASPS) == (0, 6, {}, 0)
-    after = snapshot(folder)
-    assert {n for n in before if before[n] != after[n]} <= {"excitation.wav"}
-    assert before["excitation.wav"][0] == after["excitation.wav"][0]
-
-
-def test_another_setup_is_recorded_again_and_no_other(tmp_path):
-    folder = tmp_path / "s1"
-    acquire_session(folder, Tones(), GRASPS)
-    before = content(folder)
-    source = Tones()
-    changed = [GRASPS[0], grasp("g2", 650), GRASPS[2]]
-    assert acquire_session(folder, source, changed) == (2, 4, {}, 0)
-    assert source.takes == [("g2", 0), ("g2", 1)]
-    after = content(folder)
-    assert {n for n in after if after[n] != before[n]} == {
-        "audio/g2_1.wav", "audio/g2_2.wav", "recordings.csv"
-    }  # fmt: skip
-
-
-def test_while_something_is_missing_the_session_is_incomplete(tmp_path):
-    folder = tmp_path / "s1"
-    acquire_session(folder, Tones(), GRASPS)
-    (folder / "audio" / "g2_1.wav").unlink()
-    with pytest.raises(RuntimeError):
-        acquire_session(folder, Tones(fail_at=0), GRASPS)
-    assert not (folder / "session.yaml").exists()
-    assert acquire_session(folder, Tones(), GRASPS) == (1, 5, {}, 0)
-    assert (folder / "session.yaml").exists()
-
-
 def test_other_labels_need_no_recording(tmp_path):
     folder = tmp_path / "s1"
     acquire_session(folder, Tones(), GRASPS)
@@ -175,16 +137,6 @@ def test_other_labels_need_no_recording(tmp_path):
     assert acquire_session(folder, Tones(fail_at=0), renamed) == (0, 6, {}, 0)
     labels = read_recordings(folder)[0][3].labels
     assert labels == {"hz": "1", "colour": "red", "setup_sha256": "digest of 600"}
-
-
-def test_what_was_rejected_stays_rejected(tmp_path):
-    folder = tmp_path / "s1"
-    acquire_session(folder, Tones(), GRASPS)
-    table = folder / "recordings.csv"
-    table.write_text(table.read_text().replace("object g3,ok", "object g3,reject"))
-    acquire_session(folder, Tones(), GRASPS)
-    quality = {r.recording_id: r.quality for r in read_recordings(folder)[0]}
-    assert quality["g3_1"] == "reject"
 
 
 def test_a_virtual_session_shrinks_with_its_recipe(tmp_path):
@@ -235,15 +187,6 @@ def test_a_grasp_that_cannot_be_made_is_named_and_the_rest_goes_on(tmp_path):
     assert acquire_session(folder, Tones(), GRASPS) == (2, 4, {}, 0)
     assert acquire_session(folder, Tones(), all_three)[:2] == (0, 4)
     assert content(folder) == before
-
-
-def test_only_what_is_missing_is_recorded(tmp_path):
-    folder = tmp_path / "s1"
-    acquire_session(folder, Tones(), GRASPS)
-    (folder / "audio" / "g2_2.wav").unlink()
-    source = Tones()
-    assert acquire_session(folder, source, GRASPS) == (1, 5, {}, 0)
-    assert source.takes == [("g2", 1)]
 
 
 BASE = {
@@ -300,14 +243,6 @@ def test_what_enters_a_grasp():
     assert {g.setup["grasp"]["angle_deg"] for g in fixed.values()} == {5}
 
 
-def test_what_was_drawn_is_a_label():
-    for one in grasps().values():
-        drawn = one.setup["grasp"]
-        assert one.targets == {key: drawn[key] for key in ("angle_deg", "offset_x_mm")}
-    said = [{"name": "a", "shape": "cube_10p0", "targets": {"angle_deg": 7.0}}]
-    assert {g.targets["angle_deg"] for g in grasps(objects=said).values()} == {7.0}
-
-
 def test_several_grippers_each_with_references():
     setups = {"small": {"gripper": "small"}, "coffee": {"medium": {"kind": "coffee"}}}
     recipe = Recipe.model_validate(
@@ -330,26 +265,6 @@ def test_several_grippers_each_with_references():
     assert len(set(seeds)) == len(seeds)
 
 
-def test_an_object_cannot_be_called_what_references_are():
-    objects = [{"name": "empty", "shape": "cube_10p0"}]
-    with pytest.raises(ValidationError, match="an object is called empty"):
-        Recipe.model_validate(BASE | {"references": 1, "objects": objects})
-
-
-@settings(max_examples=20)
-@given(
-    st.integers(0, 2**31),
-    st.integers(1, 30),
-    st.sets(st.from_regex(r"[a-z]{1,3}", fullmatch=True), min_size=1, max_size=5),
-)
-def test_seeds_are_distinct(seed, count, names):
-    objects = [{"name": n, "shape": {}} for n in sorted(names)]
-    made = grasps(seed=seed, grasps_per_object=count, objects=objects)
-    seeds = [g.setup["grasp"]["seed"] for g in made.values()]
-    assert len(seeds) == 2 * count * len(names)
-    assert len(set(seeds)) == len(seeds)
-
-
 def test_the_virtual_gripper_is_such_a_source(project):
     from ajgdata.pipeline.acquire import acquire_virtual
     from ajgdata.pipeline.recipes import recipe_sessions
@@ -358,7 +273,7 @@ def test_the_virtual_gripper_is_such_a_source(project):
         recipe={
             "grasps_per_object": 1,
             "samples_per_grasp": 2,
-            "scene": {"numerics": {"dx_mm": 6}},
+            "scene": {"numerics": {"dx_mm": 6, "max_time_s": 0.004}},
             "objects": [
                 {
                     "name": "cube",
@@ -391,10 +306,6 @@ def test_scenes_that_cannot_be(project):
     recipe = {"grasps_per_object": 1, "objects": [{"name": "x", "shape": {"kind": "teapot"}}]}
     project.declare(recipe=recipe)
     with pytest.raises(DataError, match=r"dataset.yaml:\d+: recipe, x: object"):
-        acquire_virtual(project.paths, "d", "virtual-01")
-    recipe["objects"][0]["shape"] = "bananna"
-    project.declare(recipe=recipe)
-    with pytest.raises(DataError, match=r"recipe, x: object.*'bananna': try banana"):
         acquire_virtual(project.paths, "d", "virtual-01")
     recipe["vary"] = {"angel_deg": [0, 1]}
     recipe["objects"][0]["shape"] = {"kind": "cube", "edge_mm": 20}

@@ -130,20 +130,6 @@ def test_keep_redo_skip_quit_at_a_terminal(paths):
     assert read_session(paths.session("d", "soundcard-01")).acquisition.finished
 
 
-def test_a_connection_that_breaks_at_a_question_is_a_quit(paths):
-    terminal = Terminal(paths.root, faults=[{}, *[{"nan": True}] * 3])
-    terminal.expect("then Enter")
-    terminal.type("")
-    terminal.expect("2 of 4")
-    terminal.expect("then Enter")
-    terminal.type("")
-    terminal.expect("r: redo, s: skip, q: quit?")
-    os.close(terminal.master)
-    terminal.process.wait(60)
-    assert qualities(paths) == {"cube_01_1": "ok"}
-    assert read_session(paths.session("d", "soundcard-01")).acquisition.finished
-
-
 @pytest.mark.parametrize("number", [signal.SIGHUP])
 def test_a_signal_ends_it_as_ctrl_c_does(paths, number):
     declare(paths, samples_per_grasp=2, robot="command", robot_settings=slow_robot(paths))
@@ -191,19 +177,6 @@ def test_the_robot_of_a_fetched_data_set_is_shown_and_needs_a_yes(paths):
     assert code == 0, said
     assert "approach" in log_of(paths)
     assert qualities(paths) == {"cube_01_1": "ok", "ball_01_1": "ok"}
-
-
-@pytest.mark.parametrize("answer", ["y"])
-def test_the_robot_of_a_fetched_data_set_does_not_start_without_it(paths, answer):
-    fetched_robot(paths)
-    terminal = Terminal(paths.root)
-    terminal.expect("allow this program to run? (yes/no) ")
-    terminal.type(answer)
-    code, said = terminal.end()
-    assert code == 1
-    assert "the robot 'command' of a fetched data set was not allowed to start" in said
-    assert log_of(paths) == []
-    assert not paths.sessions("d").exists()
 
 
 def test_nobody_can_allow_it_unattended(paths):

@@ -1,13 +1,8 @@
 """The virtual gripper records whole data sets: over processes, again, and after any end."""
 
 import os
-import random
-import shutil
-import signal
 import subprocess
 import sys
-import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,7 +15,6 @@ from ajgdata.pipeline.recipes import (
     declare_from,
     planned_grasps,
     recipe_sessions,
-    with_recipe,
 )
 from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.audio import read_audio
@@ -129,13 +123,6 @@ def test_a_recipe_elsewhere_becomes_a_data_set(project, tmp_path):
     file.write_text(yaml.safe_dump({"name": "other", "recipe": {**RECIPE, "objects": shapes}}))
     with pytest.raises(DataError, match=r"my.yaml:\d+: recipe, a: .*edge_mm = -1"):
         declare_from(project.paths, file)
-    file.write_text("name: other\n")
-    with pytest.raises(DataError, match=r"my.yaml: has no recipe; add one"):
-        declare_from(project.paths, file)
-    wrong = {**RECIPE, "vary": {"angle": [-10, 10]}}
-    file.write_text(yaml.safe_dump({"name": "other", "recipe": wrong}))
-    with pytest.raises(DataError, match=r"my.yaml:\d+: .*unknown key grasp.angle"):
-        declare_from(project.paths, file)
     assert not project.paths.dataset("other").exists()
 
 
@@ -144,53 +131,6 @@ COMMAND = "from ajgdata.cli import main; main()"
 
 def command(project, *arguments) -> list[str]:
     return [sys.executable, "-c", COMMAND, "acquire", *arguments]
-
-
-def descendants(pid: int) -> set[int]:
-    found: set[int] = set()
-    for path in Path(f"/proc/{pid}/task").glob("*/children"):
-        for child in map(int, path.read_text().split()):
-            found |= {child, *descendants(child)}
-    return found
-
-
-def alive(pid: int) -> bool:
-    try:
-        return "Z" not in Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
-    except OSError:
-        return False
-
-
-@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="looks for processes in /proc")
-@pytest.mark.parametrize("kills", [2, pytest.param(12, marks=pytest.mark.slow)])
-def test_goes_on_after_kills(project, monkeypatch, kills):
-    """Killed at random moments; what is left is finished to the bytes of an untroubled run, and
-    no process outlives its parent."""
-    project.declare(recipe={**RECIPE, "sessions": 1, "grasps_per_object": 3 * kills})
-    acquire(project)
-    whole = recordings(project)
-    for path in sorted(project.paths.sessions("d").rglob("*"), reverse=True):
-        path.unlink() if path.is_file() else path.rmdir()
-    shutil.rmtree(project.paths.responses)  # nothing comes from the run before
-    monkeypatch.setenv("AJGDATA_ROOT", str(project.root))
-    moments = random.Random(4)
-    for _ in range(kills):
-        process = subprocess.Popen(
-            command(project, "d"), stdout=subprocess.PIPE, stderr=subprocess.PIPE
-        )
-        held = len(list(project.paths.sessions("d").rglob("*.wav")))
-        deadline = time.monotonic() + 60
-        while len(list(project.paths.sessions("d").rglob("*.wav"))) == held:
-            assert process.poll() is None, process.stderr.read()
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
-        time.sleep(moments.uniform(0, 0.05))
-        process.send_signal(signal.SIGKILL)
-        process.communicate()
-        ended = (project.folder("virtual-01") / "session.yaml").exists()
-        assert not ended or recordings(project) == whole
-    acquire(project)
-    assert recordings(project) == whole
 
 
 def _spec(project):
@@ -229,14 +169,3 @@ def test_the_command(project, tmp_path):
     )
     assert done.stdout == "mine/virtual-01: 4 recorded, 0 already there\n"
     assert done.stderr == ""
-
-
-def test_the_source_decides_which_recipes_are_recorded(project):
-    """`--source` names those whose recipe names it; without it each recipe decides."""
-    one = {**RECIPE, "sessions": 1}
-    project.declare(recipe=one)
-    assert with_recipe(project.paths) == with_recipe(project.paths, "virtual") == ["d"]
-    assert with_recipe(project.paths, "bench") == []
-    assert recipe_sessions(project.paths, "d", "virtual") == ["virtual-01"]
-    with pytest.raises(DataError, match="its recipe is for 'virtual'; --source virtual"):
-        recipe_sessions(project.paths, "d", "bench")

@@ -12,15 +12,14 @@ from contextlib import ExitStack, contextmanager
 
 import pytest
 from html_page import Page
-from live_events import Story, run
+from live_events import run
 from sorting_lab import BALL, BINS, CLASSES, CUBE, ROD, Cell, plan
 
 from ajgdata.live.control import Control, Mode
-from ajgdata.live.dashboard import dashboard, rendered, serve_dashboard
+from ajgdata.live.dashboard import dashboard, serve_dashboard
 from ajgdata.live.dashboard_app import MAX_BODY, TOKEN_HEADER
 from ajgdata.live.events import EventLog, read_events
 from ajgdata.live.sort import arrivals
-from ajgdata.types import DataError
 
 LATER = "2026-01-02T04:00:00.000+00:00"
 
@@ -177,18 +176,6 @@ def test_foreign_pages_cannot_even_read(client, why):
         assert (path, client.ask("GET", path, **BAD[why][1])[0]) == (path, BAD[why][0])
 
 
-def test_a_picture_on_a_foreign_page_holds_no_stream(client):
-    """It has no origin; a browser says where it stands. A link to the page is followed."""
-    for site in ("cross-site", "same-site"):
-        for path in ("/events", "/state"):
-            given = {"Sec-Fetch-Site": site, "Sec-Fetch-Mode": "no-cors"}
-            assert client.ask("GET", path, **given)[0] == 403
-        given = {"Sec-Fetch-Site": site, "Sec-Fetch-Mode": "navigate"}
-        assert client.ask("GET", "/", **given)[0] == 200
-    own = {"Sec-Fetch-Site": "same-origin", "Sec-Fetch-Mode": "cors"}
-    assert client.ask("GET", "/state", **own)[0] == 200
-
-
 def test_a_body_is_small(client, control):
     assert client.post("/pause", b"x" * MAX_BODY) == 204
     assert client.post("/stop", b"x" * (MAX_BODY + 1)) == 413
@@ -223,58 +210,6 @@ def test_a_log_is_followed_and_gets_the_corrections(tmp_path, control):
         assert client.post("/truth", truth) == 409
     last = read_events(path)[-1]
     assert (last["event"], last["number"], last["object"]) == ("truth", 1, "screw")
-
-
-def test_a_stream_begins_with_the_state_and_goes_on_with_growing_numbers(client, shown):
-    events = run()
-    with client.stream() as stream:
-        numbers = []
-        for n in range(3):
-            number, state = next_state(stream)
-            assert state == client.state() and state["n"] == len(events) - 1 + n
-            numbers.append(number)
-            shown.feed.tell(
-                {"n": state["n"] + 1, "time": state["time"], "event": "step", "step": "jam"}
-            )
-        assert numbers == sorted(set(numbers))
-
-
-def test_the_last_state_is_sent_before_the_end(control):
-    with ExitStack() as reading, ExitStack() as serving:
-        one = serving.enter_context(dashboard(control))
-        stream = reading.enter_context(Client(one).stream())
-        next_state(stream)
-        story = Story().start().say("stopped", reason="done", held="", sorts=0, seconds=1.0)
-        for event in story.events:
-            one.feed.tell(event)
-        serving.close()
-        states = []
-        with pytest.raises(EOFError):
-            while True:
-                states.append(next_state(stream)[1])
-    assert states[-1]["stopped"]["reason"] == "done" and states[-1]["mode"] == "stopped"
-
-
-def test_an_event_that_cannot_be_shown_is_counted(client, shown):
-    shown.feed.tell({"n": 98, "time": "", "event": "grasp"})  # without a number
-    shown.feed.tell({"n": 99, "time": LATER, "event": "reference", "drift": float("nan")})
-    state = client.state()
-    assert (state["unshown"], state["n"]) == (2, len(run()) - 1)
-
-
-def test_two_dashboards_cannot_have_one_port(control, shown):
-    port = Client(shown).port
-    with pytest.raises(DataError, match="use another port"), dashboard(control, port=port):
-        pass
-
-
-def test_the_page_is_made_of_the_projects_own_template_if_it_has_one(tmp_path):
-    from ajgdata.paths import Paths
-
-    folder = tmp_path / "reports/templates"
-    folder.mkdir(parents=True)
-    (folder / "dashboard.css").write_text("body { color: rebeccapurple; }")
-    assert "rebeccapurple" in rendered(Paths(tmp_path)).html
 
 
 @pytest.fixture

@@ -121,11 +121,3 @@ def test_what_cannot_be_day_1_is_refused():
         DriftWatch(np.full((9, 3), np.nan))
     with pytest.raises(ValueError, match="false_alarm 0 "):
         DriftWatch(np.ones((9, 3)), 0.0)
-
-
-def test_references_that_are_all_alike_ring_at_any_change_and_not_before():
-    watch = DriftWatch(np.ones((13, 4)))
-    assert watch.in_a_row == 2
-    assert watch.observe(np.ones(4)) < 1 and watch.observe(np.ones(4)) < 1
-    watch.observe(np.full(4, 2.0))
-    assert watch.observe(np.full(4, 2.0)) > 1

@@ -7,27 +7,24 @@ from pydantic import TypeAdapter, ValidationError
 from scipy.signal import hilbert
 
 from ajgdata.acquire.excitation import crest_factor_db, excitation_samples
-from ajgdata.acquire.recipe import plan_session
 from ajgdata.gripper import SAMPLE_RATE_HZ, excitation_sweep
 from ajgdata.pipeline.acquire import acquire_virtual
 from ajgdata.store.audio import file_sha256, read_audio
-from ajgdata.store.sessions import read_declaration, read_recordings, read_session
+from ajgdata.store.sessions import read_recordings, read_session
 from ajgdata.types import (
     DEFAULT_EXCITATION,
     AudioSettings,
     ChirpTrain,
-    DataError,
     ExcitationSpec,
     LinearSweep,
     LogSweep,
     MaximumLengthSequence,
     Multitone,
-    Recipe,
 )
 
 RATE = SAMPLE_RATE_HZ
 KINDS = (LogSweep, LinearSweep, Multitone, MaximumLengthSequence, ChirpTrain)
-LENGTHS = (0.1, 0.25, 0.5, 1.0, 2.0)
+LENGTHS = (0.1, 1.0)
 
 
 def test_the_default_is_the_sweep_that_the_virtual_gripper_has_always_played():
@@ -57,7 +54,7 @@ def frequency_at(samples: np.ndarray, time_s: float) -> float:
     return float(np.polyfit(np.arange(-44, 45) / RATE, phase, 1)[0] / (2 * np.pi))
 
 
-@pytest.mark.parametrize("share", [0.4, 0.5, 0.75, 0.9])
+@pytest.mark.parametrize("share", [0.4, 0.9])
 def test_instantaneous_frequency_of_the_sweeps(share):
     """f = low (high/low)^(t/T), and low + (high - low) t/T. Over 2 ms the logarithmic one bends by
     (0.001 ln(1000))^2/6 of itself, 8e-6; the Hilbert transform of a faded sweep is good to 1e-3."""
@@ -80,15 +77,6 @@ def test_energy_of_sweeps_falls_by_3_db_an_octave_or_not_at_all():
             assert power[inside].sum() == pytest.approx(expected, rel=0.02)  # ripple, over octaves
 
 
-@pytest.mark.parametrize("kind", [LogSweep, LinearSweep, Multitone, ChirpTrain])
-def test_next_to_nothing_is_played_outside_the_band(kind):
-    declared = kind(low_hz=500, high_hz=5_000, length_s=0.5, fade_s=0.008)
-    power = np.abs(np.fft.rfft(excitation_samples(declared, RATE))) ** 2
-    frequency = np.fft.rfftfreq(len(excitation_samples(declared, RATE)), 1 / RATE)
-    outside = (frequency < 375) | (frequency > 6_250)  # a fade of 8 ms spreads by some 125 Hz
-    assert power[outside].sum() < 1e-3 * power.sum()
-
-
 def test_fades_are_raised_cosines():
     plain = excitation_samples(LinearSweep(fade_s=0), RATE)
     faded = excitation_samples(LinearSweep(fade_s=0.01), RATE)
@@ -99,7 +87,7 @@ def test_fades_are_raised_cosines():
     assert np.array_equal(faded[441:-441], plain[441:-441])
 
 
-@pytest.mark.parametrize("order", [5, 10, 12, 15])
+@pytest.mark.parametrize("order", [5, 12])
 def test_autocorrelation_of_the_sequence_is_one_and_minus_one_nth(order):
     count = 2**order - 1
     declared = MaximumLengthSequence(order=order, amplitude=1, length_s=count / RATE)
@@ -167,13 +155,6 @@ def test_a_band_beyond_half_the_rate_is_refused():
         excitation_samples(LogSweep(), 16_000)
 
 
-def test_a_declaration_of_such_a_band_names_the_file(project):
-    with pytest.raises(DataError, match=r"excitation.high_hz 30000 is not below half the rate"):
-        read_declaration(
-            project.declare(audio={}, excitation={"kind": "linear_sweep", "high_hz": 30_000})
-        )
-
-
 RECIPE = {
     "grasps_per_object": 1,
     "scene": {"numerics": {"dx_mm": 6, "max_time_s": 0.004}},
@@ -195,12 +176,3 @@ def test_a_session_holds_what_was_played_and_how_to_make_it_again(project):
     assert np.abs(read - excitation_samples(spec, RATE)).max() <= 2.0**-24  # half a step of PCM24
     (row,), _ = read_recordings(folder)
     assert len(read_audio(folder / row.file, AudioSettings()).samples) == 8_820
-
-
-def test_only_another_sound_than_the_default_is_recorded_anew():
-    recipe = Recipe.model_validate(RECIPE)
-    plain, same, other = (
-        plan_session(recipe, "d", "virtual-01", "code", *given)[0].digest
-        for given in ((), (LogSweep(),), (LogSweep(length_s=2),))
-    )
-    assert plain == same != other

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from live_events import CLASSES, Story, run
+from live_events import CLASSES, Story
 
 from ajgdata.live.run_state import GRASPS, OTHERS, PROBLEMS, UNSURE, RunState
 
@@ -14,11 +14,6 @@ def folded(events) -> RunState:
     for event in events:
         state.add(event)
     return state
-
-
-def test_before_the_first_event_nothing_is_known():
-    state = RunState()
-    assert (state.n, state.seconds, state.rows, state.plain()["grasps"]) == (-1, 0.0, (0, 0), [])
 
 
 def test_a_sort_is_counted_by_bin_truth_and_time():
@@ -34,12 +29,6 @@ def test_a_sort_is_counted_by_bin_truth_and_time():
     assert (last.value, last.probability, last.outcome, last.truth) == (
         "screw", 0.7, "screw", "marker",
     )  # fmt: skip
-
-
-def test_a_sort_that_ends_in_the_air_is_none():
-    state = folded(Story().start().sort(1, "marker", "marker", placed=False).events)
-    assert (state.placed, state.bins, state.confusion) == ([], {}, {})
-    assert state.grasps[-1].outcome == ""
 
 
 @pytest.mark.parametrize("action", ["stop", "reject", "ask"])
@@ -65,21 +54,6 @@ def test_nothing_held_that_is_not_sorted_is_no_mistake():
     assert placed.confusion == {OTHERS: {"marker": 1}}
 
 
-def test_combined_probabilities_take_the_place_of_single_ones():
-    story = Story().start().say("grasp", number=1, object="")
-    one = {"marker": 0.5, "padlock": 0.4, "screw": 0.1, "strawberry": 0.0}
-    two = {"marker": 0.9, "padlock": 0.1, "screw": 0.0, "strawberry": 0.0}
-    story.hear(one).say(
-        "decision", action="again", value="marker", bin="", probability=one, looks=1
-    )
-    story.hear(one, look=2)
-    before = folded(story.events)
-    assert before.decision is None and before.grasps[-1].looks == 2
-    story.say("decision", action="place", value="marker", bin="A", probability=two, looks=2)
-    after = folded(story.events)
-    assert after.decision["probability"] == two and after.grasps[-1].probability == 0.9
-
-
 def test_a_correction_moves_a_sort_from_one_cell_to_another():
     story = Story().start().sort(1, "marker", "marker").sort(2, "marker").sort(3, "screw", "screw")
     before = folded(story.events)
@@ -103,19 +77,6 @@ def test_a_row_ends_when_a_sort_was_wrong():
     assert folded(story.say("truth", number=3, object="padlock").events).rows == (0, 1)
 
 
-def test_an_object_that_is_no_class_is_among_the_others():
-    state = folded(Story().start().sort(1, "marker", "banana").events)
-    assert state.confusion == {OTHERS: {"marker": 1}}
-
-
-def test_dropouts_and_retakes_add_up_and_the_level_is_the_last():
-    story = Story().start().say("grasp", number=1, object="")
-    story.hear({"marker": 1.0}, xruns=2, attempts=3, peak_dbfs=-3.0)
-    story.hear({"marker": 1.0}, xruns=1, attempts=1, peak_dbfs=-9.0)
-    state = folded(story.events)
-    assert (state.xruns, state.retakes, state.take["peak_dbfs"]) == (3, 2, -9.0)
-
-
 def test_drift_is_told_until_it_is_over():
     story = Story().start().say("drift", text="colder", ratio=1.4)
     assert folded(story.events).drift == {"text": "colder", "ratio": 1.4}
@@ -126,24 +87,9 @@ def test_drift_is_told_until_it_is_over():
     assert folded(story.events).drift == {"text": "", "ratio": 0.8}
 
 
-def test_pause_and_stop_are_told_with_reason_and_what_is_held():
-    story = Story().start().say("paused", reason="a person").events
-    assert folded(story).paused == "a person"
-    ended = Story().start().say("paused", reason="").say("resumed", reason="")
-    assert folded(ended.events).paused is None
-    ended.say("stopped", reason="Ctrl-C", held="screw", sorts=0, seconds=2.0)
-    stopped = folded(ended.events).stopped
-    assert (stopped["reason"], stopped["held"]) == ("Ctrl-C", "screw")
-
-
 def test_a_clock_that_is_set_back_gives_no_negative_time():
     story = Story().start().say("grasp", after=-3600.0, number=1, object="")
     assert folded(story.events).seconds == 0.0
-
-
-def test_a_log_that_goes_on_with_another_run_begins_anew():
-    two = [*run(), *Story().start().sort(1, "marker").events]
-    assert folded(two) == folded(Story().start().sort(1, "marker").events)
 
 
 def test_a_state_is_shown_as_json_with_the_last_grasps_only():

@@ -3,7 +3,6 @@
 import itertools
 import signal
 import threading
-import time
 
 import pytest
 from fake_card import FakeLine, Fault
@@ -21,10 +20,10 @@ from sorting_lab import (
     plan,
 )
 
-from ajgdata.acquire.card import CardError, TakeError
+from ajgdata.acquire.card import CardError
 from ajgdata.acquire.robot import Placement, RobotError
 from ajgdata.live.control import Mode
-from ajgdata.live.sort import EndedByPerson, arrivals
+from ajgdata.live.sort import arrivals
 from ajgdata.store.sessions import read_recordings, read_session
 
 
@@ -82,12 +81,6 @@ def test_the_person_is_asked_and_what_they_say_is_the_truth(cell):
     assert [(e["number"], e["object"]) for e in cell.events("truth")] == [(1, "rod")]
 
 
-def test_who_does_not_know_stops_it(cell):
-    done = cell.run(plan(below="ask"), UNSURE, ask=lambda reason, value: None)
-    assert not done.finished and "nobody knows" in done.reason
-    assert cell.robot.names[-1] == "release"
-
-
 def test_strange_things_go_into_the_reject_bin_and_end_the_row(cell):
     made = plan(unknown="reject", reject_bin="R", sorts=4)
     done = cell.run(made, BALL, CUBE, STRANGE, ROD)
@@ -124,15 +117,6 @@ def test_a_known_object_is_labelled_and_its_mistakes_count(cell):
     assert [(r.object, r.labels["label"], r.labels["predicted"]) for r in rows] == [
         ("ball", "ball", "ball"), ("cube", "cube", "rod"), ("rod", "rod", "rod")
     ]  # fmt: skip
-
-
-def test_a_correction_is_an_event_and_ends_the_row(cell):
-    with cell.open(plan(sorts=3), BALL) as sorter:
-        truth = {"number": 2, "object": "cube"}
-        cell.robot.at[2 * len(ONE_SORT)] = lambda: sorter.log.say("truth", **truth)
-        done = sorter.run(arrivals(sorter.plan))
-    assert [(e["number"], e["object"]) for e in cell.events("truth")] == [(2, "cube")]
-    assert (done.mistakes, done.longest_row) == (1, 1)  # of the two in a row one was wrong
 
 
 def test_references_come_first_and_every_few_grasps(cell):
@@ -211,22 +195,6 @@ def test_a_card_that_goes_away_halts_the_robot(cell):
     assert len(read_recordings(cell.folder)[0]) == 1
 
 
-def test_takes_that_stay_in_doubt_halt_the_robot(cell):
-    cell.line = FakeLine(noise=1e-4, faults=[Fault(flags=("input overflow",))] * 3)
-    with pytest.raises(TakeError):
-        cell.run(plan(objects=["ball"]), BALL)
-    assert_ended(cell, "ball", sorts=0)
-
-
-def test_a_model_that_fails_halts_the_robot_and_the_recording_stays(cell):
-    with cell.open(plan(**GIVEN), BALL) as sorter:
-        sorter.senses.predict = lambda *_: 1 / 0
-        with pytest.raises(ZeroDivisionError):
-            sorter.run(arrivals(sorter.plan))
-    assert_ended(cell, "ball", sorts=0)
-    assert len(read_recordings(cell.folder)[0]) == 1
-
-
 def test_a_robot_that_cannot_even_halt_is_said(cell):
     cell.robot = Robot({2: fails, 3: fails})
     with pytest.raises(RobotError):
@@ -234,25 +202,6 @@ def test_a_robot_that_cannot_even_halt_is_said(cell):
     assert cell.robot.names == ["loosen", "approach", "hold", "halt"]
     assert "did not halt: robot: stuck" in cell.events("problem")[0]["text"]
     assert_ended(cell, "ball", sorts=0)
-
-
-def test_a_terminal_that_is_gone_leaves_a_whole_log_and_the_others_hear_of_it(cell):
-    heard = []
-
-    def gone(event):
-        if event["event"] == "decision":
-            broken.append(True)
-        if broken:
-            raise OSError(5, "Input/output error")
-
-    broken = []
-    with cell.open(plan(**GIVEN), BALL) as sorter:
-        sorter.log.listen(gone)
-        sorter.log.listen(heard.append)
-        with pytest.raises(OSError, match="Input/output"):
-            sorter.run(arrivals(sorter.plan))
-    assert_ended(cell, "ball", sorts=0)
-    assert [one["event"] for one in heard[-3:]] == ["decision", "step", "stopped"]
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -270,21 +219,6 @@ def test_signals_while_it_halts_break_nothing(cell, number):
     assert_ended(cell, "ball", sorts=0)
 
 
-def test_stop_interrupts_the_middle_of_a_step(cell):
-    """A step that sleeps is woken by the dashboard's thread: far sooner than it would wake."""
-
-    def sleeps():
-        threading.Timer(0.05, cell.control.stop).start()
-        time.sleep(600)
-
-    cell.robot, begin = Robot({4: sleeps}), time.monotonic()
-    with pytest.raises(KeyboardInterrupt):
-        cell.run(plan(**GIVEN), BALL)
-    assert time.monotonic() - begin < 600
-    assert cell.robot.names[-1] == "halt"
-    assert_ended(cell, "ball", sorts=0)
-
-
 def test_pause_waits_between_two_steps_and_is_told(cell):
     def pauses():
         cell.control.pause()
@@ -295,13 +229,3 @@ def test_pause_waits_between_two_steps_and_is_told(cell):
     kinds = [event["event"] for event in cell.events()]
     at = kinds.index("paused")
     assert kinds[at - 1 : at + 3] == ["step", "paused", "resumed", "step"]
-
-
-def test_the_person_may_end_it_and_that_is_no_emergency(cell):
-    def ends():
-        raise EndedByPerson
-
-    cell.robot = Robot({8: ends})
-    done = cell.run(plan(**GIVEN), BALL)
-    assert (done.finished, done.reason, done.sorts) == (True, "ended by the person", 1)
-    assert cell.robot.names == [*ONE_SORT, "loosen", "approach", "release"]

@@ -17,9 +17,6 @@ def test_the_defaults_are_the_paper_s():
 @pytest.mark.parametrize(
     "changes, said",
     [
-        ({"treshold": 0.5}, "Extra inputs"),
-        ({"threshold": 60}, "less than or equal to 1"),
-        ({"bins": {}}, "at least 1 item"),
         ({"below": "reject"}, "below is reject: name the reject_bin"),
         ({"unknown": "reject"}, "unknown is reject: name the reject_bin"),
         ({"order": "random"}, "needs objects"),
