@@ -26,8 +26,8 @@ def export(
 ) -> None:
     """Write a trained model as one ONNX file: waveform in, calibrated prediction out.
 
-    Compares the file with the package for every recording of the data set. Exit code 1 if rounding
-    does not explain the difference.
+    Compares the file with the package for every recording of the data set. Exit code 1 if they
+    differ by more than rounding.
     """
     from ajgdata.paths import find_project
     from ajgdata.pipeline.export_model import check_export, export_model
@@ -37,7 +37,7 @@ def export(
     with bar("comparing") as started:
         differences = check_export(paths, file, (dataset, task, model), started)
     for one in differences:
-        verdict = "not explained by rounding" if one.is_beyond else "explained by rounding"
+        verdict = "differs" if one.is_beyond else "agrees"
         numbers = f"largest difference {one.largest:.2g}, allowed {one.allowed:.2g}"
         out.print(f"{one.quantity:12} {numbers}: {verdict}", soft_wrap=True)
     is_wrong = any(one.is_beyond for one in differences)

@@ -20,10 +20,8 @@ from ajgdata.store.models import read_about
 from ajgdata.types import DataError, NotPossibleError
 
 Started = Callable[[int], Callable[[], object]]
-_EPSILON = float(np.finfo(np.float32).eps)
-#: Each of the five layers of a float32 network rounds about as much as an input with an error of
-#: one rounding; the models of scikit-learn compute in float64 and stay far below.
-_ROUNDINGS = 8
+#: Largest difference of an output, relative to its largest value: both compute in float32.
+TOLERANCE = 1e-4
 
 
 def export_model(paths: Paths, dataset: str, task: str, model: str, *, folder: Path) -> Path:
@@ -80,7 +78,7 @@ def describe(predictor: Predictor, trained: Mapping[str, Any]) -> dict[str, Any]
 
 @dataclass(frozen=True)
 class Difference:
-    """The largest difference of one quantity over all recordings, and what rounding explains."""
+    """The largest difference of one quantity over all recordings, and the largest allowed."""
 
     quantity: str
     largest: float
@@ -88,7 +86,7 @@ class Difference:
 
     @property
     def is_beyond(self) -> bool:
-        """True if rounding does not explain the difference; NaN is beyond."""
+        """True if the difference is too large; NaN is."""
         return not self.largest <= self.allowed
 
 
@@ -123,22 +121,20 @@ def compare(
     """Return the differences of a file's outputs; for classes and verdicts, how many differ.
 
     `features` (m, f) are the package's. All other quantities are compared for the features of the
-    file, so that a vote that the rounding of a feature turns is not an error of the file. They may
-    differ by 8 times what one rounding of the features changes the package's own.
+    file, so that a vote that the rounding of a feature turns is not an error of the file.
     """
     exported = np.array([output["feature"] for output in outputs], np.float32)
-    differences = [_feature_difference(features, exported, predictor.features.window)]
     ours = predictor.of_features(exported)
-    signs = np.random.default_rng(0).choice([-1.0, 1.0], exported.shape)
-    rounded = predictor.of_features((exported * (1 + _EPSILON * signs)).astype(np.float32))
-    for name in ("novelty", "probability", "value"):
-        if name not in outputs[0]:
-            continue
-        reference = _values(ours, name)
-        theirs = np.array([output[name] for output in outputs], np.float64)
+    quantities = [("feature", exported, features)]
+    quantities += [
+        (name, np.array([output[name] for output in outputs], float), _values(ours, name))
+        for name in ("novelty", "probability", "value")
+        if name in outputs[0]
+    ]
+    differences = []
+    for name, theirs, reference in quantities:
         turn = period if name == "value" else None
-        amplified = _largest(_values(rounded, name), reference, turn)
-        allowed = _ROUNDINGS * amplified + 4 * _EPSILON * float(np.abs(reference).max())
+        allowed = TOLERANCE * float(np.abs(reference).max())
         differences.append(Difference(name, _largest(theirs, reference, turn), allowed))
     pairs = zip(ours, outputs, strict=True)
     turned = sum(_is_turned(*pair, predictor.classes) for pair in pairs)
@@ -162,14 +158,3 @@ def _largest(one: np.ndarray, other: np.ndarray, period: float | None) -> float:
     """Return the largest |one - other|, with a period the shorter way round."""
     error = np.abs(one - other)
     return float((error if period is None else np.minimum(error, np.abs(period - error))).max())
-
-
-def _feature_difference(ours: np.ndarray, theirs: np.ndarray, window: int) -> Difference:
-    """Return the difference of features (m, f), relative to the 2-norm of each.
-
-    A transform of N samples has an error of a few units of rounding times log2 N, relative to the
-    2-norm (N. Higham, Accuracy and Stability of Numerical Algorithms, 2002, theorem 24.2).
-    """
-    norm = np.linalg.norm(ours.astype(np.float64), axis=1)
-    error = np.linalg.norm(theirs.astype(np.float64) - ours, axis=1) / np.where(norm, norm, 1.0)
-    return Difference("feature", float(error.max()), 4 * _EPSILON * float(np.log2(window)))

@@ -57,14 +57,13 @@ def build_report(
     ablations: Sequence[str] = (),
     published: Sequence[str] = (),
     opening: Path | None = None,
-    processes: int = 1,
 ) -> None:
     """Write the report on `datasets` and on `tasks`, pairs of data set and name.
 
     `page` is its first; the others, its figures, and what it is about, are written beside it. `nav`
     leads to all of them, `pages` are those that other jobs write, `ablations` those that say why
     simulation and paper differ; `published` the data sets whose trees are there, `opening` says
-    what the first picture shows. `processes` draw figures at once.
+    what the first picture shows.
     """
     from ajgdata.report.page import illustrations, render_pages
     from ajgdata.report.render import draw_figures
@@ -83,7 +82,7 @@ def build_report(
         checks=tuple(_checks(studies)),
         run_cost=tuple(run_cost(paths, datasets, everything=bool(pages or published))),
     )
-    figures = draw_figures(illustrations(report), folder, processes)
+    figures = draw_figures(illustrations(report), folder)
     tables = write_exports(report, results, page.parent / TABLES)
     figures = {name: with_tables(one, tables) for name, one in figures.items()}
     for name, html in render_pages(report, figures, nav, published, project=paths).items():

@@ -6,12 +6,8 @@ folder, where the pages find them.
 
 from __future__ import annotations
 
-import multiprocessing
-import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -46,17 +42,12 @@ def picture(illustration: Illustration, folder: str) -> Picture:
     return Picture(name, illustration.caption, links["svg"], links, illustration.folded)
 
 
-def draw_figures(
-    illustrations: Iterable[Illustration],
-    folder: Path,
-    processes: int = 1,
-) -> dict[str, Picture]:
+def draw_figures(illustrations: Iterable[Illustration], folder: Path) -> dict[str, Picture]:
     """Draw figures, save them to `folder`, one of the report's, and return them by name.
 
-    Where a process can be copied (Linux), `processes` draw at once. Raises ValueError, before
-    anything is drawn, if two would share a file name.
+    Raises ValueError, before anything is drawn, if two would share a file name.
     """
-    from ajgdata.report import canvas  # noqa: F401  loaded once, before the process is copied
+    from ajgdata.report.canvas import draw, save_figure
 
     listed = list(illustrations)
     names = Counter(one.name for one in listed)
@@ -65,41 +56,9 @@ def draw_figures(
             f"two figures would share a file name, {twice[0]}: rename a data set, task or embedding"
         )
     folder.mkdir(parents=True, exist_ok=True)  # also if it holds none
-    task = partial(_draw_one, listed, folder)
-    if processes > 1 and len(listed) > 1 and sys.platform == "linux":
-        _each_in_a_copy(task, len(listed), processes)
-    else:
-        for number in range(len(listed)):
-            task(number)
+    for one in listed:
+        save_figure(draw(one), folder / one.name)
     return {one.name: picture(one, folder.name) for one in listed}
-
-
-def _draw_one(listed: Sequence[Illustration], folder: Path, number: int) -> None:
-    from ajgdata.report.canvas import draw, save_figure
-
-    illustration = listed[number]
-    save_figure(draw(illustration), folder / illustration.name)
-
-
-_TASK: list[Callable[[int], None]] = []
-
-
-def _each_in_a_copy(task: Callable[[int], None], count: int, processes: int) -> None:
-    """Call `task` with the numbers below `count` in copies of this process, which have what could
-    not be sent to others: figures are drawn by functions made on the way. A job that draws has no
-    other threads, whose locks a copy might find taken; macOS' own libraries do."""
-    _TASK[:] = [task]
-    try:
-        context = multiprocessing.get_context("fork")
-        with ProcessPoolExecutor(min(processes, count), context) as pool:
-            for _ in pool.map(_call, range(count)):
-                pass
-    finally:
-        _TASK.clear()
-
-
-def _call(number: int) -> None:
-    _TASK[0](number)
 
 
 def render(

@@ -46,14 +46,8 @@ def test_a_pdf_embeds_truetype():
     assert b"/Type3" not in pdf
 
 
-def test_several_processes_draw_the_same_and_pass_on_errors(tmp_path):
-    listed = [illustration()._replace(name=name) for name in ("a", "b", "c")]
-    assert list(draw_figures(listed, tmp_path / "alone")) == ["a", "b", "c"]
-    draw_figures(listed, tmp_path / "together", processes=2)
-    files = sorted((tmp_path / "alone").iterdir())
-    assert len(files) == 9
-    for file in files:
-        assert file.read_bytes() == (tmp_path / "together" / file.name).read_bytes()
-    wrong = [*listed, listed[0]._replace(name="x", draw=lambda: 1 / 0)]
-    with pytest.raises(ZeroDivisionError):
-        draw_figures(wrong, tmp_path / "wrong", processes=2)
+def test_each_figure_is_saved_and_errors_are_passed_on(tmp_path):
+    assert list(draw_figures([illustration()], tmp_path)) == ["one"]
+    assert {path.name for path in tmp_path.iterdir()} == {"one.svg", "one.png", "one.pdf"}
+    with pytest.raises(ValueError, match="share a file name, one"):
+        draw_figures([illustration()] * 2, tmp_path)

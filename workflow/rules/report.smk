@@ -26,7 +26,6 @@ rule report:
         str(PATHS.benchmark("report"))
     conda:
         "../../environment.yml"
-    threads: lambda wildcards: workflow.cores
     params:
         datasets=list(PLANS),
         tasks=MEASURED,

@@ -19,6 +19,5 @@ with logged(snakemake.log[0]):
         ablations=snakemake.params.ablations,
         published=snakemake.params.published,
         opening=Paths().opening if snakemake.params.opening else None,
-        processes=snakemake.threads,
     )
     tell(f"report: {snakemake.output.page}")
