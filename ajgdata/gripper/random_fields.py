@@ -9,8 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ajgdata.gripper.levels import History
-from ajgdata.gripper.scene import derive_seed
+from ajgdata.gripper.scene import History, derive_seed
 
 MODES = 200
 #: What happened to a bed is forgotten when less than this of it is left.

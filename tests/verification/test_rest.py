@@ -124,5 +124,5 @@ def test_a_concave_support_is_checked_and_what_it_lacks_is_not_read():
         Support(kind="concave", rim_radius_mm=50, dish_radius_mm=40)
     with pytest.raises(ValidationError, match="no rubber under the dish"):
         Support(kind="concave", thickness_mm=0)
-    # What an old recipe says is still a support.
+
     assert Support.model_validate({"kind": "rubber", "thickness_mm": 5}) == Support(kind="rubber")

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper.geometry import cavity
-from ajgdata.gripper.levels import History
 from ajgdata.gripper.random_fields import RandomField, normals
-from ajgdata.gripper.scene import Scene, as_met
+from ajgdata.gripper.scene import History, Scene, as_met
 
 CALM = {
     "roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0, "temperature_k": 0,
