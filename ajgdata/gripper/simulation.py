@@ -9,13 +9,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ajgdata.gripper.dispersion import PASS_HZ, undisperse
-from ajgdata.gripper.medium import Air
 from ajgdata.gripper.outside import diffuse_gain, patch_velocity
-from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Numerics, Scene, scene_digest
+from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Numerics, Scene, scene_digest
 from ajgdata.gripper.signal_chain import ImpulseResponse
-from ajgdata.gripper.solver import Patches, State, at_rest, march
+from ajgdata.gripper.solver import Patches, at_rest, march
 from ajgdata.gripper.solver_plan import Plan, build_plan
-from ajgdata.gripper.system import System
 
 Real = NDArray[np.floating]
 #: What folds down to below 20 kHz lies above this.
@@ -41,7 +39,6 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
     model = what if isinstance(what, Plan) else build_plan(what)
     scene = model.scene
     samples, static, steps, latency, outside = _impulse(model, scene.numerics)
-    fastest = Air(max(HOTTEST_C, scene.environment.temperature_c)).sound_speed
     provenance = {
         "scene_sha256": scene_digest(scene),
         "dx_mm": scene.numerics.dx_mm,
@@ -49,13 +46,7 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
         "steps": steps,
         "cells": int(np.count_nonzero(model.system.mass)),
         "scheme": scene.numerics.scheme,
-        "cfl": float(fastest * np.sqrt(3) * model.system.dt / model.cells.h),
-        "added_volume": model.system.added_volume,
-        "raised_cells": model.system.raised_cells,
-        "displaced_volume_m3": model.displaced_m3,
-        "precision": scene.numerics.precision,
         "left_out": model.left_out,
-        "plan": model.describe(),
     }
     return ImpulseResponse(samples, static, SAMPLE_RATE_HZ, latency, provenance, outside)
 
@@ -88,7 +79,7 @@ def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int, Re
         )
         pieces.append(heard)
         pushes.append(push)
-        before, (level, unrest) = level, _mean_and_unrest(system, state)
+        before, (level, unrest) = level, _moments(system.mass.ravel(), state.p)
         if not np.isfinite(unrest):
             raise FloatingPointError("the wave field is not finite: this is a fault of the solver")
         energy = unrest + (level - before) ** 2
@@ -110,14 +101,9 @@ def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int, Re
     return samples / scale, static / scale, len(heard), latency, outside
 
 
-def _mean_and_unrest(system: System, state: State) -> tuple[float, float]:
-    """Mean pressure, and ‖p - mean‖²_M per capacity."""
-    mean, unrest = _moments(system.mass.ravel(), state.p)
-    return mean, unrest
-
-
 @njit(nogil=True, cache=True)
 def _moments(mass, p):
+    """Mean pressure, and ‖p - mean‖²_M per capacity."""
     total = level = unrest = 0.0
     for i in range(len(mass)):
         total += mass[i]

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,17 +73,6 @@ class Plan:
     def most_steps(self) -> int:
         """Steps until `max_time_s`; most scenes fall silent before."""
         return round(self.scene.numerics.max_time_s * SAMPLE_RATE_HZ) * self.steps_per_sample
-
-    def describe(self) -> dict[str, Any]:
-        """Plain data for people and for provenance."""
-        return {
-            "cells": int(np.count_nonzero(self.system.mass)),
-            "bytes": self.bytes,
-            "most_steps": self.most_steps,
-            "modes": len(self.system.modes.inertia),
-            "tolerance": self.scene.numerics.tolerance,
-            "parts": [asdict(part) for part in self.parts],
-        }
 
 
 def steps_per_sample(
