@@ -91,22 +91,12 @@ def table_files(results: TaskResults) -> dict[str, Table]:
     return files
 
 
-def tables_beside(figure: str, names: Iterable[str]) -> tuple[str, ...]:
-    """Return the tables, among file names, that belong to a figure: the one whose name is the
-    longest beginning of its own, else all of its experiment on its task, else all results."""
-    listed = list(names)
-    fits = [name for name in listed if re.match(rf"{re.escape(name)}(-|$)", figure)]
-    if fits:
-        return (max(fits, key=len),)
-    base = "--".join(figure.split("--")[:3]) + "--"
-    beside = tuple(n for n in listed if n.startswith(base))
-    return beside or tuple(name for name in listed if name == RESULTS)
-
-
 def with_tables(shown: Picture, names: Iterable[str]) -> Picture:
-    """Return a picture that also links the tables, among file names, that belong to it."""
-    beside = tables_beside(shown.name, names)
-    return shown._replace(links={**shown.links, "csv": f"{TABLES}/{beside[0]}.csv"})
+    """Return a picture that also links its table: the longest of `names` that its name begins
+    with, else all results."""
+    own = [name for name in names if re.match(rf"{re.escape(name)}(-|$)", shown.name)]
+    table = max(own, key=len, default=RESULTS)
+    return shown._replace(links={**shown.links, "csv": f"{TABLES}/{table}.csv"})
 
 
 def _of_model(table: Table, model: str, parted: bool) -> Table:

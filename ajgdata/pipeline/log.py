@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import sys
 import traceback
 from collections.abc import Iterator
@@ -11,21 +10,6 @@ from pathlib import Path
 
 from ajgdata.store.trouble import machine_trouble
 from ajgdata.types import DataError
-
-#: Objects made before garbage is looked for: importing torch makes so many that looking each 700th
-#: takes a tenth of its time or more, and what a job needs is imported in it.
-GARBAGE = 20_000
-
-
-@contextmanager
-def _seldom_collecting() -> Iterator[None]:
-    """Look for garbage seldom."""
-    before = gc.get_threshold()
-    gc.set_threshold(max(before[0], GARBAGE), *before[1:])
-    try:
-        yield
-    finally:
-        gc.set_threshold(*before)
 
 
 @contextmanager
@@ -36,7 +20,7 @@ def logged(log: str) -> Iterator[None]:
     with Path(log).open("w", encoding="utf-8", buffering=1) as stream:
         try:
             told = redirect_stdout(stream), redirect_stderr(stream)
-            with told[0], told[1], _seldom_collecting():
+            with told[0], told[1]:
                 yield
         except DataError as error:
             stream.write(f"{error}\n")

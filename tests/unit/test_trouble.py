@@ -1,7 +1,6 @@
 """What the machine lacks is one line, at the command and in the log of a job."""
 
 import errno
-import gc
 import sys
 
 import numpy as np
@@ -10,7 +9,6 @@ import pytest
 from ajgdata.cli import main as command
 from ajgdata.pipeline.log import logged
 from ajgdata.store.trouble import machine_trouble
-from ajgdata.types import DataError
 
 
 @pytest.mark.parametrize(
@@ -86,14 +84,3 @@ def test_a_library_that_cannot_be_loaded_is_one_line_and_one_that_is_not_there_a
     assert capsys.readouterr().err.startswith("error memory: there is not enough; close other")
     with pytest.raises(ImportError, match="No module"):
         command()
-
-
-def test_a_job_looks_for_garbage_seldom_and_leaves_that_as_it_was(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    before = gc.get_threshold()
-    with logged("job.log"):
-        assert gc.isenabled() and gc.get_threshold() == (20_000, *before[1:])
-    assert gc.get_threshold() == before
-    with pytest.raises(SystemExit), logged("job.log"):
-        raise DataError("x.wav", "is broken", "record it again")
-    assert gc.get_threshold() == before
