@@ -10,7 +10,7 @@ import resource
 import statistics
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +20,7 @@ from sklearn.utils.validation import check_consistent_length, check_X_y
 from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate import metrics
-from ajgdata.evaluate.splits import Folds, grouped_folds, random_folds
+from ajgdata.evaluate.splits import grouped_folds, random_folds
 from ajgdata.models import fit_model, make_model
 from ajgdata.models.limits import CHOOSING, most_recordings
 from ajgdata.types import Kind, NotPossibleError
@@ -57,7 +57,7 @@ class Scores:
     """
 
     kind: Kind
-    split: str  #: "grouped", "random" or that of the folds, or the name of the extra rows
+    split: str  #: "grouped" or "random", or the name of the extra rows
     folds: int
     seed: int
     recordings: int
@@ -146,11 +146,7 @@ def cross_validate(
     seed: int = 0,
     period: float | None = None,
     extra_tests: Mapping[str, ExtraTestSet] | None = None,
-    parts: Folds | None = None,
-    inner_groups: Sequence[np.ndarray] | None = None,
-    split: str = "",
     limits: Mapping[str, int] | None = None,
-    progress: Callable[[int, int], None] | None = None,
 ) -> CrossValidation:
     """Train on all folds but one, predict that one and the `extra_tests`; so for each fold.
 
@@ -159,12 +155,9 @@ def cross_validate(
     `model` is a name in `models.MODELS` or an unfitted estimator; a tuned one is chosen in each
     fold by inner folds of its training part, which divide no group either. A target with a `period`
     is one where y and y + period are the same, as the angle of a bar is after half a turn.
-    `parts` are folds that were made before, of a split that has the name `split`, instead of
-    grouped or random ones; `inner_groups` (n,) for each of them what inner folds must not divide
-    (default: `groups`). `limits` are the recordings that models are trained on at most, if not
-    their own (see `models.limits`). `progress(done, folds)` is called after each fold. BLAS and
-    OpenMP get one thread: results do not depend on the number of cores, and jobs side by side do
-    not fight.
+    `limits` are the recordings that models are trained on at most, if not their own (see
+    `models.limits`). BLAS and OpenMP get one thread: results do not depend on the number of cores,
+    and jobs side by side do not fight.
 
     Raises ValueError for missing values (leave those recordings out first), for lengths that
     differ, for folds that cannot be made (see `splits`), and for extra rows without `groups`.
@@ -179,18 +172,19 @@ def cross_validate(
     features, target = _validated(features, target, kind)
     extra = _checked_extra(extra_tests or {}, kind, features.shape[1], groups is not None)
     group = np.arange(len(target)) if groups is None else np.asarray(groups)
-    if parts is None and groups is None:
-        parts, split = random_folds(target, kind, folds, seed), "random"
-    elif parts is None:
-        parts, split = grouped_folds(target, group, kind, folds, seed), "grouped"
+    split = "random" if groups is None else "grouped"
+    parts = (
+        random_folds(target, kind, folds, seed)
+        if groups is None
+        else grouped_folds(target, group, kind, folds, seed)
+    )
     estimator, most = _unfitted(model, kind, seed, period, limits or {})
     own_parts: list[_Part] = []
     extra_parts: dict[str, list[_Part]] = {name: [] for name in extra}
     costs, used = [], []
     with threadpool_limits(limits=1):
         for fold, (train, test) in enumerate(parts):
-            inner = inner_groups[fold] if inner_groups else group
-            fitted, cost = _fitted(estimator, features, target, inner, train, test, most)
+            fitted, cost = _fitted(estimator, features, target, group, train, test, most)
             costs.append(cost)
             used.append((min(len(train), most or len(train)), len(train)))
             own_parts.append(_predict(fitted, features, test, fold, target[train]))
@@ -199,8 +193,6 @@ def cross_validate(
                 if len(new):
                     part = _predict(fitted, tests.features, new, fold, target[train])
                     extra_parts[name].append(part)
-            if progress is not None:
-                progress(len(costs), len(parts))
     own = ExtraTestSet(features, target, group)
     scores = _scores(own, own_parts, kind, period, seed, split)
     tested = {}

@@ -272,28 +272,8 @@ class TaskResults:
 Lookup = Callable[[str, str, str], "TaskResults | None"]
 
 
-def by_plots(_: TaskResults) -> Iterable[Any]:
+def from_plots(_: TaskResults) -> Iterable[Any]:
     """Stand for what follows from the plots of an experiment."""
-    return ()
-
-
-def no_summary(_: TaskResults) -> str:
-    """Return nothing: an experiment that needs no words above its figures."""
-    return ""
-
-
-def nothing_across(_: Sequence[TaskResults]) -> Iterable[Illustration]:
-    """Return nothing: an experiment that is not shown of all tasks together."""
-    return ()
-
-
-def no_tests(_: TaskResults) -> Sequence[float]:
-    """Return nothing: an experiment without a significance test."""
-    return ()
-
-
-def no_comparison(_: TaskResults, __: Lookup) -> Iterable[PaperComparison]:
-    """Return nothing: an experiment that the paper did not make."""
     return ()
 
 
@@ -324,13 +304,13 @@ class Experiment:
     settings: type[Strict]
     measure: Callable[[Inputs, Any, str], Outcome]
     plots: tuple[Plot, ...] = ()
-    figures: Callable[[TaskResults], Iterable[Illustration]] = by_plots
-    tables: Callable[[TaskResults], Iterable[ShownTable]] = by_plots
-    rows: Callable[[TaskResults], Iterable[ResultRow]] = by_plots
-    paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = no_comparison
-    p_values: Callable[[TaskResults], Sequence[float]] = no_tests
-    summary: Callable[[TaskResults], str] = no_summary
-    across: Callable[[Sequence[TaskResults]], Iterable[Illustration]] = nothing_across
+    figures: Callable[[TaskResults], Iterable[Illustration]] = from_plots
+    tables: Callable[[TaskResults], Iterable[ShownTable]] = from_plots
+    rows: Callable[[TaskResults], Iterable[ResultRow]] = from_plots
+    paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = lambda *_: ()
+    p_values: Callable[[TaskResults], Sequence[float]] = lambda results: ()
+    summary: Callable[[TaskResults], str] = lambda results: ""
+    across: Callable[[Sequence[TaskResults]], Iterable[Illustration]] = lambda results: ()
     training_cost: Callable[[TaskResults, str], Cost | None] = lambda results, label: None
     check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
     by_model: bool = False
@@ -346,7 +326,7 @@ class Experiment:
     def __post_init__(self) -> None:
         derived = {"figures": illustrations, "tables": shown_tables, "rows": result_rows}
         for key, derive in derived.items():
-            if getattr(self, key) is by_plots:
+            if getattr(self, key) is from_plots:
                 object.__setattr__(self, key, partial(derive, plots=self.plots))
 
 

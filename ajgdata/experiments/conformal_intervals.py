@@ -9,7 +9,7 @@ recordings, are exchangeable, so each grasp has the same weight (Lee, Barber, Wi
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -23,10 +23,6 @@ from ajgdata.experiments.base import (
 from ajgdata.experiments.plots import Plot
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
-
-if TYPE_CHECKING:
-    pass
-
 
 #: Stated coverage that intervals are usually made for.
 USUAL = 0.9

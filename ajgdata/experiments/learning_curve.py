@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
-import numpy as np
 from pydantic import Field
 
 from ajgdata.evaluate.agreement import Verdict
@@ -15,18 +14,14 @@ from ajgdata.experiments.base import (
     Inputs,
     Lookup,
     Outcome,
-    Result,
     TaskResults,
     score_table,
 )
-from ajgdata.experiments.plots import Plot
+from ajgdata.experiments.plots import Plot, points_for
 from ajgdata.report.comparison import Mark, PaperComparison
-from ajgdata.report.format import Score, mean_sd
+from ajgdata.report.format import mean_sd, number
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
-
-if TYPE_CHECKING:
-    pass
 
 
 class Settings(Strict):
@@ -74,18 +69,6 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     )
 
 
-def curve_of(results: TaskResults, result: Result) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return training grasps per class (n,), and mean and sd (n,) over draws as they are shown."""
-    by_size = result.tables["curve"].where(metric=results.metric).parted("groups")
-    drawn = [results.scale * table.numbers("value") for table in by_size.values()]
-    mean, sd = (np.array([f(values) for values in drawn]) for f in (np.mean, _deviation))
-    return np.array(list(by_size)), mean, sd
-
-
-def _deviation(values: np.ndarray) -> float:
-    return float(values.std(ddof=1))
-
-
 def missing(results: TaskResults) -> str:
     """Return which points of which curves failed, and why; "" if none did."""
     failed = [
@@ -101,16 +84,17 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     paper, first = results.paper, results.results[0]
     if paper is None or paper.value is None or paper.reached is None:
         return
-    groups, mean, sd = curve_of(results, first)
-    enough = np.flatnonzero(mean >= paper.reached)
-    needed = int(groups[enough[0]]) if len(enough) else math.inf  # more than any that was tried
-    most = f"{mean_sd(Score(mean[-1], sd[-1]), results.shown_unit)} with {groups[-1]}"
+    curve = sorted(points_for(results, CURVE, model=first.label), key=lambda point: point.x)
+    enough = [point.x for point in curve if point.score.mean >= paper.reached]
+    needed = float(enough[0]) if enough else math.inf  # more than any that was tried
+    tried = number(float(curve[-1].x))
+    most = f"{mean_sd(curve[-1].score, results.shown_unit)} with {tried}"
     agrees: Verdict
-    if len(enough):
-        text = f"{needed} ({most})"
+    if enough:
+        text = f"{number(needed)} ({most})"
         agrees = "agrees" if needed >= paper.value else "better"  # at least so many
     else:  # more than any that was tried, or never
-        text = f"more than {groups[-1]} ({most})"
+        text = f"more than {tried} ({most})"
         agrees = "inconclusive"
     yield PaperComparison(
         paper,
@@ -120,7 +104,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
         text,
         first.label,
         agrees,
-        marks=(Mark("ours", first.label, needed, min(needed, float(groups[-1])), needed),),
+        marks=(Mark("ours", first.label, needed, min(needed, float(curve[-1].x)), needed),),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -18,7 +18,7 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.experiments.plots import Plot
-from ajgdata.report.comparison import Mark, PaperComparison, mark_of
+from ajgdata.report.comparison import PaperComparison, mark_of
 from ajgdata.report.format import Score, number, words
 from ajgdata.types import FeatureSettings, Kind, Strict
 from ajgdata.types.table import Table, table_of
@@ -68,7 +68,7 @@ def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
         for one in within(band_hz)
     ]
     metric = f"energy relative to {settings.reference}"
-    scores = []
+    scores, classes = [], []
     for one in found:
         part = f"energy:{one.label}"
         scores += [("", part, metric, name, getattr(one, name)) for name in ("mean", "sd")]
@@ -76,48 +76,30 @@ def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
         scores += [("", part, metric, name, end) for name, end in ends]
         by_object = one.by_object.items()
         scores += [("", part, metric, f"mean of {name}", value) for name, value in by_object]
+        low, high = one.interval
+        row = {"label": one.label, "grasps": one.groups, "mean": one.mean, "sd": one.sd}
+        classes.append(row | {"low": low, "high": high})
     title = "Energy by class"
-    grasps = ({"label": one.label, "grasps": one.groups} for one in found)
+    titles = {"label": "Class", "mean": "Mean", "sd": "Over grasps"}
+    further = {"grasps": "Grasps", "low": "From", "high": "To"}
     return Outcome(
         (
             score_table(scores, title),
-            table_of("classes", title, grasps, label="Class", grasps="Grasps"),
-            table_of(
-                "bands",
-                f"{metric}, by third octave",
-                bands,
-                label="Class",
-                centre_hz="Third octave at, Hz",
-                mean="Mean",
-                sd="Over grasps",
-            ),
+            table_of("classes", title, classes, **titles, **further),
+            table_of("bands", f"{metric}, by third octave", bands, **titles, centre_hz="Hz"),
         ),
         about={"seed": None},  # nothing is drawn
     )
 
 
-class ClassEnergy(NamedTuple):
-    """One class: energy relative to the reference; `sd` and 95 % `interval` are over grasps."""
-
-    label: str
-    grasps: int
-    mean: float
-    sd: float
-    interval: Interval
-    by_object: dict[str, float]
-
-
-def energies(results: TaskResults) -> list[ClassEnergy]:
-    """Return the reference, then the other classes, the loudest first."""
-    tables, reference = results.results[0].tables, results.settings.reference
-    found = []
-    for row in tables["classes"].rows:
-        rows = tables["scores"].where(part=f"energy:{row['label']}").rows
-        values = {str(r["statistic"]): np.nan if r["value"] is None else r["value"] for r in rows}
-        mean, sd, *ends = (values.pop(name, np.nan) for name in ("mean", "sd", *GRASP_INTERVAL))
-        objects = {name.removeprefix("mean of "): value for name, value in values.items()}
-        found.append(ClassEnergy(row["label"], row["grasps"], mean, sd, Interval(*ends), objects))
-    return sorted(found, key=lambda one: (one.label != reference, -one.mean))
+def by_class(results: TaskResults) -> Table:
+    """Return the classes but the reference, the loudest first."""
+    table, reference = results.results[0].tables["classes"], results.settings.reference
+    title = f"Energy relative to {words(reference)}"
+    others = [row | {"value": row["mean"]} for row in table.rows if row["label"] != reference]
+    columns = {"label": "Class", "value": title, "sd": "Over grasps", "low": "From", "high": "To"}
+    loudest = sorted(others, key=lambda row: -row["mean"])
+    return table_of("energy", title, loudest, **columns)
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
@@ -126,33 +108,24 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     paper = results.paper
     if paper is None or paper.value is None:
         return
-    lost = sorted(energies(results)[1:], key=lambda one: one.mean)
-    most = lost[0].interval.scaled(100)
-    listed = ", ".join(f"{p.label} {number(100 * (1 - p.mean))} %" for p in lost)
-    yield PaperComparison(
-        paper, results.dataset, results.task, results.source, f"lost: {listed}", "",
-        statement(Interval(100 - most.high - paper.value, 100 - most.low - paper.value)),
-        marks=tuple(_marks(lost, paper.value)),
-    )  # fmt: skip
-
-
-def _marks(lost: list[ClassEnergy], paper: float) -> Iterator[Mark]:
-    """Yield what each class loses, and what the one that loses most loses in the paper."""
-    for one in lost:
-        ends = one.interval.scaled(100)
-        score = Score(100 * (1 - one.mean), 100 * one.sd, (), 100 - ends.high, 100 - ends.low)
-        yield mark_of("ours", "lost", score, part=words(one.label))
-    yield mark_of("paper", "paper >", Score(paper, 0.0), part=words(lost[0].label))
-
-
-def by_class(results: TaskResults) -> Table:
-    """Return the energy of each class with its interval over grasps."""
-    rows = [
-        {"label": one.label, "value": one.mean, "low": one.interval.low, "high": one.interval.high}
-        for one in energies(results)[1:]
+    table = by_class(results)
+    keys = ("value", "sd", "high", "low")  # what is lost is least where energy is highest
+    value, sd, low, high = (100 * table.numbers(key)[::-1] for key in keys)
+    lost = [
+        Score(float(100 - v), float(s), (), float(100 - least), float(100 - most))
+        for v, s, least, most in zip(value, sd, low, high, strict=True)
     ]
-    title = f"Energy relative to {words(results.settings.reference)}"
-    return table_of("energy", title, rows, label="Class", value=title, low="From", high="To")
+    labels = [str(label) for label in reversed(table.column("label"))]
+    listed = [f"{n} {number(one.mean)} %" for n, one in zip(labels, lost, strict=True)]
+    marks = [
+        mark_of("ours", "lost", one, part=words(n)) for n, one in zip(labels, lost, strict=True)
+    ]
+    marks.append(mark_of("paper", "paper >", Score(paper.value, 0.0), part=words(labels[0])))
+    yield PaperComparison(
+        paper, results.dataset, results.task, results.source, f"lost: {', '.join(listed)}", "",
+        statement(Interval(lost[0].low - paper.value, lost[0].high - paper.value)),
+        marks=tuple(marks),
+    )  # fmt: skip
 
 
 def by_band(results: TaskResults) -> Table:

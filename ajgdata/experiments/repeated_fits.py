@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from pydantic import Field
@@ -30,9 +29,6 @@ from ajgdata.report.comparison import Mark, PaperComparison
 from ajgdata.report.format import Score, mean_sd
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import Table, table_of
-
-if TYPE_CHECKING:
-    pass
 
 
 class Settings(Strict):

@@ -198,17 +198,7 @@ def check_cross_gripper(asked: Asked, about: dict, tables: dict[str, Table]) -> 
     assert all((row["home"] is not None) == (row["grasps"] == 0) for row in folds.rows)
 
 
-def check_drift(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
-    later = {name for one in asked.settings.changes for name in one.sessions}
-    assert set(tables["sessions"].column("session")) == {"", *later}
-    assert set(recipe_sessions(PATHS, asked.dataset)) == later | set(asked.settings.day_1)
-    recorded = SPECS[asked.dataset].recipe
-    assert set(tables["sessions"].column("chance")) == {1 / len(recorded.objects)}
-    assert set(tables["alarms"].column("session")) == {"", *later}
-
-
 CHECKS = {
-    "drift": check_drift,
     "cross_validation": check_cross_validation,
     "cross_gripper": check_cross_gripper,
 }

@@ -64,8 +64,6 @@ SETTINGS: dict[str, dict] = {
     "live_sorting": {"placements": 2, "grasps": [2], "runs": 2, "models": ["linear_plain"]},
     "across_sessions": {"models": ["knn_plain"], "draws": 1},
     "conformal_intervals": {"models": ["linear_plain"]},
-    "drift": {"day_1": ["s1", "s2"], "models": ["linear_plain"],
-              "changes": [{"quantity": "air", "day_1": 22, "sessions": {"s3": 35}}]},
 }  # fmt: skip
 EMBEDDED = {"supervision": "by hand", "target": "label", "dimensions": [2], "shown": 2}
 EMBEDDED |= {"folds": 2, "inits": 1, "epochs": 1}

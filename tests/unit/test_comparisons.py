@@ -96,7 +96,7 @@ SOUNDS = Settings(
             axis="excitation.length_s",
             name="excitation:{kind} {length_s:g} s",
             vary={"excitation.kind": ["log_sweep", "mls"], "excitation.length_s": [1.0, 0.1]},
-            models=["linear"],
+            models=["linear_plain"],
         )
     }
 )
@@ -106,7 +106,9 @@ def test_other_sounds_are_played_in_the_same_scenes(recorded):
     outcome = measure(recorded, SOUNDS, "sounds")
     assert measure(recorded, SOUNDS, "sounds").tables == outcome.tables
     scores, data = outcome.tables[0], recorded.data()
-    own = cross_validate(data.feature, data.value, data.group, model="linear", **recorded.split)
+    own = cross_validate(
+        data.feature, data.value, data.group, model="linear_plain", **recorded.split
+    )
     names = dict.fromkeys(scores.column("part"))
     sweeps = [f"excitation:log_sweep {n} s" for n in ("1", "0.1")]
     assert list(names) == [*sweeps, "excitation:mls 1 s", "excitation:mls 0.1 s"]

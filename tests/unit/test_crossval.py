@@ -50,14 +50,13 @@ def test_features_that_tell_only_the_group_are_worth_nothing_but_to_a_random_spl
     assert random.pooled["accuracy"] > 0.97
 
 
-@pytest.mark.parametrize("model", MODELS.own)
+@pytest.mark.parametrize("model", [one for one in MODELS.own if not one.endswith("_one_scale")])
 def test_every_model_learns_the_obvious_and_repeats_itself(model):
     x, y, groups = spectra()
-    seen = []
     first, second = (
         cross_validate(
             x, np.array(["a", "b"])[y], groups, kind="classification", model=model, folds=3,
-            seed=4, progress=lambda done, folds: seen.append((done, folds)),
+            seed=4,
         )
         for _ in range(2)
     )  # fmt: skip
@@ -72,7 +71,6 @@ def test_every_model_learns_the_obvious_and_repeats_itself(model):
         p, q = first.predictions.probability, second.predictions.probability
         assert p.tobytes() == q.tobytes()
         assert ((p > 0.5) & (p <= 1)).all()
-    assert seen == [(1, 3), (2, 3), (3, 3)] * 2
 
 
 def test_predictions_are_out_of_fold_and_in_the_order_of_the_rows():

@@ -208,7 +208,8 @@ def energy_results(ends=(0.05, 0.14)):
         interval = ends if label == "coffee" else (mean - 0.1, mean + 0.1)
         rows += [("", part, metric, *end) for end in zip(GRASP_INTERVAL, interval, strict=True)]
         rows += [("", part, metric, f"mean of {name}", value) for name, value in objects.items()]
-        grasps.append({"label": label, "grasps": count})
+        row = {"label": label, "grasps": count, "mean": mean, "sd": sd}
+        grasps.append(row | dict(zip(("low", "high"), interval, strict=True)))
     bands = [
         {"label": label, "centre_hz": hz, "mean": level * mean, "sd": sd}
         for hz, level in ((100.0, 30.0), (1_000.0, 1.0))
@@ -217,7 +218,7 @@ def energy_results(ends=(0.05, 0.14)):
     outcome = Outcome(
         (
             score_table(rows, "e"),
-            table_of("classes", "c", grasps, label="l", grasps="g"),
+            table_of("classes", "c", grasps, **{key: key for key in grasps[0]}),
             table_of("bands", "b", bands, label="l", centre_hz="f", mean="m", sd="s"),
         )
     )

@@ -22,11 +22,11 @@ def test_probabilities_in_use_are_right_as_often_as_they_say():
     noisy = truth + 1.2 * generator.standard_normal(600)  # classes overlap
     y, groups = np.where(truth, "b", "a"), np.arange(600)
     features = spectra(noisy + 5, generator)
-    found = calibration(features[::2], y[::2], groups[::2], groups[::2], model="linear",
+    found = calibration(features[::2], y[::2], groups[::2], groups[::2], model="linear_plain",
                         kind="classification")  # fmt: skip
     from ajgdata.models import make_model
 
-    model = make_model("linear", "classification").fit(features[::2], y[::2])
+    model = make_model("linear_plain", "classification").fit(features[::2], y[::2])
     p = with_temperature(model.predict_proba(features[1::2]), found.temperature)
     right = model.classes_[p.argmax(axis=1)] == y[1::2]
     confidence = p.max(axis=1)
@@ -88,11 +88,11 @@ def test_what_cannot_be_calibrated_says_why():
     assert "'svm' has no probabilities" in svm.problems["temperature"]
     lone = calibration(
         features, np.array(["a"] * 7 + ["b"]), np.arange(8), np.arange(8),
-        model="linear", kind="classification",
+        model="linear_plain", kind="classification",
     )  # fmt: skip
     assert "'b' (1)" in lone.problems["temperature"]
     one = calibration(
-        features, classes, np.zeros(8), np.zeros(8), model="linear", kind="classification"
+        features, classes, np.zeros(8), np.zeros(8), model="linear_plain", kind="classification"
     )
     assert set(one.problems) == {"temperature", "novelty_threshold"}
 
@@ -153,12 +153,18 @@ def test_a_model_in_use_stores_the_rate_at_its_own_threshold():
     features = spectra(edge, np.random.default_rng(6))
     objects, grasp = edge.astype(str), np.arange(40)
     found = calibration(
-        features, objects, grasp, grasp, model="linear", kind="classification", objects=objects
+        features,
+        objects,
+        grasp,
+        grasp,
+        model="linear_plain",
+        kind="classification",
+        objects=objects,
     )
     expected = detection_rate(features, grasp, objects, found.novelty_threshold)
     assert found.detection_rate == expected > 0.5
     one = calibration(
-        features, objects, grasp, grasp, model="linear", kind="classification",
+        features, objects, grasp, grasp, model="linear_plain", kind="classification",
         objects=np.zeros(40),
     )  # fmt: skip
     assert one.detection_rate is None

@@ -89,7 +89,7 @@ def test_the_distance_and_its_alarm_are_those_of_a_model_in_use():
     train, test = known[train], known[test]
     x, group = data.feature, data.group
     shipped = calibration(
-        x[train], data.value[train], group[train], group[train], model="linear",
+        x[train], data.value[train], group[train], group[train], model="linear_plain",
         kind="classification", false_alarm=0.05,
     )  # fmt: skip
     guard = replace(Guard.of(x[train], group[train]), threshold=shipped.novelty_threshold)

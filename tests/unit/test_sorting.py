@@ -60,7 +60,7 @@ def test_calibration_holds_groups_out_twice():
     group = np.repeat(np.arange(24), 2)
     y = np.array(["a", "b"])[group % 2]
     x = np.exp((group % 2)[:, None] * 0.3 + rng.normal(size=(24, 20))[group]).astype(np.float32)
-    found = calibrated(x, y, group, model="linear", folds=3)
+    found = calibrated(x, y, group, model="linear_plain", folds=3)
     assert len(found.temperatures) == 3
     assert found.classes.tolist() == ["a", "b"]
     for p in (found.plain, found.scaled):
@@ -68,7 +68,12 @@ def test_calibration_holds_groups_out_twice():
     parts = grouped_folds(y, group, "classification", 3, 0)
     for (train, _), t in zip(parts, found.temperatures, strict=True):
         shipped = calibration(
-            x[train], y[train], group[train], group[train], model="linear", kind="classification"
+            x[train],
+            y[train],
+            group[train],
+            group[train],
+            model="linear_plain",
+            kind="classification",
         )
         assert t == shipped.temperature  # what training for use stores
     # grasps of such spread are near chance, and logistic regression separates its own perfectly
