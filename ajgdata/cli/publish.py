@@ -25,12 +25,6 @@ def publish(
         Path | None,
         typer.Option("--out", help="folder to write; default: results/published/NAME"),
     ] = None,
-    version: Annotated[
-        str, typer.Option(help="version of the data set, 1.0.0; default: that of dataset.yaml")
-    ] = "",
-    date: Annotated[
-        str, typer.Option(help="day of publication, 2026-01-31; default: that of the commit")
-    ] = "",
 ) -> None:
     """Write a data set as a folder that other people can use without conversion.
 
@@ -42,9 +36,7 @@ def publish(
 
     paths = find_project()
     target = folder or paths.published(dataset)
-    done = write(
-        paths, dataset, target, version=version, date=date, each=lambda s: tracked(s, "copying")
-    )
+    done = write(paths, dataset, target, each=lambda s: tracked(s, "copying"))
     left_out = f", {done.left_out} left out (see its README.md)" if done.left_out else ""
     size = f"{done.bytes / 1e6:.1f} MB"
     _say(f"{escape(str(done.folder))}: {done.recordings} recordings, {size}{left_out}")

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import date as calendar
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from zipfile import ZipFile
@@ -33,7 +31,6 @@ from ajgdata.types import DataError, DatasetSpec, Session
 if TYPE_CHECKING:
     from ajgdata.report.report_data import DatasetSummary
 
-VERSION = re.compile(r"\d+\.\d+\.\d+")
 #: Nobody of a recorded data set was named: the people who can be asked are whoever hands it on.
 UNNAMED = {"simulated": "The ajgdata developers", "recorded": "Authors not named"}
 
@@ -64,18 +61,16 @@ def publish(
     dataset: str,
     out: str | Path,
     *,
-    version: str = "",
-    date: str = "",
     store: Path | None = None,
     each: Callable[[Sequence[Source]], Any] = iter,
 ) -> Published:
     """Write the data set `dataset` with its features into the folder `out`, all or nothing.
 
-    `version` is that of dataset.yaml, `date` the day of the commit, unless given. `store` are its
-    features (default: those that `ajgdata.load_features` gives); what they hold is what is
-    published. `each` goes through the recordings, and
-    may show how far it is. Raises DataError, and leaves what was there, when the features are
-    missing or not of the recordings as they are now, and while another process publishes there.
+    Its version is that of dataset.yaml, its date the day of the commit. `store` are its features
+    (default: those that `ajgdata.load_features` gives); what they hold is what is published. `each`
+    goes through the recordings, and may show how far it is. Raises DataError, and leaves what was
+    there, when the features are missing or not of the recordings as they are now, and while another
+    process publishes there.
 
     >>> from pathlib import Path
     >>> from ajgdata.paths import find_project
@@ -86,7 +81,6 @@ def publish(
     ['CITATION.cff', 'LICENSE', 'README.md']
     """
     out = Path(out)
-    _check_options(version, date)
     _check_target(out)
     spec = read_dataset(paths, dataset)
     features = store or paths.features(dataset)
@@ -96,7 +90,6 @@ def publish(
     content = read_labels(features)
     for _ in spectra_blocks(features):  # damage is found before anything is written
         pass
-    version = version or spec.version
     sessions = _sessions(paths, dataset, content)
     sources = _sources(paths, dataset, sessions, content)
     table = table_of(content, [s.path.suffix.lower() for s in sources], features)
@@ -108,7 +101,7 @@ def publish(
         _write(tree, tree.DECLARATION, declaration_bytes(spec))
         _write_sessions(tree, paths, dataset, sessions)
         unsealed = sum(not source.is_sealed for source in sources)
-        made = _describe(tree, paths, spec, content, table, sessions, unsealed, version, date)
+        made = _describe(tree, paths, spec, content, table, sessions, unsealed)
         (tree / tree.SUMS).write_bytes(checksums_bytes(folder))
         size = sum(p.stat().st_size for p in folder.rglob("*") if p.is_file())
     return Published(out, len(table.rows), size, *made)
@@ -119,16 +112,6 @@ def declaration_bytes(spec: DatasetSpec) -> bytes:
     # Settings of a robot are the laboratory's own: hosts, tokens.
     private = {"protocol": {"robot_settings"}}
     return yaml_bytes(spec.model_dump(mode="json", exclude_defaults=True, exclude=private))
-
-
-def _check_options(version: str, day: str) -> None:
-    if version and not VERSION.fullmatch(version):
-        raise DataError("--version", f"{version!r} is none", "write 1.0.0")
-    try:
-        if day and calendar.fromisoformat(day).isoformat() != day:
-            raise ValueError
-    except ValueError:
-        raise DataError("--date", f"{day!r} is none", "write 2026-01-31") from None
 
 
 def _check_target(out: Path) -> None:
@@ -214,8 +197,6 @@ def _describe(
     table: Table,
     sessions: Mapping[str, Session],
     unsealed: int,
-    version: str,
-    date: str,
 ) -> tuple[int, int, bool]:
     """Write the description, metadata and figures; return the last fields of `Published`."""
     from ajgdata.pipeline.dataset_summary import summary
@@ -232,8 +213,8 @@ def _describe(
         authors=spec.authors or (UNNAMED[told.source],),
         citation=spec.citation,
         url=spec.url,
-        version=version,
-        date=date or commit_date(),
+        version=spec.version,
+        date=commit_date(),
         source=told.source,
         task_kinds=frozenset(spec.targets[task.target].kind for task in spec.tasks.values()),
         has_gripper=card.has_gripper(list(sessions.values())),
@@ -249,7 +230,7 @@ def _describe(
     _write(tree, tree.CITATION, yaml_bytes(card.citation(about)))
     _write(tree, tree.LICENCE, card.licence_text(about).encode())
     front = yaml_bytes(card.front_matter(about, len(table.rows))).decode()
-    facts = _provenance(spec, told, store, sessions, version)
+    facts = _provenance(spec, told, store, sessions)
     groups = sorted({task.groups for task in spec.tasks.values()})
     text = card.render_card(about, told, table, groups, unsealed, sizes, facts, front, paths)
     _write(tree, tree.README, text.encode())
@@ -261,14 +242,13 @@ def _provenance(
     told: DatasetSummary,
     store: Shard,
     sessions: Mapping[str, Session],
-    version: str,
 ) -> dict[str, str]:
     """Return the software, settings and gripper that made it, by topic."""
     made = software()
     facts = {
         "simulated or recorded": told.source,
         "gripper": ", ".join(sorted({s.gripper for s in sessions.values()})),
-        "version of the data set": version,
+        "version of the data set": spec.version,
         "published by": f"ajgdata {made['ajgdata_version']}, commit {made['git_commit'] or '–'}",
         "features made by": f"ajgdata {told.provenance.version}, "
         f"commit {told.provenance.commit or '–'}",

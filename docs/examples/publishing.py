@@ -7,7 +7,7 @@ import xarray as xr
 from ajgdata.paths import find_project
 from ajgdata.pipeline.publish import publish
 
-done = publish(find_project(), "size", Path("size-1.0.0"), version="1.0.0")
+done = publish(find_project(), "size", Path("size-1.0.0"))
 
 with xr.open_dataset(done.folder / "features.nc") as features:
     edges_mm = sorted(set(features.edge_mm.values.tolist()))

@@ -37,12 +37,6 @@ def test_a_knock_does_not_decide(delay):
     assert delay_samples(heard, SWEEP, 4000) == delay
 
 
-def test_search_stays_within_max_delay():
-    assert abs(delay_samples(delayed(900), SWEEP, 500)) <= 500
-    assert delay_samples(delayed(900), SWEEP, 0) == 0
-    assert delay_samples(delayed(900), SWEEP, 10**9) == 900
-
-
 @pytest.mark.parametrize("bad", [np.zeros(RATE), np.r_[SWEEP, np.nan], np.zeros(0), SWEEP[None]])
 def test_nothing_to_correlate(bad):
     for pair in ((bad, SWEEP), (SWEEP, bad)):

@@ -64,13 +64,10 @@ PLAIN = ["PCM_U8", "PCM_16", "PCM_24", "PCM_32", "FLOAT", "DOUBLE", "ULAW"]
 WAV_KINDS = [("WAV", "IMA_ADPCM"), *((c, subtype) for c in ("WAV", "WAVEX") for subtype in PLAIN)]
 
 
-@pytest.mark.parametrize("frames", [1, 2, 1001])
 @pytest.mark.parametrize("channels", [1, 2])
 @pytest.mark.parametrize(("container", "subtype"), WAV_KINDS)
-def test_every_wav_encoding_is_libsndfile_sample_for_sample(
-    put, container, subtype, channels, frames
-):
-    path = put(encoded(noise(frames, channels), format=container, subtype=subtype))
+def test_every_wav_encoding_is_libsndfile_sample_for_sample(put, container, subtype, channels):
+    path = put(encoded(noise(1001, channels), format=container, subtype=subtype))
     expected = sf.read(path, dtype="float32", always_2d=True)[0]
     got = read_audio(path, ANY)
     assert got.recorded.dtype == got.samples.dtype == np.float32
@@ -99,7 +96,7 @@ def test_other_containers(put, name, kind):
     assert got.remarks == ()
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=15)
 @given(st.lists(st.integers(-(2**23), 2**23 - 1), min_size=1, max_size=50))
 def test_all_24_bit_codes_survive_writing_and_reading(tmp_path_factory, codes):
     path = tmp_path_factory.getbasetemp() / "codes.wav"
@@ -115,39 +112,6 @@ def test_write_refuses_what_it_would_have_to_alter(tmp_path, bad):
     with pytest.raises(ValueError, match=r"full scale|shape"):
         write_pcm24(tmp_path / "a.wav", np.array(bad, dtype=float), 44_100)
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize(
-    "content",
-    [
-        wave(after=chunk(b"LIST", b"INFOabcd") + chunk(b"id3 ", b"x" * 11)),
-        wave(before=chunk(b"junk", b"abc") + chunk(b"bext", b"b" * 602)),
-        wave(riff=36 + 2 * len(CODES) + 1),
-        wave(riff=36 + 2 * len(CODES) - 1),
-        wave(riff=0),
-        wave(after=b"\0"),
-        wave(extra=struct.pack("<H", 0)),
-    ],
-    ids=[
-        "after",
-        "before",
-        "riff+1",
-        "riff-1",
-        "riff0",
-        "stray-byte",
-        "fmt18",
-    ],
-)
-def test_harmless_oddities(put, content):
-    got = read_audio(put(content), AS_IS)
-    np.testing.assert_array_equal(got.samples, CODES / np.float32(32768))
-    assert got.remarks == ()
-
-
-def test_odd_24_bit_data_without_its_padding(put):
-    content = wave(b"\1\0\0" * 3, bits=24)
-    got = read_audio(put(content[:-1]), AS_IS)
-    np.testing.assert_array_equal(got.samples, np.full(3, 2.0**-23))
 
 
 @pytest.mark.parametrize("declared", [0xFFFFFFFF, 0x7FFFF000])
@@ -196,21 +160,6 @@ def test_broken_files_are_refused_with_a_remedy(put, name):
     assert fix in error.fix
     with pytest.raises(AudioError):
         inspect_audio(path)
-
-
-@pytest.mark.parametrize("subtype", ["PCM_U8", "PCM_16", "PCM_24", "PCM_32", "FLOAT", "DOUBLE"])
-@pytest.mark.parametrize(
-    "kind", [{"format": "WAV", "endian": "BIG"}, {"format": "RF64"}], ids=["RIFX", "RF64"]
-)
-def test_big_endian_and_64_bit_wavs_are_read_sample_for_sample(put, kind, subtype):
-    path = put(encoded(noise(1001, 2), 48_000, subtype=subtype, **kind))
-    assert path.read_bytes()[:4] in (b"RIFX", b"RF64")
-    expected = sf.read(path, dtype="float32", always_2d=True)[0]
-    got = read_audio(path, ANY)
-    np.testing.assert_array_equal(got.recorded, expected)
-    assert (got.info.subtype, got.info.frames, got.info.sample_rate_hz) == (subtype, 1001, 48_000)
-    path.write_bytes(path.read_bytes()[:-2001])
-    assert refusal(path).code == "truncated"
 
 
 def test_missing_file_and_folder(tmp_path):
@@ -278,9 +227,3 @@ def test_resampling_keeps_a_tone(from_hz):
     expected = np.sin(2 * np.pi * tone_hz * np.arange(len(got)) / to_hz)
     assert len(got) == to_hz
     assert np.abs(got - expected)[100:-100].max() < 2 * 0.0020
-
-
-def test_hash_is_that_of_the_bytes(put):
-    # FIPS 180-2, example B.1
-    expected = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
-    assert file_sha256(put(b"abc")) == expected

@@ -76,12 +76,6 @@ def test_spectra_that_do_not_compare_are_refused_before_the_work(tmp_path, their
     assert set(plan(paths, ["a"], check=True)) == {"a", "b"}
 
 
-def test_what_makes_no_difference_to_the_axes_may_differ(tmp_path):
-    declare(Paths(tmp_path), "b", "s1", features={"align": True})
-    paths = declare(Paths(tmp_path), "a", "s1", tasks=task(test_on=["b"]))
-    assert problems(paths, "a") == []
-
-
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
@@ -112,19 +106,6 @@ def test_mistakes_of_a_declaration_are_found_by_validate_and_by_a_run(tmp_path, 
     with pytest.raises(DataError, match=r"dataset\.yaml: .*; ") as caught:
         plan(paths, check=True)
     assert said in str(caught.value)
-
-
-def test_a_column_that_is_yet_to_come_is_no_mistake(tmp_path):
-    paths = declare(Paths(tmp_path), "a", tasks=task(groups="nocol"))
-    assert problems(paths, "a") == []  # nothing is recorded yet
-    paths = declare(paths, "a", "s1", tasks=task(groups="nocol", optional=True))
-    assert problems(paths, "a") == []
-
-
-def test_all_mistakes_are_counted(tmp_path):
-    paths = declare(Paths(tmp_path), "a", "s1", tasks=task(groups="x", test_on=["nope"]))
-    with pytest.raises(DataError, match=r"'nope', no such data set \(and 1 more\)"):
-        plan(paths, check=True)
 
 
 @pytest.mark.parametrize("change", ["settings", "frequencies"])

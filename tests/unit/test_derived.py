@@ -53,13 +53,6 @@ def test_a_derived_data_set_makes_the_same_grasps_and_takes_over_all_but_the_tas
     assert not {g.digest for g in sessions[0]} & {g.digest for g in sessions[1]}
 
 
-def test_an_objects_own_grasp_goes_before_the_scenes_and_after_what_varies(paths):
-    a, b = plan_session(read_dataset(paths, "base").recipe, "base", "virtual-01", "c")[:2]
-    assert "angle_deg" not in a.setup["grasp"]
-    assert (b.setup["grasp"]["angle_deg"], b.setup["grasp"]["force_n"]) == (9, 6)
-    assert -2 <= b.setup["grasp"]["offset_x_mm"] <= 2
-
-
 def test_a_mapping_is_joined_and_anything_else_replaced(paths):
     declare(paths, LOUD | {"recipe": {"scene": {"grasp": {"force_n": 4}}, "objects": []}})
     with pytest.raises(DataError, match=r"recipe.objects"):
@@ -87,14 +80,3 @@ def test_what_cannot_be_derived_from_is_said(paths, origin, problem):
 def test_what_a_task_is_tested_on_comes_with_it(paths):
     assert list(plan(paths, ["base"])) == ["base", "loud"]
     assert list(plan(paths, ["loud"])) == ["loud"]
-
-
-def test_what_cannot_be_tested_on_is_said(paths):
-    declare(paths, LOUD | {"targets": {"edge_mm": {"unit": "cm"}}})
-    with pytest.raises(
-        DataError, match="task size: tested on 'loud', which has no target 'edge_mm' like"
-    ):
-        plan(paths, ["base"], check=True)
-    declare(paths, {"name": "loud", "targets": BASE["targets"]})
-    with pytest.raises(DataError, match="needs the data set 'loud', which holds no sessions"):
-        plan(paths)

@@ -33,7 +33,6 @@ SOUNDS = tones()
 X = features_of(SOUNDS)
 LINEAR = trained("linear", "classes", X)
 RIDGE = trained("ridge", "number", X)
-CNN = trained("cnn", "classes", X)
 GUARD = Guard.of(X, np.arange(32) // 2)
 
 
@@ -81,7 +80,7 @@ def test_features_of_all_settings(settings):
     assert_agrees(predictor, in_torch(predictor), "number", ours)
 
 
-@pytest.mark.parametrize("gain", [1e-25, 1e-6, 30.0])  # 30: clipped, as a converter does
+@pytest.mark.parametrize("gain", [1e-25, 30.0])  # 30: clipped, as a converter does
 def test_amplitude_does_not_matter(gain):
     sound = np.clip(SOUNDS[3] * np.float32(gain), -1, 1)
     predictor = predictor_of(RIDGE, "number")

@@ -16,7 +16,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.export_model import check_export, export_model
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.audio import file_sha256, write_pcm24
-from ajgdata.types import DataError, Recording, Target
+from ajgdata.types import Recording, Target
 
 onnx = pytest.importorskip("onnx")
 pytest.importorskip("onnxscript")
@@ -115,11 +115,6 @@ def test_a_file_with_other_weights_is_found(trained, exported, tmp_path):
         path = changed(exported / "d-what-linear.onnx", tmp_path, weight)
         found = check_export(trained.paths, path, names, lambda total: lambda: None)
         assert any(one.is_beyond for one in found) is wrong
-
-
-def test_missing_models(run, tmp_path):
-    with pytest.raises(DataError, match="there is no such trained model"):
-        run("d", "size", "cnn", "--out", tmp_path)
 
 
 def test_the_example_with_onnx_runtime(exported, trained, tmp_path):

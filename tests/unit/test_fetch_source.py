@@ -1,16 +1,11 @@
 """Public recordings by name: every byte right and imported, or one line and nothing imported."""
 
-from pathlib import Path
-
 import pytest
 import yaml
 from git_mirror import Mirror, sound
-from typer.testing import CliRunner
 
-from ajgdata.cli import app
 from ajgdata.paths import Paths, brought
 from ajgdata.pipeline.fetch import fetch_source
-from ajgdata.pipeline.plan import plan
 from ajgdata.store.sessions import list_sessions, read_recordings
 from ajgdata.types import DataError, Source
 
@@ -86,29 +81,6 @@ def test_a_second_time_needs_no_network_and_mends_what_was_changed(paths, mirror
     assert held(paths) == files
 
 
-def test_bytes_are_taken_as_they_are(paths, mirror, files, monkeypatch, tmp_path):
-    """Neither what the repository asks of git nor what its reader does changes a byte."""
-    (tmp_path / "config").write_text(
-        '[core]\n\tautocrlf = true\n[filter "lfs"]\n\tsmudge = tr a b\n\trequired = true\n'
-    )
-    monkeypatch.setenv("GIT_CONFIG_GLOBAL", str(tmp_path / "config"))
-    more = {"notes.csv": b"a,b\n1,2\n", "a.txt": b"aaa\n"}
-    rules = {".gitattributes": b"*.csv text eol=crlf\n*.txt filter=lfs\n"}
-    of_git(paths, {"commit": mirror.commit(files | more | rules)})
-    fetch_source(paths, "hits", mirror=mirror.url)
-    assert held(paths) == files | more
-
-
-def test_a_link_of_the_repository_leads_nowhere(paths, mirror, files, tmp_path):
-    (tmp_path / "secret.wav").write_bytes(b"secret")
-    mirror.commit(files)
-    (mirror.repository / "hits" / "7_desk.wav").symlink_to(tmp_path / "secret.wav")
-    of_git(paths, {"commit": mirror.commit({})})
-    _, result = fetch_source(paths, "hits", mirror=mirror.url)
-    assert [name for name, _ in result.unreadable] == ["7_desk.wav"]
-    assert not (brought("hits") / "hits" / "7_desk.wav").is_symlink()
-
-
 def refused(paths: Paths, mirror: str) -> str:
     """The line that says why nothing was imported."""
     with pytest.raises(DataError) as refusal:
@@ -142,35 +114,6 @@ def test_changed_bytes_are_not_imported(paths, mirror, files):
     assert not held(paths)
 
 
-def test_the_licence_comes_first_and_the_next_step_last(paths, mirror, files, monkeypatch):
-    of_git(paths, {"commit": mirror.commit(files)})
-    monkeypatch.setenv("AJGDATA_ROOT", str(paths.root))
-    monkeypatch.setenv("AJGDATA_MIRROR", mirror.url)
-    done = CliRunner().invoke(app, ["fetch", "hits"])
-    lines = done.output.splitlines()
-    assert done.exit_code == 0, done.output
-    assert lines[0] == "licence: none stated; do not hand them on"
-    assert "not yet run: declared from the list of its files only" in lines
-    assert "6 added, 0 changed, 0 unchanged in 1 session(s) of hits" in lines
-    assert lines[-1] == "next: ajgdata run hits"
-
-
-def test_another_name_is_told_which_there_are(paths, monkeypatch):
-    of_git(paths, {"commit": "0" * 40})
-    monkeypatch.setenv("AJGDATA_ROOT", str(paths.root))
-    done = CliRunner().invoke(app, ["fetch", "hit"])
-    assert done.exit_code
-    assert "public recordings (hits)" in str(done.exception)
-
-
-def test_what_nobody_fetched_is_not_in_the_plan(paths, mirror, files):
-    of_git(paths, {"commit": mirror.commit(files)})
-    with pytest.raises(DataError, match="no data set here has recordings"):
-        plan(paths)
-    fetch_source(paths, "hits", mirror=mirror.url)
-    assert list(plan(paths)) == ["hits"]
-
-
 @pytest.mark.parametrize(
     "wrong",
     [
@@ -183,16 +126,3 @@ def test_a_part_stays_inside_and_names_its_commit(wrong):
     origin = {"repository": ADDRESS, "parts": [part]}
     with pytest.raises(ValueError, match=next(iter(wrong))):
         Source.model_validate({"status": "not yet run", "size_mb": 1, "origin": origin})
-
-
-def test_two_parts_do_not_share_a_folder():
-    parts = [{"commit": "0" * 40, "folder": name} for name in "ab"]
-    origin = {"repository": ADDRESS, "parts": parts}
-    with pytest.raises(ValueError, match="into one folder"):
-        Source.model_validate({"status": "not yet run", "size_mb": 1, "origin": origin})
-
-
-def test_the_cache_is_outside_of_every_project(monkeypatch):
-    monkeypatch.delenv("AJGDATA_CACHE", raising=False)
-    assert brought("x").parts[-2:] == ("sources", "x")
-    assert brought("x").is_relative_to(Path.home())

@@ -12,19 +12,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ajgdata.store.files import (
-    alone,
     csv_bytes,
-    json_bytes,
     line_of,
     numbered_rows,
     read_csv,
-    read_json,
     read_text,
     read_yaml,
     remove_stale,
     replacing,
     write_bytes,
-    yaml_bytes,
 )
 from ajgdata.types import DataError
 
@@ -84,12 +80,6 @@ def test_stale_folders_are_removed_and_fresh_ones_kept(tmp_path):
     assert list((tmp_path / "audio").iterdir()) == [fresh]
 
 
-def test_a_name_as_long_as_the_file_system_allows(tmp_path):
-    target = tmp_path / ("n" * 251 + ".wav")
-    write_bytes(target, b"x")
-    assert target.read_bytes() == b"x"
-
-
 @pytest.mark.parametrize(
     ("content", "said"),
     [
@@ -114,14 +104,6 @@ def test_yaml_that_cannot_be_read(tmp_path, content, said):
         read_yaml(path)
     assert one_line(caught).startswith(str(path))
     assert said in str(caught.value)
-
-
-def test_yaml_with_mark_and_windows_line_ends(tmp_path):
-    path = tmp_path / "x.yaml"
-    path.write_bytes("\ufeffname: Größe\r\nunit: mm\r\n".encode())
-    assert read_yaml(path) == {"name": "Größe", "unit": "mm"}
-    path.write_bytes(yaml_bytes({"name": "Größe", "b": None, "a": [1, 2]}))
-    assert list(read_yaml(path).items()) == [("name", "Größe"), ("b", None), ("a", [1, 2])]
 
 
 def test_what_cannot_be_opened_is_said_in_one_line(tmp_path):
@@ -174,18 +156,6 @@ def test_every_text_survives_csv(tmp_path_factory, rows):
     assert read_csv(path) == (["a", "b"], wanted)
 
 
-def test_json(tmp_path):
-    path = tmp_path / "x.json"
-    assert json_bytes({"b": 1, "a": [1.5, None]}) == json_bytes({"a": [1.5, None], "b": 1})
-    path.write_bytes(json_bytes({"a": "ä"}))
-    assert read_json(path) == {"a": "ä"}
-    with pytest.raises(ValueError, match="not JSON compliant"):
-        json_bytes({"a": float("nan")})
-    path.write_text('{"a": 1,\n')
-    with pytest.raises(DataError, match=r"x.json:2: not valid JSON"):
-        read_json(path)
-
-
 PLACES = """\
 # a comment
 name: x
@@ -215,20 +185,3 @@ def test_the_line_of_a_place(tmp_path, place, line):
     path = tmp_path / "x.yaml"
     path.write_text(PLACES)
     assert line_of(path, place) == line
-
-
-def test_a_lock_says_who_holds_it_and_is_free_once_its_process_is_killed(tmp_path):
-    code = "import sys; from pathlib import Path; from ajgdata.store.files import alone\n"
-    code += "with alone(Path(sys.argv[1]), 'baking'): print(flush=True); sys.stdin.readline()"
-    process = subprocess.Popen(
-        [sys.executable, "-c", code, tmp_path / "cake"],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-    )  # fmt: skip
-    process.stdout.readline()
-    with pytest.raises(DataError) as caught, alone(tmp_path / "cake", "eating"):
-        pass
-    assert f"another process is baking (pid {process.pid} on " in one_line(caught)
-    process.kill()
-    process.communicate()
-    with alone(tmp_path / "cake", "eating"):
-        pass

@@ -10,7 +10,6 @@ from ajgdata.store.sessions import (
     read_recordings,
     write_recordings,
 )
-from ajgdata.types import ImportSettings
 
 
 @pytest.fixture
@@ -70,27 +69,6 @@ def test_a_corrected_label_stays_and_is_named(paths, days):
     assert (row.labels["label"], row.grasp_id) == ("ball", "mon/2_ball")
 
 
-def test_columns_of_the_table_are_added_and_its_quality_is_taken_on_demand(paths, tmp_path):
-    folder = tmp_path / "stones"
-    for number, name in enumerate("abc"):
-        write_tone(folder / f"{name}.wav", 200 + 50 * number)
-    (folder / "t.csv").write_text("name,form,quality\na,x,reject\nb,y,\nc,y,Clipped\n")
-    run(paths, folder, settings=ImportSettings(table="t.csv", file="{name}.wav"), targets=["form"])
-
-    def qualities():
-        return {name: row.quality for name, row in rows(paths, "stones").items()}
-
-    assert qualities() == {"a": "reject", "b": "ok", "c": "clipped"}
-    correct(paths, "stones", "a", quality="ok")
-    correct(paths, "stones", "b", quality="reject")
-    (folder / "t.csv").write_text("name,form,quality,kg\na,x,reject,1\nb,y,,2\nc,y,Clipped,3\n")
-    result = run(paths, folder)
-    assert result.differing == ["a: quality 'ok' here, 'reject' in the folder"]
-    assert [row.labels["kg"] for row in rows(paths, "stones").values()] == ["1", "2", "3"]
-    run(paths, folder, on_change="labels")
-    assert qualities() == {"a": "reject", "b": "reject", "c": "clipped"}
-
-
 @pytest.mark.parametrize("copy", [True, False])
 def test_a_moved_file_is_the_same_recording(paths, days, copy):
     run(paths, days, copy=copy)
@@ -138,19 +116,3 @@ def test_nothing_is_pruned_that_may_be_there_yet(paths, days):
     cube.symlink_to("/not/mounted/1_cube.wav")
     result = run(paths, days, on_change="prune")
     assert (result.removed, result.gone) == (0, ["mon/1_cube"])
-
-
-def test_nothing_is_pruned_of_a_folder_that_became_a_link(paths, days):
-    run(paths, days)
-    (days / "mon").rename(days.parent / "elsewhere")
-    (days / "mon").symlink_to(days.parent / "elsewhere")
-    result = run(paths, days, on_change="prune")
-    assert (result.removed, len(rows(paths, "mon"))) == (0, 2)
-
-
-def test_a_name_taken_by_another_recording_is_that_recording(paths, days):
-    run(paths, days)
-    (days / "mon" / "2_ball.wav").replace(days / "mon" / "1_cube.wav")
-    result = run(paths, days)
-    assert (result.conflicts, result.gone) == ([], ["mon/1_cube"])
-    assert_all_in_tables(paths)

@@ -1,7 +1,6 @@
 """`ajgdata import`: labels, grasps and samples from tables and file names, and what is reported."""
 
 import csv
-import unicodedata
 
 import pytest
 import yaml
@@ -75,13 +74,6 @@ def test_columns_of_the_data_model_are_used_as_such(ajgdata, folder, rows):
     assert "0 added, 0 changed, 4 unchanged" in ajgdata("import", folder, "--dataset", "e")[1]
 
 
-def test_a_column_with_a_standard_name_may_fill_a_template(ajgdata, folder, rows):
-    write_table(folder, "recording,form\nw0,pl\nw1,pt\n", count=2)
-    table = ("--table", "t.csv", "--file", "{recording}.wav", "--target", "form")
-    assert ajgdata("import", folder, "--dataset", "e", *table)[0] == 0
-    assert {name: row["form"] for name, row in rows().items()} == {"w0": "pl", "w1": "pt"}
-
-
 def test_a_grasp_number_counts_within_its_object(ajgdata, folder, rows):
     names = [f"{o}_g{g}_{s}.wav" for o in ("box", "ball") for g in (1, 2) for s in "ab"]
     write(folder, *names)
@@ -135,17 +127,6 @@ def test_samples_are_numbers_or_texts_in_order(ajgdata, folder, rows, texts, num
     assert [row["sample"] for row in rows().values()] == numbers
 
 
-def test_labels_that_look_the_same_are_the_same(ajgdata, folder, rows):
-    decomposed = unicodedata.normalize("NFD", "größe")
-    labels = ["metal", "metal\u200b", "metal\u00a0", "gr\u00f6\u00dfe", decomposed, "a  b", "a b"]
-    cells = "".join(f"w{number},{label}\n" for number, label in enumerate(labels))
-    write_table(folder, "name,form\n" + cells, count=len(labels))
-    code, out, _ = ajgdata("import", folder, "--dataset", "e", *TABLE)
-    assert code == 0
-    assert {row["form"] for row in rows().values()} == {"metal", "größe", "a b"}
-    assert "note target form: a class (3 distinct texts)" in out
-
-
 def test_one_class_is_no_task(ajgdata, project, folder):
     write(folder, "1_metal.wav", "2_metal.wav")
     code, out, _ = ajgdata("import", folder, "--dataset", "e")
@@ -163,15 +144,3 @@ def test_one_class_is_no_task(ajgdata, project, folder):
     assert "not possible" not in out
     assert "next: ajgdata validate e, then ajgdata run e" in out
     assert ajgdata("validate", "e")[0] == 0
-
-
-def test_a_copy_in_another_format_is_named_as_such(ajgdata, folder):
-    write(folder, "Wood/1.wav", "Metal/1.wav")
-    (folder / "Wood" / "1.m4a").write_bytes(b"....ftypM4A ")
-    (folder / "Wood" / "2.m4a").write_bytes(b"....ftypM4A ")
-    pattern = ("--pattern", r"(?P<label>\w+)/(?P<n>\d+)\.wav")
-    code, out, _ = ajgdata("import", folder, "--dataset", "e", *pattern)
-    assert code == 0
-    reason = "probably the same sound as the WAV of its name"
-    assert f"not used Wood/1.m4a: {reason}" in out
-    assert "not used Wood/2.m4a: does not match the pattern" in out

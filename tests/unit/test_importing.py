@@ -2,7 +2,6 @@
 
 import errno
 import hashlib
-import os
 import shutil
 
 import pytest
@@ -134,19 +133,6 @@ def test_labels_follow_the_pattern_and_what_people_added_stays(paths, kit):
     assert read_session(folder) == session  # the played sound too, which this pattern leaves out
 
 
-def test_the_played_sound_outlives_a_folder_without_it(paths, kit):
-    run(paths, kit)
-    before = read_session(paths.session("d", KIT)).excitation
-    (kit / "0_sweep.wav").unlink()
-    run(paths, kit)
-    assert read_session(paths.session("d", KIT)).excitation == before
-    digest = write_tone(kit / "0_new.wav", 150)
-    assert run(paths, kit).conflicts == ["0_new.wav, the played sound"]
-    assert read_session(paths.session("d", KIT)).excitation == before
-    assert run(paths, kit, on_change="files").conflicts == []
-    assert read_session(paths.session("d", KIT)).excitation.sha256 == digest
-
-
 def test_folders_become_sessions(paths, tmp_path):
     folder = tmp_path / "days"
     for number, day in enumerate(("mon", "Tue 2")):
@@ -173,58 +159,6 @@ def test_reference_leaves_the_audio_where_it_is(paths, kit):
     assert [f.code for f in check_session(folder).findings] == ["changed"]
 
 
-@pytest.mark.parametrize("first", [True, False])
-def test_copies_and_references_do_not_mix(paths, kit, snapshot, first):
-    run(paths, kit, copy=first)
-    before = snapshot(paths.root)
-    with pytest.raises(DataError, match="import the same way, or"):
-        run(paths, kit, copy=not first)
-    assert snapshot(paths.root) == before
-
-
-def test_one_session_that_cannot_be_added_to_stops_before_any_is_written(paths, tmp_path, snapshot):
-    folder = tmp_path / "days"
-    for day in ("a", "b"):
-        write_tone(folder / day / "1_x.wav", 200)
-    run(paths, folder)
-    (paths.session("d", "b") / "recordings.csv").write_text(
-        "recording_id,file,grasp_id\na,a.wav,\n"
-    )
-    write_tone(folder / "a" / "2_x.wav", 300)
-    before = snapshot(paths.root)
-    with pytest.raises(DataError, match="grasp_id is missing; nothing was imported"):
-        run(paths, folder)
-    assert snapshot(paths.root) == before
-
-
-def test_an_interrupted_import_goes_on(paths, kit):
-    def stop_at_second():
-        stop_at_second.calls += 1
-        if stop_at_second.calls == 2:
-            raise KeyboardInterrupt
-
-    stop_at_second.calls = 0
-    with pytest.raises(KeyboardInterrupt):
-        run(paths, kit, started=lambda total: stop_at_second)
-    assert_all_in_tables(paths)
-    assert set(rows(paths)) == {"1_no object", "2_cube ä"}
-    assert counts(run(paths, kit)) == (1, 0, 2, [])
-    other = Paths(paths.root.parent / "other")
-    (other.root / "datasets").mkdir(parents=True)
-    run(other, kit)
-    assert rows(paths) == rows(other)
-
-
-def test_what_dataset_yaml_says_holds_for_what_is_left_open(paths, kit):
-    run(paths, kit, settings=ImportSettings(pattern=r"(?P<n>[1-9])_(?P<kind>.*)\.wav"))
-    result = run(paths, kit, settings=ImportSettings(grasp="{kind}"), on_change="labels")
-    assert counts(result) == (0, 3, 0, [])
-    assert rows(paths)["1_no object"].grasp_id == "no object"
-    with pytest.raises(DataError, match="d is declared already, without 'n'"):
-        run(paths, kit, targets=["n"])
-    run(paths, kit, targets=["kind"])
-
-
 def test_targets_are_declared_by_what_the_cells_hold(paths, tmp_path):
     folder = tmp_path / "stones"
     lines = ["name,mass (g),form,few"]
@@ -242,14 +176,6 @@ def test_targets_are_declared_by_what_the_cells_hold(paths, tmp_path):
         "mass_g": "regression", "form": "classification", "few": "classification"
     }  # fmt: skip
     assert targets["mass_g"].missing == ("NaN",)
-
-
-def test_unreadable_recordings_are_imported_as_they_are(paths, kit):
-    (kit / "5_broken.wav").write_bytes(b"RIFF broken")
-    shutil.copy(kit / "1_no object.wav", kit / "6_other.wav")
-    assert run(paths, kit).added == 5
-    assert (paths.session("d", KIT) / "audio/5_broken.wav").read_bytes() == b"RIFF broken"
-    assert [name for name, _ in run(paths, kit).unreadable] == ["5_broken.wav"]
 
 
 def test_seal_accepts_what_is_there(paths, kit):
@@ -320,13 +246,3 @@ def test_what_cannot_be_copied_leaves_nothing_and_stops_nobody(paths, kit, monke
     assert_all_in_tables(paths)
     monkeypatch.undo()
     assert counts(run(paths, kit)) == (2, 0, 2, [])
-
-
-def test_what_only_looks_like_a_recording_is_named(paths, kit, tmp_path):
-    (kit / "4_far.wav").symlink_to(".git/annex/objects/4.wav")
-    os.mkfifo(kit / "5_pipe.wav")
-    (kit / "other").symlink_to(tmp_path)
-    _, found, result = import_folder(paths, "d", kit, settings=None)
-    assert result.added == 3
-    assert [name for name, _ in found.missing] == ["other", "4_far.wav", "5_pipe.wav"]
-    assert "run `git annex get`" in found.missing[1][1]

@@ -1,7 +1,6 @@
 """Cells become values or findings, never a wrong number."""
 
 import math
-import time
 
 import numpy as np
 import pytest
@@ -10,11 +9,9 @@ from ajgdata.store.features import Shard, text_column
 from ajgdata.store.labels import (
     copies,
     labelled,
-    number,
     parse_label,
     select,
     with_columns,
-    without_copies,
 )
 from ajgdata.types import Target
 
@@ -54,12 +51,6 @@ def row(**cells: str) -> dict[str, str]:
 )
 def test_cells(text, target, value):
     assert parse_label(text, target) == pytest.approx(value, nan_ok=True, abs=0)
-
-
-@pytest.mark.parametrize("text", ["1,5", "nan", "inf", "-Infinity", "1_0", "ten", "0x1", "1 mm"])
-def test_what_is_no_number(text):
-    with pytest.raises(ValueError, match=r"."):
-        number(text)
 
 
 def test_select_excludes_rejected_rows_and_names_bad_cells():
@@ -117,26 +108,3 @@ def test_copies():
     }
     assert told[2].problem == "the same bytes as s1/a (2 recordings); left out"
     assert told[3].problem == "the same bytes as s2/c (2 recordings), labelled otherwise"
-
-
-def test_a_missing_label_differs_from_a_given_one():
-    one = shard("s/a", "s/b", digests=("1", "1"))
-    labels = labelled(
-        shard("a", "b", digests=("1", "1")),
-        {"a": row(edge_mm="1"), "b": row(edge_mm="")},
-        {"edge_mm": SIZE},
-        "s",
-    )
-    assert [f.code for f in without_copies(labels, ["edge_mm"])[1]] == ["two_labels"] * 2
-    kept, told = without_copies(one, [])
-    assert kept.columns["recording"].values.tolist() == ["s/a"]
-    assert [f.code for f in told] == ["copy"]
-
-
-def test_thousands_of_copies_take_no_quadratic_time():
-    count = 20_000
-    start = time.perf_counter()
-    told = copies([f"s/{n}" for n in range(count)], ["0"] * count, [()] * count)
-    assert time.perf_counter() - start < 2  # naming all the others would take 400 million names
-    assert len(told) == count - 1
-    assert told[9].problem == f"the same bytes as s/0 ({count} recordings); left out"

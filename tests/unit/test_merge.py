@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import ajgdata
-from ajgdata.store.features import CHUNK_ROWS
 from ajgdata.store.sessions import read_recordings
 from ajgdata.types import Target
 
@@ -53,48 +52,6 @@ def test_values_and_names(two):
         np.testing.assert_array_equal(chosen["feature"], shards[1][1])
 
 
-def test_rows_and_chunks_that_do_not_end_together(project):
-    """Spectra pass shard by shard, and are written chunk by chunk: each stays with its row."""
-    names = {session: 100 + 10 * number for number, session in enumerate("rstu")}
-    for session, count in names.items():
-        base = 300 + 1000 * "rstu".index(session)
-        project.session(session, {f"x{n:03d}": base + float(n) for n in range(count)})
-    for session in names:
-        project.shard(session)
-    relabel(project, "s", x005={"quality": "reject"})
-    store, _ = project.merge(*names)
-    shards = [project.read_shard(session) for session in names]
-    expected = {
-        f"{session}/{name}": feature
-        for session, shard in zip(names, shards, strict=True)
-        for name, feature in zip(shard.columns["recording"].values, shard.feature, strict=True)
-    }
-    del expected["s/x005"]
-    assert len(store.feature) == len(expected) > 3 * CHUNK_ROWS
-    for name, feature in zip(store.columns["recording"].values, store.feature, strict=True):
-        np.testing.assert_array_equal(feature, expected[name])
-
-
-def test_one_more_recording_gives_the_store_that_is_made_from_nothing(two):
-    two.session("s1", {"a": 500.0, "b": 750.0, "c": 1000.0, "d": 1250.0})
-    assert two.shard("s1") == (1, 3)
-    two.merge("s1", "s2")
-    path = two.paths.features("d")
-    grown = path.read_bytes()
-    shutil.rmtree(two.paths.results)
-    assert [two.shard("s1"), two.shard("s2")] == [(4, 0), (2, 0)]
-    two.merge("s1", "s2")
-    assert path.read_bytes() == grown
-
-
-def test_same_bytes_twice(two):
-    two.merge("s1", "s2")
-    store, quarantine = two.paths.features("d"), two.paths.quarantine("d")
-    before = store.read_bytes(), quarantine.read_bytes()
-    two.merge("s1", "s2")
-    assert (store.read_bytes(), quarantine.read_bytes()) == before
-
-
 def test_inputs_are_identified(two):
     one = two.merge("s1", "s2")[0].attrs["inputs_sha256"]
     assert two.merge("s1")[0].attrs["inputs_sha256"] != one
@@ -115,25 +72,6 @@ def test_rejected_and_badly_labelled_recordings(two):
         ("s1", "b", "warning", "bad_label"),
     ]
     assert quarantine[1].problem.startswith("edge_mm = '12,5' is not a finite number")
-
-
-def test_of_a_rejected_recording_only_that_is_told(project):
-    project.session()
-    (project.folder() / "audio" / "b.wav").write_bytes(b"")
-    project.shard()
-    project.shard("s1")
-    assert [f.code for f in project.merge("s1")[1]] == ["changed"]
-    relabel(project, "s1", b={"quality": "reject"})
-    assert [(f.level, f.code) for f in project.merge("s1")[1]] == [("note", "rejected")]
-
-
-def test_copies_are_used_once(two):
-    two.session("s3", {"x": 500.0})  # the bytes and the label of s1/a
-    two.shard("s3")
-    store, (found,) = two.merge("s1", "s2", "s3")
-    assert "s3/x" not in store.columns["recording"].values
-    assert (found.session_id, found.recording_id, found.code) == ("s3", "x", "copy")
-    assert "s1/a" in found.problem
 
 
 def test_the_same_bytes_under_two_labels_are_not_used(two):
@@ -170,14 +108,6 @@ def test_a_column_that_one_session_lacks(two):
     assert store.columns["note"].values.tolist() == ["", "", "", "ü", "ü"]
 
 
-def test_what_the_session_is_can_be_a_target(two):
-    rows = read_recordings(two.folder("s2"))[0]
-    two.write(rows, "s2", medium="coffee")
-    store, _ = two.merge("s1", "s2", targets={"medium": Target(kind="classification")})
-    assert store.columns["medium"].values.tolist() == ["unknown"] * 3 + ["coffee"] * 2
-    assert store.columns["medium"].attrs == {"role": "target"}
-
-
 def test_a_broken_session_leaves_the_others(two):
     (two.folder("s1") / "recordings.csv").write_text("a,b\n")
     two.shard("s1")
@@ -196,15 +126,3 @@ def test_nothing_usable_at_all(project):
     shutil.rmtree(project.folder())
     with ajgdata.load_features("d", project.root) as features:
         assert features.sizes == {"recording": 0, "frequency": 129}
-
-
-def test_simulated_sessions_say_so(project):
-    rows = project.session()
-    project.write(rows, "s1")
-    text = (project.folder() / "session.yaml").read_text().replace("import", "virtual", 1)
-    assert "source: virtual" in text
-    (project.folder() / "session.yaml").write_text(text)
-    project.shard()
-    store, _ = project.merge("s1")
-    assert store.attrs["source"] == "simulated"
-    assert set(store.columns["source"].values) == {"virtual"}

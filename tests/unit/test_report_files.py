@@ -51,12 +51,6 @@ def test_a_mistake_in_the_projects_own_paper_is_told_with_its_place(project):
         read_paper(project)
 
 
-def test_an_experiment_that_nobody_wrote_about_has_no_text(project):
-    assert read_experiment_text(project, "tightrope_walking") == ""
-    (project.reports / "experiments/tightrope_walking.md").write_text("# Balance\n")
-    assert read_experiment_text(project, "tightrope_walking") == "# Balance\n"
-
-
 @pytest.mark.parametrize(
     "name", ["paper.yaml", "templates/base.html.j2", "templates/new.css", "experiments/new.md"]
 )
@@ -80,18 +74,6 @@ def test_words_on_an_experiment_answer_the_same_questions_and_hold_no_results(ki
     assert re.match(r"# \S", text) and len(text.splitlines()) <= 40
     assert all(part.strip() for part in re.split(r"^#+ .*$", text, flags=re.M)[2:])
     assert "±" not in text
-
-
-def test_no_two_experiments_have_one_title():
-    titles = [read_experiment_text(Paths(ROOT), kind).splitlines()[0] for kind in WRITTEN]
-    assert len(WRITTEN) >= 13 and len(set(titles)) == len(titles)
-
-
-def test_markdown_becomes_html_of_the_level_that_is_asked_for():
-    html = render_markdown("# A & B\n\n## c\n\n- *d*\n", top=3)
-    assert html == "<h3>A &amp; B</h3>\n<h4>c</h4>\n<ul>\n<li><em>d</em></li>\n</ul>\n"
-    page = environment().from_string("{{ text | markdown }}")
-    assert page.render(text="# <b>x</b>") == "<h1>&lt;b&gt;x&lt;/b&gt;</h1>\n"
 
 
 @pytest.mark.parametrize(

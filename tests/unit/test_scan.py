@@ -1,11 +1,10 @@
 """Folders as people have them: which file is which recording, and what is left out and why."""
 
-import os
 from pathlib import Path
 
 import pytest
 
-from ajgdata.store.scan import read_label_table, scan, search, slug
+from ajgdata.store.scan import read_label_table, scan
 from ajgdata.types import DataError, ImportSettings
 
 KIT = ImportSettings(pattern="starter-kit")
@@ -49,14 +48,6 @@ def test_starter_kit(tmp_path):
         ("cube.wav", "does not match the pattern"),
     ]
     assert result.missing == []
-
-
-def test_names_that_a_table_cannot_hold(tmp_path):
-    files(tmp_path, "1_a.wav", "2_b\n.wav", " 3_c.wav")
-    (tmp_path / os.fsdecode(b"4_caf\xe9.wav")).write_bytes(b"")
-    result = scan(tmp_path, KIT, "d")
-    assert [f.path.name for f in result.files] == ["1_a.wav"]
-    assert [reason for _, reason in result.skipped] == ["its name is not plain text: rename it"] * 3
 
 
 def test_regular_expression_with_roles(tmp_path):
@@ -168,21 +159,3 @@ def test_folders_without_recordings(tmp_path):
         scan(tmp_path / "absent", KIT, "d")
     with pytest.raises(DataError, match=r"holds no audio files; name a folder with .wav"):
         scan(tmp_path, KIT, "d")
-
-
-def test_names():
-    assert slug("Day 1/left") == "Day_1_left"
-    assert slug("--größe--") == "gr_e"
-    assert slug("日本") == "x"
-    assert slug("mass (g)") == "mass_g"
-
-
-def test_environments_and_histories_are_not_searched(tmp_path):
-    """Packages bring WAV files of their tests."""
-    files(tmp_path, "env/lib/1_test.wav", ".git/2_object.wav", "3_cube.wav", ".old/4_cube.wav")
-    (tmp_path / "env/pyvenv.cfg").touch()
-    assert search(tmp_path) == (
-        [Path("3_cube.wav")],
-        [],
-        [("env", "a virtual environment, not searched")],
-    )

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from ajgdata.report.canvas import encode, save_figure
 from ajgdata.report.format import number
 from ajgdata.report.report_data import DatasetSummary, Provenance, Spectra
 from ajgdata.report.spectra import spectra_caption, spectra_figure, spectra_finding
@@ -62,15 +61,3 @@ def test_the_title_says_where_the_means_differ_most():
     assert spectra_caption(data).alt.startswith(told)
     one = Spectra(data.spectra.frequency_hz, ("a",), mean[:1], "kind")
     assert spectra_finding(dataclasses.replace(data, spectra=one)) == "Mean spectrum of one kind"
-
-
-def test_the_same_figure_gives_the_same_bytes(tmp_path):
-    figure = spectra_figure(dataset())
-    first = [p.read_bytes() for p in save_figure(figure, tmp_path / "a" / "one.figure")]
-    again = [p.read_bytes() for p in save_figure(figure, tmp_path / "b")]
-    assert first == again
-    assert encode(spectra_figure(dataset()), "svg") == first[0]
-    assert [c[:5] for c in first] == [b"<?xml", b"\x89PNG\r", b"%PDF-"]
-    assert b"<dc:date>" not in first[0] and b"CreationDate" not in first[2]
-    names = sorted(p.name for p in (tmp_path / "a").iterdir())
-    assert names == ["one.figure.pdf", "one.figure.png", "one.figure.svg"]

@@ -3,7 +3,6 @@
 import errno
 import sys
 
-import numpy as np
 import pytest
 
 from ajgdata.cli import main as command
@@ -37,18 +36,6 @@ def test_what_libraries_wrap_is_seen_and_bugs_are_not():
     assert machine_trouble(FileNotFoundError(errno.ENOENT, "none", "x")) is None
 
 
-def test_memory():
-    with pytest.raises(MemoryError) as caught:
-        np.empty(2**58, np.int8)
-    assert str(machine_trouble(caught.value)).startswith("memory: there is not enough; close")
-    torch = RuntimeError(
-        "[enforce fail at alloc_cpu.cpp] . DefaultCPUAllocator: can't allocate memory"
-    )
-    assert "there is not enough" in str(machine_trouble(torch))
-    loader = ImportError("libxcb.so.1.1.0: failed to map segment from shared object")
-    assert "there is not enough" in str(machine_trouble(loader))
-
-
 def test_a_job_ends_with_the_line_and_keeps_the_traceback_in_its_log(tmp_path):
     log = tmp_path / "log"
     with pytest.raises(SystemExit) as ended, logged(str(log)):
@@ -68,19 +55,3 @@ def test_the_command_says_one_line(monkeypatch, capsys):
         "error store.nc: no space left on device; check free space, permissions and limits, "
         "then run it again: what is complete is kept\n"
     )
-
-
-def test_a_library_that_cannot_be_loaded_is_one_line_and_one_that_is_not_there_a_bug(
-    monkeypatch, capsys
-):
-    said = ["libblas.so: failed to map segment from shared object", "No module named 'x'"]
-
-    def load():
-        raise ImportError(said.pop(0))
-
-    monkeypatch.setattr(sys.modules["ajgdata.cli.main"], "app", load)
-    with pytest.raises(SystemExit, match="1"):
-        command()
-    assert capsys.readouterr().err.startswith("error memory: there is not enough; close other")
-    with pytest.raises(ImportError, match="No module"):
-        command()

@@ -56,32 +56,12 @@ def test_every_kind_of_mistake_once(project):
     assert all("\n" not in f.problem + f.fix and f.fix for f in findings)
 
 
-def test_it_finds_what_the_workflow_finds(project):
-    rows = project.session("s1", {n: 500 + 10.0 * i for i, n in enumerate("abcdef")})
-    (project.folder() / "audio" / "a.wav").write_bytes(b"")
-    write_tone(project.folder() / "audio" / "b.wav", 600, samples=100)
-    rows[2] = rows[2].model_copy(update={"quality": "reject"})
-    rows[3] = rows[3].model_copy(update={"labels": {"edge_mm": "ten"}})
-    rows[:2] = [r.model_copy(update={"sha256": ""}) for r in rows[:2]]
-    project.write(rows)
-    project.shard()
-    assert sorted(check(project)[1]) == sorted(project.merge("s1")[1])
-
-
 def test_a_rejected_recording_is_no_mistake(project):
     rows = project.session("s1", {"a": 500.0, "b": 510.0})
     (project.folder() / "audio" / "a.wav").write_bytes(b"")
     rows[0] = rows[0].model_copy(update={"quality": "reject", "labels": {"edge_mm": "x"}})
     project.write(rows)
     assert codes(check(project)[1]) == [("s1", "a", "note", "rejected")]
-
-
-def test_empty_files_are_not_called_copies_of_one_another(project):
-    rows = project.session("s1", {"a": 500.0, "b": 510.0})
-    for name in "ab":
-        (project.folder() / "audio" / f"{name}.wav").write_bytes(b"")
-    project.write([r.model_copy(update={"sha256": ""}) for r in rows])
-    assert [f.code for f in check(project)[1]] == ["empty", "empty"]
 
 
 def test_a_recording_that_came_late(project):
@@ -100,14 +80,6 @@ def test_a_recording_that_came_late(project):
     assert codes(check(project)[1]) == [("s1", "*", "warning", "bad_excitation")]
 
 
-def test_a_named_pipe_is_never_opened(project):
-    """Reading it would wait for ever."""
-    rows = project.session("s1", {"a": 500.0, "b": 510.0})
-    (project.folder() / rows[0].file).unlink()
-    os.mkfifo(project.folder() / rows[0].file)
-    assert codes(check(project)[1]) == [("s1", "a", "error", "missing")]
-
-
 def test_simulated_and_recorded_sessions_do_not_meet(project):
     project.session("s1")
     project.session("s2", {"x": 900.0})
@@ -123,19 +95,6 @@ def test_a_file_without_a_row_is_noted(project):
     project.session("s1")
     write_tone(project.folder() / "audio" / "deep" / "z.wav", 777)
     assert codes(check(project)[1]) == [("s1", "deep/z.wav", "note", "no_row")]
-
-
-def test_progress_counts_every_recording(project):
-    project.session()
-    steps = []
-
-    def started(total):
-        steps.append(total)
-        return lambda: steps.append(1)
-
-    validate_dataset(project.paths, "d", started)
-    assert steps == [3, 1, 1, 1]
-    assert len(read_recordings(project.folder())[0]) == 3
 
 
 def test_an_edit_that_keeps_size_and_time_is_found(project):

@@ -4,11 +4,9 @@ import csv
 
 import numpy as np
 import pytest
-from worlds import Project, assert_one_line
+from worlds import assert_one_line
 
 import ajgdata as library
-from ajgdata.paths import Paths
-from ajgdata.types import DataError
 
 
 @pytest.fixture
@@ -50,16 +48,6 @@ def test_a_sample_that_no_feature_file_can_hold(ajgdata, project, edit, text):
     assert [(one.recording_id, one.code) for one in quarantine] == [("b", "bad_row")]
 
 
-def test_the_highest_sample_reaches_the_features(ajgdata, project, edit):
-    project.session()
-    edit(b={"sample": "2147483647"})
-    assert ajgdata("validate", "d")[0] == 0
-    project.shard()
-    project.merge("s1")
-    with library.load_features("d", project.root) as features:
-        assert features.sample.values.tolist() == [0, 2147483647, 2]
-
-
 @pytest.mark.parametrize("text", ["rejected", "bad", "reject (noise)", "rejct"])
 def test_unknown_values_of_quality(ajgdata, project, edit, text):
     project.session()
@@ -69,17 +57,6 @@ def test_unknown_values_of_quality(ajgdata, project, edit, text):
     assert f"quality = {text!r}: unknown value; use ok, reject, clipped" in out
     project.shard()
     assert project.merge("s1")[0].columns["recording"].values.tolist() == ["s1/a", "s1/c"]
-
-
-def test_labels_that_look_the_same_are_one_class(ajgdata, project, edit):
-    project.declare(targets={"material": {"kind": "classification"}})
-    project.session("s1", {"a": 500.0, "b": 750.0, "c": 900.0, "e": 1000.0})
-    texts = dict(zip("abce", ["metal", "metal\u200b", "gro\u0308\u00dfe", "größe"], strict=True))
-    edit({"edge_mm": "material"}, **{name: {"edge_mm": text} for name, text in texts.items()})
-    code, out, _ = ajgdata("validate", "d")
-    assert (code, issues(out)) == (0, [])
-    loaded = library.load_recordings("d", project.root)
-    assert loaded.material.values.tolist() == ["metal", "metal", "größe", "größe"]
 
 
 def test_an_invalid_cell_excludes_the_recording_from_its_target_only(ajgdata, project, edit):
@@ -101,27 +78,6 @@ def test_an_invalid_cell_excludes_the_recording_from_its_target_only(ajgdata, pr
         np.testing.assert_array_equal(features.edge_mm, [1, np.nan, 3])
 
 
-@pytest.mark.parametrize(
-    ("load", "text"),
-    [
-        (lambda root: library.load_features("a/../b", root), "'a/../b': is not the name of a data"),
-        (lambda root: library.load_features("x" * 300, root), "up to 100 characters"),
-        (lambda root: library.load_recordings("../d", root), "'../d': is not the name of a data"),
-        (lambda root: library.load_dataset("x" * 300, root), "up to 100 characters"),
-        (lambda root: library.load_model("d", "../t", project=root), "is not the name of a task"),
-        (lambda root: library.load_model("d", "t", "x" * 300, root), "is not the name of a model"),
-        (lambda root: library.load_features("", root), "'': is not the name of a data set"),
-    ],
-)
-def test_names_that_no_file_has_are_one_line(project, load, text):
-    with pytest.raises(DataError) as caught:
-        load(project.root)
-    message = str(caught.value)
-    assert text in message
-    assert "\n" not in message
-    assert len(message) < 200
-
-
 def test_settings_of_an_experiment_have_file_and_line(ajgdata, project):
     path = project.declare()
     path.write_text(
@@ -141,16 +97,3 @@ def test_settings_of_an_experiment_have_file_and_line(ajgdata, project):
     path.write_text(path.read_text().replace("learning_curve:", "lerning_curve:"))
     code, _, error = ajgdata("validate", "d")
     assert_one_line(error, f"dataset.yaml:{line - 2}: task size: no experiment 'lerning_curve'")
-
-
-def test_a_derived_data_set_names_its_own_file(ajgdata, project):
-    other = Project(Paths(project.root))
-    path = other.paths.dataset("e")
-    path.parent.mkdir(parents=True)
-    path.write_text(
-        "name: e\nfrom: d\ntasks:\n  size:\n    target: edge_mm\n"
-        "    experiments: {learning_curve: {reps: 1}}\n"
-    )
-    code, _, error = ajgdata("validate", "e")
-    assert code == 1
-    assert_one_line(error, f"{path}:6: task size: experiments.learning_curve: unknown key reps")
