@@ -21,8 +21,6 @@ from ajgdata.report.navigation import LEADS, navigation
 from ajgdata.report.render import draw_figures, picture
 from ajgdata.report.study_figures import FIGURES, stability_text
 from ajgdata.report.study_page import (
-    holds,
-    passed,
     placed_figures,
     render_study,
 )
@@ -190,13 +188,6 @@ def test_the_stability_figure_shows_what_was_marched_in_both_precisions():
     worse = ("a", "w", "grows", 1e-3, 1e40, 0.5, 0.5)
     title, _ = drawn(table_of("stability", keys, (*rows, worse)), "energies")
     assert title == "1 of 3 marched cases can gain energy"
-
-
-def test_rows_hold_or_fail_or_claim_nothing():
-    assert [holds(row) for row in TABLE.rows] == [True, False, None]
-    assert passed(DRAWN) == "" and holds(DRAWN.rows[0]) is None
-    assert holds({"expected": "bounded", "outcome": "bounded"}) is True
-    assert holds({"expected": "bounded", "outcome": "refused"}) is False
 
 
 @pytest.mark.parametrize(

@@ -3,15 +3,12 @@
 import numpy as np
 import pytest
 from known_cases import CASES
-from known_cases.domains import closed, lossy_bowl
 from known_cases.identities import (
     Adjoint,
     BoxDispersion,
     EnergyConstant,
     WaveDispersion,
 )
-
-from ajgdata.studies.domains import BOWL, bowl
 
 #: What a result must keep beside its own limits.
 ALSO = {
@@ -64,12 +61,3 @@ class BoxOfTheContinuousMedium(BoxDispersion):
 )
 def test_a_claim_that_does_not_hold_is_found(wrong):
     assert not wrong().run(quick=True).passed
-
-
-@pytest.mark.parametrize("scheme", ["second", "wide"])
-def test_the_bowl_has_cut_cells_that_need_the_stabilisation(scheme):
-    systems = (closed(bowl(), 4e-3, *BOWL, scheme=scheme)[1], lossy_bowl(4e-3, scheme=scheme))
-    for system in systems:
-        assert system.raised_cells > 0.02
-        if scheme == "wide":  # capacity is shared out, not added
-            assert abs(system.added_volume) < 1e-4

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper.geometry import cavity
-from ajgdata.gripper.random_fields import RandomField, normals
+from ajgdata.gripper.random_fields import normals
 from ajgdata.gripper.scene import History, Scene, as_met
 
 CALM = {
@@ -36,26 +36,6 @@ def test_numbers_of_a_history_keep_their_variance_and_forget_by_their_memory(mem
     for lag in range(1, NUMBERS):
         found = np.mean(drawn[0] * drawn[lag])
         assert found == pytest.approx(memory**lag, abs=5 * np.sqrt(2 / count) + 1e-3)
-
-
-@pytest.mark.parametrize("memory", [0.0, 0.475])
-def test_fields_of_a_history_keep_their_statistics(memory):
-    """Far places of many beds: unit variance, and each grasp correlates with the next by ρ."""
-    axis = np.linspace(-0.04, 0.04, 5)  # seven correlation lengths apart
-    fields = np.array(
-        [
-            [
-                RandomField(
-                    0, "roughness", 2, 0.006, History(seed=seed, number=n, memory=memory)
-                ).on_axes(axis, axis).ravel()
-                for n in (3, 4)
-            ]
-            for seed in range(100)
-        ]
-    ).transpose(1, 0, 2).reshape(2, -1)  # fmt: skip
-    within = 5 * np.sqrt(2 / fields.shape[1])
-    assert np.mean(fields**2, axis=1) == pytest.approx(1, abs=within)
-    assert np.mean(fields[0] * fields[1]) == pytest.approx(memory, abs=within)
 
 
 def test_a_balloon_askew_keeps_rim_and_volume_and_moves_its_tip():

@@ -10,10 +10,7 @@ SOLID = {"density_kg_m3": 1e3, "young_pa": 1e9, "poisson": 0.3, "loss": 0.1}
 @pytest.mark.parametrize(
     ("scene", "named"),
     [
-        ({"object": {"kind": "cube", "edge_mm": -1}}, "edge_mm"),
         ({"object": {"kind": "cube", "edge_mm": float("nan")}}, "edge_mm"),
-        ({"object": {"kind": "cone"}}, "cone"),
-        ({"object": CUBE, "grasp": {"offset_x_mm": 80}}, "offset_x_mm"),
         ({"grasp": {"angle_deg": float("inf")}}, "angle_deg"),
         ({"gripper": {"speaker_mm": [39, 10]}}, "speaker_mm"),
         ({"gripper": {"port_mm": [0, 60]}}, "port_mm"),
@@ -21,7 +18,6 @@ SOLID = {"density_kg_m3": 1e3, "young_pa": 1e9, "poisson": 0.3, "loss": 0.1}
         ({"numerics": {"dx": 3}}, "dx"),
         ({"environment": {"temperature_c": 61}}, "temperature_c"),
         ({"gripper": {"bed_depth_mm": 90}}, "bed_depth_mm 90 overfills"),
-        ({"medium": {"kind": "sand"}}, "kind"),
         (
             {"object": {**CUBE, "material": {**SOLID, "density_kg_m3": 1e300}}},
             "material.numbers.density_kg_m3",

@@ -9,7 +9,6 @@ from ajgdata.gripper.scene import Precision, Scheme
 from ajgdata.types.table import Column, Table, Value
 from known_cases.case import Case, CaseResult
 from known_cases.endurance import (
-    LongRunDriven,
     LongRunLossless,
     SinglePrecision,
     StaticDrift,
@@ -21,7 +20,6 @@ from known_cases.identities import (
     EnergyNeverGrows,
     Linearity,
     Reciprocity,
-    Unused,
     WaveDispersion,
 )
 from known_cases.membrane import ReciprocityOfMembrane
@@ -58,7 +56,6 @@ CASES: dict[str, Case] = {
         WaveDispersion(),
         TimeStep(),
         StaticPressure(),
-        Unused(),
         *(kind(s) for kind in (BoxOnGrid, BoxOffGrid, SphereDipole) for s in SCHEMES),
         *(BedLayer("plastic", scheme) for scheme in SCHEMES),
         BedLayer("metal"),
@@ -67,7 +64,6 @@ CASES: dict[str, Case] = {
         *(Piston(piston) for piston in PISTONS),
         OnePiston(),
         *(kind(p) for kind in (LongRunLossless, StaticDrift) for p in PRECISIONS),
-        LongRunDriven(),
         SinglePrecision(),
     )
 }

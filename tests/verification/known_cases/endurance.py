@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper import Scene, simulate
 from ajgdata.gripper.scene import Precision
-from ajgdata.gripper.solver import State, at_rest, march
+from ajgdata.gripper.solver import State, march
 from ajgdata.gripper.system import System
 from ajgdata.studies.discrete_energy import energies, random_state
-from ajgdata.studies.domains import BOWL, SILENT, bowl, two_probes
+from ajgdata.studies.domains import BOWL, SILENT, bowl
 from known_cases.case import Bound
-from known_cases.domains import closed, lossy_bowl
+from known_cases.domains import closed
 
 Real = NDArray[np.floating]
 H = 6e-3
@@ -80,31 +80,6 @@ class StaticDrift(LongRun):
         scale = float(np.sqrt(np.mean(state.p[live].astype(np.float64) ** 2)))
         march(system, state, SILENT, SILENT, np.zeros(0), self.steps(quick))
         return abs(mean_pressure(system, state.p) - before) / scale
-
-
-@dataclass(eq=False)
-class LongRunDriven(LongRun):
-    """Grains and walls of every kind under a tone that never stops: as loud late as early."""
-
-    title = "level of a lossy cavity under a tone of 1,000,000 steps, change once settled; float32"
-    derived = "roundings at random that were never to die away: √steps ε"
-    period, periods = 64, 32
-    precision: Precision = "float32"
-
-    def deviation(self, quick: bool) -> float:
-        """Return the largest relative change in the second half, the slow static pressure apart."""
-        system = lossy_bowl(H, self.dtype)
-        source, receiver = two_probes(system)
-        state = at_rest(system)
-        tone = np.sin(2 * np.pi * np.arange(self.periods * self.period) / self.period)
-        levels = np.array(
-            [
-                np.std(march(system, state, source, receiver, tone, len(tone))[-self.period :])
-                for _ in range(self.steps(quick) // len(tone))
-            ]
-        )
-        settled = levels[len(levels) // 2 :]
-        return float(np.max(np.abs(settled / settled[0] - 1)))
 
 
 class SinglePrecision(Bound):

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper import Scene, build_plan, simulate
+from ajgdata.gripper import Scene, build_plan
 from ajgdata.gripper.scene import Scheme
 from ajgdata.gripper.solver import Probe, State, at_rest, march
 from ajgdata.gripper.solver_plan import wide_weight
@@ -214,33 +214,3 @@ class WaveDispersion(Identity):
     def _symbol(self, k: float) -> float:
         weight, half = wide_weight(self.h), k * self.h / 2
         return float((1 + 3 * weight) * np.sin(half) - weight * np.sin(3 * half))
-
-
-class Unused(Identity):
-    """Scenes that differ in what is not there: grains of an empty gripper, pose of no object."""
-
-    title = "what a scene does not use changes no bit"
-    derived = "equal bytes"
-    roundings = 0
-
-    def deviation(self, quick: bool) -> float:
-        """Return the number of samples that differ."""
-        empty = {"object": None, "medium": {"kind": "air"}}
-        grains = {"kind": "air", "grain_diameter_mm": 3.0, "porosity": 0.5}
-        others = (
-            {"medium": grains, "gripper": {"bed_depth_mm": 10.0}},
-            {"grasp": {"angle_deg": 33.0, "force_n": 5.0, "offset_x_mm": 3.0}},
-            {"grasp": {"nuisance": {"packing": 0.1, "roughness_mm": 2.0, "force": 0.1}}},
-        )
-        reference = self._samples(empty)
-        count = 0
-        for other in others:
-            samples = self._samples({**empty, **other})
-            if len(samples) != len(reference):
-                return np.inf
-            count += int(np.count_nonzero(samples.view(np.int64) != reference.view(np.int64)))
-        return float(count)
-
-    def _samples(self, parts: dict) -> Real:
-        numerics = {"dx_mm": 5.0, "max_time_s": 0.01}
-        return simulate(Scene.model_validate({**parts, "numerics": numerics})).samples
