@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 
 .PHONY: reproduce real test test-slow test-cpus test-browser test-cluster test-jack test-torture lint format bench docs readme lock clean
 
-# ARGS are passed on: make reproduce ARGS=report_size, make test ARGS=tests/docs.
+# ARGS are passed on: make reproduce ARGS=--dry-run, make test ARGS=tests/docs.
 reproduce: $(VENV)/.test
 	$(BIN)/snakemake $(ARGS)
 

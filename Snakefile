@@ -1,5 +1,4 @@
-# Recordings in, report out: `snakemake` runs everything that is not current.
-from functools import partial
+# From recordings to the report: `snakemake` runs everything that is out of date.
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -13,37 +12,33 @@ from ajgdata.paths import (
     ABLATIONS_PAGE,
     EXPERIMENT_PAGES,
     FIGURES,
-    RUNS_FILE,
     TABLES,
     Paths,
     run_name,
 )
-from ajgdata.pipeline.experiments import (
-    asked_for,
-    datasets_of,
-    models_of,
-    tasks_by_report,
-)
+from ajgdata.pipeline.experiments import asked_for, models_of
 from ajgdata.pipeline.opening import subject_of
-from ajgdata.pipeline.plan import errors_stop_snakemake, plan, published, solved_by
+from ajgdata.pipeline.plan import (
+    Declared,
+    errors_stop_snakemake,
+    plan,
+    published,
+    solved_by,
+)
 from ajgdata.pipeline.run import end_run, modified_ns
 from ajgdata.pipeline.site import navigation_of
-from ajgdata.pipeline.studies import (
-    STUDIES,
-    ablation_hash,
-    study_hash,
-)
+from ajgdata.pipeline.studies import STUDIES, ablation_hash, study_hash
 from ajgdata.report.navigation import FIXED, plain
 from ajgdata.store.files import read_yaml
 from ajgdata.store.provenance import layer_hash, settings_digest
 from ajgdata.store.report_files import report_files_digest
-from ajgdata.types import SOURCES
+from ajgdata.types import MODELS, SOURCES
 
 min_version("9.10")
 
-# Also where another Snakefile includes this one.
+# Also correct if another Snakefile includes this one.
 HERE = Path(workflow.current_basedir.get_path_or_uri(secret_free=True))
-# Not `configfile`, which Snakemake leaves out where a module is given a `config`.
+# Snakemake ignores `configfile` if a module is given a `config`.
 config = read_yaml(HERE / "workflow/config/default.yaml") | config
 
 try:
@@ -56,37 +51,42 @@ except WorkflowError as error:  # one line instead of the whole schema
 
 PATHS = Paths(run=run_name(config["datasets"] or ()) if config["alone"] else "")
 REPORT_FILES = report_files_digest(PATHS)
-# Jobs run what the main process has checked.
+
 with errors_stop_snakemake("project"):
-    PLANS = plan(PATHS, config["datasets"], check=workflow.is_main_process)
+    # Jobs use what the main process has checked.
+    PLANS = Declared(plan(PATHS, config["datasets"], check=workflow.is_main_process))
     PUBLISHED = published(PLANS, config["publish"])
-SPECS = {name: one.spec for name, one in PLANS.items()}
-TASKS = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
-MEASURED = TASKS + [
-    (name, one) for name, spec in SPECS.items() for one in spec.embeddings
-]
-REPORTS = tasks_by_report(SPECS)
-ASKED = {
-    (one.dataset, one.task, kind): one
-    for one in asked_for(SPECS, MEASURED)
-    for kind in one.kinds
-}
-with errors_stop_snakemake("project"):
-    ABLATED = possible(PATHS, [name for name, one in PLANS.items() if one.virtual])
-# Further pages: why simulation and paper differ, and on the virtual gripper.
-PAGES = [
-    name
-    for name in (
-        *([ABLATIONS_PAGE] if ABLATED else []),
-        *STUDIES,
+    SPECS = Declared({name: one.spec for name, one in PLANS.items()})
+    # Tasks and embeddings, as data set and name.
+    MEASURED = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
+    MEASURED += [(name, one) for name, spec in SPECS.items() for one in spec.embeddings]
+    ASKED = Declared(
+        {
+            (one.dataset, one.task, kind): one
+            for one in asked_for(SPECS, MEASURED)
+            for kind in one.kinds
+        }
     )
-    if config["pages"] is None or name in config["pages"]
-]
-
-
-LATENTS = list(dict.fromkeys(key[:2] for key in ASKED if ASKED[key].of_latents))
-with errors_stop_snakemake("project"):
+    ABLATED = possible(PATHS, [name for name, one in PLANS.items() if one.virtual])
+    # Pages on the simulation, if they are possible and configured.
+    PAGES = [ABLATIONS_PAGE] * bool(ABLATED) + [*STUDIES]
+    if config["pages"] is not None:
+        PAGES = [name for name in PAGES if name in config["pages"]]
+    LATENTS = list(dict.fromkeys(key[:2] for key in ASKED if ASKED[key].of_latents))
     NAVIGATION = plain(navigation_of(PATHS, SPECS, MEASURED, PAGES, LATENTS))
+    # Data set and task of the opening picture.
+    OPENING = subject_of(SPECS) if PAGES else None
+
+# The solver is checked if it simulates recordings.
+WITH_SOLVER = not config["quick"] and any(one.virtual for one in PLANS.values())
+EVERYTHING = [
+    PATHS.report,
+    PATHS.all_metrics,
+    *dict.fromkeys(PATHS.models(one[0]) for one in models_of(SPECS, MEASURED)),
+    PATHS.verified,
+    *([PATHS.verified_solver] if WITH_SOLVER else []),
+    *(PATHS.published_sums(name) for name in PUBLISHED),
+]
 
 
 wildcard_constraints:
@@ -95,23 +95,6 @@ wildcard_constraints:
     task="[A-Za-z0-9_-]+",
     embedding="[A-Za-z0-9_-]+",
     kind="[a-z0-9_]+(-[A-Za-z0-9_]+)?",
-
-
-# The solver is checked where it made recordings.
-WITHOUT_SOLVER = config["quick"] or not any(one.virtual for one in PLANS.values())
-
-
-include: "workflow/rules/common.smk"
-
-
-EVERYTHING = [
-    PATHS.report,
-    PATHS.all_metrics,
-    *dict.fromkeys(PATHS.models(one[0]) for one in models_of(SPECS, TASKS)),
-    PATHS.verified,
-    *([] if WITHOUT_SOLVER else [PATHS.verified_solver]),
-    *(PATHS.published_sums(name) for name in PUBLISHED),
-]
 
 
 rule all:
@@ -128,6 +111,7 @@ onsuccess:
     end_run(PATHS.complete, SUMMARY_BEFORE)
 
 
+include: "workflow/rules/common.smk"
 include: "workflow/rules/acquire.smk"
 include: "workflow/rules/features.smk"
 include: "workflow/rules/experiments.smk"

@@ -146,7 +146,6 @@ class Paths:
     #: Page on which every recording of an embedding is seen and heard.
     explorer = Places("report/latents/{dataset}/{embedding}.html", "of_run")
     opening = Place("report/opening/opening.json", "of_run")  #: see `pipeline.opening`
-    report_on = Places("results/report_{experiment}/" + INDEX)
 
     # May be deleted at any time.
     cache = Place(".ajgdata")

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ajgdata.experiments import EXPERIMENTS, Asked, asked_of
-from ajgdata.experiments.base import Inputs, NewGrasps, Other, Render, Result, TaskResults
+from ajgdata.experiments.base import Inputs, Other, Result, TaskResults
 from ajgdata.features.axes import differing_axes
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tell
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from ajgdata.store.features import Shard
 
 TaskKey = tuple[str, str]  #: data set, and task or embedding
-EMBEDDING = "embedding"  #: report on all embeddings
 
 
 def asked_for(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[Asked]:
@@ -46,44 +45,13 @@ def models_of(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> lis
     return [(d, task, model) for d, task in named for model in specs[d].tasks[task].models]
 
 
-def datasets_of(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[str]:
-    """Return the data sets that the tasks are about, those that they are tested on included."""
-    found = dict.fromkeys(dataset for dataset, _ in tasks)
-    for dataset, task in tasks:
-        if task in specs[dataset].tasks:
-            found |= dict.fromkeys(specs[dataset].tasks[task].others)
-    return list(found)
-
-
-def tasks_by_report(specs: Mapping[str, DatasetSpec]) -> dict[str, list[TaskKey]]:
-    """Return tasks by the name of their report: that of their data set, unless they name some.
-
-    Embeddings have a report of their own.
-    """
-    found: dict[str, list[TaskKey]] = {}
-    for dataset, spec in specs.items():
-        for name, task in spec.tasks.items():
-            for report in task.reports or (dataset,):
-                found.setdefault(report, []).append((dataset, name))
-        for name in spec.embeddings:
-            found.setdefault(EMBEDDING, []).append((dataset, name))
-    return found
-
-
 def page_of(asked: Asked, spec: DatasetSpec) -> str:
-    """Return the name of the page that an experiment on a task stands on: that of the first report
-    that the task names, or of its data set, unless the experiment has its own."""
+    """Return the name of the page that an experiment on a task stands on: that which the task
+    names, or that of its data set, unless the experiment has its own."""
     one = asked.experiment
     if one.own_page or one.of_embedding:
         return one.name
-    return report_of(asked, spec)
-
-
-def report_of(asked: Asked, spec: DatasetSpec) -> str:
-    """Return the NAME of `snakemake report_NAME` that makes the experiment's page anew."""
-    if asked.experiment.of_embedding:
-        return EMBEDDING
-    return (spec.tasks[asked.task].reports or (asked.dataset,))[0]
+    return spec.tasks[asked.task].page or asked.dataset
 
 
 def run_experiment(
@@ -94,7 +62,7 @@ def run_experiment(
     task: str,
     settings: Mapping[str, Any],
     split: Mapping[str, Any],
-    others: Mapping[str, Path],
+    others: Sequence[str],
     audio: AudioSettings,
     features: FeatureSettings,
     paths: Paths,
@@ -102,25 +70,26 @@ def run_experiment(
     tables: Path,
     cost: Path,
     encoders: Sequence[Path] = (),
-    render: Render | None = None,
-    new_grasps: NewGrasps | None = None,
+    rendered: str = "",
 ) -> None:
     """Measure the experiment `kind` (name, or name and model) on a task and write its tables.
 
     `split` is what every measurement must know of the task, see `DatasetSpec.task_settings`;
-    `others` are the stores of further data sets; `paths` says where recordings are; `encoders` are
-    the latents of an embedding and the cost of training, or nothing; `render` plays other sounds
-    in the scenes of recordings, and `new_grasps` makes more of them. What is the same for the same
+    `others` are further data sets; `paths` says where recordings are; `encoders` are the latents
+    of an embedding and the cost of training, or nothing; if `rendered` is not empty, the experiment
+    simulates sounds and grasps by the recipe of the data set. What is the same for the same
     inputs is written to `tables`, what is measured to `cost`. A task that lacks what the experiment
     needs is written as skipped, with the reason: the rest of the run goes on.
     """
-    from ajgdata.pipeline.recordings import RecordingReader  # SciPy, which Snakemake does not need
+    # SciPy and the simulation, which Snakemake does not need
+    from ajgdata.pipeline.recordings import RecordingReader
+    from ajgdata.pipeline.rendering import new_grasps_of, renderer
 
     name, _, model = kind.partition("-")
     one, shard = EXPERIMENTS[name], read_store(store)
     about = {"experiment": name, "dataset": dataset, "task": task, "model": model, "seed": seed}
     about |= {**split, "settings": settings, "provenance": dict(shard.attrs)}
-    compared = {other: _comparable(store, shard, path) for other, path in others.items()}
+    compared = {other: _comparable(store, shard, paths.features(other)) for other in others}
     others_read = compared if one.reads_recordings else {}
     read = {dataset: audio} | {other: _audio_of(found) for other, found in others_read.items()}
     inputs = Inputs(
@@ -134,8 +103,8 @@ def run_experiment(
         features=features,
         **_encoded(*encoders),
         recordings=RecordingReader(paths, read),
-        render=render,
-        new_grasps=new_grasps,
+        render=renderer(paths, dataset) if rendered else None,
+        new_grasps=new_grasps_of(paths, dataset) if rendered else None,
     )
     try:
         about["left_out"] = dict(inputs.classes_of_task[1])

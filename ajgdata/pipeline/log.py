@@ -1,26 +1,48 @@
-"""Logs of jobs: all output goes to the log, an error also to the terminal, in one line."""
+"""Jobs of the workflow: the call of a function by a rule, and the log of its output."""
 
 from __future__ import annotations
 
+import inspect
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
+from typing import Any
 
+from pydantic import validate_call
+
+from ajgdata.paths import Paths
 from ajgdata.store.trouble import machine_trouble
 from ajgdata.types import DataError
 
 
+def run_job(function: Callable[..., object], job: Any) -> None:
+    """Call a function with the inputs, outputs, wildcards and params that it takes, by name.
+
+    `job` is Snakemake's object of the same name in scripts. Values become what the function's
+    annotations ask for, e.g. paths and settings. Further arguments: `paths` of the run, and `log`.
+    """
+    values = {"paths": Paths(run=job.params.get("run", "")), "log": job.log[0]}
+    for named in (job.input, job.output, job.wildcards, job.params):
+        values |= {key: [*one] if isinstance(one, list) else one for key, one in named.items()}
+    arguments = {
+        name: values[name] for name in inspect.signature(function).parameters if name in values
+    }
+    with logged(job.log[0]):
+        validate_call(function)(**arguments)
+
+
 @contextmanager
 def logged(log: str) -> Iterator[None]:
-    """Send the output of a job to `log`. A DataError ends the process
-    with its line; so does what the machine lacks. A bug ends it with a traceback."""
+    """Send the output of a job to `log`.
+
+    A DataError, or a limit of the machine, ends the process with one line, a bug with a traceback.
+    """
     Path(log).parent.mkdir(parents=True, exist_ok=True)
     with Path(log).open("w", encoding="utf-8", buffering=1) as stream:
         try:
-            told = redirect_stdout(stream), redirect_stderr(stream)
-            with told[0], told[1]:
+            with redirect_stdout(stream), redirect_stderr(stream):
                 yield
         except DataError as error:
             stream.write(f"{error}\n")

@@ -6,12 +6,13 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from ajgdata.pipeline.progress import tell
 from ajgdata.store.features import Shard, concatenate, feature_attrs, read_store, write_store
 from ajgdata.store.files import read_csv, sha256_of
 from ajgdata.store.findings import read_findings, rejected, without_rejected, write_findings
 from ajgdata.store.labels import labelled, select, with_columns, without_copies
 from ajgdata.store.provenance import software
-from ajgdata.types import Finding, Target
+from ajgdata.types import Finding, Target, left_out
 
 
 def merge(
@@ -46,6 +47,8 @@ def merge(
     found = [*without_rejected(found, notes), *told]
     write_store(store, with_attributes(merged, dataset), feature_attrs(merged.attrs))
     write_findings(quarantine, found)
+    if excluded := left_out(found):
+        tell(f"left out  {len(excluded)} of {dataset}: {quarantine} says why")
 
 
 def with_attributes(shard: Shard, dataset: str) -> Shard:

@@ -11,6 +11,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 from ajgdata.acquire.recipe import session_names, shares_scenes
 from ajgdata.experiments import all_asked
@@ -88,6 +89,19 @@ def plan(
         problem = "no data set here has recordings or a recipe"
         raise DataError(paths.datasets, problem, _how_to_import("NAME"))
     return plans
+
+
+class Declared(dict[Any, Any]):
+    """What the data sets of a run declare, by key; another key ends the run with one line.
+
+    Snakemake ignores other errors if the file exists, and reports that nothing is to be done.
+    """
+
+    def __missing__(self, key: str | tuple[str, ...]) -> None:
+        name = key if isinstance(key, str) else " ".join(key)
+        raise SystemExit(
+            f"{name}: not declared in the data sets of this run; remove its results, or declare it"
+        )
 
 
 @contextmanager

@@ -20,6 +20,7 @@ from ajgdata.paths import (
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import asked_for, models_of, read_results, with_page_tests
 from ajgdata.pipeline.exports import with_tables, write_exports
+from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import pages_of
 from ajgdata.report.blocks import Illustration
@@ -91,6 +92,7 @@ def build_report(
     content["published"] = list(published)
     content["agreements"] = tally(report.comparisons)
     write_bytes(page.with_name(RUNS_FILE), json_bytes(content))
+    tell(f"report: {page}")
 
 
 def _assembled(

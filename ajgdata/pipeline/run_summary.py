@@ -17,7 +17,7 @@ from ajgdata.store.features import open_store
 from ajgdata.store.files import read_json, write_bytes
 from ajgdata.store.findings import read_findings
 from ajgdata.store.models import ABOUT_FILE
-from ajgdata.store.sessions import list_datasets
+from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.types import DatasetSpec, left_out
 
 Key = tuple[str, str, str]  #: data set, task or embedding, and kind of measurement
@@ -26,14 +26,14 @@ TRAINING = "training"
 
 
 def complete(
-    paths: Paths, specs: Mapping[str, DatasetSpec], keys: Sequence[Key], out: Path
+    paths: Paths, datasets: Sequence[str], measurements: Sequence[Key], summary: Path
 ) -> None:
-    """Write the summary of a whole run to `out`: the measurements `keys`, and the models of their
-    tasks.
+    """Write the `summary` of a whole run: its `measurements`, and the models of their tasks.
 
     If a task was skipped that is not optional, the last line begins with INCOMPLETE.
     """
-    results = [(*key, read_json(path)) for *key, path in _results(paths, specs, keys)]
+    specs = {name: read_dataset(paths, name) for name in datasets}
+    results = [(*key, read_json(path)) for *key, path in _results(paths, specs, measurements)]
     skipped = _skipped(specs, results)
     lines = _data_lines(paths, list(specs))
     lines += dict.fromkeys(
@@ -44,7 +44,8 @@ def complete(
     absent = sum(
         "skipped" in about and not kind.startswith(TRAINING) for *_, kind, about in results
     )
-    lines.append(f"{many(len(keys), 'measurement')}: {len(keys) - absent} made, {absent} skipped")
+    count = len(measurements)
+    lines.append(f"{many(count, 'measurement')}: {count - absent} made, {absent} skipped")
     for (task, reason, optional), rows in skipped.groupby(["task", "reason", "optional"]):
         word = "optional" if optional else "skipped "
         lines.append(f"{word}  {task}, {', '.join(rows['kind'])}: {reason}")
@@ -58,7 +59,7 @@ def complete(
             f"{INCOMPLETE} {', '.join(missing)} skipped (reasons above), everything else is done; "
             "correct the data, or declare `optional: true` for the task in dataset.yaml"
         )
-    write_bytes(out, "".join(f"{line}\n" for line in lines).encode())
+    write_bytes(summary, "".join(f"{line}\n" for line in lines).encode())
 
 
 def _skipped(specs: Mapping[str, DatasetSpec], results: Sequence[Result]) -> pd.DataFrame:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from ajgdata.experiments import Asked
 from ajgdata.paths import Paths
-from ajgdata.pipeline.experiments import TaskKey, asked_for, page_of, report_of
+from ajgdata.pipeline.experiments import TaskKey, asked_for, page_of
 from ajgdata.report.navigation import Group, Link, experiment_link, navigation
 from ajgdata.report.paper import parse_paper
 from ajgdata.report.report_data import ExperimentPage
@@ -57,7 +57,7 @@ def _page(
     Raises DataError where a data set is named like the page that an experiment has of its own.
     """
     first, spec = asked[0], specs[asked[0].dataset]
-    named = any(name in specs[a.dataset].tasks[a.task].reports for a in asked if not _owns(a))
+    named = any(name == specs[a.dataset].tasks[a.task].page for a in asked if not _owns(a))
     written = read_page_text(paths, name) if named else ""
     if len({_owns(one) for one in asked}) > 1:
         where = paths.dataset(next(one.dataset for one in asked if not _owns(one)))
@@ -71,7 +71,7 @@ def _page(
         name=name,
         title=title or first.experiment.title,
         question=section_of(text, "Question"),
-        command=f"snakemake report_{report_of(first, spec)}",
+        command=f"ajgdata run {first.dataset}",
         about=PAPERS if in_paper else BEYOND,
     )
 

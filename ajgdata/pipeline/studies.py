@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import sys
 from pathlib import Path
 
 from ajgdata.ablations import read_ablations
@@ -28,20 +29,24 @@ def ablation_hash() -> str:
     return layer_hash("ablations", "pipeline/studies.py")
 
 
-def run_study(name: str, out: Path, *, quick: bool = False) -> None:
-    """Run the study `name` and write its tables, with what made them, to `out` (JSON).
+def run_study(study: str, tables: Path, *, tests: str = "", quick: bool = False) -> None:
+    """Run a study and write its tables, with what made them, to `tables` (JSON).
 
-    `quick`: coarser grids and fewer cases. The folder of the tests of the solver must be on the
-    path of Python. Raises ValueError for a table whose rows do not have its columns.
+    `quick`: coarser grids and fewer cases; `tests`: folder of the tests of the solver, for the
+    verification. Raises ValueError for a table whose rows do not have its columns.
     """
-    module = VERIFICATION if name == "verification" else f"ajgdata.studies.{name}"
-    tables = importlib.import_module(module).tables(quick)
+    if tests:
+        sys.path.append(tests)
+    module = VERIFICATION if study == "verification" else f"ajgdata.studies.{study}"
+    results = importlib.import_module(module).tables(quick)
     about = {**software(), "code": study_hash()}
-    write_tables(out, tables, study=name, quick=quick, **about)
+    write_tables(tables, results, study=study, quick=quick, **about)
 
 
-def run_ablation(paths: Paths, name: str, out: Path, *, seed: int, quick: bool = False) -> None:
-    """Run the ablation `name` on the stores of its data sets and write its tables to `out` (JSON).
+def run_ablation(
+    paths: Paths, ablation: str, tables: Path, *, seed: int, quick: bool = False
+) -> None:
+    """Run an ablation on the stores of its data sets and write its results to `tables` (JSON).
 
     Scenes that are simulated for it are kept as those of data sets are. `quick`: fewer grasps and
     the fastest model. Where data sets lack what it asks for, the reason is written instead.
@@ -49,9 +54,10 @@ def run_ablation(paths: Paths, name: str, out: Path, *, seed: int, quick: bool =
     from ajgdata.ablations.measure import measure
 
     try:
-        tables = measure(paths, name, read_ablations(paths)[name], seed=seed, quick=quick)
+        settings = read_ablations(paths)[ablation]
+        results = measure(paths, ablation, settings, seed=seed, quick=quick)
     except NotPossibleError as error:  # too few grasps, say: a result, and the run goes on
         reason = {"reason": str(error)}
-        tables = [table_of(name, f"Not made: {name}", [reason], reason="Reason")]
+        results = [table_of(ablation, f"Not made: {ablation}", [reason], reason="Reason")]
     about = {**software(), "code": ablation_hash()}
-    write_tables(out, tables, study=name, quick=quick, **about)
+    write_tables(tables, results, study=ablation, quick=quick, **about)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, task_data
+from ajgdata.pipeline.progress import lines
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.models import write_about, write_estimator, write_guard, write_network
 from ajgdata.store.tables import plain
@@ -23,13 +24,12 @@ def train_models(
     tasks: Mapping[str, Mapping[str, Any]],
     seed: int,
     folder: Path,
-    progress: Callable[[int], Callable[[], object]],
 ) -> None:
     """Fit every model of every task, see `DatasetSpec.trainings`, and write each into
     `folder`/task/model."""
     shard = read_store(store)
     pairs = [(task, model) for task, declared in tasks.items() for model in declared["models"]]
-    advance = progress(len(pairs))
+    advance = lines(f"models of {store.stem}", parts=4)(len(pairs))
     for task, model in pairs:
         print(f"{task}: {model}")
         settings = tasks[task]["settings"]

@@ -13,22 +13,22 @@ from ajgdata.types import DataError
 
 
 def verify(tests: Path, summary: Path, *, run: str, log: Path) -> None:
-    """Run the tests of the built results and write pytest's closing line.
+    """Run the `tests` of the built results and write pytest's closing line.
 
     `run` names a run of some data sets alone, "" is a whole one. Raises DataError when a test
     fails; pytest's output is in the `log`.
     """
-    built = [str(tests / "artefacts"), "-m", "artefact"]  # to collect all takes longer
-    write_bytes(summary, _tested(tests, built, "a check of the results failed", log, run))
+    chosen = [str(tests.parent), "-m", "artefact"]
+    write_bytes(summary, _tested(tests, chosen, "a check of the results failed", log, run))
 
 
 def verify_solver(tests: Path, summary: Path, *, log: Path) -> None:
-    """Run the solver's tests too long for the test suite, and write pytest's closing line.
+    """Run the solver's `tests` too long for the test suite, and write pytest's closing line.
 
     They look at no result: a run makes them beside everything else. Raises DataError when one
     fails; pytest's output is in the `log`.
     """
-    chosen = [str(tests / "verification"), "-m", "slow"]
+    chosen = [str(tests.parent), "-m", "slow"]
     write_bytes(summary, _tested(tests, chosen, "a check of the solver failed", log))
 
 
@@ -36,7 +36,7 @@ def _tested(tests: Path, chosen: list[str], problem: str, log: Path, run: str = 
     """Return the closing line of pytest, in this job's one process."""
     command = [sys.executable, "-m", "pytest", *chosen, "-n", "0", "-p", "no:cacheprovider"]
     done = subprocess.run(
-        [*command, "--rootdir", str(tests.parent)],
+        [*command, "--rootdir", str(tests.parents[2])],
         check=False,
         capture_output=True,
         text=True,

@@ -60,8 +60,8 @@ class Task(Strict):
     optional: bool = Field(
         False, description="what the data lack for it is told, and the run succeeds all the same"
     )
-    reports: tuple[Name, ...] = Field(
-        (), description="`snakemake report_NAME` reports on the tasks of NAME; default: data set"
+    page: Name | None = Field(
+        None, description="page of the report that shows its results; default: the data set's"
     )
     paper: str | dict[str, str] = Field(
         "",

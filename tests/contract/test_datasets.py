@@ -10,7 +10,6 @@ from mirror_symmetry import angle_from_plane, mirror_image, mirror_plane
 from ajgdata.acquire.recipe import session_names
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.paths import Paths
-from ajgdata.pipeline.experiments import datasets_of, tasks_by_report
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.types import SESSION_COLUMNS
@@ -147,30 +146,3 @@ def test_the_finer_grid_has_the_same_grasps_and_nothing_else_of_its_own():
         for name in ("size", "size_fine")
     )
     assert fine == [{**setup, "numerics": {"dx_mm": 3.0}} for setup in own] and len(own) == 80
-
-
-#: What each experiment needs, and nothing else is recorded for it.
-NEEDS = {
-    "media": {"media"},
-    "size": {"size"},
-    "noise": {"size", "size_60dba", "size_70dba", "size_80dba", "size_90dba"},
-    "orientation": {"orientation", "orientation_flat", *MIRRORED},
-    "materials": {"sphere80", "plate", "sphere30"},
-    "ycb": {"ycb"},
-    "datasize": {"ycb"},
-    "baselines": {"ycb"},
-    "sorting": {"ycb"},
-    "shortcut": {
-        "orientation", "orientation_gripper", "orientation_gripper_silent", "orientation_silent",
-    },
-    "grid": {"size", "size_fine"},
-    "transfer": {
-        "size", "size_other_membrane", "size_moved_transducers",
-        "ycb", "ycb_other_membrane", "ycb_moved_transducers",
-    },
-}  # fmt: skip
-
-
-def test_every_experiment_of_the_paper_can_be_asked_for_and_needs_no_more_than_its_share():
-    tasks = tasks_by_report(SPECS)
-    assert {name: set(datasets_of(SPECS, tasks[name])) for name in NEEDS} == NEEDS

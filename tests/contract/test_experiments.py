@@ -85,8 +85,8 @@ def nothing(name: str) -> list[dict[str, object]]:
 @pytest.fixture(scope="session")
 def stores(tmp_path_factory) -> dict[str, Path]:
     """A store of every data set that has a recipe."""
-    folder = tmp_path_factory.mktemp("stores")
-    return {name: write(folder / f"{name}.nc", name) for name in MADE}
+    paths = Paths(tmp_path_factory.mktemp("stores"))
+    return {name: write(paths.features(name), name) for name in MADE}
 
 
 def write(path: Path, name: str) -> Path:
@@ -132,8 +132,9 @@ def run(stores: dict[str, Path], asked: Asked, folder: Path) -> tuple[dict, dict
     run_experiment(
         stores[asked.dataset], kind=f"{name}-{model}" if model else name, dataset=asked.dataset,
         task=asked.task, settings=settings, split=spec.task_settings(asked.task),
-        others={other: stores[other] for other in asked.others}, audio=spec.audio,
-        features=spec.features, paths=PATHS, seed=0, tables=tables, cost=cost,
+        others=list(asked.others), audio=spec.audio,
+        features=spec.features, paths=Paths(stores[asked.dataset].parents[2]), seed=0,
+        tables=tables, cost=cost,
     )  # fmt: skip
     about, found = read_tables(tables)
     return about, {table.name: table for table in found}

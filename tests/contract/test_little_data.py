@@ -156,10 +156,9 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
             run_experiment(
                 paths.features("little"), kind=kind, dataset="little", task=one.task,
                 settings=one.job_settings(kind), split=spec.task_settings(one.task),
-                others={other: paths.features(other) for other in one.others},
+                others=list(one.others), rendered="x" if one.experiment.renders else "",
                 audio=AudioSettings(sample_rate_hz=RATE_HZ), features=spec.features,
                 paths=paths, encoders=encoders if one.of_latents else [], seed=0, tables=tables,
-                render=played if one.experiment.renders else None, new_grasps=grasped,
                 cost=paths.experiment_cost("little", one.task, kind),
             )  # fmt: skip
             told[one.task, kind] = read_json(tables).get("skipped", "")
@@ -192,6 +191,8 @@ def test_every_experiment_is_here():
 @pytest.mark.parametrize("case", REPORTED)
 def test_what_cannot_be_measured_is_told_and_the_report_comes_out(tmp_path, monkeypatch, case):
     monkeypatch.setattr("ajgdata.report.canvas.FIGURE_FORMATS", ("svg",))  # three times as fast
+    monkeypatch.setattr("ajgdata.pipeline.rendering.renderer", lambda *_: played)
+    monkeypatch.setattr("ajgdata.pipeline.rendering.new_grasps_of", lambda *_: grasped)
     paths = Paths(tmp_path)
     made(paths, "whole", WHOLE)
     made(paths, "little", CASES[case])

@@ -183,7 +183,7 @@ def _jobs(paths: Paths) -> None:
         task="material",
         settings=asked.job_settings(kind),
         split=spec.task_settings("material"),
-        others={},
+        others=[],
         audio=spec.audio,
         features=spec.features,
         paths=paths,

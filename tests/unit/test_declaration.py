@@ -119,17 +119,21 @@ def test_stores_that_do_not_compare_are_refused_when_they_are_read(tmp_path, cha
         hz = hz * 48 / 44.1
     for name, frequency, told in (("a", shard.frequency_hz, settings), ("b", hz, theirs)):
         attrs = {**shard.attrs, "settings": json.dumps(told)}
-        write_store(tmp_path / name, Shard(shard.feature, frequency, shard.columns, attrs), {})
+        write_store(
+            Paths(tmp_path).features(name),
+            Shard(shard.feature, frequency, shard.columns, attrs),
+            {},
+        )
     asked = EXPERIMENTS["cross_validation"].settings(models=["ridge"], test_on=["b"])
     with pytest.raises(DataError, match="do not compare") as caught:
         run_experiment(
-            tmp_path / "a", kind="cross_validation-ridge", dataset="a", task="t",
-            settings=asked.model_dump(mode="json"), others={"b": tmp_path / "b"},
+            Paths(tmp_path).features("a"), kind="cross_validation-ridge", dataset="a", task="t",
+            settings=asked.model_dump(mode="json"), others=["b"],
             split={"target": "object", "kind": "classification", "unit": "", "groups": "grasp_id",
                    "folds": 3},
             audio=AudioSettings(), features=FeatureSettings(), paths=Paths(tmp_path), seed=0,
             tables=tmp_path / "t.json", cost=tmp_path / "c.json",
         )  # fmt: skip
-    assert str(tmp_path / "b") in caught.value.where
+    assert str(Paths(tmp_path).features("b")) in caught.value.where
     assert change == "frequencies" or "48000" in str(caught.value)
     assert np.array_equal(hz, shard.frequency_hz) == (change == "settings")

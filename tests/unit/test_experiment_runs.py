@@ -40,7 +40,7 @@ def run(paths: Paths, asked: Asked, **changes) -> None:
     for kind in asked.kinds:
         ask = {
             "kind": kind, "dataset": "d", "task": "t", "split": SPLIT,
-            "settings": asked.settings.model_dump(mode="json"), "others": {}, "audio": SPEC.audio,
+            "settings": asked.settings.model_dump(mode="json"), "others": [], "audio": SPEC.audio,
             "features": SPEC.features, "paths": paths, "seed": 3,
             "tables": paths.experiment("d", "t", kind),
             "cost": paths.experiment_cost("d", "t", kind),

@@ -158,7 +158,7 @@ def project(tmp_path, monkeypatch):
     }  # fmt: skip
     run_experiment(
         paths.features("d"), kind="cross_validation-linear", dataset="d", task="t", settings={},
-        split=split, others={}, audio=AUDIO, features=SPECS["ycb"].features, paths=paths,
+        split=split, others=[], audio=AUDIO, features=SPECS["ycb"].features, paths=paths,
         seed=3, tables=paths.experiment("d", "t", "cross_validation-linear"),
         cost=tmp_path / "cost.json",
     )  # fmt: skip

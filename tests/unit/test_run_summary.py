@@ -3,6 +3,7 @@
 import subprocess
 
 import pytest
+import yaml
 from experiment_samples import small_store
 
 from ajgdata.paths import Paths, run_name
@@ -58,8 +59,15 @@ def paths(tmp_path) -> Paths:
     return made
 
 
+def declare(paths, *, optional: bool = False) -> None:
+    write_bytes(
+        paths.dataset("d"), yaml.safe_dump(spec(optional=optional).model_dump(mode="json")).encode()
+    )
+
+
 def summary(paths) -> list[str]:
-    complete(paths, {"d": spec()}, KEYS, paths.complete)
+    declare(paths)
+    complete(paths, ["d"], KEYS, paths.complete)
     return paths.complete.read_text().splitlines()
 
 
@@ -90,7 +98,7 @@ def test_a_point_of_a_curve_that_was_skipped_is_told_and_wanting(paths):
 
 
 def test_a_run_that_skipped_a_task_ends_with_a_line_and_reports_it_again(paths, capsys):
-    complete(paths, {"d": spec()}, KEYS, paths.complete)
+    summary(paths)
     with pytest.raises(SystemExit, match=r"^incomplete: d/t skipped \(reasons above\)"):
         end_run(paths.complete, 0)
     assert not paths.complete.exists()
@@ -99,7 +107,8 @@ def test_a_run_that_skipped_a_task_ends_with_a_line_and_reports_it_again(paths, 
 
 
 def test_an_optional_task_may_be_skipped(paths, capsys):
-    complete(paths, {"d": spec(optional=True)}, KEYS, paths.complete)
+    declare(paths, optional=True)
+    complete(paths, ["d"], KEYS, paths.complete)
     end_run(paths.complete, 0)
     told = capsys.readouterr().err.splitlines()
     assert (

@@ -1,4 +1,4 @@
-"""Embeddings in the workflow: asked for alone they take what they need, and the report has them."""
+"""Embeddings in the workflow: the report and the table of results have them."""
 
 import re
 
@@ -16,8 +16,6 @@ EMBEDDING = {
     "inits": 1,
     "epochs": 1,
 }
-#: k-NN, distances and projections.
-MEASURED = {"embed": 1, "experiment": 3}
 END = "results/report/index.html"
 
 
@@ -28,27 +26,8 @@ def embedded(project):
     return project
 
 
-def test_nothing_is_made_of_embeddings_that_are_not_declared(project):
-    assert project.planned(END) == {}
-
-
-def test_a_report_on_embeddings_alone_takes_no_more_than_it_needs(embedded):
-    alone = {"report_alone": 1, "report_embedding": 1}
-    assert embedded.planned("report_embedding") == {**MEASURED, **alone}
-    assert embedded.planned(END) == {**MEASURED, "explorer": 1, "report": 1}
-
-
-def test_all_results_are_collected_with_those_of_embeddings(embedded):
-    assert embedded.planned("results/metrics.json") == {**MEASURED, "collect": 1}
-
-
-def test_looking_at_a_latent_needs_no_measurement_of_it(embedded):
-    explorer = str(embedded.paths.explorer("tones", "tones").relative_to(embedded.root))
-    assert embedded.planned(explorer) == {"embed": 1, "experiment": 1, "explorer": 1}
-
-
-@pytest.mark.slow
 def test_embeddings_are_in_the_report_and_made_once(embedded):
+    assert embedded.planned(END) == {"embed": 1, "experiment": 3, "explorer": 1, "report": 1}
     embedded.snakemake(END, "results/metrics.csv")
     assert embedded.planned(END) == {}
     folder = embedded.paths.report.parent

@@ -5,7 +5,7 @@ rule experiment:
         others=lambda wildcards: [
             PATHS.features(other) for other in asked(wildcards).others
         ],
-        encoders=encoders_of,
+        encoders=encoder_files,
     output:
         tables=PATHS.experiment("{dataset}", "{task}", "{kind}"),
         cost=PATHS.experiment_cost("{dataset}", "{task}", "{kind}"),
@@ -21,10 +21,8 @@ rule experiment:
         settings=lambda wildcards: asked(wildcards).job_settings(wildcards.kind),
         split=lambda wildcards: SPECS[wildcards.dataset].task_settings(wildcards.task),
         others=lambda wildcards: list(asked(wildcards).others),
-        audio=lambda wildcards: SPECS[wildcards.dataset].audio.model_dump(mode="json"),
-        features=lambda wildcards: SPECS[wildcards.dataset].features.model_dump(
-            mode="json"
-        ),
+        audio=setting("audio"),
+        features=setting("features"),
         packages=lambda wildcards: packages_of(asked(wildcards), wildcards.kind),
         rendered=rendered_from,
         seed=config["seed"],
@@ -37,8 +35,8 @@ rule experiment:
 
 rule collect:
     input:
-        tables=of_experiments(PATHS.experiment, MEASURED),
-        costs=of_experiments(PATHS.experiment_cost, MEASURED),
+        tables=[PATHS.experiment(*key) for key in ASKED],
+        costs=[PATHS.experiment_cost(*key) for key in ASKED],
     output:
         document=PATHS.all_metrics,
         table=PATHS.metrics_table,
@@ -50,7 +48,7 @@ rule collect:
     conda:
         "../../environment.yml"
     params:
-        documents=documents_of(MEASURED),
+        documents=list(ASKED),
         run=PATHS.run,
         code=layer_hash("report"),
     message:

@@ -19,6 +19,7 @@ rule features:
     conda:
         "../../environment.yml"
     params:
+        folder=str(PATHS.session("{dataset}", "{session}")),
         audio=setting("audio"),
         features=setting("features"),
         code=FEATURES_CODE,

@@ -56,7 +56,7 @@ rule ablate:
 
 rule page:
     input:
-        tables=tables_of_page,
+        files=page_tables,
     output:
         page=PATHS.page("{page}"),
         figures=directory(PATHS.page_figures("{page}")),
@@ -67,6 +67,7 @@ rule page:
     conda:
         "../../environment.yml"
     params:
+        name="{page}",
         nav=NAVIGATION,
         code=layer_hash("report"),
         texts=REPORT_FILES,
@@ -76,8 +77,7 @@ rule page:
         "../scripts/page.py"
 
 
-# The opening picture of the report: a grasp of the virtual gripper and what was told of it.
-OPENING = subject_of(SPECS) if PAGES else None
+# The opening picture of the report: a simulated grasp and its prediction.
 if OPENING:
 
     rule opening:

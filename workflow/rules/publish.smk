@@ -16,6 +16,7 @@ rule publish_dataset:
     conda:
         "../../environment.yml"
     params:
+        out=str(PATHS.published("{dataset}")),
         declared=lambda wildcards: settings_digest(SPECS[wildcards.dataset]),
         texts=report_files_digest(PATHS, "templates/card.md.j2"),
         code=layer_hash("report"),

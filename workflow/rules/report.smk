@@ -6,9 +6,9 @@ rule report:
     input:
         stores=[PATHS.features(name) for name in PLANS],
         quarantines=[PATHS.quarantine(name) for name in PLANS],
-        tables=of_experiments(PATHS.experiment, MEASURED),
-        costs=of_experiments(PATHS.experiment_cost, MEASURED),
-        explorers=of_latents(PATHS.explorer),
+        tables=[PATHS.experiment(*key) for key in ASKED],
+        costs=[PATHS.experiment_cost(*key) for key in ASKED],
+        explorers=[PATHS.explorer(*key) for key in LATENTS],
         pages=[PATHS.page(name) for name in PAGES],
         ablations=[PATHS.ablation(name) for name in REASONS],
         trees=[PATHS.published_sums(name) for name in PUBLISHED],
@@ -34,7 +34,7 @@ rule report:
         pages=PAGES,
         ablations=REASONS,
         published=PUBLISHED,
-        opening=bool(OPENING),
+        opening=str(PATHS.opening) if OPENING else None,
         declared=[settings_digest(one.spec) for one in PLANS.values()],
         code=layer_hash("report"),
         packages=sorted({p for key in ASKED for p in packages_of(ASKED[key], key[2])}),
@@ -43,47 +43,3 @@ rule report:
         "Report on {params.datasets}"
     script:
         "../scripts/report.py"
-
-
-use rule report as report_alone with:
-    input:
-        stores=part(partial(data_of, PATHS.features)),
-        quarantines=part(partial(data_of, PATHS.quarantine)),
-        tables=part(partial(of_experiments, PATHS.experiment)),
-        costs=part(partial(of_experiments, PATHS.experiment_cost)),
-    output:
-        page=PATHS.report_on("{report}"),
-        fixed=[
-            PATHS.report_on("{report}").with_name(one.link) for one in FIXED.values()
-        ],
-        runs=PATHS.report_on("{report}").with_name(RUNS_FILE),
-        figures=directory(PATHS.report_on("{report}").parent / FIGURES),
-        experiments=directory(PATHS.report_on("{report}").parent / EXPERIMENT_PAGES),
-        tables=directory(PATHS.report_on("{report}").parent / TABLES),
-    log:
-        "results/logs/report_alone/{report}.log",
-    benchmark:
-        "results/benchmarks/report_alone/{report}.tsv"
-    wildcard_constraints:
-        report="|".join(REPORTS) or "-",
-    params:
-        datasets=part(partial(datasets_of, SPECS)),
-        tasks=part(list),
-        nav=part(lambda tasks: plain(navigation_of(PATHS, SPECS, tasks, []))),
-        pages=[],
-        ablations=[],
-        published=[],
-        opening=False,
-        declared=part(partial(data_of, lambda name: settings_digest(SPECS[name]))),
-    message:
-        "Report on {wildcards.report} alone"
-
-
-# `snakemake report_size`: that experiment, and nothing that it does not need.
-for name in REPORTS:
-
-    rule:
-        name:
-            f"report_{name}"
-        input:
-            PATHS.report_on(name),

@@ -1,6 +1,3 @@
-from ajgdata.types import MODELS
-
-
 # All models of a data set in one job: what trains them is imported once.
 rule train:
     input:
@@ -17,7 +14,7 @@ rule train:
         tasks=lambda wildcards: SPECS[wildcards.dataset].trainings(),
         seed=config["seed"],
         code=layer_hash("evaluate", "pipeline/train.py"),
-        registered_by=registered_by,
+        packages=model_packages,
     message:
         "Training every model of {wildcards.dataset} on all of it"
     script:

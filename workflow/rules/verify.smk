@@ -54,7 +54,7 @@ rule complete:
         "../../environment.yml"
     params:
         datasets=list(PLANS),
-        documents=documents_of(MEASURED),
+        measurements=list(ASKED),
         run=PATHS.run,
         optional=[key for key in ASKED if ASKED[key].optional_in(SPECS[key[0]])],
         code=layer_hash("report"),

@@ -1,17 +1,6 @@
-"""Maps the names of rule `ablate` to a call."""
+"""Run a job of rule `ablate`."""
 
-from pathlib import Path
-
-from ajgdata.paths import Paths
-from ajgdata.pipeline.log import logged
+from ajgdata.pipeline.log import run_job
 from ajgdata.pipeline.studies import run_ablation
 
-params = snakemake.params
-with logged(snakemake.log[0]):
-    run_ablation(
-        Paths(),
-        snakemake.wildcards.ablation,
-        Path(snakemake.output.tables),
-        seed=params.seed,
-        quick=params.quick,
-    )
+run_job(run_ablation, snakemake)

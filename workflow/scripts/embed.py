@@ -1,17 +1,6 @@
-"""Maps the names of rule `embed` to a call."""
-
-from pathlib import Path
+"""Run a job of rule `embed`."""
 
 from ajgdata.pipeline.embed import train_embedding
-from ajgdata.pipeline.log import logged
-from ajgdata.types import Embedding
+from ajgdata.pipeline.log import run_job
 
-output, params = snakemake.output, snakemake.params
-with logged(snakemake.log[0]):
-    train_embedding(
-        Path(snakemake.input.store),
-        settings=Embedding.model_validate(params.settings),
-        seed=params.seed,
-        latents=Path(output.latents),
-        cost=Path(output.cost),
-    )
+run_job(train_embedding, snakemake)

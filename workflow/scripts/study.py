@@ -1,15 +1,6 @@
-"""Maps the names of rule `study` to a call."""
+"""Run a job of rule `study`."""
 
-import sys
-from pathlib import Path
-
-from ajgdata.pipeline.log import logged
+from ajgdata.pipeline.log import run_job
 from ajgdata.pipeline.studies import run_study
 
-sys.path.append(snakemake.params.tests)
-with logged(snakemake.log[0]):
-    run_study(
-        snakemake.wildcards.study,
-        Path(snakemake.output.tables),
-        quick=snakemake.params.quick,
-    )
+run_job(run_study, snakemake)

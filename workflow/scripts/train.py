@@ -1,17 +1,6 @@
-"""Maps the names of rule `train` to a call."""
+"""Run a job of rule `train`."""
 
-from pathlib import Path
-
-from ajgdata.pipeline.log import logged
-from ajgdata.pipeline.progress import lines
+from ajgdata.pipeline.log import run_job
 from ajgdata.pipeline.train import train_models
 
-params = snakemake.params
-with logged(snakemake.log[0]):
-    train_models(
-        Path(snakemake.input.store),
-        tasks=params.tasks,
-        seed=params.seed,
-        folder=Path(snakemake.output.folder),
-        progress=lines(f"models of {snakemake.wildcards.dataset}", parts=4),
-    )
+run_job(train_models, snakemake)
