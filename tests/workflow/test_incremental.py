@@ -232,7 +232,7 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
     (project.folder("day1") / "session.yaml").write_text("session_id: [")
     ask = ("--config", "pages=[accuracy]")
     made = {
-        "features": 1,
+        "features": 2,
         "merge": 1,
         **TASKS,
         "study": 1,
