@@ -64,8 +64,6 @@ def repeat_seed(seed: int, repeat: int) -> int:
 
 
 RESAMPLES = 2000
-#: Percentiles of the errors of single grasps that are reported.
-GRASP_PERCENTILES = (5, 50, 95)
 
 
 class RobustError(NamedTuple):
@@ -73,15 +71,13 @@ class RobustError(NamedTuple):
 
     `median` is over fits, of the RMSE over all grasps; `low` and `high` are the ends of its 95 %
     bootstrap interval, for which grasps and fits are drawn together. `per_fit` (fits,) are the
-    values of the fits. `grasps` are percentiles over grasps (GRASP_PERCENTILES) of the RMSE of one
-    grasp, which is the median over fits.
+    values of the fits.
     """
 
     median: float
     low: float
     high: float
     per_fit: np.ndarray
-    grasps: np.ndarray
 
 
 def grasp_errors(
@@ -124,5 +120,4 @@ def robust_error(squared: np.ndarray, seed: int = 0) -> RobustError:
     tail = 100 * (1 - CONFIDENCE) / 2
     low, high = np.percentile(medians, (tail, 100 - tail))
     per_fit = np.sqrt(squared.mean(axis=1))
-    per_grasp = np.percentile(np.median(np.sqrt(squared), axis=0), GRASP_PERCENTILES)
-    return RobustError(float(np.median(per_fit)), float(low), float(high), per_fit, per_grasp)
+    return RobustError(float(np.median(per_fit)), float(low), float(high), per_fit)

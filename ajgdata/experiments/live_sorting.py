@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -32,33 +32,28 @@ class Settings(Strict):
     threshold: float = Field(0.6, gt=0, le=1, description="probability that is enough (paper)")
     placements: int = Field(40, ge=1, description="new placements of each object")
     looks: int = Field(3, ge=1, description="grasps of one placement, at most")
-    grasps: tuple[Annotated[int, Field(ge=2)], ...] = Field(
-        (4, 12),
-        description="further models are trained on so many grasps of each object, the first on all",
-    )
     runs: int = Field(20, ge=1, description="runs, each of all placements in another order")
     models: tuple[ModelName, ...] = Field(("cnn",), min_length=1, description="models that sort")
 
 
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
-    """Return runs of sorting new grasps by `model`, trained on all recordings and on fewer."""
+    """Return runs of sorting new grasps by `model`, trained on all recordings."""
     if inputs.new_grasps is None:
         raise NotPossibleError("it needs a virtual data set: its objects are grasped anew")
     data = inputs.data()
-    models = [trained(inputs, data, model)]
-    models += [trained(inputs, data, model, n) for n in sorted(settings.grasps, reverse=True)]
-    wanted = wanted_grasps(models[0].classes.tolist(), settings.placements, settings.looks)
+    ready = trained(inputs, data, model)
+    wanted = wanted_grasps(ready.classes.tolist(), settings.placements, settings.looks)
     feature = _features(inputs, inputs.new_grasps(wanted), settings.looks)
     label = np.arange(len(feature)) // settings.placements
     scores: list[ScoreRow] = []
     conditions: list[Row] = []
     runs: list[Row] = []
-    for one in models:
-        for condition, own_runs in _sorted(inputs, settings, one, feature, label):
-            scores += sorting_scores(model, _part_name(condition), condition, own_runs)
-            conditions.append(condition)
-            runs += own_runs
-    columns = {"grasps": "Training grasps", "part": "Probabilities", "looks": "Looks at most"}
+    for condition, own_runs in _sorted(inputs, settings, ready, feature, label):
+        part = _part_name(condition, ready.grasps)
+        scores += sorting_scores(model, part, condition, own_runs)
+        conditions.append(condition)
+        runs += own_runs
+    columns = {"part": "Probabilities", "looks": "Looks at most"}
     return Outcome(
         (
             score_table(scores, "Live sorting"),
@@ -85,31 +80,28 @@ class Trained(NamedTuple):
         return plain, with_temperature(plain, self.temperature)
 
 
-def trained(inputs: Inputs, data: TaskData, model: str, grasps: int | None = None) -> Trained:
-    """Return `model` trained on `grasps` random grasps of each class, or on all.
+def trained(inputs: Inputs, data: TaskData, model: str) -> Trained:
+    """Return `model` trained on all recordings.
 
-    Model and temperature are those of training for use (pipeline.train). A larger number of grasps
-    contains the smaller. Raises NotPossibleError for a model without probabilities, and for a class
-    with too few grasps.
+    Model and temperature are those of training for use (pipeline.train). Raises NotPossibleError
+    for a model without probabilities, and for a class with one grasp.
     """
     from threadpoolctl import threadpool_limits
 
     from ajgdata.evaluate.in_use import scaling_temperature
     from ajgdata.models import fit_named_model
 
-    generator, chosen, count = np.random.default_rng(inputs.seed), [], []
-    for name in np.unique(data.value):
-        members = np.unique(data.group[data.value == name])
-        if len(members) < (least := grasps or 2):
-            raise NotPossibleError(f"{name} has {len(members)} grasps, not {least}: lower grasps")
-        chosen.append(generator.permutation(members)[:grasps])
-        count.append(len(chosen[-1]))
-    x, y, group, _ = data.where(np.isin(data.group, np.concatenate(chosen)))
+    classes = np.unique(data.value)
+    count = [len(np.unique(data.group[data.value == name])) for name in classes]
+    if min(count) < 2:
+        name = classes[int(np.argmin(count))]
+        raise NotPossibleError(f"{name} has {min(count)} grasp: record at least two")
+    x, y, group, _ = data
     options: dict[str, Any] = {"seed": inputs.seed, "limits": inputs.most_recordings}
     with threadpool_limits(limits=1):
         temperature = scaling_temperature(x, y, group, model=model, **options)
         fitted = fit_named_model(model, "classification", x, y, group, **options)
-    return Trained(min(count), np.unique(y), fitted, temperature)
+    return Trained(min(count), classes, fitted, temperature)
 
 
 def wanted_grasps(
@@ -142,7 +134,7 @@ def _sorted(
     flat = feature.reshape(count * looks, bins)
     for name, shares in zip(PARTS, model.probabilities(flat), strict=True):
         for most in range(1, looks + 1):
-            which = {"grasps": model.grasps, "part": name, "looks": most}
+            which = {"part": name, "looks": most}
             decided = look(shares.reshape(count, looks, -1), settings.threshold, most)
             runs = [
                 which | {"run": number, **vars(run_of(decided.taken, label, order))}
@@ -151,17 +143,16 @@ def _sorted(
             yield which | decided.shares(label), runs
 
 
-def _part_name(row: Row) -> str:
+def _part_name(row: Row, grasps: int) -> str:
     """Return grasps, probabilities and looks in words, as parts of scores are named."""
     looks = "1 look" if row["looks"] == 1 else f"{row['looks']} looks as needed"
-    return f"live sorting, {row['grasps']} grasps, {row['part']}, {looks}"
+    return f"live sorting, {grasps} grasps, {row['part']}, {looks}"
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
-    """Yield the runs of the first model, trained on all grasps, with one look."""
+    """Yield the runs of the first model with one look."""
     result = results.results[0]
-    grasps = max(result.tables["conditions"].column("grasps"))
-    which: dict[str, Any] = {"part": PARTS[0], "looks": 1, "grasps": grasps}
+    which: dict[str, Any] = {"part": PARTS[0], "looks": 1}
     longest = result.about["placements"]
     yield from run_comparison(results, result, longest, "new grasps", **which)
 
@@ -170,10 +161,9 @@ LENGTHS = Plot(
     "lines",
     "runs",
     "objects sorted before the first error in runs on new placements, by the largest number of "
-    "looks at an object; number of training grasps of each object after the model",
+    "looks at an object",
     value="before_error",
     x="looks",
-    series=("model", "grasps"),
     panel="part",
     over="runs",
     headline="trend",

@@ -30,6 +30,8 @@ from ajgdata.report.format import Score, mean_sd
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import Table, table_of
 
+STATISTICS = {"value": "median", "low": "low", "high": "high"}
+
 
 class Settings(Strict):
     """Error on other data sets over many fits of models that are trained on the task's own."""
@@ -72,8 +74,6 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         scores += [(*named, f"fit {n}", value) for n, value in enumerate(error.per_fit)]
         scores += [(*named, key, getattr(error, key)) for key in ("median", "low", "high")]
         scores.append((*named, "chance", float(np.mean(chance[name]))))
-        ends = zip(("5 %", "50 %", "95 %"), error.grasps, strict=True)
-        scores += [(*named, f"grasps, {key}", value) for key, value in ends]
     counts = {name: [len(np.unique(d.group)), len(d.group)] for name, d in tests.items()}
     cost = [(model, "cost of repeated fits", "train_and_predict_s", "measured", spent)]
     title = "Repeated fits"
@@ -92,20 +92,14 @@ def robust_score(result: Result, name: str, statistic: str) -> float:
 
 
 def errors(results: TaskResults) -> Table:
-    """Return the median of all fits and of single grasps, with their ranges, per data set."""
-    kinds = {"all grasps": ("median", "low", "high")}
-    kinds["one grasp"] = ("grasps, 50 %", "grasps, 5 %", "grasps, 95 %")
+    """Return the median of all fits with its interval, per model and data set."""
     rows = [
-        {"model": result.label, "dataset": name, "of": of, "metric": "rmse"}
-        | {
-            key: robust_score(result, name, statistic)
-            for key, statistic in zip(("value", "low", "high"), statistics, strict=True)
-        }
-        for of, statistics in kinds.items()
+        {"model": result.label, "dataset": name, "metric": "rmse"}
+        | {key: robust_score(result, name, statistic) for key, statistic in STATISTICS.items()}
         for name in results.settings.test_on
         for result in results.results
     ]
-    columns = {"model": "Model", "dataset": "Tested on", "of": "RMSE of", "metric": "Metric"}
+    columns = {"model": "Model", "dataset": "Tested on", "metric": "Metric"}
     return table_of("errors", "Errors", rows, **columns, value="RMSE", low="From", high="To")
 
 
@@ -122,18 +116,7 @@ FITS = Plot(
     "trained on the data set of the task only; bootstrap over grasps and fits",
     x="dataset",
     interval=("low", "high"),
-    where={"of": "all grasps"},
     published="value",
-)
-GRASPS = Plot(
-    "rows",
-    errors,
-    "median RMSE of single grasps, with the 5th and 95th percentile",
-    x="dataset",
-    interval=("low", "high"),
-    where={"of": "one grasp"},
-    name="grasps",
-    folded="Errors of single grasps",
 )
 
 
@@ -167,7 +150,7 @@ EXPERIMENT = Experiment(
     title="Repeated fits",
     settings=Settings,
     measure=measure,
-    plots=(FITS, GRASPS),
+    plots=(FITS,),
     paper_comparison=paper_comparison,
     by_model=True,
     kinds=("regression",),

@@ -61,7 +61,7 @@ SETTINGS: dict[str, dict] = {
     }}, "test_on": ["whole"]},
     "shortcut": {"test_on": ["whole"], "models": ["knn"]},
     "repeated_fits": {"test_on": ["whole"], "repeats": 3, "models": ["ridge_plain"]},
-    "live_sorting": {"placements": 2, "grasps": [2], "runs": 2, "models": ["linear_plain"]},
+    "live_sorting": {"placements": 2, "runs": 2, "models": ["linear_plain"]},
     "across_sessions": {"models": ["knn_plain"], "draws": 1},
     "conformal_intervals": {"models": ["linear_plain"]},
 }  # fmt: skip

@@ -61,26 +61,6 @@ def test_chance_is_one_and_perfect_is_zero(task):
     assert one.normalise(Score(perfect, 0.0)).mean == pytest.approx(0, abs=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("change", "complaint"),
-    [
-        ({"chance": 0.0}, "size/edge/cnn: chance RMSE is 0.0"),
-        ({"chance": float("nan")}, "chance RMSE is nan"),
-        ({"scores": {"mae": Score(1.0, 0.1)}}, "no rmse of 'grouped' by CNN"),
-        ({"scores": {"rmse": Score(float("nan"), 0.1)}}, "rmse is nan"),
-        ({"parts": random_split(sd=float("inf"))}, "1.1 ± inf"),
-    ],
-)
-def test_a_result_refuses_what_cannot_be_shown(change, complaint):
-    with pytest.raises(ValueError, match=complaint):
-        models_of(sizes(size_result(**change)))
-
-
-def test_classes_need_a_chance_below_one():
-    with pytest.raises(ValueError, match="is there one class"):
-        models_of(kinds(kind_result(chance=1.0)))
-
-
 def test_the_paper_s_model_and_what_it_cost():
     assert training_cost(sizes(), "CNN") == COST[:2]
     assert training_cost(sizes(), "nobody") is None

@@ -76,15 +76,15 @@ def simulated(project) -> Inputs:
     )  # fmt: skip
 
 
-SETTINGS = {"placements": 3, "looks": 2, "runs": 4, "grasps": (2,), "models": ["linear_plain"]}
+SETTINGS = {"placements": 3, "looks": 2, "runs": 4, "models": ["linear_plain"]}
 
 
 def test_cubes_that_sound_apart_are_sorted_to_the_end(simulated):
     outcome = measured("live_sorting", simulated, "linear_plain", **SETTINGS)
     scores, conditions, runs = outcome.tables
-    # two sizes of training, two kinds of probabilities, one look or two
-    assert len(conditions.rows) == 2 * 2 * 2 and len(runs.rows) == 4 * len(conditions.rows)
-    best = conditions.where(grasps=4, part="plain", looks=1)
+    # two kinds of probabilities, one look or two
+    assert len(conditions.rows) == 2 * 2 and len(runs.rows) == 4 * len(conditions.rows)
+    best = conditions.where(part="plain", looks=1)
     assert best.column("accuracy") == [1.0] and best.column("wrong") == [0.0]
     assert max(runs.column("sorts")) <= 6
     for metric, key in (("sorted_before_error", "before_error"), ("sorts_in_a_row", "sorts")):
@@ -118,7 +118,7 @@ def test_what_is_doubtful_at_first_is_sorted_at_the_second_look(monkeypatch):
     )
     inputs = small_inputs()
     small = small_inputs(new_grasps=known(inputs, {2}))
-    settings = {"placements": 4, "looks": 2, "runs": 5, "grasps": (), "threshold": 0.9}
+    settings = {"placements": 4, "looks": 2, "runs": 5, "threshold": 0.9}
     outcome = measured("live_sorting", small, "linear_plain", **settings)
     _, conditions, runs = outcome.tables
     one, two = (conditions.where(part="plain", looks=n).rows[0] for n in (1, 2))
@@ -134,20 +134,15 @@ def test_what_is_doubtful_at_first_is_sorted_at_the_second_look(monkeypatch):
     )
     one = EXPERIMENTS["live_sorting"]
     lengths, _ = one.figures(results)
-    mean = f"plain, logistic regression, 10, looks at most 1: {np.mean(expected):.1f} ± "
+    mean = f"plain, logistic regression, looks at most 1: {np.mean(expected):.1f} ± "
     assert mean in lengths.caption.alt
     (row,) = one.paper_comparison(results, lambda *_: None)
     assert row.label == "new grasps" and row.marks[0].value == np.median(expected)
     assert "0 % in a wrong bin" in row.result
 
 
-def test_training_on_fewer_grasps():
+def test_a_model_without_probabilities_cannot_sort():
     inputs = small_inputs()
-    every, some = (trained(inputs, inputs.data(), "linear_plain", size) for size in (None, 4))
-    assert (every.grasps, some.grasps) == (10, 4)
-    plain, scaled = some.probabilities(inputs.data().feature[:5])
-    np.testing.assert_array_equal(plain.argmax(axis=1), scaled.argmax(axis=1))
-    with pytest.raises(NotPossibleError, match="ball has 10 grasps, not 11: lower grasps"):
-        trained(inputs, inputs.data(), "linear_plain", 11)
+    assert trained(inputs, inputs.data(), "linear_plain").grasps == 10
     with pytest.raises(NotPossibleError, match="model 'ridge' has no probabilities"):
         trained(inputs, inputs.data(), "ridge")

@@ -67,25 +67,10 @@ class Predictions:
 
 @dataclass(frozen=True, eq=False)
 class ModelResult:
-    """One model on one task.
-
-    Raises ValueError for scores that no figure can show: those that are not finite, and a chance
-    that is perfect already.
-    """
+    """One model on one task."""
 
     task: TaskResults
     result: Result
-
-    def __post_init__(self) -> None:
-        where = f"{self.task.dataset}/{self.task.task}/{self.result.model}"
-        for score in (self.score(), self.random):
-            if score and not (math.isfinite(score.mean) and math.isfinite(score.sd)):
-                raise ValueError(f"{where}: {self.task.metric} is {score.mean} ± {score.sd}")
-        chance = self.chance()
-        if self.task.kind == "regression" and not 0 < chance < math.inf:
-            raise ValueError(f"{where}: chance RMSE is {chance}: is the target constant?")
-        if self.task.kind == "classification" and not 0 <= chance < 1:
-            raise ValueError(f"{where}: chance accuracy is {chance}: is there one class?")
 
     @property
     def label(self) -> str:
