@@ -1,6 +1,6 @@
 """A sound card as an acquisition sees it: settings, takes, and what may go wrong.
 
-What goes through the driver is a `Line` (acquire.line: PortAudio in a process of its own); a `Card`
+The driver is behind a line (acquire.line: PortAudio in a process of its own); a `Card`
 (acquire.sound_card) decides by the sound that came back.
 """
 
@@ -59,22 +59,6 @@ class Heard(NamedTuple):
 
     samples: NDArray[np.float32]
     flags: tuple[str, ...] = ()
-
-
-class Line(Protocol):
-    """One duplex stream, open until it is closed."""
-
-    def play(self, sound: NDArray[np.float32], frames: int) -> Heard:
-        """Play `sound` (n,) once and record `frames` from its first frame on. Raises CardError."""
-        ...
-
-    def describe(self) -> Mapping[str, Any]:
-        """Return what is known of device and driver, as session.yaml keeps it."""
-        ...
-
-    def close(self) -> None:
-        """End the stream, whatever state it is in. May be called twice."""
-        ...
 
 
 @dataclass(frozen=True)

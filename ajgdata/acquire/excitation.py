@@ -58,11 +58,6 @@ def excitation_samples(declared: ExcitationSpec, sample_rate_hz: int) -> Real:
     return samples
 
 
-def crest_factor_db(samples: NDArray[Any]) -> float:
-    """Return peak over rms of samples (n,) in decibels."""
-    return float(20 * np.log10(np.abs(samples).max() / np.sqrt(np.mean(np.square(samples)))))
-
-
 def _faded(unit: Real, declared: Any, sample_rate_hz: int) -> Real:
     """Return a sound of peak 1 at its level, with its fades."""
     if not declared.fade_s:

@@ -30,7 +30,10 @@ SLACK_S = 5.0
 
 
 class PortAudioLine:
-    """Line (see acquire.card) through PortAudio; without `settings` it only lists devices."""
+    """One duplex stream through PortAudio, open until it is closed.
+
+    Without `settings` it only lists devices.
+    """
 
     def __init__(self, settings: CardSettings | None) -> None:
         context = multiprocessing.get_context("spawn")  # forking would copy threads in any state

@@ -137,6 +137,10 @@ class LiveSession:
         if known is not None:
             self._write_session({"acquisition": known.model_copy(update=keys)})
 
+    def note_card(self, driver: Mapping[str, Any], latency_samples: int | None) -> None:
+        """Note what the sound card says of itself, and its latency."""
+        self.about(driver=dict(driver), latency_samples=latency_samples)
+
     def note(self, words: str) -> None:
         """Add a line to the operator's notes, unless they say it already."""
         notes = read_session(self.folder).notes

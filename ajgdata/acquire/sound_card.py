@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.acquire.card import Capture, CardError, CardSettings, Heard, Line, TakeError
+from ajgdata.acquire.card import Capture, CardError, CardSettings, Heard, TakeError
 from ajgdata.acquire.markers import MARKER_S, Arrival, Framed, arrival, framed
+
+if TYPE_CHECKING:
+    from ajgdata.acquire.line import PortAudioLine
 
 #: Longest way through a card that is looked for; afterwards it is known, and takes are short.
 MOST_LATENCY_S = 2.0
@@ -34,7 +37,7 @@ class SoundCard:
     """Takes through a line (see Card). The first one measures the latency of the session, unless it
     resumes one."""
 
-    def __init__(self, line: Line, settings: CardSettings) -> None:
+    def __init__(self, line: PortAudioLine, settings: CardSettings) -> None:
         self.settings = settings
         self._line = line
         self._latency: int | None = None

@@ -115,7 +115,8 @@ def _by_protocol(dataset: str, session: str, device: dict[str, Any], yes: bool, 
         with ended_by_signals():
             name, done = acquire_live(
                 find_project(), dataset, session,
-                device=device, operator=operator, noted=noted, allow=_refuse if yes else _ask,
+                device=device, operator=operator, noted=noted,
+                allow=lambda text: _allowed(text, ask=not yes),
             )  # fmt: skip
     except KeyboardInterrupt:
         out.print(f"stopped; what was recorded is kept, {again}", soft_wrap=True)
@@ -127,19 +128,15 @@ def _by_protocol(dataset: str, session: str, device: dict[str, Any], yes: bool, 
     raise typer.Exit(bool(done.skipped or (yes and done.left)))
 
 
-def _ask(text: str) -> bool:
+def _allowed(text: str, ask: bool) -> bool:
     """Show what a config would start, and return whether the user allows it."""
     out.print(escape(text), soft_wrap=True)
+    if not ask:
+        return False
     try:
         return out.input("allow this program to run? (yes/no) ").strip().lower() == "yes"
     except EOFError:
         return False
-
-
-def _refuse(text: str) -> bool:
-    """Show what a config would start, and refuse it: there is nobody to allow it."""
-    out.print(escape(text), soft_wrap=True)
-    return False
 
 
 def _by_recipe(datasets: list[str], source: str, session: str, recipe: Path | None) -> None:

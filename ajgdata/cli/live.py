@@ -160,7 +160,7 @@ def _sort(file: Path, as_json: bool, port: int | None) -> int:
         _stopped_by_hand(),
         ended_by_signals(("SIGINT", "SIGTERM", "SIGHUP")),
         open_run(
-            find_project(), read_plan(file), confirm=terminal.confirm, ask=terminal.ask,
+            find_project(), read_plan(file), confirm=terminal.confirm,
             control=control, listen=told,
         ) as run,
         _shown(run.log, control, port),

@@ -18,7 +18,6 @@ from ajgdata.live.sort import EndedByPerson
 _EIGHTHS = " ▏▎▍▌▋▊▉"
 #: Widths of a bar, in characters; narrower terminals get none.
 _WIDEST, _NARROWEST = 40, 8
-_BESIDE = 22  # characters beside name and bar
 _VERDICTS = {
     Verdict.KNOWN: ("green", "known"),
     Verdict.NOTHING: ("yellow", "nothing held"),
@@ -78,34 +77,18 @@ class SortTerminal:
     def __init__(self, console: Console, control: Control) -> None:
         self._console, self._control = console, control
         self._state = RunState()
-        self._seconds = 0.0  #: of the steps and takes of the present grasp
 
     def confirm(self, text: str) -> None:
         """Say it and wait for Enter; q ends the run."""
         if self._control.mode is Mode.STOPPED:  # nobody is waited for now
             self._say(f"[b red]{escape(text)}[/]")
             return
-        while said := self._asked(f"  {text}; then Enter (q: end) "):
-            if said == "q":
-                raise EndedByPerson
-
-    def ask(self, reason: str, value: str) -> str | None:
-        """Ask for the class of what is held; None for `?`, and where nobody is there."""
-        self._say(f"  [yellow]{escape(reason)}[/]")
-        offered = f"Enter: {value}, " if value else ""
-        while True:
-            try:
-                said = self._asked(f"  what is it ({offered}a class, ?: not known, q: end) ")
-            except EndedByPerson:  # by nobody: what is in doubt stays so
-                return None
-            if said == "q":
-                raise EndedByPerson
-            if said == "?":
-                return None
-            if not said and value:
-                return value
-            if found := self._class(said):
-                return found
+        try:
+            while said := self._console.input(f"  {escape(text)}; then Enter (q: end) ").strip():
+                if said == "q":
+                    raise EndedByPerson
+        except EOFError:
+            raise EndedByPerson from None
 
     def tell(self, event: Event) -> None:
         """Show an event."""
@@ -122,22 +105,6 @@ class SortTerminal:
     def _classes(self) -> Sequence[str]:
         return self._state.plan.get("classes", ())
 
-    def _class(self, said: str) -> str | None:
-        """Return the class that was meant, by its name or the beginning of it."""
-        if said in self._classes:
-            return said
-        meant = [one for one in self._classes if said and one.startswith(said)]
-        if len(meant) == 1:
-            return meant[0]
-        self._say(f"  [yellow]{escape(said)} is none of {escape(', '.join(self._classes))}[/]")
-        return None
-
-    def _asked(self, prompt: str) -> str:
-        try:
-            return self._console.input(escape(prompt)).strip()
-        except EOFError:
-            raise EndedByPerson from None
-
     def _say(self, text: str) -> None:
         self._console.print(text, soft_wrap=True)
 
@@ -149,19 +116,9 @@ class SortTerminal:
             f"{escape(event['device'])}{kind}; at {percent(event['threshold'])}; Ctrl-C stops"
         )
 
-    def _grasp(self, event: Event) -> None:
-        self._seconds = 0.0
-
-    def _step(self, event: Event) -> None:
-        self._seconds += event["seconds"]
-
     def _take(self, event: Event) -> None:
-        self._seconds += event["seconds"]
         if event["clipped"]:
             self._say(f"  [yellow]{event['clipped']} samples clipped[/]: lower the gain")
-
-    def _prediction(self, event: Event) -> None:
-        self._seconds += event["seconds"]
 
     def _decision(self, event: Event) -> None:
         if event["action"] in ("again", "wait"):
@@ -171,17 +128,12 @@ class SortTerminal:
     def _placed(self, event: Event) -> None:
         value, truth = event["value"] or "?", event["object"]
         grasp = self._state.grasps[-1]
-        share = grasp.probability or 0.0
-        name_width = max((cell_len(name) for name in self._classes), default=1)
-        room = min(self._console.width - name_width - _BESIDE - 22, 20)
-        drawn = f"{bar(share, room, self._state.plan['threshold'])} " if room >= _NARROWEST else ""
         wrong = truth and truth != value
         looks = f", {grasp.looks} looks" if grasp.looks > 1 else ""
-        said = f"[red]wrong: {escape(truth)}[/]" if wrong else f"{self._state.rows[0]} in a row"
+        note = f"[red]wrong: {escape(truth)}[/]" if wrong else f"{self._state.rows[0]} in a row"
         self._say(
-            f"{grasp.number:4}  {escape(value.ljust(name_width))} [cyan]{drawn}[/]"
-            f"{percent(share):>6}  → {escape(event['bin'])}  [dim]{self._seconds:.1f} s{looks}[/]"
-            f"  {said}"
+            f"{grasp.number:4}  {escape(value)}, {percent(grasp.probability or 0.0)}{looks}"
+            f"  → {escape(event['bin'])}  {note}"
         )
 
     def _truth(self, event: Event) -> None:
@@ -199,10 +151,10 @@ class SortTerminal:
         self._say(f"[yellow]warning[/] {escape(event['text'])}")
 
     def _paused(self, event: Event) -> None:
-        self._say(f"[yellow]paused[/] {escape(event['reason'])}")
+        self._say("[yellow]paused[/yellow]")
 
     def _resumed(self, event: Event) -> None:
-        self._say("[yellow]goes on[/]")
+        self._say("[yellow]resumed[/yellow]")
 
     def _stopped(self, event: Event) -> None:
         held = f"; [b red]still held: {escape(event['held'])}[/]" if event["held"] else ""

@@ -19,7 +19,6 @@ class Action(StrEnum):
     PLACE = "place"
     AGAIN = "again"  #: let go and grasp it once more
     WAIT = "wait"  #: nothing is there: try later
-    ASK = "ask"
     REJECT = "reject"
     STOP = "stop"
 

@@ -45,14 +45,6 @@ class Prediction:
 
     def plain(self) -> dict[str, Any]:
         """Return it as JSON can hold it."""
-        return {
-            "kind": self.kind,
-            "value": self.value,
-            "unit": self.unit,
-            "verdict": str(self.verdict),
-            "novelty": self.novelty,
-            "detection_rate": self.detection_rate,
-            "probability": dict(self.probability),
-            "interval": None if self.interval is None else list(self.interval),
-            "remarks": list(self.remarks),
-        }
+        interval = None if self.interval is None else list(self.interval)
+        plain = {"verdict": str(self.verdict), "probability": dict(self.probability)}
+        return vars(self) | plain | {"interval": interval, "remarks": list(self.remarks)}

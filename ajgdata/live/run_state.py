@@ -15,7 +15,7 @@ from ajgdata.types.plan import NOTHING
 GRASPS, PROBLEMS = 24, 3
 #: True objects that are not one of the classes.
 OTHERS = "others"
-#: Decision of a run that was uncertain, or that asked a person.
+#: Decision of a run that was uncertain.
 UNSURE = "unsure"
 
 
@@ -24,7 +24,7 @@ class Grasp:
     """One object in the gripper.
 
     `value` and `probability` (None for numbers) are those of the last decision, `action` its
-    action. `truth` is the true class, "" if it is unknown; `asked`: a person named it first.
+    action. `truth` is the true class, "" if it is unknown.
     """
 
     number: int
@@ -37,14 +37,13 @@ class Grasp:
     action: str = ""
     bin: str = ""
     placed: bool = False
-    asked: bool = False
 
     @property
     def outcome(self) -> str:
         """The class that the run decided on its own, UNSURE, or "" while it is open."""
         if self.truth == NOTHING and not self.placed:
             return ""  # correct, and none of the classes
-        if self.action == "stop" or (self.placed and (self.asked or self.action == "reject")):
+        if self.action == "stop" or (self.placed and self.action == "reject"):
             return UNSURE
         return str(self.value) if self.placed else ""
 
@@ -179,8 +178,6 @@ class RunState:
             values["probability"] = max(event["probability"].values())
         if event.get("value"):
             values["value"] = event["value"]
-        if event["action"] == "ask":
-            values["asked"] = True
         self._update_grasp(**values)
 
     def _placed(self, event: Event) -> None:

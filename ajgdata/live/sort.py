@@ -59,9 +59,8 @@ def arrivals(plan: SortPlan) -> Iterator[str]:
 class Sorter:
     """Sorts by a plan, for which everything is open.
 
-    `played` float32 (n,) is the excitation, `truth` gives the class of an object by its name, `ask`
-    a class for (reason, most probable class), None if the person does not know; both it and the
-    robot may raise EndedByPerson. Every event is entered in `log`; `control` pauses and stops.
+    `played` float32 (n,) is the excitation, `truth` gives the class of an object by its name.
+    The robot may raise EndedByPerson. Every event is entered in `log`; `control` pauses and stops.
     """
 
     plan: SortPlan
@@ -72,7 +71,6 @@ class Sorter:
     kept: KeptRun
     log: EventLog
     control: Control = field(default_factory=Control)
-    ask: Callable[[str, str], str | None] = lambda reason, value: None
     truth: Callable[[str], str] = str
     watch: DriftWatch | None = None
     _state: RunState = field(default_factory=RunState)
@@ -138,14 +136,6 @@ class Sorter:
                 case Action.STOP:
                     self._steps.let_go()
                     return decision.reason
-                case Action.ASK:
-                    value = self.ask(decision.reason, decision.value)
-                    if value is None:
-                        self._steps.let_go()
-                        return f"{decision.reason}, and nobody knows what it is"
-                    self.log.say("truth", number=number, object=value)
-                    self._place(value, self.plan.bins[value], value)
-                    return ""
                 case Action.PLACE:
                     self._place(decision.value, decision.bin, known)
                     return ""

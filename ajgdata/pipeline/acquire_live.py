@@ -111,7 +111,7 @@ def acquire_live(
         try:
             return session, acquisition.run()
         finally:
-            live.about(**known_of(card))
+            live.note_card(**known_of(card))
 
 
 def _check_robot(
@@ -147,7 +147,7 @@ def excitation_of(path: Path, spec: DatasetSpec) -> NDArray[np.float64]:
 
 
 def known_of(card: Card) -> dict[str, Any]:
-    """Return what the card says of itself, as keys of types.Acquisition."""
+    """Return what the card says of itself, as arguments of `LiveSession.note_card`."""
     said = dict(card.describe())
     settings = card.settings.model_dump(mode="json")
     latency = said.pop("latency_samples", None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -61,13 +61,12 @@ def open_run(
     plan: SortPlan,
     *,
     confirm: Confirm,
-    ask: Callable[[str, str], str | None],
     control: Control,
     listen: Listener,
 ) -> Iterator[OpenRun]:
     """Open all that a plan needs, and close it at the end, whatever ends it.
 
-    `confirm` and `ask` reach the person (see live.sort), `listen` hears every event. Raises
+    `confirm` reaches the person, `listen` hears every event. Raises
     DataError for whatever cannot be sorted, before anything moves.
     """
     spec = read_dataset(paths, plan.dataset)
@@ -96,7 +95,6 @@ def open_run(
             kept=KeptRun(live, lambda name: _labels(spec, target, name)),
             log=log,
             control=control,
-            ask=ask,
             truth=lambda name: class_of(spec, target, name) or name,
             watch=_watch(predictor),
         )
@@ -106,7 +104,7 @@ def open_run(
         try:
             yield run
         finally:
-            live.about(**known_of(card))
+            live.note_card(**known_of(card))
 
 
 def _watch(predictor: Predictor) -> DriftWatch | None:

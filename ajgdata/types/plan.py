@@ -16,7 +16,7 @@ SORT_SEQUENCE: tuple[SortStep, ...] = (
 )  # fmt: skip
 #: Stands among the objects of a plan where nothing lies there.
 NOTHING = "empty"
-Doubtful = Literal["stop", "ask", "reject"]
+Doubtful = Literal["stop", "reject"]
 Bin = Annotated[str, Field(min_length=1, max_length=60)]
 
 
@@ -42,8 +42,8 @@ class SortPlan(Strict):
     )
     below: Doubtful = Field(
         "stop",
-        description="when no class reaches the threshold after all looks (paper: stop); ask: the "
-        "person names it; reject: into `reject_bin`",
+        description="when no class reaches the threshold after all looks (paper: stop); "
+        "reject: into `reject_bin`",
     )
     nothing: Literal["stop", "again", "wait"] = Field(
         "stop",

@@ -85,7 +85,7 @@
     return ["sure", "✓", words(decision?.value || best), `${percent(p)} sure${then}`];
   }
   const ACTIONS = {
-    again: "grasps it again", ask: "asks you", reject: "not sorted", stop: "stops",
+    again: "grasps it again", reject: "not sorted", stop: "stops",
     wait: "waits for an object",
   };
   function decided({ decision }) {

@@ -32,7 +32,7 @@ class Fault:
 
 @dataclass
 class FakeLine:
-    """Line (see acquire.card) through `response`, after `latency` samples, on `channel` of
+    """Line (see acquire.line) through `response`, after `latency` samples, on `channel` of
     `channels`; the loop-back, if any, is the bare output. `faults` are used one a take; then none.
     """
 

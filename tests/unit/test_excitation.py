@@ -6,7 +6,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 from scipy.signal import hilbert
 
-from ajgdata.acquire.excitation import crest_factor_db, excitation_samples
+from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.gripper import SAMPLE_RATE_HZ, excitation_sweep
 from ajgdata.pipeline.acquire import acquire_virtual
 from ajgdata.store.audio import file_sha256, read_audio
@@ -29,6 +29,11 @@ LENGTHS = (0.1, 1.0)
 
 def test_the_default_is_the_sweep_that_the_virtual_gripper_has_always_played():
     assert excitation_samples(DEFAULT_EXCITATION, RATE).tobytes() == excitation_sweep().tobytes()
+
+
+def crest_factor_db(samples: np.ndarray) -> float:
+    """Peak over rms of samples (n,) in decibels."""
+    return float(20 * np.log10(np.abs(samples).max() / np.sqrt(np.mean(np.square(samples)))))
 
 
 @pytest.mark.parametrize("kind", KINDS)

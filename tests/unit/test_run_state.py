@@ -31,15 +31,12 @@ def test_a_sort_is_counted_by_bin_truth_and_time():
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("action", ["stop", "reject", "ask"])
+@pytest.mark.parametrize("action", ["stop", "reject"])
 def test_what_the_run_did_not_decide_itself_is_unsure(action):
     story = Story().start().say("grasp", number=1, object="screw")
     story.hear(dict.fromkeys(CLASSES, 0.25))
     about = {"value": "marker", "probability": dict.fromkeys(CLASSES, 0.25), "looks": 1}
     story.say("decision", action=action, bin="R", reason="too unsure", **about)
-    if action == "ask":
-        about |= {"action": "place", "value": "screw", "bin": "B"}
-        story.say("decision", reason="a person said so", **about)
     if action != "stop":
         story.say("placed", value="screw", bin="R", object="screw")
     assert folded(story.events).confusion == {"screw": {UNSURE: 1}}

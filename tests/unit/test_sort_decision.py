@@ -18,7 +18,6 @@ def test_the_threshold_itself_is_enough():
     "rules, action, where",
     [
         ({}, "stop", ""),
-        ({"below": "ask"}, "ask", ""),
         ({"below": "reject", "reject_bin": "R"}, "reject", "R"),
     ],
 )
@@ -28,12 +27,12 @@ def test_below_the_threshold_the_plan_says_what_to_do(rules, action, where):
 
 
 def test_another_look_before_anything_else_and_then_both_count():
-    made = plan(looks=2, below="ask")
+    made = plan(looks=2)
     assert judge([UNSURE], made).action is Action.AGAIN
     both = judge([UNSURE, UNSURE], made)
     assert both.action is Action.PLACE  # .25 of .25 + .09 + .04: 66 %
     assert both.probability["ball"] == pytest.approx(0.25 / 0.38)
-    assert judge([UNSURE, seen(0.2, 0.3, 0.5)], made).action is Action.ASK
+    assert judge([UNSURE, seen(0.2, 0.3, 0.5)], made).action is Action.STOP
 
 
 def test_what_is_unlike_anything_is_looked_at_again_and_its_probabilities_are_left_out():

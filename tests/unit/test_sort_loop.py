@@ -67,20 +67,6 @@ def test_another_grasp_lets_go_first_and_is_another_grasp_in_the_table(cell):
     assert cell.events("decision")[1]["looks"] == 2
 
 
-def test_the_person_is_asked_and_what_they_say_is_the_truth(cell):
-    asked = []
-
-    def ask(reason, value):
-        asked.append((reason, value))
-        return "rod"
-
-    done = cell.run(plan(below="ask", sorts=1), UNSURE, ask=ask)
-    assert asked == [("ball has 50 %, needs 60 %", "ball")]
-    assert (done.sorts, done.longest_row) == (1, 0)  # no sort of its own
-    assert ("place", "C") in cell.robot.steps
-    assert [(e["number"], e["object"]) for e in cell.events("truth")] == [(1, "rod")]
-
-
 def test_strange_things_go_into_the_reject_bin_and_end_the_row(cell):
     made = plan(unknown="reject", reject_bin="R", sorts=4)
     done = cell.run(made, BALL, CUBE, STRANGE, ROD)
