@@ -20,7 +20,6 @@ from ajgdata.gripper.scene_model import SceneError
 from ajgdata.gripper.signal_settings import SignalChain
 
 if TYPE_CHECKING:
-    from ajgdata.gripper.external_noise import external_noise_pa
     from ajgdata.gripper.signal_chain import (
         ImpulseResponse,
         Take,
@@ -38,7 +37,6 @@ _HOME = {
     "Take": "signal_chain",
     "excitation_sweep": "signal_chain",
     "record": "signal_chain",
-    "external_noise_pa": "external_noise",
 }
 
 __all__ = [
@@ -52,7 +50,6 @@ __all__ = [
     "build_plan",
     "derive_seed",
     "excitation_sweep",
-    "external_noise_pa",
     "record",
     "scene_digest",
     "simulate",

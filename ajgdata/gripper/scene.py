@@ -288,7 +288,8 @@ def _refuse_gripper(met: Scene) -> None:
     try:
         Gripper.model_validate(met.gripper.model_dump())
     except ValidationError as error:
-        raise ValueError(f"with assembly and session: {one_line(error)}") from None
+        message = error.errors()[0]["msg"].removeprefix("Value error, ")
+        raise ValueError(f"with assembly and session: {message}") from None
     if math.hypot(*met.assembly.askew_mm) > met.gripper.rim_radius_mm / 2:
         raise ValueError(
             "assembly.askew_mm puts the balloon's tip outside half of the rim's radius, "
@@ -303,22 +304,6 @@ def _known(name: str, what: str, names: Iterable[str]) -> str:
         close = difflib.get_close_matches(name, known, n=3, cutoff=0.5) or known
         raise ValueError(f"no {what} is called {name!r}: try {', '.join(close)}")
     return name
-
-
-def one_line(error: ValidationError) -> str:
-    """Say in one line where the first problem is, what it is, and how many more there are."""
-    problems = error.errors(include_url=False)
-    first = problems[0]
-    where = ".".join(str(part) for part in first["loc"])
-    value = "" if isinstance(first["input"], dict | SceneModel) else f", got {first['input']!r}"
-    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    said = first["msg"]
-    if first["type"] == "union_tag_not_found":
-        said = f"{first['ctx']['discriminator']} is missing"
-    elif first["type"] == "union_tag_invalid":
-        known = "no {discriminator} is called {tag!r}: one of {expected_tags}"
-        said = known.format_map(first["ctx"])
-    return f"{where + ': ' if where else ''}{said}{value}{more}"
 
 
 def derive_seed(*parts: str | int) -> int:

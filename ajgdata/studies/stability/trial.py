@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from ajgdata.gripper import SceneError
-from ajgdata.gripper.scene import one_line
 from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.system import System
 from ajgdata.studies.discrete_energy import energies
 from ajgdata.studies.stability.transient import transient
+from ajgdata.types import describe
 
 Real = NDArray[np.floating]
 Ends = tuple[System, Probe, Probe]
@@ -90,7 +90,9 @@ def judge(trial: Trial) -> Verdict:
     try:
         built = {dtype: trial.build(dtype) for dtype in (np.float64, np.float32)}
     except ValidationError as error:
-        return Verdict(trial.group, trial.name, trial.expected, "refused", one_line(error))
+        return Verdict(
+            trial.group, trial.name, trial.expected, "refused", str(describe(error, "scene"))
+        )
     except SceneError as error:
         return Verdict(trial.group, trial.name, trial.expected, "refused", str(error))
     double, single = (run(ends, trial.steps) for ends in built.values())
