@@ -31,8 +31,6 @@ P = ParamSpec("P")
 #: too pale for lines on white.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 SOURCE_COLOURS: dict[Source, str] = {"simulated": "#0072B2", "recorded": "#B34700"}
-#: More points than this are drawn as pixels also in vector files.
-MAX_VECTOR_POINTS = 3000
 #: Resolution of what is drawn as pixels in a vector file.
 SVG_DPI = 130
 MARKERS = "os^DvPX"

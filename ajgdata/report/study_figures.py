@@ -13,8 +13,6 @@ from ajgdata.report.format import Score, number, value, words
 from ajgdata.report.marks import Picture, Point
 from ajgdata.types.table import Table, Value, table_of
 
-#: Changes of the feature below this (relative L2) are drawn at it.
-LEAST_CHANGE = 1e-4
 CHANGE = ("relative L2 change of the feature", "")
 GRID = ("grid spacing", "mm")
 

@@ -128,13 +128,6 @@ def test_the_first_page_is_small_and_short(browser, site):
     assert {width: high for width, high in heights.items() if high > limit} == {}
 
 
-@pytest.mark.parametrize("width", WIDTHS[2:])
-def test_no_table_beside_the_paper_is_cut_off(browser, site, width):
-    browser.window(width)
-    browser.open(site.index.with_name("paper.html").as_uri())
-    assert_none(browser.run(SCROLLED))
-
-
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
 @pytest.mark.parametrize("width", [360, 1300])
 def test_axe_finds_nothing(browser, site, axe, width, dark):
@@ -172,34 +165,6 @@ def test_every_link_leads_somewhere(browser, site):
     assert_none(site.astray())
 
 
-def test_images_say_what_is_seen(browser, site):
-    """In a sentence: neither nothing, nor the name of a file, nor just that it is a figure."""
-    nothing = re.compile(
-        r"((a|the) )?(figure|image|picture|plot|photo|\S+\.(svg|png|gif))\W*", re.I
-    )
-    assert_none({
-        site.name(page): [
-            f"poor: {alt}"
-            for alt in written.alternatives
-            if not alt or len(alt.split()) < 3 or nothing.fullmatch(alt)
-        ]
-        for page, written in site.written().items()
-    })  # fmt: skip
-
-
-def test_without_scripts_every_page_leads_to_every_other_one_on_a_phone(browser, site):
-    browser.scripts(on=False)
-    browser.window(360, 740)
-    every = {page.as_uri() for page in site.pages}
-    lost = {}
-    for page in site.pages:
-        browser.open(page.as_uri())
-        browser.run(UNFOLD)
-        missing = every - {*browser.run(LINKS), page.as_uri()}
-        lost[site.name(page)] = [f"no link to {one.rpartition('/')[2]}" for one in sorted(missing)]
-    assert_none(lost)
-
-
 def test_in_print_the_first_page_says_what_came_out(browser, site):
     from pypdf import PdfReader
 
@@ -209,16 +174,6 @@ def test_in_print_the_first_page_says_what_came_out(browser, site):
     assert len(said) >= 2
     first = letters(PdfReader(BytesIO(browser.pdf())).pages[0].extract_text())
     assert_none(f"not on the first sheet: {one}" for one in said if letters(one) not in first)
-
-
-def test_in_print_no_table_is_cut(browser, site):
-    browser.window(*PRINTED)
-    browser.medium(printed=True)
-    cut = {}
-    for page in site.pages:
-        browser.open(page.as_uri())
-        cut[site.name(page)] = browser.run(CUT, PRINTED[1])
-    assert_none(cut)
 
 
 def assert_none(wrong: Mapping[str, Iterable[object]] | Iterable[object]) -> None:

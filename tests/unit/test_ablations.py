@@ -5,7 +5,7 @@ import pytest
 import yaml
 from experiment_samples import small_store
 
-from ajgdata.ablations import possible, read_ablations
+from ajgdata.ablations import read_ablations
 from ajgdata.ablations.measure import NUISANCES, AblationData, measure, nuisances
 from ajgdata.ablations.verdicts import (
     Measured,
@@ -22,8 +22,8 @@ from ajgdata.pipeline.studies import run_ablation
 from ajgdata.store.features import write_store
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DataError
-from ajgdata.types.ablation import Ablation, AblationVariant
-from ajgdata.types.table import Table, table_of
+from ajgdata.types.ablation import Ablation
+from ajgdata.types.table import Table
 
 DECLARATION = {
     "name": "made",
@@ -54,10 +54,6 @@ SETTINGS = {
 }
 
 
-def variant(**grasps) -> AblationVariant:
-    return AblationVariant.model_validate({"grasps": grasps})
-
-
 @pytest.fixture
 def data(tmp_path) -> AblationData:
     paths = Paths(tmp_path)
@@ -71,21 +67,6 @@ def test_nuisances_scale_what_differs_between_grasps_and_nothing_else():
     assert set(NUISANCES) == {n for n in Nuisance.model_fields if "correlation" not in n}
     assert Nuisance(**nuisances(1)) == base
     assert set(nuisances(0).values()) == {0}
-
-
-def features(data, **grasps):
-    one = variant(**grasps)
-    return data.changed(one, data.planned(one.grasps)).feature
-
-
-def test_grasps_that_are_put_down_in_blocks_can_be_moved_to_the_centre(data):
-    path = data.paths.dataset("made")
-    varied = {**DECLARATION["recipe"], "order": "blocks", "variation": {}}
-    path.write_text(yaml.safe_dump(DECLARATION | {"recipe": varied}))
-    still = {"offset_x_mm": 0.0, "placed_mm": [0.0, 0.0], "placed_deg": 0.0}
-    centred = features(data, each=1, pose=0.0)
-    assert np.array_equal(centred, features(data, each=1, scene={"grasp": still}))
-    assert not np.array_equal(centred, features(data, each=1))
 
 
 def test_variants_are_evaluations_of_the_same_grasps(tmp_path):
@@ -149,13 +130,6 @@ def test_a_file_that_is_wrong_is_named(tmp_path, change, problem):
     assert str(file) in str(caught.value)
 
 
-def test_ablations_are_made_where_all_their_data_sets_are_simulated():
-    every = {name for one in read_ablations(Paths()).values() for name in one.datasets}
-    assert list(possible(Paths(), every)) == list(read_ablations(Paths()))
-    assert list(possible(Paths(), ["ycb"])) == ["grouped_vs_random", "repeatability_objects"]
-    assert possible(Paths(), []) == {}
-
-
 def test_an_ablation_that_cannot_be_made_says_why(data):
     paths = data.paths
     no_recipe = {key: value for key, value in DECLARATION.items() if key != "recipe"}
@@ -209,19 +183,6 @@ def test_folds_that_all_differ_alike_are_not_testable_and_do_not_count():
     assert [table.rows[0][key] for key in cells] == ["not testable", 0.0, None, None, None, None]
     assert "for the 1 tests on this page" in table.note
     assert table.rows[1]["p_holm"] == table.rows[1]["p"]
-
-
-def test_the_more_tests_a_page_has_the_more_each_needs():
-    """A gain with p of about 0.02: supported as the only test, not as one of twenty, in whichever
-    table of the page the other tests are."""
-    weak = trials(4.82)
-    assert 0.01 < weak.rows[0]["p"] < 0.05
-    assert with_verdicts([weak])[0].column("verdict") == ["supported"]
-    plain = table_of("plain", "Plain", [{"share": 0.5}], share="Share")
-    first, second, third = with_verdicts([weak, plain, trials(*[5.01] * 19)])
-    assert first.column("verdict") == ["not supported"]
-    assert first.rows[0]["p_holm"] == pytest.approx(20 * weak.rows[0]["p"])
-    assert second == plain and len(third.rows) == 19
 
 
 def test_reasons_are_supported_changes_towards_the_paper():

@@ -1,7 +1,6 @@
 """Figures as files: drawn once for each, and with fonts that publishers take."""
 
 import pytest
-from matplotlib.figure import Figure
 
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.canvas import draw, encode, new_figure
@@ -18,17 +17,6 @@ def illustration():
         return figure
 
     return Illustration("one", Caption("One.", "One."), drawn)
-
-
-def test_a_file_takes_one_drawing_of_its_figure(monkeypatch):
-    figure, drawings = draw(illustration()), []
-    once = Figure.draw
-    monkeypatch.setattr(
-        Figure, "draw", lambda self, renderer: drawings.append(once(self, renderer))
-    )
-    for number, suffix in enumerate(("svg", "png", "pdf"), 1):
-        encode(figure, suffix)
-        assert len(drawings) == number
 
 
 def test_axes_stand_clear_of_the_head_before_anything_is_saved():

@@ -1,7 +1,5 @@
 """Numbers as people write them, the Pareto front, and the paper's own numbers."""
 
-import itertools
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -22,15 +20,6 @@ def test_pareto_front_agrees_with_its_definition(pairs):
     cost, error = np.array(pairs, float).T
     expected = [not any(a <= c and b <= e and (a, b) != (c, e) for a, b in pairs) for c, e in pairs]
     assert pareto_front(cost, error).tolist() == expected
-
-
-@given(points)
-def test_along_the_front_more_time_means_less_error(pairs):
-    cost, error = np.array(pairs, float).T
-    front = pareto_front(cost, error)
-    assert front[np.lexsort((error, cost))[0]] and front[np.lexsort((cost, error))[0]]
-    ordered = sorted({(c, e) for c, e, kept in zip(cost, error, front, strict=True) if kept})
-    assert all(e > f for (_, e), (_, f) in itertools.pairwise(ordered))
 
 
 def test_numbers_as_people_write_them():

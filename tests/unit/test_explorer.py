@@ -93,8 +93,3 @@ def test_the_page_names_data_set_and_source(project):
     words = " ".join(page.words)
     assert f"Things {SCRIPT} · poses" in words and "recorded" in words
     assert MORE in {a.get("href") for _, a in page.tags}
-
-
-def test_an_embedding_that_was_not_trained_has_a_page_that_says_why(project):
-    words = built(project, skipped="one thing only").words
-    assert "There are no projections: one thing only" in words

@@ -22,7 +22,7 @@ from ajgdata.report.opening import (
     opening_caption,
     opening_figure,
 )
-from ajgdata.report.scenes import FINER, colours_of
+from ajgdata.report.scenes import colours_of
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.features import text_column, write_store
 from ajgdata.store.sessions import list_datasets, read_dataset, write_session
@@ -85,18 +85,6 @@ def test_the_alternative_text_says_what_came_out():
     )
     assert alt.endswith("predicts: ball, probability 0.60. It was a golf ball.")
     assert "predicts" not in opening_caption(opening(decision=None)).alt
-
-
-def test_pressure_is_red_above_rest_blue_below_and_clear_at_rest():
-    frames = np.zeros((1, 6, 6))
-    frames[0, 0, 0], frames[0, 5, 5] = 1.0, -1.0
-    colours = colours_of(frames)
-    assert colours.shape == (1, 6 * FINER, 6 * FINER, 4)
-    red, blue, rest = colours[0, 0, 0], colours[0, -1, -1], colours[0, 9, 0]
-    assert red[0] > red[2] and red[3] == 255
-    assert blue[2] > blue[0] and blue[3] == 255
-    assert rest[3] < 60
-    assert not colours_of(np.zeros((1, 2, 2)))[..., 3].any()
 
 
 def test_sound_is_at_the_object_and_at_the_microphone_when_it_is_said_to_be(monkeypatch):

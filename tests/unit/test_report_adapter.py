@@ -29,12 +29,10 @@ def test_mean_of_each_class_without_those_that_have_none():
     ("kind", "column", "rows"),
     [
         ("classification", None, 3),
-        ("classification", text_column(["", "", ""]), 3),
         ("regression", Column(np.full(3, np.nan)), 3),
-        ("classification", text_column([]), 0),
         ("regression", Column(np.empty(0)), 0),
     ],
-    ids=["no column", "no class", "no number", "no class row", "no number row"],
+    ids=["no column", "no number", "no number row"],
 )
 def test_no_spectra_where_no_recording_has_the_target(kind, column, rows):
     assert spectra(kind, column, rows) is None

@@ -1,22 +1,17 @@
 """What a run tells at its end, and when its exit code says that something is wanting."""
 
-import subprocess
-
 import pytest
 import yaml
 from experiment_samples import small_store
 
 from ajgdata.paths import Paths, run_name
-from ajgdata.pipeline import run as running
 from ajgdata.pipeline.run import (
     command,
     end_run,
     modified_ns,
-    run,
     split_arguments,
 )
 from ajgdata.pipeline.run_summary import complete
-from ajgdata.pipeline.status import workflow_status
 from ajgdata.store.features import write_store
 from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.findings import write_findings
@@ -90,13 +85,6 @@ def test_everything_that_a_person_needs_to_know(paths):
     ]
 
 
-def test_a_point_of_a_curve_that_was_skipped_is_told_and_wanting(paths):
-    write_tables(paths.experiment(*KEYS[-1]), [], others={"9": "a class has 8"})
-    told = summary(paths)
-    assert "6 measurements: 4 made, 2 skipped" in told  # it was made
-    assert "skipped   d/u, 9 of reflected_energy: a class has 8" in told
-
-
 def test_a_run_that_skipped_a_task_ends_with_a_line_and_reports_it_again(paths, capsys):
     summary(paths)
     with pytest.raises(SystemExit, match=r"^incomplete: d/t skipped \(reasons above\)"):
@@ -134,17 +122,6 @@ def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path)
     assert command(paths, ["a"])[1] == "--snakefile"  # that of the package
 
 
-def test_without_a_workflow_one_line_says_so(tmp_path, monkeypatch):
-    monkeypatch.setattr(running, "PACKAGE", tmp_path / "site-packages" / "ajgdata")
-    with pytest.raises(
-        DataError, match=r"no workflow here, .*; work in a copy of the source"
-    ) as at:
-        run(Paths(tmp_path), ["a"])
-    assert "\n" not in str(at.value)
-    with pytest.raises(DataError, match="no workflow here"):
-        workflow_status(Paths(tmp_path))
-
-
 def test_a_run_of_some_data_sets_is_named_after_them(tmp_path):
     assert run_name([]) == "" and run_name(["b", "a"]) == run_name(["a", "b"]) == "a+b"
     many = [f"data_set_{n}" for n in range(20)]
@@ -158,23 +135,3 @@ def test_a_run_of_some_data_sets_is_named_after_them(tmp_path):
         assert own == getattr(whole, name).relative_to(tmp_path / "results")
     of_one = ("features", "quarantine")  # made once, for all runs
     assert all(getattr(alone, name)("a") == getattr(whole, name)("a") for name in of_one)
-
-
-@pytest.mark.parametrize("code", [0, 1])
-def test_the_exit_code_is_that_of_the_workflow(tmp_path, monkeypatch, capsys, code):
-    paths = Paths(tmp_path)
-    write_bytes(paths.complete, b"of a whole run\n")
-    write_bytes(Paths(tmp_path, "a").complete, b"1 data set: told before\n")
-    called = []
-
-    def done(line, **keys):
-        called.append((line, keys["cwd"]))
-        return subprocess.CompletedProcess(line, code)
-
-    monkeypatch.setattr(running.subprocess, "run", done)
-    assert run(paths, ["a"]) == code
-    ((line, where),) = called
-    first, *rest = capsys.readouterr().out.splitlines()
-    assert first.startswith("snakemake ") and "'datasets=[a]'" in first
-    assert line[2:] == command(paths, ["a"]) and where == tmp_path
-    assert rest == (["1 data set: told before"] if code == 0 else [])  # nothing had to be done

@@ -18,7 +18,7 @@ from ajgdata.pipeline.studies import STUDIES, run_study
 from ajgdata.report.canvas import draw
 from ajgdata.report.format import DASH, value
 from ajgdata.report.navigation import LEADS, navigation
-from ajgdata.report.render import draw_figures, picture
+from ajgdata.report.render import picture
 from ajgdata.report.study_figures import FIGURES, stability_text
 from ajgdata.report.study_page import (
     placed_figures,
@@ -133,9 +133,6 @@ def test_figures_are_drawn_linked_and_embedded(tmp_path):
             "verification", MADE, [DRAWN],
             {"convergence": picture(figure, "verification")}, {},
         )  # fmt: skip
-    with pytest.raises(ValueError, match="would share a file name, convergence"):
-        draw_figures([figure, figure], tmp_path / "nowhere")
-    assert not (tmp_path / "nowhere").exists()
     write_tables(paths.study("verification"), [DRAWN], **MADE)
     build_page(paths, "verification", [paths.study("verification")], [])
     shown = Page(paths.page("verification").read_text(encoding="utf-8"))
