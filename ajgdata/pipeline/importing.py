@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -44,8 +42,6 @@ MIN_SHARE_OF_NUMBERS = 0.8
 #: How programs write a missing value; as a class, some of these words may be meant.
 MISSING_NUMBERS = {"nan", "na", "n/a", "#n/a", "<na>", "none", "null", "-", "--", "?"}
 MISSING_CLASSES = {"nan", "n/a", "#n/a", "<na>", "null"}
-_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
-_THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+")
 
 
 def import_folder(
@@ -77,7 +73,9 @@ def import_folder(
     else:
         spec, notes = declare(dataset, folder, found, chosen, targets)
         found.notes += notes
-    found = _understood(found, spec)
+    columns = dict.fromkeys(column for file in found.files for column in file.labels)
+    if free := [column for column in columns if column not in spec.targets]:
+        found.notes.append(f"stored, but not a target: {', '.join(free)}")
     with alone(paths.recordings(dataset), BRINGING):
         if _declared(paths, dataset) != declared:
             problem = f"was declared again while {folder} was read"
@@ -103,24 +101,6 @@ def _check_declared(paths: Paths, spec: DatasetSpec, targets: Sequence[str]) -> 
     if extra := sorted(set(map(target_column, targets)) - set(spec.targets)):
         problem = f"{spec.name} is declared already, without {extra[0]!r}"
         raise DataError("--target", problem, f"add it to {paths.dataset(spec.name)}")
-
-
-def _understood(found: Scan, spec: DatasetSpec) -> Scan:
-    """Return the scan with decimal points in the targets that are numbers, and a note on columns
-    that are not targets."""
-    for name in (name for name, target in spec.targets.items() if target.kind == "regression"):
-        texts = [file.cell(name) for file in found.files]
-        if points := decimal_points(texts):
-            count = sum(text in points for text in texts)
-            found.notes.append(f"{name}: {count} decimal commas are written as points")
-            found.files = [
-                replace(file, labels={**file.labels, name: points.get(text, text)})
-                for file, text in zip(found.files, texts, strict=True)
-            ]
-    columns = dict.fromkeys(column for file in found.files for column in file.labels)
-    if free := [column for column in columns if column not in spec.targets]:
-        found.notes.append(f"stored, but not a target: {', '.join(free)}")
-    return found
 
 
 def _chosen(given: ImportSettings | None, declared: DatasetSpec | None) -> ImportSettings:
@@ -184,8 +164,7 @@ def infer_target(cells: Sequence[str]) -> tuple[Target, str]:
     A column with at least MIN_NUMBERS distinct numbers and few other texts is a number, any other
     column is a class. Words for a missing value are declared missing.
     """
-    points = decimal_points(cells)
-    distinct = {points.get(cell, cell) for cell in cells} - {""}
+    distinct = set(cells) - {""}
     missing = {cell for cell in distinct if cell.lower() in MISSING_NUMBERS}
     values = [v for cell in distinct - missing if (v := _number(cell)) is not None]
     is_number = len(values) >= max(MIN_NUMBERS, MIN_SHARE_OF_NUMBERS * len(distinct - missing))
@@ -199,15 +178,6 @@ def infer_target(cells: Sequence[str]) -> tuple[Target, str]:
     kind = "regression" if is_number else "classification"
     target = Target(kind=kind, missing=tuple(sorted(missing)))
     return target, f"a {'number' if is_number else 'class'} ({reason})"
-
-
-def decimal_points(cells: Collection[str]) -> dict[str, str]:
-    """Return cells such as `1,5` with a decimal point; none if the commas separate thousands, which
-    is so if each has three digits after every comma, as `1,234`."""
-    commas = {cell for cell in cells if "," in cell}
-    if all(_THOUSANDS.fullmatch(cell) for cell in commas):
-        return {}
-    return {cell: cell.replace(",", ".") for cell in commas if _DECIMAL_COMMA.fullmatch(cell)}
 
 
 def _number(cell: str) -> float | None:

@@ -31,6 +31,7 @@ ROLES = {
     **{"quality": "quality", "session": "session", "session_id": "session"},
 }
 _DELIMITERS = ",;\t"
+_DECIMAL_COMMA = r"^([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)$"
 Named = list[tuple[str, str]]
 #: Why a recording whose name begins with a dot is skipped.
 HIDDEN = "hidden: rename it if it is a recording"
@@ -210,8 +211,9 @@ def _by_table(
 def read_label_table(path: Path) -> pd.DataFrame:
     """Return a table with commas, semicolons or tabs; every cell is stripped text.
 
-    Empty rows and columns are dropped. Raises DataError for a table without rows, for a column
-    without a name or with the name of another, and for a row with more cells than the header.
+    Empty rows and columns are dropped. Between semicolons and tabs, numbers such as `1,5` get a
+    decimal point. Raises DataError for a table without rows, for a column without a name or with
+    the name of another, and for a row with more cells than the header.
     """
     text = read_text(path)
     mark = max(_DELIMITERS, key=text.partition("\n")[0].count)
@@ -223,6 +225,8 @@ def read_label_table(path: Path) -> pd.DataFrame:
         fix = "correct the quotes and the number of cells"
         raise DataError(path, f"is not a table ({reason})", fix) from None
     cells = cells.fillna("").map(str.strip)
+    if mark != ",":
+        cells = cells.replace(_DECIMAL_COMMA, r"\1.\2", regex=True)
     cells = cells.loc[(cells != "").any(axis=1), (cells != "").any(axis=0)]
     header = cells.iloc[0].tolist() if len(cells) else []
     if len(cells) < 2 or "" in header or len(set(header)) < len(header):

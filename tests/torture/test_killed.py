@@ -13,9 +13,6 @@ PROMISE = "After kill -9 and a restart: the same bytes, nothing torn"
 
 COUNTS = {"import": 60, "acquire": 60, "jobs": 35, "publish": 15, "fetch": 40}
 
-#: What is brought is kept here until all is registered.
-FETCHED = ".ajgdata/fetched/"
-
 
 def wrong_after(root, deed, restarted) -> list[str]:
     """What is not as it was promised, once it has been started again."""
@@ -37,7 +34,7 @@ def test_killed_at_any_moment(deeds, place, tally, name, count):
         wrong = [f"{one} is torn" for one in world.torn(root, deed.whole)]
         if killed.code not in (0, -9):
             wrong.append(f"ended with {killed}")
-        lacking = [n for n in world.differing(root, deed.whole) if not n.startswith(FETCHED)]
+        lacking = world.differing(root, deed.whole)
         again = run(deed.what, root)
         found = wrong_after(root, deed, again)
         # All was there when it was killed: published or fetched again it is refused, in one line.

@@ -2,10 +2,8 @@
 damaged, and it goes on afterwards."""
 
 import os
-import resource
 import shutil
 import subprocess
-from pathlib import Path
 
 import pytest
 import world
@@ -80,61 +78,3 @@ def test_a_full_disk(deeds, place_of_trial, tally, name):
         wrong = judged(deed, trial, ended, words, (trial / "ballast").unlink)
         tally.add(PROMISE, "disk that fills up at a random point", by(name, wrong))
     assert not failed(tally, name, "fills up")
-
-
-@pytest.mark.parametrize("name", DEEDS)
-def test_a_folder_that_can_only_be_read(deeds, place_of_trial, tally, name):
-    deed, trial = deeds[name], place_of_trial
-    filled(trial, deed.start)
-    if not mounted("--bind", trial, trial) or not mounted("-o", "remount,ro,bind", trial):
-        pytest.skip("no folder can be mounted here")
-    ended = run(deed.what, trial)
-    wrong = [] if ended.code else ["it was not noticed"]
-    wrong += judged(
-        deed, trial, ended, ("only be read", "Read-only"),
-        lambda: subprocess.run(["umount", "-l", str(trial)], check=True),
-    )  # fmt: skip
-    tally.add(PROMISE, "folder that can only be read", by(name, wrong))
-    assert not wrong
-
-
-@pytest.mark.parametrize("name", DEEDS)
-def test_no_open_files_left(deeds, place_of_trial, tally, name):
-    deed, trial = deeds[name], place_of_trial
-    for random in trials(f"files {name}", 3):
-        filled(trial, deed.start)
-        left = random.randint(0, 8)
-
-        def starve(left=left):
-            most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
-            held = max(int(one.name) for one in Path("/proc/self/fd").iterdir())
-            resource.setrlimit(resource.RLIMIT_NOFILE, (held + left, most))
-
-        ended = run(deed.what, trial, starve)
-        words = ("open files", "files are open")
-        wrong = judged(deed, trial, ended, words, lambda: None)
-        tally.add(PROMISE, "file handles used up", by(f"{name}, {left} left", wrong))
-    assert not failed(tally, name, "handles")
-
-
-@pytest.mark.parametrize("name", DEEDS)
-def test_no_memory_left(deeds, place_of_trial, tally, name):
-    deed, trial = deeds[name], place_of_trial
-    for random in trials(f"memory {name}", 3):
-        filled(trial, deed.start)
-        left = random.choice([2**20, 2**22, 2**24, 2**26])
-
-        def starve(left=left):
-            pages = int(Path("/proc/self/statm").read_text().split()[0])
-            held = pages * resource.getpagesize()
-            resource.setrlimit(resource.RLIMIT_AS, (held + left, resource.RLIM_INFINITY))
-
-        ended = run(deed.what, trial, starve)
-        words = ("not enough", "memory")
-        wrong = judged(deed, trial, ended, words, lambda: None)
-        tally.add(
-            PROMISE,
-            "memory limit (`ulimit -v`)",
-            [f"{name}, {left >> 20} MB: {one}" for one in wrong],
-        )
-    assert not failed(tally, name, "ulimit")

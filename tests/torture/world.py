@@ -57,7 +57,10 @@ DECLARATION = {
     },
 }
 #: Not compared: what is measured, told, or kept to be quick.
-ASIDE = (*("results/logs/", "results/benchmarks/", "results/report/", ".snakemake/", ".cache/"),)
+ASIDE = (
+    *("results/logs/", "results/benchmarks/", "results/report/", ".snakemake/", ".cache/"),
+    ".ajgdata/fetched/",
+)
 ASIDE_NAMES = ("metrics.json", "settings.yaml")
 TEMPORARY = (".tmp", ".new", ".old", ".empty", ".part")
 
@@ -245,7 +248,7 @@ def state_of(root: Path) -> dict[str, str]:
         own = path.name
         if name.startswith(ASIDE) or own in ASIDE_NAMES or own.endswith((".cost.json", ".lock")):
             continue
-        if path.parent.name.endswith(".tmp"):  # of a killed process
+        if any(part.endswith(".tmp") for part in Path(name).parts):  # of a killed process
             continue
         found[name] = digest_of(path)
     return found

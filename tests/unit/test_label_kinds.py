@@ -2,7 +2,7 @@
 
 import pytest
 
-from ajgdata.pipeline.importing import decimal_points, infer_target
+from ajgdata.pipeline.importing import infer_target
 
 NUMBERS = [str(100.5 + n) for n in range(14)]
 
@@ -19,7 +19,6 @@ NUMBERS = [str(100.5 + n) for n in range(14)]
             "declared missing: 'NaN', 'n/a'",
         ),
         ([*NUMBERS, "inf"], "regression", (), "a number (14 distinct"),
-        ([n.replace(".", ",") for n in NUMBERS], "regression", (), "100.5 to 113.5"),
         (["1", "2", "3"] * 9, "classification", (), "a class (3 distinct texts)"),
         (
             [*NUMBERS, *"abcdefgh"],
@@ -45,10 +44,3 @@ def test_kinds(cells, kind, missing, said):
     target, why = infer_target(cells)
     assert (target.kind, target.missing) == (kind, missing)
     assert said in why
-
-
-def test_decimal_commas_are_told_from_thousands():
-    assert decimal_points(["1,5", "2", "10,25"]) == {"1,5": "1.5", "10,25": "10.25"}
-    assert decimal_points(["1,234", "2", "10,250"]) == {}
-    assert decimal_points(["1,234", "2,5"]) == {"1,234": "1.234", "2,5": "2.5"}
-    assert decimal_points(["a,b", "1,5"]) == {"1,5": "1.5"}

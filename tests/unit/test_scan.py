@@ -113,10 +113,10 @@ def test_table(tmp_path):
 def test_tables_have_several_delimiters_and_are_joined_by_a_key(tmp_path, mark):
     files(tmp_path, "a.wav", "b.wav")
     table(tmp_path, f"name{mark} stone\na{mark}x\nb{mark}y\n{mark}\n")
-    (tmp_path / "more.csv").write_text("stone,mass,name\nx,1,other\n")
+    (tmp_path / "more.csv").write_text("stone;mass;name\nx;1,5;other\n")
     result = scanned(tmp_path, table="t.csv", file="{name}.wav", join={"more.csv": "stone"})
     assert [file.labels for file in result.files] == [
-        {"name": "a", "stone": "x", "mass": "1"},
+        {"name": "a", "stone": "x", "mass": "1.5"},
         {"name": "b", "stone": "y", "mass": ""},
     ]
 
