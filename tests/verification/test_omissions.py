@@ -120,15 +120,3 @@ def test_the_summary_counts_what_is_left_out_and_what_need_not_be_solved():
         "part": "film", "omitted": 2, "worst": 0.02, "above": 1, "solved": 2, "needless": 1,
     }  # fmt: skip
     assert (total["worst"], total["above"], total["solved"]) == (0.004, 0, 0)
-
-
-def test_what_a_rigid_object_rests_on_changes_nothing():
-    rigid = Scene.model_validate(
-        {"object": {"kind": "cube", "edge_mm": 20}, "numerics": {"dx_mm": DX_MM}}
-    )
-    on_rubber = rigid.model_copy(
-        update={"support": rigid.support.model_copy(update={"kind": "rubber"})}
-    )
-    one, other = (simulate(scene).samples.tobytes() for scene in (rigid, on_rubber))
-    assert one == other
-    assert not build_plan(rigid).system.modes.inertia.size

@@ -29,17 +29,6 @@ def _feature(scene: Scene, chain: SignalChain = QUIET, seed: int = 0) -> np.ndar
     return spectrum / np.linalg.norm(spectrum)
 
 
-def test_sizes_and_grasps_differ_and_repeats_hardly():
-    loud = SignalChain()
-    repeat = np.linalg.norm(_feature(_scene(), loud, 1) - _feature(_scene(), loud, 2))
-    regrasp = np.linalg.norm(_feature(_scene(grasp={"seed": 5})) - _feature(_scene()))
-    resize = np.linalg.norm(_feature(_scene(28.0)) - _feature(_scene()))
-    assert 0 < repeat < 0.01
-    assert 0.02 < regrasp < 0.5
-    assert resize > 0.05
-    assert regrasp > 10 * repeat
-
-
 def test_refining_the_grid_converges_on_the_response():
     fine = _feature(_scene(numerics={"dx_mm": 2.6}))
     below_3k = slice(5, 140)

@@ -4,28 +4,9 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, build_plan
-from ajgdata.gripper.medium import FIT_BAND_HZ, Air, Fluid, Packing, fit_fluid, wave
-from ajgdata.gripper.scene import GRAINS
+from ajgdata.gripper.medium import FIT_BAND_HZ, Air, Fluid
 
 OMEGA = 2 * np.pi * np.geomspace(*FIT_BAND_HZ, 200)
-
-
-def _reflection(rho, compressibility, air):
-    """Of 40 mm of the fluid on a rigid ground, for sound from the air."""
-    k, z = wave(rho, compressibility, OMEGA)
-    load, free = -1j * z / np.tan(k * 0.04), air.density * air.sound_speed
-    return (load - free) / (load + free)
-
-
-@pytest.mark.parametrize("kind", ["plastic", "metal", "coffee"])
-@pytest.mark.parametrize(("celsius", "pascal"), [(-20.0, 1.1e5), (60.0, 5e4)])
-def test_two_poles_fit_the_grains_in_any_weather(kind, celsius, pascal):
-    diameter, porosity = GRAINS[kind]
-    air, packing = Air(celsius, pascal), Packing(diameter * 1e-3, porosity)
-    fitted, exact = fit_fluid(packing, air).response(OMEGA), packing.jca(OMEGA, air)
-    error = _reflection(*fitted, air) - _reflection(*exact, air)
-    # Two poles err by 0.03 at 20 °C (docs/virtual-gripper.md); weather must not add to that.
-    assert np.sqrt(np.mean(np.abs(error) ** 2)) < 0.03
 
 
 def test_sensitivities_of_a_fluid_are_its_slopes():

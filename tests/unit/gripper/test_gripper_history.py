@@ -85,32 +85,3 @@ def test_what_came_out_otherwise_is_as_if_it_had_been_meant():
     found, expected = cavity(came_out), cavity(meant)
     assert np.array_equal(found.floor, expected.floor)
     assert np.array_equal(found.surface, expected.surface)
-
-
-def test_depth_scatters_more_the_nearer_an_object_is_to_the_grain():
-    """grain_force · d / D: D of a cube of edge e is 2e/√π. 10 seeds tell a standard deviation to
-    1/√20; 4 of these."""
-
-    def spread(edge: float, grain: float, kind: str = "plastic") -> float:
-        volumes = [
-            cavity(
-                Scene.model_validate(
-                    {
-                        "object": {"kind": "cube", "edge_mm": edge},
-                        "medium": {"kind": kind, "grain_diameter_mm": grain},
-                        "grasp": {"seed": seed, "nuisance": CALM | {"grain_force": 0.2}},
-                    }
-                )
-            ).displaced_m3
-            for seed in range(10)
-        ]
-        return float(np.std(volumes) / np.mean(volumes))
-
-    within = 4 / np.sqrt(20)
-    found = {edge: spread(edge, 6.0) for edge in (10, 30)}
-    for edge, value in found.items():
-        assert value == pytest.approx(0.2 * 6 / (2 * edge / np.sqrt(np.pi)), rel=within)
-    # The same draws: the ratio is that of the sizes, but for the raster.
-    assert found[10] / found[30] == pytest.approx(3, rel=0.03)
-    assert spread(10, 3.0) == pytest.approx(found[10] / 2, rel=0.02)
-    assert spread(10, 6.0, "air") < 1e-12

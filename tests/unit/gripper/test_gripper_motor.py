@@ -31,15 +31,6 @@ def test_a_recording_of_the_motor_alone_holds_its_harmonics_at_their_level():
     assert np.delete(amplitude, 420 * np.arange(1, 9)).max() < 1e-9 * found.max()
 
 
-def test_every_angle_of_a_turn_sounds_different_and_a_whole_turn_the_same():
-    made = np.array([harmonic_amplitudes(MOTOR, angle) for angle in range(0, 360, 9)])
-    apart = np.linalg.norm(made[:, None] - made, axis=2) + np.eye(len(made))
-    assert apart.min() > 0.01 * np.linalg.norm(made, axis=1).max()
-    np.testing.assert_allclose(harmonic_amplitudes(MOTOR, 369.0), made[1], rtol=1e-9)
-    flat = MOTOR.model_copy(update={"depth": 0.0})
-    np.testing.assert_array_equal(harmonic_amplitudes(flat, 9.0), harmonic_amplitudes(flat, 99.0))
-
-
 def test_a_chain_with_a_motor_adds_it_to_all_else():
     """To two quantisation steps of 2^-24: each recording is rounded by at most half a code."""
     quiet = SignalChain(noise_db_spl=None)
