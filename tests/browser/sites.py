@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import unquote, urlsplit
 
-import numpy as np
 from embedding_samples import pictures as projections
 from report_samples import PAPER, SCRIPT, sample_report
 
@@ -20,9 +19,6 @@ from ajgdata.report.page import illustrations, render_pages
 from ajgdata.report.render import draw_figures
 from ajgdata.report.report_data import Report
 from ajgdata.store.files import write_bytes
-
-RATE_HZ = 8_000
-TONE = 0.3 * np.sin(2 * np.pi * 440 * np.arange(RATE_HZ) / RATE_HZ)
 
 
 class Written(HTMLParser):

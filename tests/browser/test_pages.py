@@ -21,8 +21,6 @@ RULES = {
 }
 CONTRAST = {"type": "rule", "values": ["color-contrast"]}
 MAX_INDEX_BYTES, MAX_SCREENS, SCREEN_HEIGHT = 1_000_000, 3, 900
-#: The page of A4 less the browser's own margins of 1 cm, at 96 pixels an inch.
-PRINTED = round((210 - 20) / 25.4 * 96), round((297 - 20) / 25.4 * 96)
 
 #: As a press on a summary does, or on the button of a menu.
 UNFOLD = """
@@ -51,34 +49,15 @@ axe.run({runOnly: arguments[0], resultTypes: ['violations']})
   .then(found => done(found.violations.map(one => one.id + ': ' + one.nodes[0].html.slice(0, 160) +
     ' ' + one.nodes[0].any.map(why => why.message).join(' ').slice(0, 160))))
 """
-#: Tables that have to be scrolled sideways.
-SCROLLED = """
-return [...document.querySelectorAll('table')]
-  .filter(t => t.scrollWidth > t.parentElement.clientWidth).map(t => t.innerText.slice(0, 60))
-"""
 BROKEN = """
 return [...document.images].filter(one => one.complete && !one.naturalWidth)
   .map(one => one.src.slice(0, 100))
-"""
-LINKS = """
-return [...document.querySelectorAll('nav a')]
-  .filter(a => a.checkVisibility({visibilityProperty: true, opacityProperty: true}))
-  .map(a => a.href.split('#')[0])
 """
 #: Headings within the first screen, which printing must not lose.
 SAID = """
 return [...document.querySelectorAll('main h1, main h2, main h3, header h1')]
   .filter(e => e.checkVisibility() && e.getBoundingClientRect().bottom <= arguments[0])
   .map(e => e.innerText)
-"""
-#: Tables that are wider than their sheet, upright or (page: broad) across: paper does not scroll.
-CUT = """
-const [across] = arguments;
-const right = e => e.getBoundingClientRect().right;
-const over = e => getComputedStyle(e.parentElement).page === 'broad' ? e.scrollWidth - across :
-  right(e) - Math.min(innerWidth, right(e.parentElement));
-return [...document.querySelectorAll('table')].filter(e => e.checkVisibility() && over(e) > 1)
-  .map(e => Math.round(over(e)) + ' px: ' + (e.caption || e).innerText.slice(0, 60))
 """
 
 
