@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
@@ -91,25 +91,11 @@ def check_setup(folder: Path, setup: Mapping[str, Any]) -> None:
     fix = "record into another --session"
     if known is None:
         raise DataError(folder, "was not recorded by `ajgdata acquire --source soundcard`", fix)
-    if differing := list(_differences(known.setup, json.loads(json.dumps(setup)))):
-        more = f" (and {len(differing) - 1} more)" if len(differing) > 1 else ""
-        problem = f"was recorded with another setup: {differing[0]}{more}"
+    now = json.loads(json.dumps(setup))
+    if differing := [key for key in now if now[key] != known.setup.get(key)]:
+        problem = f"was recorded with another setup: {', '.join(differing)}"
         raise DataError(folder, problem, f"restore that, or {fix}")
     if session.excitation is not None:
         played = folder / session.excitation.file
         if file_sha256(played) != session.excitation.sha256:
             raise DataError(played, "is not what was played (sha256 differs)", "restore it")
-
-
-def _differences(was: Any, now: Any, place: str = "") -> Iterator[str]:
-    """Yield what differs between two nestings of mappings, one line each."""
-    if isinstance(was, dict) and isinstance(now, dict):
-        for key in [*was, *(key for key in now if key not in was)]:
-            yield from _differences(was.get(key), now.get(key), f"{place}.{key}".lstrip("."))
-    elif was != now:
-        yield f"{place} was {_short(was)}, is {_short(now)}"
-
-
-def _short(value: Any) -> str:
-    text = json.dumps(value, ensure_ascii=False)
-    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -91,11 +91,6 @@ class Predictor:
         return self.temperature is not None
 
     @property
-    def has_references(self) -> bool:
-        """Return whether recordings are known in which nothing is held."""
-        return len(self.guard.references) > 0
-
-    @property
     def references(self) -> NDArray[np.float32]:
         """Return the features (r, f) of those recordings: the guard's points, undone."""
         guard = self.guard

@@ -143,30 +143,6 @@ def test_probabilities_and_threshold_stand_on_the_page(shown):
     assert texts["title"] == "ycb/sorting" and texts["source"] == "simulated"
 
 
-@pytest.mark.parametrize(
-    ("events", "mark", "said", "more"),
-    [
-        (one(DOUBT, action="again", value="marker", bin=""), "?", "not sure",
-         "best: marker 45 %, needed 60 % · grasps it again"),
-        (one(DOUBT, verdict="nothing"), "∅", "nothing held", "empty gripper"),
-        (one(SURE, verdict="unknown", action="reject", value="", bin="R"), "!",
-         "unlike anything known", "not sorted → bin R"),
-        (Story().start().say("paused", reason="a person").events, "❚❚", "paused", "a person"),
-        (Story().start().say("stopped", reason="no class is sure", held="screw", sorts=0,
-                             seconds=1.0).events, "■", "stopped", "It still holds: screw."),
-        (Story().start().say("stopped", reason="all are sorted", held="", sorts=2, seconds=1.0,
-                             finished=True).events, "✓", "finished", "all are sorted"),
-    ],
-)  # fmt: skip
-def test_a_verdict_is_a_mark_and_words_and_is_spoken(shown, events, mark, said, more):
-    shown.tell(events)
-    texts = shown.texts()
-    assert (texts["mark"], texts["said"]) == (mark, said) and more in texts["more"]
-    live = "return document.getElementById('said').closest('[aria-live]').ariaLive"
-    assert shown.browser.run(live) == "polite"
-    assert not any(bar["enough"] for bar in shown.browser.run(BARS))
-
-
 def test_grasps_bins_and_truth_are_counted(shown):
     events = run()
     shown.tell(events)

@@ -19,7 +19,7 @@ from ajgdata.store.sessions import list_sessions, read_dataset, read_recordings,
 
 RESPONSE = 0.02 * np.exp(-np.arange(200) / 40)  # at most 0.8 in all
 COMMAND = "from ajgdata.cli import main; main()"
-KILLS = int(os.environ.get("AJGDATA_KILLS", "50"))
+KILLS = int(os.environ.get("AJGDATA_KILLS", "10"))
 DECLARATION = {
     "name": "d",
     "excitation": {"kind": "log_sweep", "length_s": 0.2},
@@ -94,19 +94,6 @@ def goes_on(paths):
     """The session that is not complete, or the first."""
     names = list_sessions(paths, "d")
     return ["--session", names[-1]] if names else []
-
-
-def test_a_second_process_is_refused(paths, rig):
-    started = rig(RESPONSE, noise=1e-4)
-    first = acquisition(paths, started, "--session", "s1")
-    first.stdout.readline()
-    second = acquisition(paths, started, "--session", "s1")
-    _, said = second.communicate(timeout=900)
-    assert second.returncode == 1 and len(said.splitlines()) == 1
-    assert "another process is recording into this session (pid " in said
-    assert said.endswith("; wait for that one, or record into another session\n")
-    out, _ = first.communicate(timeout=900)
-    assert first.returncode in (0, 1) and "d/s1: " in out
 
 
 def test_a_card_that_went_away_is_named_and_the_session_goes_on_with_another(paths, rig):

@@ -4,7 +4,6 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -128,15 +127,6 @@ def test_goes_on_after_a_kill(tmp_path, whole):
         assert not (folder / "session.yaml").exists() or content(folder) == whole
     acquire_session(folder, Tones(), GRASPS)
     assert content(folder) == whole
-
-
-def test_other_labels_need_no_recording(tmp_path):
-    folder = tmp_path / "s1"
-    acquire_session(folder, Tones(), GRASPS)
-    renamed = [replace(one, targets={"hz": 1, "colour": "red"}) for one in GRASPS]
-    assert acquire_session(folder, Tones(fail_at=0), renamed) == (0, 6, {}, 0)
-    labels = read_recordings(folder)[0][3].labels
-    assert labels == {"hz": "1", "colour": "red", "setup_sha256": "digest of 600"}
 
 
 def test_a_virtual_session_shrinks_with_its_recipe(tmp_path):

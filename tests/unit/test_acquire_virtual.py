@@ -16,7 +16,6 @@ from ajgdata.pipeline.recipes import (
     planned_grasps,
     recipe_sessions,
 )
-from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.audio import read_audio
 from ajgdata.store.sessions import read_dataset, read_recordings, read_session
 from ajgdata.types import AudioSettings, DataError
@@ -59,15 +58,6 @@ def test_a_second_acquisition_only_records(project, solved):
     assert recordings(project) == before
 
 
-#: Stands under the rim, where it would pinch the cavity.
-ROD = {"name": "rod", "shape": {"kind": "cylinder", "diameter_mm": 5, "height_mm": 140}}
-BESIDE = {
-    **RECIPE,
-    "scene": {**QUICK, "grasp": {"offset_x_mm": 45}},
-    "objects": [ROD, RECIPE["objects"][0]],
-}
-
-
 def test_noise_gain_and_excitation_need_no_new_response(project, solved):
     project.declare(recipe=RECIPE)
     acquire(project)
@@ -87,22 +77,6 @@ def test_noise_gain_and_excitation_need_no_new_response(project, solved):
     one, two = (read_audio(f / names[0], settings).samples for f in (quiet, loud / "audio"))
     noise = two / 10 ** (-6 / 20) - one
     assert np.std(noise) > 100 * 2.0**-23
-
-
-def test_a_grasp_that_cannot_be_is_skipped_and_reported(project):
-    project.declare(recipe={**BESIDE, "sessions": 1})
-    for counts in ((6, 0), (0, 6)):
-        (done,) = acquire(project)
-        assert list(done.skipped) == [f"virtual-01_rod_0{n}" for n in (1, 2, 3)]
-        assert "pinches the cavity" in done.skipped["virtual-01_rod_01"]
-        assert (done.recorded, done.kept) == counts
-    rows, findings = read_recordings(project.folder("virtual-01"))
-    assert {row.object for row in rows} == {"cube_10"}
-    assert not findings
-    _, findings = validate_dataset(project.paths, "d", lambda total: lambda: None)
-    told = [one for one in findings if one.code == "skipped"]
-    assert [one.recording_id for one in told] == list(done.skipped)
-    assert told[0].fix == "correct the recipe"
 
 
 def test_a_recipe_elsewhere_becomes_a_data_set(project, tmp_path):

@@ -12,7 +12,6 @@ from typer.testing import CliRunner
 from ajgdata import cli
 from ajgdata.acquire import line as module
 from ajgdata.acquire.card import CardError
-from ajgdata.types import DataError
 
 RUN = CliRunner()
 
@@ -74,10 +73,3 @@ def test_a_card_that_cannot_be_used_ends_with_code_1(card):
     card(FakeLine(faults=[Fault(silent=True)] * 3))
     done = RUN.invoke(cli.app, ["device", "check", "fake"])
     assert isinstance(done.exception, CardError)
-
-
-def test_what_cannot_be_a_card_is_said_in_one_line(card):
-    card(FakeLine())
-    done = RUN.invoke(cli.app, ["device", "check", ""])
-    assert isinstance(done.exception, DataError)
-    assert re.search("^sound card: device = '': .*at least 1 character", str(done.exception))

@@ -17,7 +17,6 @@ import ajgdata
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.virtual_line import VirtualTable
 from ajgdata.cli.live import sense as sense_command
-from ajgdata.cli.live_lines import bar
 from ajgdata.cli.main import app
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.live.events import read_events
@@ -155,17 +154,6 @@ def test_sense_without_a_novelty_check_does_not_call_anything_known(trained, run
 
 
 @pytest.mark.parametrize(
-    ("rate", "said"),
-    [(0.034, "; this check detects up to 3.4 % of novel objects)"), (None, ", limit 1)")],
-)
-def test_sense_says_how_many_novel_objects_its_check_detects(trained, run, tmp_path, rate, said):
-    change_model(trained, tmp_path / "p", {"detection_rate": rate})
-    last = run(*SENSE, "--object", "cube").output.splitlines()[-1]
-    assert last.startswith("known: box (novelty 0.")
-    assert last.endswith(said)
-
-
-@pytest.mark.parametrize(
     "arguments, said",
     [
         (("sense", "d", "what"), "needs a device"),
@@ -288,9 +276,3 @@ def test_a_signal_in_the_middle_of_a_step_halts_the_robot(run, number, code):
     stopped = read_events(Paths().events("d", "sort-01"))[-1]
     assert (stopped["event"], stopped["held"]) == ("stopped", "rod")
     assert read_session(Paths().session("d", "sort-01")).acquisition.finished
-
-
-def test_bars():
-    assert bar(1.0, 8) == "████████" and bar(0.0, 8) == " " * 8
-    assert bar(0.5, 8, 0.75) == "████  │ " and bar(1.0, 8, 0.75) == "██████┃█"
-    assert bar(1 / 64, 8) == "▏       " and len(bar(0.999, 8, 1.0)) == 8

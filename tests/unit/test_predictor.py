@@ -175,8 +175,6 @@ def test_what_was_never_heard_is_unknown_and_nothing_is_nothing(trained):
         predictor,
         guard=dataclasses.replace(predictor.guard, references=predictor.guard.references[:0]),
     )
-    assert predictor.has_references
-    assert not bare.has_references
     assert bare.predict(hiss, RATE_HZ).verdict is Verdict.UNKNOWN
     again = bare.with_references(predictor.feature(hiss, RATE_HZ)[np.newaxis])
     assert again.predict(hiss, RATE_HZ).verdict is Verdict.NOTHING
@@ -306,8 +304,3 @@ def test_samples_of_another_type_or_scale_are_refused(trained, name):
         predictor.predict(samples, RATE_HZ)
     assert problem in refused.value.problem
     assert fix in refused.value.fix
-
-
-def test_features_of_another_width_are_refused(trained):
-    with pytest.raises(ValueError, match=r"need features \(m, 129\)"):
-        load(trained, "what", "linear").of_features(np.zeros((2, 64)))

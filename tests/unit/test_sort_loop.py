@@ -11,7 +11,6 @@ from sorting_lab import (
     CUBE,
     EMPTY,
     ROD,
-    STRANGE,
     UNSURE,
     Cell,
     Robot,
@@ -65,13 +64,6 @@ def test_another_grasp_lets_go_first_and_is_another_grasp_in_the_table(cell):
     assert [row.grasp_id for row in rows] == ["sort_0001_1", "sort_0001_2"]
     assert [one["action"] for one in cell.events("decision")] == ["again", "place"]
     assert cell.events("decision")[1]["looks"] == 2
-
-
-def test_strange_things_go_into_the_reject_bin_and_end_the_row(cell):
-    made = plan(unknown="reject", reject_bin="R", sorts=4)
-    done = cell.run(made, BALL, CUBE, STRANGE, ROD)
-    assert (done.sorts, done.longest_row) == (4, 2)
-    assert [one["bin"] for one in cell.events("placed")] == ["A", "B", "R", "C"]
 
 
 def test_nothing_held_waits_for_something(cell):
