@@ -100,6 +100,7 @@ def cross_section_figure(scene: Scene, title: str, left_out: Sequence[str] = ())
     draw_section(axes, scene, section(scene), name, TEXT_PT)
     axes.set(xlabel="x (mm), cut at y = 0", ylabel="height over the rim (mm)")
     axes.grid(False)
+    axes.legend(loc="upper left", bbox_to_anchor=(1, 1))
     if lines:
         figure.supxlabel("\n".join(lines), x=0.02, ha="left", fontsize=8, color=GREY)
     return figure
@@ -114,19 +115,8 @@ def draw_section(axes: Axes, scene: Scene, cut: Section, held: str, pt: float) -
     above = gripper.height_mm + NAMES_MM
     axes.text(gripper.speaker_mm[0] + 6, above, "speaker", color=SPEAKER, **name)
     axes.text(gripper.microphone_mm[0] - 6, above, "microphone", color=MICROPHONE, **name)
-    left = int(np.argmin(np.abs(cut.x + 0.45 * gripper.rim_radius_mm)))
-    if scene.medium.kind != "air" and cut.surface[left] - cut.floor[left] > 8:
-        middle = (cut.surface[left] + cut.floor[left]) / 2
-        axes.text(cut.x[left], middle + 2, "grains", color="#6a5426", **name)
     if cut.table is None or not np.any(cut.inside):
         return
-    for side in (1, -1):  # where nothing lies under the membrane
-        beside = side * cut.x > 0.42 * gripper.rim_radius_mm
-        if not np.any(cut.inside & beside):
-            middle = (float(np.max(cut.floor[beside])) + 3 * cut.table) / 4
-            place = 0.79 * side * gripper.rim_radius_mm, middle
-            axes.text(*place, "membrane", color=MEMBRANE, **name)
-            break
     at, top = float(np.mean(cut.x[cut.inside])), float(np.max(cut.top[cut.inside]))
     middle = (max(low, float(np.min(cut.below[cut.inside]))) + top) / 2
     bold: dict[str, Any] = {"color": "white", "fontweight": "bold", "linespacing": 0.95}
@@ -172,15 +162,17 @@ def _draw_parts(axes: Axes, scene: Scene, cut: Section, lw: float) -> None:
     x, floor, surface, touching = _membrane(scene, cut)
     axes.fill([-rim, -roof, roof, rim, *x[::-1]], [0, height, height, 0, *floor[::-1]], color=AIR)
     bed = [*floor, *np.maximum(surface, floor)[::-1]]
-    axes.fill([*x, *x[::-1]], bed, color=GRAINS, lw=0)
+    axes.fill([*x, *x[::-1]], bed, color=GRAINS, lw=0, label="grains")
     if cut.table is not None:
         below = np.maximum(cut.below, float(np.min(floor)) - DEEPEST_MM)
         held = cut.inside.tolist()
         axes.fill_between(cut.x, below, cut.top, where=held, color=OBJECT, lw=0)
         axes.axhline(cut.table, color=GREY, lw=lw)
     axes.plot([-rim, -roof, roof, rim], [0, height, height, 0], color=WALL, lw=2.2 * lw)
-    axes.plot(x, floor, color=MEMBRANE, lw=1.5 * lw)
-    axes.plot(x, np.where(touching >= 0.5, floor, np.nan), color=TOUCHING, lw=2.2 * lw)
+    axes.plot(x, floor, color=MEMBRANE, lw=1.5 * lw, label="membrane")
+    axes.plot(
+        x, np.where(touching >= 0.5, floor, np.nan), color=TOUCHING, lw=2.2 * lw, label="contact"
+    )
     for (across, _), marker, colour in (
         (gripper.speaker_mm, "v", SPEAKER), (gripper.microphone_mm, "o", MICROPHONE),
     ):  # fmt: skip
@@ -239,20 +231,13 @@ def trusted_bands_hz(numerics: Numerics) -> tuple[float, float]:
 
 @styled
 def response_figure(ir: ImpulseResponse, title: str, numerics: Numerics) -> Figure:
-    """Return impulse response, decay of its energy, and its spectrum with the trusted band."""
+    """Return impulse response, and its spectrum with the trusted band."""
     samples = ir.samples[ir.latency_samples :]
     milliseconds = 1e3 * np.arange(len(samples)) / SAMPLE_RATE_HZ
-    fall = number(_fall_db(samples), 2)
-    subtitle = f"{number(milliseconds[-1])} ms; its last tenth lies {fall} dB below its first"
-    figure = new_figure((WIDTH_IN, 5.4), title, subtitle, ["simulated"])
+    figure = new_figure((WIDTH_IN, 5.4), title, f"{number(milliseconds[-1])} ms", ["simulated"])
     upper, lower = figure.subplots(2, 1, height_ratios=[1, 1.25])
     upper.plot(milliseconds, samples / np.abs(samples).max(), color=COLOURS[0], lw=0.9)
     upper.set(xlabel="time (ms)", ylabel="pressure (of its peak)", ylim=(-1.05, 1.05))
-    decay = upper.twinx()
-    decay.plot(milliseconds, _decay_db(samples), color=COLOURS[1], lw=1.2)
-    decay.set(ylim=(-80, 4))
-    decay.set_ylabel("energy still to come (dB)", color=COLOURS[1])
-    decay.grid(False)
     frequency, level = spectrum_db(samples, ir.static)
     lower.plot(frequency, level, color=COLOURS[0], lw=1.0)
     _mark_bands(lower, numerics)
@@ -266,17 +251,9 @@ def _mark_bands(axes: Axes, numerics: Numerics) -> None:
     trusted, careful = (min(hz, 20_000.0) for hz in trusted_bands_hz(numerics))
     spans = ((100, trusted, "#009E73", "trusted"), (trusted, careful, "#E69F00", "with care"))
     for low, high, colour, name in (*spans, (careful, 20_000, GREY, "the grid's")):
-        if low >= 20_000:
-            continue
-        axes.axvspan(low, high, color=colour, alpha=0.10, lw=0)
-        middle = np.sqrt(low * high)
-        place: dict[str, Any] = {
-            "transform": axes.get_xaxis_transform(),
-            "ha": "center",
-            "va": "top",
-        }
-        # The last name stands lower: its band is narrow on a logarithmic axis.
-        axes.text(middle, 0.98 if high < 20_000 else 0.92, name, fontsize=8, color=colour, **place)
+        if low < 20_000:
+            axes.axvspan(low, high, color=colour, alpha=0.10, lw=0, label=name)
+    axes.legend(loc="lower left")
 
 
 def spectrum_db(samples: Real, static: float) -> tuple[Real, Real]:
@@ -290,16 +267,3 @@ def spectrum_db(samples: Real, static: float) -> tuple[Real, Real]:
     remaining = static / -np.expm1(-2j * np.pi * frequency[heard] / SAMPLE_RATE_HZ)
     magnitude = np.abs(np.fft.rfft(samples, length)[heard] + remaining)
     return frequency[heard], 20 * np.log10(np.maximum(magnitude, 1e-6 * magnitude.max()))
-
-
-def _decay_db(samples: Real) -> Real:
-    """Return the energy after each sample (n,) relative to all of it, in dB (Schroeder 1965)."""
-    left = np.cumsum(samples[::-1] ** 2)[::-1]
-    return 10 * np.log10(np.maximum(left / left[0], 1e-12))
-
-
-def _fall_db(samples: Real) -> float:
-    """Return how far the last tenth lies below the first, in dB of their mean squares."""
-    tenth = max(1, len(samples) // 10)
-    first, last = (float(np.mean(part**2)) for part in (samples[:tenth], samples[-tenth:]))
-    return 10 * np.log10(first / max(last, 1e-30 * first))

@@ -65,7 +65,7 @@ def opening(**changes):
 def test_the_picture_shows_the_recordings_own_numbers():
     figure = opening_figure(opening())
     assert {"ball ✗ (golf\nball)", "probability 0.60", "0.08 ms", "0.2 s"} <= set(texts(figure))
-    assert {"simulated", "speaker", "microphone", "membrane", "grains"} <= set(texts(figure))
+    assert {"simulated", "speaker", "microphone"} <= set(texts(figure))
     (line,) = next(axes for axes in figure.axes if axes.get_title() == "spectrum out").lines
     heard = (line.get_xdata() >= 100) & (line.get_xdata() <= 20_000)
     assert heard.all()

@@ -52,8 +52,6 @@ def test_the_drawing_names_parts_and_what_is_left_out():
         assert word in said
     box, size = figure.get_tightbbox(), figure.get_size_inches()
     assert box.min.min() >= -0.5 / 72 and np.all(box.max <= size + 0.5 / 72)
-    empty = texts(cross_section_figure(Scene.model_validate({"medium": {"kind": "air"}}), "none"))
-    assert "grains" not in empty.replace("no grains", "") and "membrane" not in empty
 
 
 def test_what_remains_for_ever_is_in_the_spectrum():
@@ -80,11 +78,6 @@ def test_the_trusted_band_is_marked_and_shrinks_with_the_grid():
     ends = [patch.get_extents().transformed(lower.transData.inverted()) for patch in lower.patches]
     assert ends[0].x1 == pytest.approx(trusted_bands_hz(second)[0], rel=1e-6)
     assert ends[1].x1 == pytest.approx(trusted_bands_hz(second)[1], rel=1e-6)
-    # decay: e^-n/200 of amplitude is 10 log10 e / 100 dB of energy a sample
-    (decay,) = figure.axes[2].lines
-    milliseconds, fallen = decay.get_data()
-    slope = (fallen[800] - fallen[100]) / (milliseconds[800] - milliseconds[100])
-    assert slope == pytest.approx(-44.1 * 10 * np.log10(np.e) / 100, rel=0.02)
 
 
 @pytest.fixture
