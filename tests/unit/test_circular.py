@@ -64,8 +64,3 @@ def test_cross_validation_judges_by_the_period():
     ask = {"kind": "regression", "model": DummyRegressor(strategy="constant", constant=0.0)}
     found = cross_validate(np.zeros((20, 2)), y, np.arange(20), folds=4, period=180.0, **ask)
     assert found.scores.mean["mae"] == pytest.approx(1)
-
-
-def test_classes_have_no_period():
-    with pytest.raises(ValueError, match="classes have no period"):
-        make_model("knn", "classification", 0, period=180.0)

@@ -1,14 +1,11 @@
 """The CNN: scikit-learn's own checks, known answers, exact invariances."""
 
 import json
-from collections.abc import Callable, Iterator
-from functools import partial
 
 import numpy as np
 import pytest
 import torch
 from rounding import gamma, network_error, softmax_error
-from sklearn.utils.estimator_checks import estimator_checks_generator
 from torch import nn
 
 from ajgdata.models.cnn import CnnClassifier, CnnRegressor
@@ -30,21 +27,6 @@ def peaks(n: int, n_features: int = 64, seed: int = 0) -> tuple[np.ndarray, np.n
 #: They allow errors of 1e-7. The order of sums in float32 depends on the batch: on some processors
 #: their errors are larger. `test_a_prediction_does_not_depend_on_the_other_rows` replaces both.
 TOO_EXACT = ("check_methods_subset_invariance", "check_methods_sample_order_invariance")
-
-
-def checks() -> Iterator[tuple[str, object, Callable]]:
-    for estimator in (CnnClassifier(**QUICK), CnnRegressor(**QUICK)):
-        for one, check in estimator_checks_generator(estimator):
-            name = check.func.__name__ if isinstance(check, partial) else check.__name__
-            if name not in TOO_EXACT:
-                yield f"{type(one).__name__}-{name}", one, check
-
-
-@pytest.mark.parametrize(
-    ("estimator", "check"), [pytest.param(*rest, id=name) for name, *rest in checks()]
-)
-def test_follows_the_conventions_of_scikit_learn(estimator, check):
-    check(estimator)
 
 
 @pytest.mark.parametrize("model", [CnnClassifier(**QUICK), CnnRegressor(**QUICK)])

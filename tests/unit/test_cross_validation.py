@@ -108,13 +108,6 @@ def test_classification_beside_a_random_split():
     assert set(cost["scores"].column("part")) == {"cost of grouped", "cost of random"}
 
 
-def test_same_bytes_twice(tmp_path):
-    for name in ("one", "two"):
-        tables, _, about = measured("linear", Settings(compare_random=True))
-        write_tables(tmp_path / name, list(tables.values()), about=about)
-    assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
-
-
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
@@ -152,12 +145,6 @@ def test_same_bytes_twice(tmp_path):
 def test_what_cannot_be_evaluated_is_refused_with_the_reason(changes, reason):
     with pytest.raises(ValueError, match=f"^{re.escape(reason)}$"):
         measured(**changes)
-
-
-def test_a_store_without_recordings_is_said():
-    empty = Shard(np.empty((0, 3), np.float32), np.arange(3.0), {"recording": text_column([])}, {})
-    with pytest.raises(ValueError, match="no recording can be used: the quarantine says why"):
-        measured(store=empty)
 
 
 def test_fewer_groups_than_folds_make_a_fold_of_each_group():

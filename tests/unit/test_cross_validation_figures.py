@@ -6,7 +6,6 @@ from matplotlib.text import Text
 from result_samples import (
     CLASSES,
     SIZES,
-    kind_result,
     kinds,
     random_split,
     size_result,
@@ -92,33 +91,6 @@ def test_the_lowest_error_is_shown_first_and_others_on_request():
     assert any("the paper's k-NN: 2.7 mm" in text for text in texts(beside))
 
 
-def test_a_task_without_results_has_no_figures():
-    assert list(EXPERIMENT.figures(sizes(results=()))) == []
-    assert list(EXPERIMENT.across([sizes(results=())])) == []
-
-
-def test_many_models_of_a_task_are_drawn_against_their_times_in_its_own_unit():
-    scores = {"cnn": (3.0, 50.0), "linear": (4.0, 0.2), "knn": (6.0, 1.0), "svm": (3.5, 1.5)}
-    task = sizes(
-        *(
-            size_result(
-                name, name, scores={"rmse": folds_around(rmse, 0.5)}, cost=(seconds, 1.0, 100.0)
-            )
-            for name, (rmse, seconds) in scores.items()
-        )
-    )
-    figure = drawn_of("cross-validation--size--edge--models", task)
-    train = figure.axes[0]
-    # k-NN is slower and worse than linear; each other model is the best of those as fast
-    np.testing.assert_array_equal(
-        train.get_lines()[0].get_xydata(), [[0.2, 4.0], [1.5, 3.5], [50.0, 3.0]]
-    )
-    assert sorted(markers(train).tolist()) == [[0.2, 4.0], [1.0, 6.0], [1.5, 3.5], [50.0, 3.0]]
-    assert train.get_ylabel() == "RMSE (mm)" and "simulated" in texts(figure)
-    assert title(figure) == "Cnn has the lowest error of 4 models (3.00 ± 0.50 mm)"
-    assert not [name for name in illustrated(*two_tasks()) if name.endswith("--models")]
-
-
 def test_errors_at_several_levels():
     def at(value):
         return Level(value=value, unit="dBA", quantity="sound level outside")
@@ -181,35 +153,12 @@ def test_confusion_figure_shows_shares_of_the_true_class():
     assert [t.get_text() for t in figure.axes[0].get_yticklabels()] == list(CLASSES)
 
 
-def test_a_class_that_never_occurs_has_an_empty_row():
-    never = kinds(kind_result(classes=(*CLASSES, "slate")))
-    shares = drawn_prediction(never).axes[0].get_images()[0].get_array()
-    assert shares[2].tolist() == [0, 0, 0] and shares[:2].sum() == pytest.approx(2)
-
-
 def test_every_result_is_in_the_panel_of_its_task(drawn):
     sizes_, kinds_ = drawn["error-against-run-time"].axes
     np.testing.assert_allclose(markers(sizes_), [(3.2, 2.2 / 8.2), (1e-7, 4 / 8.2)])
     np.testing.assert_allclose(markers(kinds_), [(3.2, 0.3 / 0.4)])
     sizes_, _ = drawn["error-against-inference-time"].axes
     np.testing.assert_allclose(markers(sizes_)[:, 0], [2.1e-4, 5e-5])
-
-
-def test_what_is_beaten_in_error_and_time_is_hollow():
-    slow = size_result("slow", scores={"rmse": Score(4.0, 0.4)}, cost=(9, 0.21, 512))
-    axes = drawn_of("error-against-run-time", sizes(slow, size_result())).axes[0]
-    faces = [
-        c.lines[0].get_markerfacecolor() for c in axes.containers if c.lines[0].get_xdata().size
-    ]
-    assert faces.count("white") == 1 and len(set(faces)) == 2
-    assert axes.get_lines()[0].get_xdata().tolist() == [3.2]
-
-
-def test_the_title_of_run_times_counts_the_tasks_on_which_a_model_is_best():
-    worse = size_result("knn", "k-NN", scores={"rmse": Score(4.0, 0.4)}, cost=(0.1, 0.2, 1.0))
-    two = [sizes(size_result(), worse), sizes(size_result(), worse, task="other")]
-    said = "Lowest error: CNN on 2 of 2 tasks; shortest time: k-NN on 2 of 2 tasks"
-    assert title(drawn_of("error-against-run-time", *two)) == said
 
 
 def test_splits_are_drawn_in_one_unit_where_both_were_measured(drawn):

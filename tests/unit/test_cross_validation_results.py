@@ -6,7 +6,6 @@ from result_samples import (
     CLASSES,
     COST,
     PAPER,
-    SIZES,
     kind_result,
     kinds,
     paper_figure,
@@ -22,7 +21,6 @@ from ajgdata.experiments.cross_validation import EXPERIMENT, Settings
 from ajgdata.experiments.cross_validation.results import (
     models_of,
     paper_model,
-    quantity,
     training_cost,
 )
 from ajgdata.report.format import Score
@@ -53,26 +51,12 @@ def test_normalised_error_of_classes_is_the_share_of_avoidable_mistakes():
     assert one.error.per_fold == pytest.approx((0.24, 0.16), rel=1e-12)
 
 
-@pytest.mark.parametrize("task", two_tasks(), ids=lambda task: task.kind)
-def test_chance_is_one_and_perfect_is_zero(task):
-    one = first(task)
-    perfect = 0.0 if task.kind == "regression" else 1.0
-    assert one.normalise(Score(one.chance(), 0.0)).mean == pytest.approx(1, rel=1e-12)
-    assert one.normalise(Score(perfect, 0.0)).mean == pytest.approx(0, abs=1e-12)
-
-
 def test_the_paper_s_model_and_what_it_cost():
     assert training_cost(sizes(), "CNN") == COST[:2]
     assert training_cost(sizes(), "nobody") is None
     assert paper_model(sizes()).shown() == "2.20 ± 0.30 mm"
     other = sizes(size_result("knn", "k-NN"))
     assert paper_model(other) is None and training_cost(other, "CNN") is None
-
-
-def test_the_unit_is_not_said_twice():
-    assert quantity(sizes()) == "edge"
-    assert quantity(sizes(target="bar_angle_deg", unit="°")) == "bar angle"
-    assert quantity(sizes(target="edge")) == "edge"
 
 
 def test_rows_of_a_task_stand_beside_the_paper_with_the_best_marked():
@@ -212,12 +196,6 @@ def test_a_figure_near_chance_is_compared_with_chance():
     assert row.agrees == "better"
 
 
-def test_without_the_paper_s_model_the_first_is_compared():
-    linear, knn = size_result("linear", "ridge"), size_result("knn", "k-NN")
-    assert [row.model for row in beside(sizes(linear, knn))] == ["ridge"]
-    assert [row.model for row in beside(sizes(linear, size_result()))] == ["CNN"]
-
-
 @pytest.mark.parametrize(
     ("there", "flagged", "agrees"),
     [
@@ -265,10 +243,3 @@ def test_household_objects_are_counted_that_are_told_well():
     task = kinds(kind_result(predictions={"grouped": (true, predicted)}), papers={"known": paper})
     (row,) = beside(task)
     assert row.result == "70 (62.5 to 77.5) %; 1 of 2 classes at 90 % or more"
-
-
-def test_predictions_keep_their_folds_and_parts():
-    predictions = {"grouped": (SIZES, SIZES + 1), "random": (SIZES, SIZES + 2)}
-    one = first(sizes(size_result(predictions=predictions)))
-    assert (one.predictions().y_pred == SIZES + 1).all()
-    assert one.predictions().fold.tolist() == [0, 1] * 6

@@ -1,33 +1,9 @@
 """The watch over references: its false alarms are those that it states, and warmth is heard."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 
-from ajgdata.features.spectrum import spectrum
-from ajgdata.gripper import Scene, excitation_sweep, record, simulate
 from ajgdata.live.drift import DriftWatch, references_needed
-from ajgdata.types import FeatureSettings
-
-
-@cache
-def reference(temperature_c: float, seed: int) -> np.ndarray:
-    """Return the feature of a recording of the empty gripper on a coarse grid, (1025,)."""
-    scene = Scene.model_validate(
-        {
-            "environment": {"temperature_c": temperature_c},
-            "grasp": {"seed": seed},
-            "numerics": {"dx_mm": 6},
-        }
-    )
-    take = record(simulate(scene), excitation_sweep(), seed=seed)
-    return spectrum(take.samples, 44_100, FeatureSettings())
-
-
-@cache
-def day_1() -> np.ndarray:
-    return np.array([reference(22, seed) for seed in range(13)])
 
 
 def share_of_alarms(n: int, m: int, allowed: float, trials: int = 1000) -> tuple[float, float]:
@@ -88,19 +64,6 @@ def test_one_odd_reference_is_no_alarm_and_a_change_is_told_until_it_is_gone():
     assert told[0] == 1  # too early for an alarm
     assert told[1] == told[4] == told[5] == pytest.approx(far)
     assert max(told[2:4]) < 1
-
-
-def test_no_alarm_in_the_same_room_and_one_in_another():
-    """Unseen references of the same state, and of one 10 K colder and warmer: sound is 1.7 %
-    faster per 10 K, five bins at 6 kHz."""
-    assert max(observed(22)) <= 1
-    assert min(observed(12)[1:]) > 2
-    assert min(observed(32)[1:]) > 2
-
-
-def observed(temperature_c):
-    watch = DriftWatch(day_1())
-    return [watch.observe(reference(temperature_c, 100 + seed)) for seed in range(4)]
 
 
 @pytest.mark.parametrize(

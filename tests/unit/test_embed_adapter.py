@@ -138,16 +138,6 @@ def test_classes_are_not_looked_at(made, tmp_path):
     assert np.array_equal(shuffled.validation_fold, before.validation_fold)
 
 
-def test_things_are_looked_at(made, tmp_path):
-    """The counterpart of the test above: with other things come other latents."""
-    plain = shard(sessions=("s1", "s2"))
-    turned = text_column(np.roll(plain.columns["object"].values, 2).tolist())
-    columns = {**plain.columns, "object": turned}
-    other = train(tmp_path, dataclasses.replace(plain, columns=columns))
-    before = read_latents(made / "latents.nc")
-    assert not np.allclose(other.latent[3], before.latent[3])
-
-
 def test_distances_are_of_the_things_that_there_are(made):
     found = measured(made, "embedding_distances")
     keys = ("space", "pairs", "first", "second")
@@ -172,15 +162,6 @@ def test_distances_are_of_the_things_that_there_are(made):
 def projected(made) -> Outcome:
     """The outcome of `embedding_projections`."""
     return measured(made, "embedding_projections")
-
-
-def test_silhouettes_are_of_objects_and_categories(projected):
-    found = projected
-    told = of_scores(found)
-    silhouettes = scores_by(table(found, "silhouettes"), ("space", "label"), "silhouette")
-    assert list(silhouettes) == [(s, x) for s in ("latent", "raw") for x in ("object", "kind")]
-    score = silhouettes["latent", "object"]
-    assert told["latent", "silhouette", "silhouette of object", "sd"] == score.sd
 
 
 def test_neighbours_and_what_they_cost(made):

@@ -8,12 +8,12 @@ from experiment_samples import measured, numbers, small_inputs, task_results
 from matplotlib.text import Text
 
 from ajgdata.evaluate.agreement import GRASP_INTERVAL
-from ajgdata.evaluate.calibration import grasp_weights, weighted_quantile
+from ajgdata.evaluate.calibration import weighted_quantile
 from ajgdata.evaluate.in_use import calibration, half_width
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.experiments import EXPERIMENTS, asked_of
 from ajgdata.experiments.base import Outcome, score_table
-from ajgdata.experiments.sorting import LONGEST_RUN, PARTS, RUNS
+from ajgdata.experiments.sorting import PARTS, RUNS
 from ajgdata.models import fit_model, make_model
 from ajgdata.report.canvas import draw
 from ajgdata.report.paper import PaperFigure
@@ -81,16 +81,6 @@ def curve_results(paper=None, reached=None):
     )
 
 
-def test_a_learning_curve_shows_the_means_of_the_draws():
-    figure, caption = shown(curve_results())
-    line = figure.axes[0].containers[0].lines[0]
-    np.testing.assert_allclose(line.get_xydata(), [[1, 20], [4, 40], [16, 50]])
-    assert figure.axes[0].get_ylabel() == "accuracy (%)"
-    assert set(figure.axes[0].lines[-1].get_ydata()) == {25.0}  # chance
-    assert "simulated" in texts(figure)
-    assert "k-NN: accuracy 20 % (groups 1), 50 % (groups 16)" in caption.alt
-
-
 @pytest.mark.parametrize(
     ("value", "reached", "says", "agrees"),
     [
@@ -145,17 +135,6 @@ def sorting_results(paper=None, sorts=tuple(range(101)), errors=False):
     )  # fmt: skip
 
 
-def test_a_sorting_figure_shows_the_share_of_runs_as_long():
-    lengths, _, reliability = EXPERIMENTS["sorting"].figures(sorting_results())
-    (axes,) = draw(lengths).axes
-    plain = dict(axes.lines[0].get_xydata())
-    # lengths 0 ... 50, two of each: the last of two as long counts
-    assert plain[50] == 1 - 100 / 101
-    points = draw(reliability).axes[0].containers[0].lines[0]
-    np.testing.assert_allclose(points.get_xydata(), [[50, 40], [90, 80]])
-    assert "CNN, plain: 25 (2 to 47)" in lengths.caption.alt
-
-
 @pytest.mark.parametrize(("paper", "agrees"), [(39, "inconclusive"), (1, "better"), (60, "worse")])
 def test_the_papers_run_is_compared_with_what_is_sorted_before_the_first_error(paper, agrees):
     (row,) = EXPERIMENTS["sorting"].paper_comparison(sorting_results(paper=paper), nothing)
@@ -166,18 +145,6 @@ def test_the_papers_run_is_compared_with_what_is_sorted_before_the_first_error(p
         ("before the first error", "ours", 25), ("before the first error", "paper", paper),
         ("by the paper's rule", "ours", 50), ("by the paper's rule", "paper", paper),
     ]  # fmt: skip
-
-
-def test_a_model_that_is_never_uncertain_is_not_the_better_one():
-    """It sorts as long as objects come, a tenth of them into a wrong bin."""
-    results = sorting_results(paper=39, sorts=[LONGEST_RUN] * 101, errors=True)
-    (row,) = EXPERIMENTS["sorting"].paper_comparison(results, nothing)
-    assert row.agrees == "worse"
-    assert row.result == (
-        "4 (0 to 9) sorts before the first error; 1,000 (1,000 to 1,000) by the paper's rule, 10 % "
-        "in a wrong bin; runs end at 1,000"
-    )
-    assert [mark.value for mark in row.marks if mark.role == "ours"] == [4, math.inf]
 
 
 # Reflected energy
@@ -315,28 +282,12 @@ def test_the_weighted_quantile_is_the_least_value_that_reaches_the_share():
     assert np.isinf(weighted_quantile(values, weights, 0.76)).all()
 
 
-def test_grasps_weigh_the_same_however_many_recordings_they_have():
-    weights = grasp_weights(np.array(["a", "a", "a", "b"]))
-    np.testing.assert_allclose(weights, [1 / 9, 1 / 9, 1 / 9, 1 / 3])
-
-
 def test_the_half_width_is_that_of_split_conformal():
     """The ceil((n + 1) c)-th least residual (Vovk et al. 2005)."""
     residuals = np.arange(1.0, 20)  # 19: (n + 1) c is whole for c = 0.9
     halves = [half_width(residuals, np.arange(19), c) for c in (0.5, 0.9, 0.99)]
     assert halves == [10, 18, math.inf]
     assert half_width(residuals, np.arange(19), 0.99, period=180) == 90  # no angle is further
-
-
-def test_intervals_hold_what_they_state_for_new_grasps():
-    """200 draws of 40 grasps, normal residuals shared by the recordings of a grasp: coverage of a
-    new grasp is Binomial(200, >= c); 0.9 - 3 sqrt(0.09 / 200) = 0.836."""
-    rng, held = np.random.default_rng(3), []
-    for _ in range(200):
-        error = np.repeat(np.abs(rng.normal(size=40)), 3)
-        half = half_width(error, np.repeat(np.arange(40), 3), 0.9)
-        held.append(bool(abs(rng.normal()) <= half))
-    assert np.mean(held) > 0.836
 
 
 def test_what_is_evaluated_is_the_interval_that_is_shipped():
@@ -356,20 +307,6 @@ def test_what_is_evaluated_is_the_interval_that_is_shipped():
         assert row["width"] == 2 * shipped.half_width
         away = np.abs(y[test] - fitted.predict(x[test]))
         assert row["held"] == np.mean(away <= shipped.half_width)
-
-
-def test_too_few_grasps_for_a_coverage_give_an_interval_without_end():
-    outcome = measured(
-        "conformal_intervals", small_inputs("regression"), "linear_plain", coverages=[0.99]
-    )
-    assert numbers(outcome.tables, metric="width") == [math.inf] * 5
-    assert numbers(outcome.tables, metric="coverage") == [1.0] * 5
-    results = task_results(
-        "conformal_intervals", {"linear": outcome}, "regression", {"coverages": [0.99]}
-    )
-    _, table = EXPERIMENTS["conformal_intervals"].tables(results)
-    assert table.rows == (("ridge", "0.99", "∞"),)
-    assert len(list(EXPERIMENTS["conformal_intervals"].figures(results))) == 1
 
 
 def test_intervals_of_a_task_are_wider_the_more_they_shall_hold():
@@ -439,9 +376,3 @@ def test_a_task_asks_for_experiments_by_name_and_model():
 def test_what_cannot_be_measured_is_refused_with_task_and_reason(experiments, says):
     with pytest.raises(ValueError, match=f"task t: .*{says}"):
         asked_of(spec(experiments=experiments), "t")
-
-
-def test_settings_name_the_further_data_sets_that_a_task_needs():
-    one = spec(test_on=["a"], experiments={"cross_gripper": {"test_on": ["b", "a"]}})
-    assert one.tasks["t"].others == ("a", "b")
-    assert {o for asked in asked_of(one, "t") for o in asked.others} == {"a", "b"}

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from ajgdata.evaluate.crossval import cross_validate
-from ajgdata.evaluate.curves import learning_curve
 from ajgdata.models import chosen, fit_model, limits, make_model
 from ajgdata.types import MODELS
 from ajgdata.types.tasks import Limited
@@ -74,13 +73,6 @@ def test_a_tuned_model_is_chosen_on_some_and_learns_from_all():
     assert fitted.inner_scores_ == alone.inner_scores_
     assert fitted.best_estimator_[-1].n_samples_fit_ == 60
     assert (chosen(fitted)[1]["chosen_on"], "chosen_on" in chosen(alone)[1]) == (20, False)
-
-
-def test_a_learning_curve_says_how_many_were_learned_from():
-    x, y, group = spectra()
-    ask = {"kind": "classification", "model": "knn_plain", "repeats": 1, "limits": {"knn": 16}}
-    points = learning_curve(x, y, group, sizes=(2, 8), **ask).points
-    assert [point.recordings for point in points] == [12, 16]
 
 
 def test_a_task_can_limit_each_model_that_has_a_limit():

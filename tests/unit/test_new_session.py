@@ -2,12 +2,9 @@
 
 import numpy as np
 import pytest
-from drawn_figures import texts
 from experiment_samples import measured, numbers, small_inputs, task_results
 
 from ajgdata.evaluate.new_session import NONE, SessionData, on_new_sessions
-from ajgdata.experiments import EXPERIMENTS
-from ajgdata.report.canvas import draw
 from ajgdata.store.features import Column, Shard, text_column
 
 BINS, OBJECTS, GRASPS = 60, ("ball", "box", "rod"), 6
@@ -114,18 +111,6 @@ def test_a_group_that_is_tested_is_trained_on_in_no_session():
     assert leaky[0]["value"] == 1.0
 
 
-def test_each_draw_labels_other_grasps():
-    """Grasps of 1 to 6 recordings: the number of labelled recordings shows which were drawn."""
-    session, value = np.repeat(["s0", "s1"], 42), np.tile(np.repeat(["a", "b"], 21), 2)
-    grasps = [f"{half}{size}" for half in "wxyz" for size in range(1, 7)]
-    group = np.repeat(grasps, list(range(1, 7)) * 4)
-    feature = np.random.default_rng(0).uniform(1, 2, (84, BINS)).astype(np.float32)
-    given = data(feature=feature, value=value, group=group, session=session)
-    labelled = [one["labelled"] for one in told(given, sizes=[1], draws=4) if one["labelled"]]
-    assert len(labelled) == 4
-    assert len(set(labelled)) > 2
-
-
 def test_a_number_is_read_in_sessions_that_the_settings_name():
     ask = SETTINGS | {"train_on": ["s0", "s2"]}
     inputs = small_inputs("regression", store=store(4))
@@ -143,15 +128,3 @@ def test_why_there_is_no_new_session(sessions, train_on, reason):
     inputs = small_inputs(store=store(sessions))
     with pytest.raises(ValueError, match=reason):
         measured("across_sessions", inputs, "knn_plain", **SETTINGS | {"train_on": train_on})
-
-
-def test_figure_and_rows_name_every_correction_with_what_it_needs(results, outcome):
-    experiment = EXPERIMENTS["across_sessions"]
-    (one,) = experiment.figures(results)
-    written = texts(draw(one))
-    assert {f"{NONE} (none)", "standardised (6 unlabelled)"} <= set(written)
-    rows = {row.metric: row.value for row in experiment.rows(results)}
-    assert len(rows) == 4
-    for remedy, needs in ((NONE, "none"), ("standardised", "6 unlabelled")):
-        shown = rows[f"accuracy, {remedy} ({needs})"]
-        assert shown.startswith(f"{100 * mean(outcome, remedy):.0f}")

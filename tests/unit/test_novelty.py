@@ -4,15 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from experiment_samples import measured, small_inputs, task_results
+from experiment_samples import measured, small_inputs
 
 from ajgdata.evaluate.in_use import calibration
 from ajgdata.evaluate.intervals import mean_interval
 from ajgdata.evaluate.novelty import Guard
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.novelty import Round, _shares
-from ajgdata.report.canvas import draw
 from ajgdata.store.features import Shard, text_column
 from ajgdata.types import NotPossibleError
 
@@ -121,21 +119,3 @@ def test_a_grasp_that_several_rounds_test_counts_once():
 def test_what_it_needs_is_told():
     with pytest.raises(NotPossibleError, match="record at least three"):
         measured("novelty", small_inputs(classes=["ball", "rod"]), **ASK)
-
-
-def test_its_figure_and_tables_say_what_was_measured():
-    outcome = measured("novelty", small_inputs(store=world(empty=10)), **ASK)
-    results = task_results("novelty", {"": outcome}, settings=ASK)
-    one = EXPERIMENTS["novelty"]
-    detected, alarms, classes, references = one.figures(results)
-    rounds = rounds_of(outcome)
-    expected = [100 * rounds.where(stated=rate).numbers("detected").mean() for rate in (0.05, 0.2)]
-    (axes,) = draw(detected).axes
-    np.testing.assert_allclose(axes.containers[0].lines[0].get_ydata(), expected)
-    labels = [label.get_text() for label in draw(classes).axes[0].get_yticklabels()]
-    assert labels == ["beside", "far", "near"]
-    assert "references" in references.name and "false-alarms" in alarms.name
-    tables = list(one.tables(results))
-    assert len(tables) == 4
-    assert tables[-1].rows[0][-1].startswith("100")
-    assert f"{expected[0]:.3g} (" in detected.caption.alt

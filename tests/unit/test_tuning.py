@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from sklearn.base import BaseEstimator, ClassifierMixin, RegressorMixin, clone
 from sklearn.compose import ColumnTransformer
-from sklearn.multioutput import MultiOutputRegressor
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 from sklearn.utils.estimator_checks import parametrize_with_checks
@@ -12,7 +11,6 @@ from sklearn.utils.estimator_checks import parametrize_with_checks
 from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.models import chosen, fit_model, make_model
-from ajgdata.models.circular import Circular
 from ajgdata.models.scaling import AtLeast, OneScale
 from ajgdata.models.tuning import (
     LARGE,
@@ -142,19 +140,6 @@ def test_what_is_kept_is_the_chosen_candidate_and_nothing_more(name, kind):
     plain = clone(candidate).fit(x, y)
     for one in (fitted, kept):
         np.testing.assert_array_equal(one.predict(x), plain.predict(x))
-
-
-def test_what_makes_choosing_cheaper_reaches_candidates_that_are_wrapped():
-    model = Tuned([("a", Constant(1.0)), ("b", Constant(2.0))], None, 0, {"value": 9.0})
-    wraps = (
-        lambda one: one,
-        lambda one: Circular(one, 180.0),
-        lambda one: Circular(MultiOutputRegressor(one), 180.0),
-    )
-    for wrapped in map(model.each, wraps):
-        (cheaper,) = wrapped.while_choosing.items()
-        (_, candidate), *_ = wrapped.candidates
-        assert candidate.get_params()[cheaper[0]] == 1.0 and cheaper[1] == 9.0
 
 
 def test_without_inner_folds_the_first_is_taken_and_the_reason_told():
