@@ -18,7 +18,6 @@ from ajgdata.pipeline.recordings import (
     Examined,
     examine,
     finding,
-    in_threads,
     late_or_early,
     read_excitation,
 )
@@ -77,7 +76,6 @@ def extract_features(
     shard: Path,
     findings: Path,
     labels: Path,
-    threads: int = 1,
 ) -> tuple[int, int]:
     """Write `shard`, `findings` and `labels` of the session in `folder`.
 
@@ -102,7 +100,7 @@ def extract_features(
 
     new = [e for e in entries if (e.recording_id, e.sha256) not in known]
     try:
-        results = _made(session.session_id, new, audio, features, excitation, threads)
+        results = _made(session.session_id, new, audio, features, excitation)
     except NotPossibleError as error:
         issues.append(_unfit_sound(session.session_id, features, str(error)))
         entries, new, results = [], [], {}
@@ -142,7 +140,6 @@ def _made(
     audio: AudioSettings,
     features: FeatureSettings,
     excitation: np.ndarray | None,
-    threads: int,
 ) -> dict[str, Row | list[Finding]]:
     """Return what became of recordings, by their names."""
     if not entries:
@@ -155,8 +152,7 @@ def _made(
             found = examine(entry.path, audio, features.window, played)
             return _row(session, entry, found, make)
 
-        results = in_threads(made, entries, threads)
-        return {e.recording_id: r for e, r in zip(entries, results, strict=True)}
+        return {entry.recording_id: made(entry) for entry in entries}
 
 
 def _one_thread_of_blas(features: FeatureSettings) -> AbstractContextManager[object]:

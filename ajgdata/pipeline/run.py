@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import shlex
 import subprocess
 import sys
@@ -10,14 +9,12 @@ from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
 
-from ajgdata.paths import Paths, run_name
+from ajgdata.paths import Paths
 from ajgdata.store.provenance import PACKAGE
 from ajgdata.types import DataError
 
 #: Snakemake's options that set a configuration.
 CONFIG = ("--config", "-C")
-#: And those that run nothing.
-LOOKING = {"--dry-run", "--dryrun", "-n"}
 #: The summary of a run that skipped tasks ends with a line that begins with this.
 INCOMPLETE = "incomplete:"
 
@@ -54,33 +51,19 @@ def snakefile_of(paths: Paths) -> Path:
     return paths.snakefile if paths.snakefile.is_file() else beside
 
 
-def snakefile_arguments(paths: Paths) -> list[str]:
-    """Return what Snakemake must be told in the project's folder: nothing, if it has a workflow of
-    its own. Raises DataError where there is none."""
-    found = snakefile_of(paths)
-    return [] if found == paths.snakefile else ["--snakefile", str(found)]
-
-
 def command(paths: Paths, names: Sequence[str], more: Sequence[str] = ()) -> list[str]:
     """Return the equivalent `snakemake` command, to be given in the project's folder."""
-    return ["snakemake", *snakefile_arguments(paths), *with_datasets(names, more)]
+    workflow = snakefile_of(paths)
+    other = [] if workflow == paths.snakefile else ["--snakefile", str(workflow)]
+    return ["snakemake", *other, *with_datasets(names, more)]
 
 
 def run(paths: Paths, names: Sequence[str], more: Sequence[str] = ()) -> int:
-    """Run the workflow on `names` and return its exit code; the workflow says what it did.
-
-    If everything was there already, so that no job ran, the summary is told again.
-    """
+    """Run the workflow on `names` and return its exit code; the workflow says what it did."""
     arguments = command(paths, names, more)
     print(shlex.join(arguments), flush=True)
-    paths = dataclasses.replace(paths, run=run_name(names))
-    before = modified_ns(paths.complete)
     line = [sys.executable, "-m", *arguments]
-    code = subprocess.run(line, check=False, cwd=paths.root).returncode
-    unchanged = before == modified_ns(paths.complete)
-    if code == 0 and before and unchanged and not LOOKING & set(more):
-        print(paths.complete.read_text(encoding="utf-8"), end="")
-    return code
+    return subprocess.run(line, check=False, cwd=paths.root).returncode
 
 
 def end_run(summary: Path, before_ns: int) -> None:

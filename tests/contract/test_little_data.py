@@ -115,7 +115,7 @@ def made(paths: Paths, name: str, rows: list[Row]) -> None:
     extract_features(
         folder=paths.session(name, "s1"), audio=spec.audio,
         features=spec.features, code="", shard=paths.shard(name, "s1"), findings=findings,
-        labels=paths.shard_labels(name, "s1"), threads=1,
+        labels=paths.shard_labels(name, "s1"),
     )  # fmt: skip
     merge(
         dataset=name, shards=[paths.shard(name, "s1")], labels=[paths.shard_labels(name, "s1")],

@@ -56,35 +56,6 @@ def test_labels_are_those_of_the_features(project):
     assert loaded.edge_mm.attrs["units"] == "mm"
 
 
-def test_only_files_that_are_asked_for_are_opened(project):
-    project.session("s1", {"a": 500.0, "b": 750.0, "c": 1000.0})
-    loaded = load(project)
-    for gone in ("a", "c"):
-        (project.folder() / "audio" / f"{gone}.wav").unlink()
-    assert "waveform" in str(loaded)
-    np.testing.assert_allclose(loaded.waveform[1, 10:20], tone(750)[10:20], atol=STEP)
-    with pytest.raises(AudioError, match=r"c\.wav: there is no such file"):
-        loaded.waveform[1:, 5].load()
-
-
-@pytest.mark.parametrize(
-    "key",
-    [
-        (1, 7), (slice(None), 7), (1, slice(None)), (slice(0, 3, 2), slice(5, None, 300)),
-        ([2, 0], [0, 9, 4]), (slice(None, None, -1), slice(1990, 5, -40)), ([], slice(0, 3)),
-        (-1, -1),
-    ],
-)  # fmt: skip
-def test_every_way_of_indexing(project, key):
-    tones = {"a": 500.0, "b": 750.0, "c": 1000.0}
-    project.session("s1", tones)
-    loaded = load(project).waveform
-    rows, times = key
-    whole = loaded.values
-    assert np.abs(whole - [tone(hz) for hz in tones.values()]).max() <= STEP
-    np.testing.assert_array_equal(loaded.isel(recording=rows, time=times), whole[rows][..., times])
-
-
 def test_shorter_recordings_end_in_nan_and_other_rates_are_resampled(project):
     project.declare(audio={"sample_rate_hz": RATE_HZ, "other_rate": "resample"})
     rows = project.session("s1", {"a": 500.0, "b": 500.0})
@@ -125,13 +96,6 @@ def test_changed_bytes_are_refused_when_read(project):
     np.testing.assert_allclose(loaded.waveform[0], tone(500), atol=STEP)
     with pytest.raises(AudioError, match=r"b\.wav: its bytes are not those that were recorded"):
         loaded.waveform.load()
-
-
-def test_a_label_may_have_any_name(project):
-    rows = project.session("s1", {"a": 500.0})
-    project.write([rows[0].model_copy(update={"labels": {"time": "noon", "frames": "3"}})])
-    loaded = load(project)
-    assert (loaded.label_time.item(), loaded.label_frames.item()) == ("noon", "3")
 
 
 def test_nothing_recorded_and_nothing_declared(project):

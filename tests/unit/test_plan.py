@@ -120,18 +120,6 @@ def test_what_a_task_is_tested_on_comes_with_it(tmp_path):
     assert list(plan(paths, ["many"])) == ["many", "one"]
 
 
-def test_nothing_to_run_is_said(tmp_path):
-    paths = Paths(tmp_path)
-    with pytest.raises(DataError, match="no data set here has recordings or a recipe"):
-        plan(paths)
-    declare(paths, "waiting")
-    with pytest.raises(DataError, match="no data set here has recordings or a recipe"):
-        plan(paths)
-    declare(paths, "made", recipe=RECIPE)
-    with pytest.raises(DataError, match=r"waiting.*holds no sessions; .*--dataset waiting"):
-        plan(paths, ["made", "waiting"])
-
-
 @pytest.mark.parametrize(
     ("change", "said", "line"),
     [

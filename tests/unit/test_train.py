@@ -7,11 +7,9 @@ import pytest
 
 from ajgdata.loading import read_model
 from ajgdata.models import chosen, fit_model, make_model
-from ajgdata.paths import Paths
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
-from ajgdata.store.models import read_estimator, write_estimator
-from ajgdata.types import MODELS, DataError, NotPossibleError
+from ajgdata.types import DataError, NotPossibleError
 
 TASKS = {"edge_mm": "regression", "kind": "classification"}
 
@@ -110,28 +108,11 @@ def test_what_cannot_be_trained_says_why(store):
         read_model(folder)
 
 
-@pytest.mark.usefixtures("uncalibrated")
-@pytest.mark.parametrize(("model", "file"), [("cnn", "model.safetensors"), ("knn", "model.skops")])
-def test_a_spoilt_file_is_told(store, model, file):
-    folder = train(store, "kind", model)
-    (folder / file).write_bytes(b"spoilt")
-    with pytest.raises(DataError, match="not a readable model"):
-        read_model(folder)
-
-
 def test_foreign_types_are_refused(store, monkeypatch):
     folder = train(store, "kind", "linear")
     monkeypatch.setattr("ajgdata.models.trusted_types", lambda name: ())
     with pytest.raises(DataError, match="Untrusted types"):
         read_model(folder)
-
-
-def test_without_a_run_there_is_no_model(tmp_path):
-    import ajgdata
-
-    Paths(tmp_path).datasets.mkdir()
-    with pytest.raises(DataError, match="no such data set"):
-        ajgdata.load_model("d", "t", project=tmp_path)
 
 
 def test_a_model_of_some_classes_knows_no_others(store):
@@ -158,15 +139,3 @@ def test_a_model_of_some_classes_knows_no_others(store):
                 folder=store.parent / "none")  # fmt: skip
     with pytest.raises(DataError, match="classes: no recording has the kind 'd'"):
         read_model(store.parent / "none")
-
-
-@pytest.mark.parametrize("kind", ["classification", "regression"])
-def test_neighbours_among_few_features_come_back(tmp_path, kind):
-    """Up to 15 features scikit-learn looks for them in a tree."""
-    x = np.random.default_rng(0).normal(size=(40, 5))
-    y = np.arange(40) % 2
-    fitted = make_model("knn_plain", kind).fit(x, y)
-    write_estimator(tmp_path, fitted)
-    for name in ("knn", "knn_plain"):
-        back = read_estimator(tmp_path, MODELS[name].trusted)
-        np.testing.assert_array_equal(back.predict(x), fitted.predict(x))

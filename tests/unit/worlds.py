@@ -114,7 +114,6 @@ class Project:
         audio: AudioSettings = AUDIO,
         features: FeatureSettings = FEATURES,
         code: str = "1",
-        threads: int = 1,
     ) -> tuple[int, int]:
         """Shard of one session; returns (computed, reused)."""
         return extract_features(
@@ -125,7 +124,6 @@ class Project:
             shard=self.paths.shard("d", session),
             findings=self.paths.shard_findings("d", session),
             labels=self.paths.shard_labels("d", session),
-            threads=threads,
         )
 
     def read_shard(self, session: str = "s1") -> Shard:
