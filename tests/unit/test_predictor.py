@@ -8,7 +8,7 @@ import zipfile
 import numpy as np
 import pytest
 import soundfile
-from rounding import U64, gamma, network_error, softmax_error
+from rounding import U64, gamma, softmax_error
 from worlds import RATE_HZ, Project, tone
 
 import ajgdata
@@ -55,7 +55,7 @@ def record(project, session, generator):
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory):
-    """A project with three models, the CNN among them, trained as the workflow does."""
+    """A project with three models, trained as the workflow does."""
     project, generator = Project(Paths(tmp_path_factory.mktemp("trained"))), None
     project.declare(targets=TARGETS, tasks=TASKS)
     generator = np.random.default_rng(0)
@@ -64,8 +64,8 @@ def trained(tmp_path_factory):
         project.shard(session)
     project.merge("s1", "s2", targets=TRUTH)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(in_use, "FOLDS", 2)  # the CNN takes seconds for each
-        for task, model in (("size", "knn"), ("what", "linear"), ("what", "cnn"), ("what", "svm")):
+        patch.setattr(in_use, "FOLDS", 2)
+        for task, model in (("size", "knn"), ("what", "linear"), ("what", "svm")):
             spec = ajgdata.load_dataset("d", project.root).spec
             train_model(
                 project.paths.features("d"), **spec.training(task), model=model, seed=0, task=task,
@@ -90,23 +90,15 @@ def waveforms(project):
 
 
 def probability_error(estimator, temperature, feature):
-    """Bound on the rounding error of softmax(logits / T): of sums of all bins in float64, or of the
-    network in float32."""
-    if hasattr(estimator, "module_"):
-        logit_error = network_error(estimator.module_, feature)
-    else:
-        scaling, linear = estimator[:-1], estimator[-1]
-        size = np.abs(scaling.transform(feature)) @ np.abs(linear.coef_.T) + np.abs(
-            linear.intercept_
-        )
-        # a product and a sum per bin; ten more operations for the softmax
-        logit_error = gamma(2 * feature.shape[1] + 10, U64) * size
+    """Bound on the rounding error of softmax(logits / T), of sums of all bins in float64."""
+    scaling, linear = estimator[:-1], estimator[-1]
+    size = np.abs(scaling.transform(feature)) @ np.abs(linear.coef_.T) + np.abs(linear.intercept_)
+    # a product and a sum per bin; ten more operations for the softmax
+    logit_error = gamma(2 * feature.shape[1] + 10, U64) * size
     return softmax_error(logit_error.max() / temperature)
 
 
-@pytest.mark.parametrize(
-    ("task", "model"), [("size", "knn"), ("what", "linear"), ("what", "cnn"), ("what", "svm")]
-)
+@pytest.mark.parametrize(("task", "model"), [("size", "knn"), ("what", "linear"), ("what", "svm")])
 def test_every_recording_gives_the_numbers_of_the_workflow(trained, task, model):
     predictor = load(trained, task, model)
     store = read_store(trained.paths.features("d"))
@@ -115,7 +107,7 @@ def test_every_recording_gives_the_numbers_of_the_workflow(trained, task, model)
     assert len(names) == len(files) == 52
     estimator, about = read_model(trained.paths.model("d", task, model))
     expected = estimator.predict(store.feature).tolist()
-    has_probabilities = model in ("linear", "cnn")
+    has_probabilities = model == "linear"
     if has_probabilities:
         temperature = about["calibration"]["temperature"]
         error = probability_error(estimator, temperature, store.feature)

@@ -28,9 +28,3 @@ def test_the_command_shows_the_end_of_a_run_until_ctrl_c(tmp_path):
             assert process.wait(120) == 0
         finally:
             process.kill()
-
-
-def test_what_is_no_log_is_one_line():
-    found = subprocess.run([*COMMAND, __file__], capture_output=True, text=True, check=False)
-    assert found.returncode == 1
-    assert found.stderr.count("\n") == 1 and "is no line of a log" in found.stderr

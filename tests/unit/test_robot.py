@@ -142,13 +142,6 @@ def test_wrong_settings_are_named(name, settings, said):
         pass
 
 
-def test_a_program_that_is_not_there_is_named():
-    absent = {"command": ["/no/such/program"]}
-    cannot = pytest.raises(RobotError, match="cannot be started")
-    with open_robot("command", absent, print) as robot, cannot:
-        robot.move("jam")
-
-
 def test_a_failing_robot_lets_go_once_and_only_after_it_touched_something():
     for step, last in (("loosen", "loosen"), ("jam", "release"), ("release", "release")):
         robot = Logging(fails=step)
