@@ -35,7 +35,7 @@ from ajgdata.types.registry import Registry
 
 FOLDER = Path(__file__).parent
 #: Modules of this package that experiments share.
-SHARED = ("base", "drawings", "embedding", "plots")
+SHARED = ("base", "embedding", "plots")
 
 
 def _built_in() -> dict[str, Experiment]:
@@ -183,15 +183,12 @@ def all_asked(spec: DatasetSpec, path: Path) -> Iterator[Asked]:
 
 
 def measure_files(name: str) -> tuple[str, ...]:
-    """Return the sources of an experiment, and of the experiments that they import.
-
-    Modules that only draw are not among them: an edit of one measures nothing again.
-    """
+    """Return the sources of an experiment, and of the experiments that they import."""
     module = EXPERIMENTS[name].measure.__module__
     if not module.startswith(__name__):  # another package's
         return (str(sys.modules[module].__file__),)
     files: list[Path] = []
-    waiting, known = [module.split(".")[2], "base"], {"drawings"}
+    waiting, known = [module.split(".")[2], "base"], set[str]()
     while waiting:
         if (part := waiting.pop()) not in known:
             known.add(part)

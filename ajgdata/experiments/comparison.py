@@ -200,43 +200,28 @@ def _recorded(
     if inputs.recordings is None:
         raise NotPossibleError("the recordings themselves are needed")
     tried = [features_of(one, inputs.features) for one in variants.values()]
-    makers, longest = _SessionMakers(inputs, dataset, tried), max(one.window for one in tried)
+    first = {name.partition("/")[0]: name for name in reversed(names)}
+    makers = {session: _makers(inputs, dataset, name, tried) for session, name in first.items()}
+    longest = max(one.window for one in tried)
     for start in range(0, len(names), BLOCK):
         block = names[start : start + BLOCK]
         read = list(inputs.recordings.samples(dataset, block, longest))
         for at, number in enumerate(variants):
             for name, samples in zip(block, read, strict=True):
-                yield number, samples, makers.for_recording(name)[at]
+                yield number, samples, makers[name.partition("/")[0]][at]
 
 
-class _SessionMakers:
-    """Feature makers by what was played: made once, however many sessions share a sound."""
+def _makers(
+    inputs: Inputs, dataset: str, name: str, tried: Sequence[FeatureSettings]
+) -> list[Maker]:
+    """Return the feature makers for the session of a recording, in the order of the settings."""
+    from ajgdata.features.maker import feature_maker
 
-    def __init__(self, inputs: Inputs, dataset: str, tried: Sequence[FeatureSettings]) -> None:
-        self._inputs, self._dataset, self._tried = inputs, dataset, tried
-        self._by_sound: dict[bytes, list[Maker]] = {}
-        self._by_session: dict[str, list[Maker]] = {}
-
-    def for_recording(self, name: str) -> list[Maker]:
-        """Return the makers for a recording, in the order of the settings."""
-        session = name.partition("/")[0]
-        if session not in self._by_session:
-            recordings = self._inputs.recordings
-            played = recordings.played(self._dataset, name) if recordings else None
-            key = b"" if played is None else played.tobytes()
-            if key not in self._by_sound:
-                self._by_sound[key] = self._makers(session, played)
-            self._by_session[session] = self._by_sound[key]
-        return self._by_session[session]
-
-    def _makers(self, session: str, played: np.ndarray | None) -> list[Maker]:
-        from ajgdata.features.maker import feature_maker
-
-        rate = self._inputs.audio.sample_rate_hz
-        try:
-            return [feature_maker(one, rate, played) for one in self._tried]
-        except NotPossibleError as error:
-            raise NotPossibleError(f"session {session}: {error}") from None
+    played = inputs.recordings.played(dataset, name) if inputs.recordings else None
+    try:
+        return [feature_maker(one, inputs.audio.sample_rate_hz, played) for one in tried]
+    except NotPossibleError as error:
+        raise NotPossibleError(f"session {name.partition('/')[0]}: {error}") from None
 
 
 # Report
