@@ -169,7 +169,7 @@ def test_missing_file_and_folder(tmp_path):
         file_sha256(tmp_path / "none.wav")
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=20)
 @given(st.data())
 def test_no_cut_goes_unnoticed(tmp_path_factory, data):
     """Wherever a copy was interrupted, the file is refused."""
