@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -37,18 +36,14 @@ def write_exports(report: Report, results: Sequence[TaskResults], folder: Path) 
     """Write every table of a report as CSV to `folder`, which is replaced as a whole.
 
     `results` are those that the report shows. Returns the names of the files without suffix.
-    Raises ValueError if two tables would share a file name.
     """
     tables = [*report_tables(report, results)]
     for one in results:
         tables += table_files(one).items()
-    names = [name for name, _ in tables]
-    if twice := [name for name, count in Counter(names).items() if count > 1]:
-        raise ValueError(f"two tables would share a file name, {twice[0]}: rename a data set")
     with replacing_folder(folder) as new:
         for name, table in tables:
             write_csv(new / f"{name}.csv", table)
-    return tuple(names)
+    return tuple(name for name, _ in tables)
 
 
 def write_csv(path: Path, table: Table) -> None:

@@ -13,7 +13,7 @@ from ajgdata.report.blocks import Illustration, ResultRow
 from ajgdata.report.comparison import SIGNS, evidence
 from ajgdata.report.format import DASH
 from ajgdata.report.navigation import FIXED, Group, experiment_link
-from ajgdata.report.render import Picture, all_shown, render, web_link
+from ajgdata.report.render import Picture, render, web_link
 from ajgdata.report.report_data import ExperimentPage, Report
 
 #: Figure of the first screen, see `report.skill`.
@@ -55,7 +55,7 @@ def render_pages(
 
     The same report and figures give the same text. `figures` are those of `illustrations(report)`,
     drawn, by name; `nav` stands on every page; from the data sets `published` their trees are
-    linked. Raises jinja2.UndefinedError if a figure is missing, ValueError if one is on no page.
+    linked. Raises jinja2.UndefinedError if a figure is missing.
     """
     places = project or Paths()
     shared = {
@@ -81,12 +81,10 @@ def render_pages(
             for page in report.pages
         },
     }
-    pages = {
+    return {
         name: render(template, figures, here=name, project=project, **(shared | values))
         for name, (template, values) in own.items()
     }
-    all_shown(figures, "".join(pages.values()), "the report")
-    return pages
 
 
 def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:

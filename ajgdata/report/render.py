@@ -6,7 +6,6 @@ folder, where the pages find them.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -43,18 +42,10 @@ def picture(illustration: Illustration, folder: str) -> Picture:
 
 
 def draw_figures(illustrations: Iterable[Illustration], folder: Path) -> dict[str, Picture]:
-    """Draw figures, save them to `folder`, one of the report's, and return them by name.
-
-    Raises ValueError, before anything is drawn, if two would share a file name.
-    """
+    """Draw figures, save them to `folder`, one of the report's, and return them by name."""
     from ajgdata.report.canvas import draw, save_figure
 
     listed = list(illustrations)
-    names = Counter(one.name for one in listed)
-    if twice := [name for name, count in names.items() if count > 1]:
-        raise ValueError(
-            f"two figures would share a file name, {twice[0]}: rename a data set, task or embedding"
-        )
     folder.mkdir(parents=True, exist_ok=True)  # also if it holds none
     for one in listed:
         save_figure(draw(one), folder / one.name)
@@ -77,13 +68,6 @@ def render(
     """
     own = {"nav": (), "here": here, "root": "../" * here.count("/")}
     return environment(project).get_template(template).render(figures=figures, **(own | values))
-
-
-def all_shown(figures: Mapping[str, Picture], html: str, where: str) -> str:
-    """Return `html`. Raises ValueError for figures that are not in it; `where` names it."""
-    if unseen := [name for name, one in figures.items() if one.image not in html]:
-        raise ValueError(f"figures that {where} does not show: {', '.join(unseen)}")
-    return html
 
 
 def environment(project: Paths | None = None) -> Environment:

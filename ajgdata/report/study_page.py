@@ -8,7 +8,7 @@ from typing import Any
 from ajgdata.paths import Paths
 from ajgdata.report.blocks import Illustration, TableFigure
 from ajgdata.report.navigation import LEADS, Group
-from ajgdata.report.render import Picture, all_shown, render
+from ajgdata.report.render import Picture, render
 from ajgdata.types.table import Table, Value
 
 
@@ -35,10 +35,9 @@ def render_study(
 ) -> str:
     """Return the page as HTML text. `figures` by name; `placed` has those of each table.
 
-    Raises jinja2.UndefinedError for a figure that is not drawn, ValueError for one that is not
-    shown.
+    Raises jinja2.UndefinedError for a figure that is not drawn.
     """
-    html = render(
+    return render(
         "study.html.j2",
         figures,
         project=project,
@@ -53,7 +52,6 @@ def render_study(
         nav=nav,
         here=f"{name}.html",
     )
-    return all_shown(figures, html, "the page")
 
 
 def numeric(table: Table, key: str) -> bool:

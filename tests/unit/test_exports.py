@@ -101,10 +101,3 @@ def test_a_report_is_written_whole(tmp_path):
     before = {path: path.read_bytes() for path in tables.iterdir()}
     write_exports(report, two_tasks(), tables)
     assert {path: path.read_bytes() for path in tables.iterdir()} == before
-
-
-def test_two_tables_of_one_name_are_refused_before_anything_is_written(tmp_path):
-    twice = (*two_tasks(), two_tasks()[0])
-    with pytest.raises(ValueError, match="share a file name, cross-validation--size--edge"):
-        write_exports(sample_report(), twice, tmp_path / "t")
-    assert not (tmp_path / "t").exists()

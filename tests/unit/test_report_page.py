@@ -199,7 +199,3 @@ def test_a_setting_is_written_as_people_do_and_a_place_is_no_range(value, said):
 def test_figures_must_be_there():
     with pytest.raises(UndefinedError, match="random-against-grouped"):
         render_pages(sample_report(), {})
-    report = dataclasses.replace(sample_report(), across={"": (), "nowhere": ()})
-    figures = {one.name: picture(one, "figures") for one in illustrations(sample_report())}
-    with pytest.raises(ValueError, match="does not show: random-against-grouped, cost--size"):
-        render_pages(report, figures)
