@@ -174,7 +174,7 @@ def make_tones(root: Path) -> Project:
             project.folder(session), Session(session_id=session, source="import"), recordings
         )
     seal(project.paths, "tones", SESSIONS[1])
-    project.snakemake("results/report/index.html")
+    project.snakemake("results/report/index.html", "results/metrics.json")
     return project
 
 

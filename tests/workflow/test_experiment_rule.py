@@ -102,15 +102,3 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     with paths.predictions.open(newline="") as stream:
         predicted = list(csv.DictReader(stream))
     assert {row["split"] for row in predicted} == {"grouped", "on:copy"}
-
-
-def test_an_experiment_that_cannot_be_made_says_why_and_stops_nothing(project):
-    task = {"target": "pitch", "folds": 3, "models": ["knn"]}
-    task |= {"experiments": {"learning_curve": {"groups": [1, 99], "models": ["linear"]}}}
-    paths = project.paths
-    paths.dataset("tones").write_text(yaml.safe_dump(DECLARATION | {"tasks": {"pitch": task}}))
-    project.snakemake("results/report/index.html")
-    pages = sorted(paths.report.parent.rglob("*.html"))
-    text = "".join(page.read_text() for page in pages)
-    assert "pitch, learning curve" in text
-    assert "99 training groups per class: a class has" in text

@@ -27,41 +27,34 @@ def edit(project, change) -> None:
             writer.writerows(rows)
 
 
-def test_formulas_are_text_in_tables_for_people_and_unchanged_elsewhere(project):
-    edit(project, lambda row: row | {"pitch": FORMULA if row["pitch"] == "low" else "high"})
-    before = (project.folder("day1") / "recordings.csv").read_bytes()
-    project.snakemake("results/metrics.json")
-    assert {row["y_true"] for row in read(project.paths.predictions)} == {f"'{FORMULA}", "high"}
-    assert (project.folder("day1") / "recordings.csv").read_bytes() == before
-    with ajgdata.load_features("tones", project.root) as features:
-        assert set(features.pitch.values.tolist()) == {FORMULA, "high"}
-    cells = [cell for row in read(project.paths.metrics_table) for cell in row.values()]
-    assert not [cell for cell in cells if cell.startswith(("=", "@", "+", "\t"))]
+def changed(row: dict[str, str]) -> dict[str, str]:
+    """A formula as the class `low`, and a number that is a text in one recording per session."""
+    number = row["recording_id"]
+    hz = "many" if number == "0" else f"5{number}"
+    return row | {"pitch": FORMULA if row["pitch"] == "low" else "high", "hz": hz}
 
 
-def test_an_invalid_cell_of_one_target_leaves_the_tasks_of_others(project):
+def test_formulas_and_invalid_cells_in_the_results_of_a_run(project):
+    """A formula is text in tables for people; an invalid cell leaves the tasks of others."""
     task = DECLARATION["tasks"]["pitch"]
     declared = DECLARATION | {
         "targets": {**DECLARATION["targets"], "hz": {"kind": "regression"}},
         "tasks": {"pitch": task, "hz": task | {"target": "hz"}},
     }
     project.paths.dataset("tones").write_text(yaml.safe_dump(declared))
-    edit(
-        project,
-        lambda row: (
-            row
-            | {
-                "hz": "many"
-                if row["recording_id"] == "0"
-                else row["sample"] + "5" + row["recording_id"]
-            }
-        ),
-    )
+    edit(project, changed)
+    before = (project.folder("day1") / "recordings.csv").read_bytes()
     project.snakemake("results/metrics.json")
+    assert (project.folder("day1") / "recordings.csv").read_bytes() == before
     rows = read(project.paths.predictions)
-    tested = {
-        name: {row["recording"] for row in rows if row["task"] == name} for name in ("pitch", "hz")
-    }
-    assert tested["pitch"] - tested["hz"] == {"day1/0", "day2/0"}
-    assert len(tested["hz"]) == 14
+    classes = {row["y_true"] for row in rows if row["task"] == "pitch"}
+    assert classes == {f"'{FORMULA}", "high"}
+    with ajgdata.load_features("tones", project.root) as features:
+        assert set(features.pitch.values.tolist()) == {FORMULA, "high"}
+    cells = [cell for row in read(project.paths.metrics_table) for cell in row.values()]
+    assert not [cell for cell in cells if cell.startswith(("=", "@", "+", "\t"))]
+    pitch, hz = (
+        {row["recording"] for row in rows if row["task"] == name} for name in ("pitch", "hz")
+    )
+    assert pitch - hz == {"day1/0", "day2/0"} and len(hz) == 14
     assert {row["code"] for row in read(project.paths.quarantine("tones"))} == {"bad_label"}
