@@ -208,7 +208,7 @@ def test_what_cannot_be_measured_is_told_and_the_report_comes_out(tmp_path, monk
         assert row["value"] or row["reason"], str(row)
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", ["no recording", "one recording", "one class", "one group"])
 def test_a_model_that_cannot_be_trained_says_why(tmp_path, case):
     paths = Paths(tmp_path)
     made(paths, "whole", WHOLE)

@@ -220,15 +220,6 @@ def test_latents_of_other_features_are_refused(made):
         measured(made, "embedding_projections", latents=other)
 
 
-def test_of_too_many_recordings_it_is_made_of_some_of_every_grasp(tmp_path):
-    settings = SETTINGS.model_copy(update={"most_recordings": 40, "epochs": 1})
-    latents = train(tmp_path, shard(references=3), settings)  # 72 of things, two of each grasp
-    assert len(latents.columns["recording"].values) == 40
-    assert len(set(latents.columns["grasp_id"].values)) == 36
-    about = measured(tmp_path, "embedding_projections", settings).about
-    assert (about["recordings"], about["available"]) == (40, 72)
-
-
 def test_what_cannot_be_trained_is_said(tmp_path):
     one = shard()
     rows = one.columns["object"].values == "t0"
