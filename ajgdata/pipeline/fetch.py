@@ -88,7 +88,7 @@ def fetch(
         if is_web(source):
             folder = paths.fetched / sha256_of(source.encode())[:16]
             locks.enter_context(alone(folder, f"fetching {source}"))
-            _download(source.removesuffix(Tree.SUMS), Tree(folder), sha256, each)
+            _download(paths, source.removesuffix(Tree.SUMS), Tree(folder), name, sha256, each)
         tree = Tree(folder)
         hashes = _checked(paths, tree, sha256)
         spec, dropped, removed = _declared(paths, tree, name)
@@ -149,11 +149,16 @@ def folder_sums(paths: Paths, dataset: str) -> Path:
     return paths.recordings(dataset) / "published" / Tree.SUMS
 
 
-def _download(address: str, tree: Tree, sha256: str, each: Each) -> None:
-    """Download SHA256SUMS and the required files of a published data set."""
+def _download(paths: Paths, address: str, tree: Tree, name: str, sha256: str, each: Each) -> None:
+    """Download SHA256SUMS and the required files of a published data set.
+
+    Raises DataError for a name that exists before the recordings are downloaded.
+    """
     download(address, tree.root, {Tree.SUMS: sha256})
     hashes = read_checksums(tree / tree.SUMS)
-    required = {name: hashes[name] for name in _required(tree / tree.SUMS, hashes)}
+    required = {file: hashes[file] for file in _required(tree / tree.SUMS, hashes)}
+    download(address, tree.root, {tree.DECLARATION: hashes[tree.DECLARATION]})
+    _check_free(paths, name or _declaration(tree)[0].name, tree)
     download(address, tree.root, required, each=each)
 
 

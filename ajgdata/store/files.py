@@ -184,8 +184,8 @@ def plain_text(text: str) -> str:
     return "".join(c for c in words if unicodedata.category(c) not in ("Cf", "Cc")).strip()
 
 
-class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """The safe loader, in C if PyYAML has it. It rejects a key that occurs twice."""
+class _Loader(yaml.SafeLoader):
+    """The safe loader (the loader in C crashes on deep nesting). It rejects repeated keys."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         keys = set()

@@ -28,6 +28,7 @@ from ajgdata.pipeline.plan import plan
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_csv
+from ajgdata.store.publishing import archive
 from ajgdata.store.sessions import read_dataset, read_session
 from ajgdata.types import DataError
 
@@ -324,3 +325,19 @@ def test_what_is_no_published_data_set_is_one_line(elsewhere, server, tmp_path):
 def test_addresses_of_another_kind_are_named(elsewhere, source):
     with pytest.raises(DataError, match=r"that begin with .*:// are not supported"):
         fetch(elsewhere.paths, source)
+
+
+def test_a_taken_name_ends_a_download_before_the_recordings(tree, server, elsewhere):
+    fetch(elsewhere.paths, address(server))
+    server.asked.clear()
+    with pytest.raises(DataError, match="there is a data set of this name"):
+        fetch(elsewhere.paths, address(server))
+    assert server.asked == ["SHA256SUMS", "dataset.yaml"]
+
+
+@pytest.mark.parametrize("limit", ["MAX_BYTES", "MAX_FILE_BYTES"])
+def test_an_archive_that_unpacks_to_too_much_is_refused(tree, elsewhere, monkeypatch, limit):
+    monkeypatch.setattr(archive, limit, 1000)
+    with pytest.raises(DataError, match=r"audio.zip: .*unpacks to"):
+        fetch(elsewhere.paths, str(tree.root))
+    assert list(elsewhere.paths.datasets.iterdir()) == []

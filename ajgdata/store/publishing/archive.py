@@ -23,6 +23,8 @@ _LINE = re.compile(r"([0-9a-f]{64})  (.+)")
 _NO_TIME = (1980, 1, 1, 0, 0, 0)
 #: What zipfile raises for damaged, encrypted or unknown archives.
 _DAMAGE = (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, RuntimeError, LookupError)
+#: Largest unpacked archive and recording, because a small archive can unpack to any size.
+MAX_BYTES, MAX_FILE_BYTES = 50 * 2**30, 2**30
 AGAIN = "run it again: complete files are kept"
 #: A server that sends nothing for so long has failed.
 TIMEOUT_S = 30.0
@@ -77,18 +79,22 @@ def add(archive: ZipFile, name: str, content: bytes) -> None:
 
 @contextmanager
 def reading(path: Path) -> Iterator[ZipFile]:
-    """Yield an archive. Raises DataError when it is none."""
+    """Yield an archive. Raises DataError if it is damaged or unpacks to too many bytes."""
     try:
         archive = ZipFile(path)
     except _DAMAGE as error:
         raise _damaged(path, error) from None
     with archive:
+        if (size := sum(entry.file_size for entry in archive.infolist())) > MAX_BYTES:
+            raise DataError(path, f"unpacks to {size / 1e9:.0f} GB", DISTRUST)
         yield archive
 
 
 def content_of(archive: ZipFile, name: str) -> bytes:
-    """Return one file of an archive. Raises DataError when it is missing or damaged."""
+    """Return one file of an archive. Raises DataError if it is missing, damaged or too large."""
     try:
+        if (size := archive.getinfo(name).file_size) > MAX_FILE_BYTES:
+            raise DataError(archive.filename, f"{name} unpacks to {size / 1e9:.0f} GB", DISTRUST)
         return archive.read(name)
     except KeyError:
         raise DataError(archive.filename, f"lacks {name}", "publish the data set again") from None
