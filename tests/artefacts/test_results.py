@@ -215,39 +215,6 @@ def test_all_results_are_within_bounds():
             assert value >= 0, where
 
 
-def test_every_figure_is_on_a_page_and_every_model_in_the_table():
-    """Figures of what was run, each under its name, with the files that it links to; so pages."""
-    pages = {path.name: path.read_text(encoding="utf-8") for path in (PATHS.report, *FIXED, *OWN)}
-    whole = "".join(pages.values())
-    shown = set(re.findall(r'<img src="(?:\.\./)?figures/([^"]+)\.svg"', whole))
-    made = [key for key in EVALUATED if "skipped" not in evaluation(*key)[0]]
-    named = (f"cross-validation--{d}--{t}--predictions--{k.partition('-')[2]}" for d, t, k in made)
-    assert set(named) <= shown
-    folder = PATHS.report.parent / "figures"
-    for suffix in ("svg", "png", "pdf"):
-        assert {path.stem for path in folder.glob(f"*.{suffix}")} == shown
-    table = pages["results.html"]
-    rows = re.findall(r"<tr>(.*?)</tr>", table, flags=re.S)
-    models = [row for row in rows if re.search(r"<td>(RMSE|accuracy)</td>", row)]
-    assert len(models) == len(made)
-    for row in models:
-        cells = re.findall(r'<td class="number">(.*?)</td>', row, flags=re.S)
-        assert len(cells) == 5
-        assert all(re.search(r"\d", cell) for cell in cells), row
-
-
-def test_the_page_says_what_each_rule_cost():
-    page = PATHS.report.with_name("run.html").read_text(encoding="utf-8")
-    section = page[page.index('<h2 id="cost">') :]
-    section = section[: section.index("</section>")]
-    rows = dict(re.findall(r'<tr><th scope="row">([^<]+)</th>(.*?)</tr>', section, flags=re.S))
-    jobs = {
-        rule: int(re.search(r'<td class="number">([\d,]+)', row)[1].replace(",", ""))
-        for rule, row in rows.items()
-    }
-    assert jobs.pop("all") == sum(jobs.values()) >= jobs["experiment"] > 0
-
-
 @pytest.mark.parametrize("run", IN_USE, ids="-".join)
 def test_a_predictor_says_of_every_recording_what_the_model_says_of_its_features(run):
     """Samples give the stored feature; a feature gives the same prediction alone, among others and

@@ -3,7 +3,6 @@
 import csv
 import os
 import signal
-import time
 from pathlib import Path
 
 from runs import Submitted
@@ -104,29 +103,6 @@ def test_a_killed_job_is_submitted_again_and_avoids_a_drained_node(slurm, projec
     (_, failed, _), (_, state, node) = ended(slurm)
     assert failed != "COMPLETED"
     assert (state, node) == ("COMPLETED", other(slurm, job["node"]))
-
-
-def test_jobs_of_a_lost_node_are_started_again_on_another(slurm, project, features):
-    run = project.submit(SHARD)
-    job = running(slurm, run)
-    slurm.stop(job["node"], signal.SIGKILL)
-    kill(job["id"], watchers=True)
-    slurm.control("update", f"nodename={job['node']}", "state=down", "reason=test")
-    run.finish()
-    assert_same_files(project.root, features.root, SHARD)
-    assert ended(slurm) == [(job["id"], "COMPLETED", other(slurm, job["node"]))]
-
-
-def test_a_controller_that_restarts_loses_no_job(slurm, project, features):
-    run = project.submit(SHARD)
-    job = running(slurm, run)
-    slurm.stop("slurmctld")
-    time.sleep(3)
-    assert run.process.poll() is None
-    slurm.start("slurmctld")
-    run.finish()
-    assert_same_files(project.root, features.root, SHARD)
-    assert ended(slurm) == [(job["id"], "COMPLETED", job["node"])]
 
 
 def test_a_job_over_its_memory_gets_more_at_the_next_attempt(slurm, project, features):

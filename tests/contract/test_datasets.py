@@ -22,7 +22,6 @@ WITHHOLDING = [(name, task) for name, task in TASKS if SPECS[name].tasks[task].w
 #: Targets that are angles from a mirror plane, and their data sets.
 FROM_PLANE = {"angle_from_plane_deg"}
 MIRRORED = ("orientation_fine", "orientation_unequal_radii", "orientation_eccentric")
-EMBEDDINGS = [(name, one) for name in MADE for one in SPECS[name].embeddings]
 
 
 @pytest.mark.parametrize("name", MADE)
@@ -77,15 +76,6 @@ def _drawn_for(name):
     return SPECS[name].recipe.grasps_of or name
 
 
-@pytest.mark.parametrize(("name", "embedding"), EMBEDDINGS)
-def test_an_embedding_knows_its_columns(name, embedding):
-    """The columns of the pair rule, the folds and the labels are in the acquisition log."""
-    spec, settings = SPECS[name], SPECS[name].embeddings[embedding]
-    drawn = set(spec.recipe.vary) if spec.recipe else set()
-    columns = {*spec.targets, *drawn, "object", "grasp_id", "session_id", *SESSION_COLUMNS}
-    assert {settings.instance, settings.groups, settings.target} <= columns
-
-
 @pytest.mark.parametrize("name", MIRRORED)
 def test_angles_from_the_mirror_plane_follow_from_the_gripper_s_geometry(name):
     recipe = SPECS[name].recipe
@@ -129,14 +119,6 @@ def test_the_bars_and_grippers_of_one_angle_differ_in_what_their_data_set_says()
     for default, unequal, eccentric in zip(*setups.values(), strict=True):
         assert unequal == {**default, "gripper": "unequal-radii"}
         assert eccentric == {**default, "object": "bar_eccentric"}
-
-
-def test_noise_needs_no_new_simulation():
-    scenes = {
-        name: [g.setup for g in planned_grasps(PATHS, SPECS[name], ["virtual-01"])[0]]
-        for name in ("size", "size_60dba", "size_90dba")
-    }
-    assert scenes["size"] == scenes["size_60dba"] == scenes["size_90dba"]
 
 
 def test_the_finer_grid_has_the_same_grasps_and_nothing_else_of_its_own():

@@ -59,14 +59,6 @@ def test_the_default_agrees_with_its_row(row: Parameter):
             assert value == pytest.approx(row.middle, rel=ROUNDED)
 
 
-def test_units_are_read_from_names():
-    units = {one.setting: one.unit for one in PARAMETERS}
-    assert units["gripper.membrane.resistance_pa_s_m"] == "Pa s/m"
-    assert units["gripper.speaker_mm.0"] == "mm"
-    assert units["grasp.nuisance.force"] == units["gripper.wall_admittance"] == ""
-    assert units["signal.level_db_spl"] == "dB"
-
-
 def test_the_page_is_what_its_maker_writes():
     spec = importlib.util.spec_from_file_location("parameters", ROOT / "tools/parameters.py")
     tool = importlib.util.module_from_spec(spec)

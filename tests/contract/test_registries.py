@@ -5,7 +5,6 @@ import sys
 import numpy as np
 import pytest
 from sklearn.base import clone, is_classifier, is_regressor
-from sklearn.utils.validation import has_fit_parameter
 
 from ajgdata.acquire.recipe import plan_session, session_names
 from ajgdata.acquire.robot import Placement, grasp_once, open_robot
@@ -85,16 +84,6 @@ class TestModels:
         fitted = fit_model(make_model(name, kind, 3), x, y[target], grasp)
         assert np.array_equal(loaded.predict(x), fitted.predict(x))
         assert (about["model"], about["recordings"]) == (name, 24)
-
-    def test_has_a_label(self, name, target):
-        assert MODELS[name].label(TARGETS[target])
-
-    def test_stands_beside_a_plain_one_that_is_not_tuned(self, name, target):
-        if plain := MODELS[name].plain:
-            made = make_model(plain, TARGETS[target], seed=3)
-            assert not has_fit_parameter(made, "groups")
-            assert has_fit_parameter(make_model(name, TARGETS[target], seed=3), "groups")
-            assert MODELS[plain].plain == ""
 
 
 @pytest.mark.parametrize("name", SOURCES.names())

@@ -58,28 +58,3 @@ def test_every_key_of_the_workflow_is_said_and_read():
     for key, schema in SETTINGS.items():
         assert schema["description"]
         assert f'config["{key}"]' in rules
-
-
-def test_nested_models_are_found_wherever_they_stand():
-    names = {model.__name__ for model in DECLARED}
-    assert {"DatasetSpec", "Task", "RecipeObject", "Target", "Session"} <= names
-    measured = {place.split(".")[-1].rstrip("`") for place in configuration.MEASURED}
-    assert {"learning_curve", "conformal_intervals", "repeated_fits"} <= measured
-    assert {"cross_validation", "embedding_knn"}.isdisjoint(measured)  # declared elsewhere
-    assert {"Cube", "Placed", "Material", "Nuisance"} <= {model.__name__ for model in SCENES}
-
-
-def test_types_are_said_in_words():
-    fields = {f"{m.__name__}.{k}": m.model_fields[k] for m, k in KEYS}
-    said = {
-        "Task.withhold": "list of number",
-        "Recipe.source": "`virtual` or a source that a package registers",
-        "AudioSettings.channel": "`mono`, `mean` or whole number",
-        "FeatureSettings.band_hz": "list of 2: number, number or null",
-        "DatasetSpec.targets": "mapping of Target",
-    }
-    for key, text in said.items():
-        assert configuration.kind_of(fields[key]) == text
-    assert configuration.default_of(fields["FeatureSettings.window"]) == "`2048`"
-    assert configuration.default_of(fields["Target.kind"]) == "required"
-    assert "\\|X\\|" in (ROOT / "docs/configuration.md").read_text(encoding="utf-8")

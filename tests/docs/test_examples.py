@@ -1,7 +1,6 @@
 """Each example of the gallery runs, and its numbers are what follows from what it read."""
 
 import math
-import re
 import runpy
 from pathlib import Path
 
@@ -137,15 +136,6 @@ def test_onnx_predict(in_project, example_project, monkeypatch, capsys):
         feature = features.feature.values[:1]
     (edge_mm,) = ajgdata.load_model("size", "size", "ridge").predict(feature)
     assert f"{edge_mm:.4g} mm, " in capsys.readouterr().out
-
-
-def test_what_the_page_on_python_shows(in_project):
-    text = (FOLDER.parent / "python.md").read_text(encoding="utf-8")
-    (shown,) = re.findall(r"^```python\n(.*?)^```", text, flags=re.M | re.S)
-    found = {}
-    exec(compile(shown, "python.md", "exec"), found)
-    assert found["first"].shape == (4411,)
-    assert (len(found["train"]), len(found["test"])) == (12, 4)
 
 
 def test_every_example_is_shown_and_tested():

@@ -130,8 +130,3 @@ def test_the_tutorial(tmp_path, monkeypatch, capfd, bench):
     ran = said["ajgdata run mine"].splitlines()
     assert ran[0].startswith("snakemake --config 'datasets=[mine]'")
     assert (paths.root / "mine-1.0.0" / "SHA256SUMS").is_file()
-
-
-def test_every_command_of_the_tutorial_is_found():
-    assert sum(kind == "sh" for kind, _ in BLOCKS) == len(re.findall(r"^```sh", TEXT, flags=re.M))
-    assert len(re.findall(r"^```", TEXT, flags=re.M)) == 2 * len(BLOCKS)

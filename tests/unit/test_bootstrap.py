@@ -1,14 +1,10 @@
 """The set-up installs the CPU build of torch if its index can be reached, else pip's default."""
 
-import http.server
 import os
 import subprocess
 import sys
-import threading
 import time
 import zipfile
-from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -60,24 +56,6 @@ def project(tmp_path):
     return root
 
 
-@contextmanager
-def index(folder: Path):
-    """Serve a package index whose `torch` is a CPU build; yield its address."""
-    wheel(folder / "torch", f"{VERSION}+cpu")
-    handler = partial(Quiet, directory=str(folder))
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        thread = threading.Thread(target=server.serve_forever, args=(0.02,))
-        thread.start()
-        yield f"http://127.0.0.1:{server.server_address[1]}"
-        server.shutdown()
-        thread.join()
-
-
-class Quiet(http.server.SimpleHTTPRequestHandler):
-    def log_message(self, *_):
-        pass
-
-
 def set_up(project: Path, torch_index: str) -> tuple[subprocess.CompletedProcess, float]:
     found = f"{project.parent / 'default'} {os.environ.get('PIP_FIND_LINKS', '')}"
     begin = time.monotonic()
@@ -94,18 +72,6 @@ def installed(project: Path) -> str:
     return subprocess.run(
         [str(project / "venv/bin/python"), "-c", show], text=True, check=True, capture_output=True
     ).stdout.strip()
-
-
-@pytest.mark.slow
-def test_the_cpu_build_is_preferred(project, tmp_path):
-    with index(tmp_path / "index") as address:
-        done, _ = set_up(project, address)
-    assert done.returncode == 0, done.stderr
-    assert installed(project) == f"{VERSION}+cpu"
-    assert "CUDA" not in done.stderr
-    done, _ = set_up(project, "http://127.0.0.1:1")  # it is there: no index is needed
-    assert (done.returncode, installed(project)) == (0, f"{VERSION}+cpu")
-    assert "CUDA" not in done.stderr
 
 
 @pytest.mark.slow

@@ -17,15 +17,6 @@ def illustration():
     return Illustration("one", Caption("One.", "One."), drawn)
 
 
-def test_axes_stand_clear_of_the_head_before_anything_is_saved():
-    figure = draw(illustration())
-    (axes,) = figure.axes
-    head = min(text.get_window_extent().y0 for text in figure.texts)
-    box = axes.get_tightbbox()
-    assert box.y1 < head
-    assert 0 <= box.x0 < box.x1 <= figure.bbox.width
-
-
 def test_a_pdf_embeds_truetype():
     pdf = encode(draw(illustration()), "pdf")
     assert b"/CIDFontType2" in pdf  # Type 3 is what publishers refuse

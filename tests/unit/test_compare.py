@@ -64,9 +64,7 @@ def test_removed_new_and_changed_rows_are_listed(compare):
         ("2.5", "2.5000026", 1),  # 1.04e-6
         ("-1", "1", 1),
         ("0", "1e-9", 1),
-        ("0.0", "0", 0),
         ("inf", "inf", 0),
-        ("-inf", "inf", 1),
         ("", "", 0),  # undefined in both runs
         ("", "1", 1),
     ],
@@ -85,10 +83,3 @@ def test_costs_and_provenance_are_not_compared(compare):
 def test_rows_with_the_same_keys_cannot_be_compared(compare):
     code, rows, message = compare([{}], [{}, {}])
     assert (code, rows) == (2, []) and "two rows for 'size edge cnn" in message
-
-
-def test_a_folder_without_results_has_its_own_exit_code(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(sys, "argv", ["ajgdata", "compare", str(tmp_path), str(tmp_path)])
-    with pytest.raises(SystemExit) as stopped:
-        main()
-    assert stopped.value.code == 2 and "there is no such file" in capsys.readouterr().err

@@ -14,8 +14,6 @@ from ajgdata.report.comparison import (
     holds,
     in_papers_order,
     mark_of,
-    tally,
-    tally_text,
 )
 from ajgdata.report.format import Score
 
@@ -27,16 +25,6 @@ from ajgdata.report.format import Score
 )  # fmt: skip
 def test_a_statement_holds_beyond_two_standard_deviations(gap, sd, verdict):
     assert holds(Score(gap, sd)) == verdict
-
-
-def test_rows_are_counted_once_in_one_order_with_the_same_words():
-    verdicts = ["worse", "agrees", "inconclusive", "agrees", "partly agrees"]
-    counts = tally([row(verdict) for verdict in verdicts])
-    assert list(counts.items()) == [
-        ("agrees", 2), ("partly agrees", 1), ("worse", 1), ("inconclusive", 1),
-    ]  # fmt: skip
-    assert tally_text(counts) == "2 agrees, 1 partly agrees, 1 worse, 1 inconclusive"
-    assert tally([]) == {}
 
 
 LOW = (mark_of("ours", "CNN", Score(1.0, 0.1)),)
@@ -66,13 +54,6 @@ def test_reasons_must_be_supported_and_point_to_the_paper():
     assert row("worse").differs and not row("inconclusive").differs  # no reason was tested
     assert evidence(up) == "twice the scatter (CNN 1 → 2)"
     assert evidence(vague).endswith("within the spread of folds)")
-
-
-def test_rows_of_two_splits_both_stand_beside_one_figure():
-    first = paper_figure("a", 1.0)
-    splits = ["by grasp", "by recording"]
-    rows = [dataclasses.replace(row("agrees", first, "d"), split=split) for split in splits]
-    assert [r.split for r in in_papers_order([*rows, *rows], (first,))] == splits
 
 
 def test_rows_stand_in_the_paper_s_order_one_a_figure_and_data_set():

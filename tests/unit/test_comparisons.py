@@ -1,10 +1,9 @@
-"""Comparisons of features and played sounds: files of the project, scores, figures."""
+"""Comparisons of features and played sounds: files of the project, and scores."""
 
 import shutil
 
 import numpy as np
 import pytest
-from drawn_figures import fits
 from worlds import AUDIO as SMALL_AUDIO
 from worlds import RATE_HZ, Project
 
@@ -12,7 +11,7 @@ from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.evaluate.task_data import task_data
 from ajgdata.experiments import EXPERIMENTS, asked_of
-from ajgdata.experiments.base import Inputs, Other, Result, TaskResults
+from ajgdata.experiments.base import Inputs
 from ajgdata.experiments.comparison import Settings, check, features_of, measure
 from ajgdata.features.maker import feature_maker
 from ajgdata.features.spectrum import spectrum
@@ -20,7 +19,6 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire import acquire_virtual
 from ajgdata.pipeline.recordings import RecordingReader
 from ajgdata.pipeline.rendering import renderer
-from ajgdata.report.canvas import draw
 from ajgdata.store.audio import read_audio, write_pcm24
 from ajgdata.store.features import Column, Shard, text_column
 from ajgdata.store.sessions import read_dataset, read_recordings
@@ -28,7 +26,6 @@ from ajgdata.types import (
     AudioSettings,
     DataError,
     FeatureSettings,
-    Level,
     LinearSweep,
 )
 from ajgdata.types.comparison import Comparison
@@ -97,10 +94,6 @@ def test_other_sounds_are_played_in_the_same_scenes(recorded):
     assert list(names) == [*sweeps, "excitation:mls 1 s", "excitation:mls 0.1 s"]
     found = scores.where(part=sweeps[0], metric="rmse", statistic="mean")
     assert found.column("value") == [own.scores.mean["rmse"]]
-    figures = list(EXPERIMENT.figures(results_of(outcome, SOUNDS, "sounds")))
-    axes = draw(figures[0]).axes[0]
-    assert fits(draw(figures[0])) and len(axes.containers) == 2
-    assert "exploratory" in figures[0].caption.text
 
 
 FEATURES = FeatureSettings(window=256, hop=64)
@@ -175,16 +168,6 @@ def outcome(world):
     return measure(world, NOISE, "noise")
 
 
-def results_of(outcome, settings, name):
-    tables, cost = ({t.name: t for t in some} for some in (outcome.tables, outcome.cost))
-    level = {"unit": "dBA", "quantity": "sound outside"}
-    return TaskResults(
-        "comparison", "d", "Echoes", "t", "regression", "edge_mm", "mm", "grasp_id", "simulated",
-        settings, (Result(name, name, {}, tables, cost),), level=Level(value=45, **level),
-        others={"loud": Other("Loud", Level(value=80, **level))},
-    )  # fmt: skip
-
-
 def mean(outcome, part):
     scores = outcome.tables[0].where(part=part, metric="rmse", statistic="mean")
     return scores.numbers("value")[0]
@@ -203,17 +186,6 @@ def test_the_errors_are_those_of_features_made_alone(world, outcome):
         assert mean(outcome, variant.name) == pytest.approx(alone.scores.mean["rmse"], rel=1e-9)
     times = outcome.cost[0].where(metric="feature_s_per_recording")
     assert len(times.rows) == 3 and (times.numbers("value") > 0).all()
-
-
-def test_a_comparison_with_levels_is_drawn_over_them(outcome):
-    results = results_of(outcome, NOISE, "noise")
-    (one,) = EXPERIMENT.figures(results)
-    figure = draw(one)
-    assert fits(figure) and figure.axes[0].get_xlabel() == "sound outside (dBA)"
-    assert one.name == "comparison--d--t--noise"
-    (table,) = EXPERIMENT.tables(results)
-    assert len(table.rows) == 6
-    assert EXPERIMENT.summary(results) == "How much noise?"
 
 
 # Files of the project

@@ -36,31 +36,6 @@ def paper_content():
     return read_paper(Paths())
 
 
-def test_paper_figures():
-    paper = parse_paper(paper_content())
-    values = {name: (f.value, f.unit) for name, f in paper.items() if f.value is not None}
-    assert values == {
-        "media": (80, "%"),
-        "size": (2.6, "mm"),
-        "size-known": (2.7, "mm"),
-        "size-unknown": (2.4, "mm"),
-        "noise": (3.5, "mm"),
-        "orientation": (8.0, "°"),
-        "orientation-known": (0.6, "°"),
-        "materials-sphere80": (90, "%"),
-        "materials-plate": (100, "%"),
-        "ycb": (85.6, "%"),
-        "sorting": (39, "sorts"),
-        "data-size": (12, "poses"),
-        "baselines": (47.5, "%"),
-        "latent-knn": (26.6, "%"),
-    }
-    assert {name for name in paper if name not in values} == {
-        "materials-sphere30", "embedding", "distances", "shortcut", "transfer",
-    }  # fmt: skip
-    assert {f.source for f in paper.values()} == {"arXiv 2603.00351"}
-
-
 def test_paper_figures_with_a_mistake_are_refused_in_one_line():
     content = paper_content()
     content["figures"][0]["valeu"] = 3

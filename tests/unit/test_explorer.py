@@ -1,17 +1,15 @@
 """The interactive scatter plot: complete, escaped, and no other script can run."""
 
 import base64
-import dataclasses
 import hashlib
 import html
 import re
 
 import numpy as np
 import pytest
-from embedding_samples import SCRIPT, SETTINGS, pictures, projections
+from embedding_samples import SCRIPT, SETTINGS, pictures
 from html_page import Page
 
-from ajgdata.pipeline.explorer import build_explorer
 from ajgdata.report.explorer import (
     Explored,
     point_table,
@@ -19,8 +17,6 @@ from ajgdata.report.explorer import (
     scatters,
     space_label,
 )
-from ajgdata.store.tables import write_tables
-from ajgdata.types import Target
 
 MORE = "../../experiments/embedding_projections.html"
 ONE = Explored("Things", "simulated", SETTINGS["supervision"], MORE, pictures(), 5000)
@@ -68,28 +64,3 @@ def test_each_recording_has_its_place_in_each_space_and_its_labels():
     assert [plot.layout.title.text for plot in plots] == [f"Colour: {name}" for name in columns]
     assert all(len(plot.frames) == len(shown.projections) for plot in plots)
     assert SCRIPT not in plots[0].to_json()
-
-
-def built(project, **about):
-    """The page as text; `about` is what the file of the projections says."""
-    kind = Target(kind="classification").model_dump()
-    project.declare(
-        title=f"Things {SCRIPT}",
-        targets={"object": kind, "category": kind},
-        embeddings={"poses": SETTINGS},
-    )
-    path, page = project.root / "projections.json", project.root / "explorer.html"
-    recordings, points, _ = projections()
-    rows = tuple({**row, "recording": f"s1/r{i:02d}"} for i, row in enumerate(recordings.rows))
-    tables = [dataclasses.replace(recordings, rows=rows), points]
-    skipped = "skipped" in about
-    write_tables(path, [] if skipped else tables, provenance={"source": "recorded"}, **about)
-    build_explorer(path, dataset="d", embedding="poses", paths=project.paths, page=page)
-    return Page(page.read_text(encoding="utf-8"))
-
-
-def test_the_page_names_data_set_and_source(project):
-    page = built(project)
-    words = " ".join(page.words)
-    assert f"Things {SCRIPT} · poses" in words and "recorded" in words
-    assert MORE in {a.get("href") for _, a in page.tags}

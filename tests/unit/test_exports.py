@@ -4,20 +4,15 @@ import csv
 import dataclasses
 import io
 
-import pytest
 from report_samples import PAPER, sample_report
 from result_samples import two_tasks
 
 from ajgdata.pipeline.exports import (
     csv_of,
-    results_table,
     table_files,
-    with_tables,
     write_exports,
 )
 from ajgdata.report.comparison import Cost, PaperComparison
-from ajgdata.report.format import Caption
-from ajgdata.report.render import Picture
 from ajgdata.types.table import table_of
 
 THIRD = 1 / 3
@@ -54,33 +49,6 @@ def test_tables_of_all_models_are_one_file():
         "model"
         not in read(csv_of(table_files(kinds)["cross-validation--stones--kind--predictions"]))[0]
     )
-
-
-def test_all_results_stand_in_one_table_with_their_costs():
-    rows = {
-        (r["dataset"], r["model"], r["part"], r["metric"]): r
-        for r in results_table(two_tasks()).rows
-    }
-    cnn = rows["size", "cnn", "grouped", "rmse"]
-    assert (cnn["mean"], cnn["sd"], cnn["chance"], cnn["unit"]) == (2.2, 0.3, 8.2, "mm")
-    assert (cnn["train_s"], cnn["latency_s"], cnn["peak_rss_mb"]) == (3.2, 0.21 / 1e3, 512.0)
-    assert rows["size", "cnn", "random", "rmse"]["mean"] == 1.1
-    kind = rows["stones", "cnn", "grouped", "accuracy"]
-    assert (kind["source"], kind["unit"], kind["pooled"]) == ("recorded", "", None)
-
-
-@pytest.mark.parametrize(
-    ("figure", "table"),
-    [
-        ("a--d--t", "a--d--t"),
-        ("a--d--t--predictions--cnn", "a--d--t--predictions"),
-        ("across", "results"),
-    ],
-)
-def test_a_figure_is_given_its_own_table(figure, table):
-    names = ["results", "a--d--t", "a--d--t--predictions", "a--d--t--objects"]
-    shown = with_tables(Picture(figure, Caption("", ""), "", {}), names)
-    assert shown.links["csv"] == f"tables/{table}.csv"
 
 
 def test_a_report_is_written_whole(tmp_path):

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from ajgdata.experiments import EXPERIMENTS, measure_files
 from ajgdata.store import provenance
 from ajgdata.store.provenance import LAYERS, PACKAGE, layer_hash
 
@@ -64,13 +63,6 @@ def test_a_new_version_of_a_library_concerns_the_layers_that_use_it(
     assert changed_layers(upgrade) == set(LAYERS) - unchanged
 
 
-def test_further_files_count(package, tmp_path):
-    plug_in = tmp_path / "plug_in.py"
-    plug_in.write_text("x = 1\n")
-    before = layer_hash("features", str(plug_in)), layer_hash("features", "report/*.py")
-    assert len({*before, layer_hash("features")}) == 3
-
-
 def test_a_layer_names_all_that_its_files_import():
     for layer, patterns in LAYERS.items():
         files = {file for one in patterns for file in PACKAGE.glob(one) if file.suffix == ".py"}
@@ -88,11 +80,3 @@ def _imports(file: Path) -> set[str]:
     nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
     names = [n.module for n in nodes if isinstance(n, ast.ImportFrom) and n.module]
     return {name.split(".")[1] for name in names if name.startswith("ajgdata.")}
-
-
-def test_an_experiment_depends_on_its_module_and_on_experiments_that_it_imports():
-    names = {Path(file).name for file in measure_files("shortcut")}
-    assert {"shortcut.py", "base.py", "results.py"} <= names
-    assert "learning_curve.py" not in names
-    for name in EXPERIMENTS.names():
-        assert measure_files(name)

@@ -1,10 +1,7 @@
 """What `import ajgdata` gives, against what is on disk and what the evaluation did."""
 
-import sys
-
 import numpy as np
 import pytest
-import xarray as xr
 from worlds import RATE_HZ, tone, write_tone
 
 import ajgdata
@@ -12,7 +9,7 @@ from ajgdata.experiments import cross_validation
 from ajgdata.experiments.base import Inputs
 from ajgdata.store.audio import AudioError, read_audio, resample, write_pcm24
 from ajgdata.store.features import read_store
-from ajgdata.types import AudioSettings, DataError, Recording
+from ajgdata.types import AudioSettings, Recording
 
 #: One step of 24 bits: what writing a recording may change.
 STEP = 2.0**-23
@@ -98,15 +95,6 @@ def test_changed_bytes_are_refused_when_read(project):
         loaded.waveform.load()
 
 
-def test_nothing_recorded_and_nothing_declared(project):
-    with pytest.raises(DataError, match=r"holds no recording.*; get some with `ajgdata import"):
-        load(project)
-    with pytest.raises(DataError, match="no such data set; declared here: d"):
-        ajgdata.load_recordings("e", project.root)
-    with pytest.raises(DataError, match="no such data set; declared here: d"):
-        ajgdata.load_dataset("e", project.root)
-
-
 TARGETS = {
     "edge_mm": {"kind": "regression", "unit": "mm"},
     "object": {"kind": "classification"},
@@ -187,39 +175,3 @@ def test_to_torch_gives_features_and_labels(evaluated):
     numbers = type(part)(only_b.X[chosen], only_b.y[chosen], only_b.groups[chosen],
                          only_b.recordings[chosen], only_b.classes).to_torch()[:][1]  # fmt: skip
     assert numbers.unique().tolist() == [1]
-
-
-def test_what_there_is_not(evaluated):
-    loaded = ajgdata.load_dataset("d", evaluated.root)
-    assert loaded.tasks == ("size", "what")
-    with pytest.raises(DataError, match="there is no task 'shape'; use size, what"):
-        loaded.split("shape", 0)
-    with pytest.raises(DataError, match="task size has no fold 3; use 0 to 2"):
-        loaded.split("size", 3)
-    with pytest.raises(DataError, match="no fold -1"):
-        loaded.split("size", -1)
-    evaluated.declare(targets=TARGETS, tasks={"size": {"target": "edge_mm", "withhold": [7.0]}})
-    with pytest.raises(DataError, match="no recording has the value 7"):
-        ajgdata.load_dataset("d", evaluated.root).split("size", 0)
-    evaluated.paths.features("d").unlink()
-    with pytest.raises(DataError, match="has not been made; run `snakemake` first"):
-        loaded.all("size")
-
-
-def test_plain_xarray_finds_labels_and_units(evaluated):
-    with xr.open_dataset(evaluated.paths.features("d")) as plain:
-        assert plain.feature.dims == ("recording", "frequency")
-        assert set(plain.data_vars) == {"feature"}
-        known = {"recording", "session_id", "grasp_id", "sample", "object", "edge_mm", "sha256"}
-        assert known <= set(plain.coords)
-        units = {"frequency": "Hz", "edge_mm": "mm", "feature": "1", "sample": "1"}
-        assert {name: plain[name].attrs["units"] for name in units} == units
-        assert [n for n in known - {"object", "edge_mm"} if not plain[n].attrs["long_name"]] == []
-        assert plain.feature.sel(recording="s0/r0").idxmax().item() == 500  # a bin each 31.25 Hz
-        assert plain.attrs["Conventions"].startswith("CF-")
-
-
-def test_importing_is_light(run_python):
-    code = "import sys, ajgdata; print(*{name.split('.')[0] for name in sys.modules})"
-    assert not set(run_python(code).split()) & {"xarray", "h5py", "torch", "sklearn", "pydantic"}
-    assert "xarray" in sys.modules

@@ -4,13 +4,9 @@ import os
 import re
 import sys
 
-import pytest
-
-from ajgdata.cli import main
 from ajgdata.pipeline.doctor import doctor, missing
 from ajgdata.pipeline.label_counts import counts, label_tables
-from ajgdata.pipeline.status import data_status, summarised, workflow_status
-from ajgdata.types import DataError
+from ajgdata.pipeline.status import data_status, summarised
 
 HEADER = "output_file\tdate\trule\tlog-file(s)\tstatus\tplan\n"
 
@@ -78,21 +74,3 @@ def test_data_status_says_what_no_run_mends(project):
     }
     project.declare(recipe=recipe)
     assert "d: 2 sessions to be recorded by the virtual gripper" in data_status(project.paths)
-
-
-def test_status_asks_snakemake(project, monkeypatch, capsys):
-    project.session("s1")
-    monkeypatch.chdir(project.root)
-    monkeypatch.setattr(sys, "argv", ["ajgdata", "status", "--config", "pages=[]"])
-    monkeypatch.delenv("AJGDATA_ROOT", raising=False)
-    with pytest.raises(SystemExit) as stopped:
-        main()
-    lines = capsys.readouterr().out.splitlines()
-    assert not stopped.value.code
-    wanted = "features would run (missing): results/features/d/s1.nc and 2 more"
-    assert wanted in lines
-    mend = "`snakemake`, or `ajgdata run NAME`"
-    assert re.fullmatch(rf"0 results are current, \d+ are not; {mend}", lines[-1])
-    project.declare(colour="red")
-    with pytest.raises(DataError, match="unknown key colour"):
-        workflow_status(project.paths, ["--config", "pages=[]"])

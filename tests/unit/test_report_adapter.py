@@ -1,10 +1,9 @@
 """What the report is given of a store, the odd ones included."""
 
 import numpy as np
-import pytest
 
 from ajgdata.pipeline.dataset_summary import mean_spectra
-from ajgdata.store.features import Column, Shard, text_column
+from ajgdata.store.features import Shard, text_column
 from ajgdata.types import DatasetSpec
 
 SPEC = {"name": "d", "tasks": {"t": {"target": "y"}}}
@@ -23,16 +22,3 @@ def test_mean_of_each_class_without_those_that_have_none():
     made = spectra("classification", text_column(["a", "a", ""]))
     assert made.labels == ("a",)
     np.testing.assert_array_equal(made.mean, [[2, 4]])
-
-
-@pytest.mark.parametrize(
-    ("kind", "column", "rows"),
-    [
-        ("classification", None, 3),
-        ("regression", Column(np.full(3, np.nan)), 3),
-        ("regression", Column(np.empty(0)), 0),
-    ],
-    ids=["no column", "no number", "no number row"],
-)
-def test_no_spectra_where_no_recording_has_the_target(kind, column, rows):
-    assert spectra(kind, column, rows) is None

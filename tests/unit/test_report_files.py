@@ -12,11 +12,9 @@ from ajgdata.paths import Paths
 from ajgdata.report.render import environment, render_markdown
 from ajgdata.store.report_files import (
     PACKAGED,
-    read_paper,
     report_file,
     report_files_digest,
 )
-from ajgdata.types import DataError
 
 ROOT = Path(__file__).parents[2]
 
@@ -36,13 +34,6 @@ def test_a_file_of_the_project_takes_the_place_of_the_packaged_one(project):
     assert environment(project).get_template("style.css").render() == "p { color: red }"
     assert report_file(project, "templates/style.css") == own
     assert report_file(project, "paper.yaml") == PACKAGED / "paper.yaml"
-
-
-def test_a_mistake_in_the_projects_own_paper_is_told_with_its_place(project):
-    assert read_paper(project) == read_paper(Paths(ROOT))
-    (project.reports / "paper.yaml").write_text("figures: [")
-    with pytest.raises(DataError, match=rf"^{project.reports}/paper.yaml:\d+: not valid YAML"):
-        read_paper(project)
 
 
 @pytest.mark.parametrize(

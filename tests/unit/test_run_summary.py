@@ -8,7 +8,6 @@ from ajgdata.paths import Paths, run_name
 from ajgdata.pipeline.run import (
     command,
     end_run,
-    modified_ns,
     split_arguments,
 )
 from ajgdata.pipeline.run_summary import complete
@@ -92,19 +91,6 @@ def test_a_run_that_skipped_a_task_ends_with_a_line_and_reports_it_again(paths, 
     assert not paths.complete.exists()
     said = capsys.readouterr().err
     assert "skipped   d/t, cross_validation-cnn" in said and "incomplete" not in said
-
-
-def test_an_optional_task_may_be_skipped(paths, capsys):
-    declare(paths, optional=True)
-    complete(paths, ["d"], KEYS, paths.complete)
-    end_run(paths.complete, 0)
-    told = capsys.readouterr().err.splitlines()
-    assert (
-        "optional  d/t, cross_validation-cnn, cross_validation-knn, training-cnn: one class only"
-        in told
-    )
-    end_run(paths.complete, modified_ns(paths.complete))  # of an earlier run
-    assert capsys.readouterr().err == ""
 
 
 def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path):

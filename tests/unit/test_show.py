@@ -4,15 +4,13 @@ import sys
 
 import numpy as np
 import pytest
-from matplotlib.text import Text
 
 from ajgdata.cli import main
-from ajgdata.gripper import ImpulseResponse, Scene, build_plan
+from ajgdata.gripper import ImpulseResponse, Scene
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.gripper.object_library import OBJECTS
 from ajgdata.gripper.scene import Numerics
 from ajgdata.report.scenes import (
-    cross_section_figure,
     response_figure,
     section,
     spectrum_db,
@@ -21,10 +19,6 @@ from ajgdata.report.scenes import (
 
 CUBE = {"object": {"kind": "cube", "edge_mm": 20}, "numerics": {"dx_mm": 6}}
 SCENE = Scene.model_validate(CUBE)
-
-
-def texts(figure):
-    return " ".join(text.get_text() for text in figure.findobj(Text))
 
 
 def test_the_section_is_the_cavity_of_the_scene():
@@ -40,18 +34,6 @@ def test_the_section_is_the_cavity_of_the_scene():
     # off the axis the balloon is more curved, at r = 30 mm by 0.8^-3
     assert cut.floor.min() >= cut.table - 0.045 * 0.8**-3
     assert section(Scene()).table is None
-
-
-def test_the_drawing_names_parts_and_what_is_left_out():
-    figure = cross_section_figure(SCENE, "a cube", ["<b>the moon</b>"])
-    said = texts(figure)
-    for word in (
-        "simulated", "A cube", "speaker", "microphone", "membrane", "plastic, bed", "grains",
-        "cube", "8 N", "Left out: <b>the moon</b>",
-    ):  # fmt: skip
-        assert word in said
-    box, size = figure.get_tightbbox(), figure.get_size_inches()
-    assert box.min.min() >= -0.5 / 72 and np.all(box.max <= size + 0.5 / 72)
 
 
 def test_what_remains_for_ever_is_in_the_spectrum():
@@ -70,11 +52,7 @@ def test_the_trusted_band_is_marked_and_shrinks_with_the_grid():
     assert trusted_bands_hz(second)[0] == pytest.approx(6_000 / 2 ** (2 / 3))
     samples = np.exp(-np.arange(2_000) / 200) * np.cos(np.arange(2_000))
     ir = ImpulseResponse(samples, 0.0, 44_100, 10, {"dx_mm": 5.0})
-    figure = response_figure(ir, "made up", second)
-    assert {"trusted", "with care", "the grid's", "simulated"} <= set(
-        text.get_text() for text in figure.findobj(Text)
-    )
-    lower = figure.axes[1]
+    lower = response_figure(ir, "made up", second).axes[1]
     ends = [patch.get_extents().transformed(lower.transData.inverted()) for patch in lower.patches]
     assert ends[0].x1 == pytest.approx(trusted_bands_hz(second)[0], rel=1e-6)
     assert ends[1].x1 == pytest.approx(trusted_bands_hz(second)[1], rel=1e-6)
@@ -94,30 +72,14 @@ def ajgdata(monkeypatch, capsys, tmp_path):
     return run
 
 
-def test_plan_says_what_marching_takes(ajgdata, tmp_path):
-    (tmp_path / "a.json").write_text('{"numerics": {"dx_mm": 5, "max_time_s": 0.1}}')
-    code, out, err = ajgdata("plan", "a.json")
-    assert (code, err) == (0, "")
-    lines = dict(line.split(None, 1) for line in out.splitlines() if line)
-    plan = build_plan(Scene.model_validate({"numerics": {"dx_mm": 5}}))
-    assert lines["grid"].startswith(f"5 mm, {np.count_nonzero(plan.system.mass):,} open cells")
-    for part in plan.parts:
-        assert lines[part.name].startswith("solved" if part.kept else "left out")
-        assert lines[part.name].endswith(part.why)
-    assert f"{4_410 * plan.steps_per_sample:,} at most" in lines["steps"]
-
-
 @pytest.mark.parametrize(
     ("content", "said"),
     [
         ("object: {kind: cube, edge_mm: -1}", "edge_mm = -1"),
-        ("object: {kind: cub}", "object: Input tag 'cub' found using 'kind' does not match any"),
-        ("objekt: 1", "unknown key objekt; correct its spelling or remove it"),
         (
             "object:\n  kind: cube\n  edge_mm: 20\n  material:\n    density_kg_m3: -5",
             "bad.yaml:5: object.cube.material.numbers.density_kg_m3 = -5: Input should be greater",
         ),
-        ("gripper: {bed_depth_mm: 85}", "lower gripper.bed_depth_mm"),
     ],
 )
 def test_a_bad_scene_is_one_line(ajgdata, tmp_path, content, said):
@@ -137,13 +99,3 @@ def test_a_name_is_a_scene_and_names_are_listed(ajgdata):
     assert code == 0 and out.split()[0] == "default" and len(out.splitlines()) == len(GRIPPERS)
     assert ajgdata("plan", "banana")[0] == ajgdata("plan", "small")[0] == 0
     assert "see `ajgdata gripper objects`" in ajgdata("plan", "banan")[2]
-
-
-@pytest.mark.parametrize("name", ["banana", "bar"])
-def test_objects_are_drawn_between_table_and_membrane(name):
-    cut = section(Scene.model_validate({"object": name}))
-    assert np.all(cut.below[cut.inside] >= cut.table - 1e-9)
-    assert np.all(cut.top[cut.inside] >= cut.below[cut.inside] - 1e-9)
-    within = cut.inside & (cut.roof > cut.floor)
-    # the membrane is smoothed over 1.5 mm at edges that are nearly upright
-    assert np.all(cut.floor[within] >= cut.top[within] - 2)
