@@ -49,14 +49,3 @@ def test_a_route_that_marches_something_else_is_noticed(bench, peers, given, mad
     slower = replace(given, system=replace(given.system, capacities=capacities))
     routes = {"ours (numba)": made["ours (numba)"], "wrong": peers.ours(slower)}
     assert peers.disagreement(routes, 60)["wrong"] > 10 * bench.AGREE
-
-
-def test_the_bounds_move_as_many_numbers_as_they_say(bench):
-    arrays = [np.full(5, value, np.float32) for value in (1, 2, 3, 4, 5, 6, 7, 8)]
-    wide = [*(array.copy() for array in arrays), *(np.ones(5, np.float32) for _ in range(3))]
-    bench.stream(*arrays, 1)
-    np.testing.assert_array_equal(arrays[1], 2 - 5 * 1)
-    np.testing.assert_array_equal(arrays[0], 1 - 8 * ((2 - 5) + (3 - 6) + (4 - 7)))
-    bench.wide_stream(*wide, 1)
-    for one, other in zip(arrays, wide, strict=False):
-        np.testing.assert_array_equal(one, other)

@@ -57,15 +57,6 @@ def test_other_code_solves_again(store, solved, monkeypatch):
     assert len(solved) == 2
 
 
-def test_every_field_comes_back(store):
-    store.write(scene(), made_up(3))
-    same(store.read(scene()), made_up(3))
-    assert store.read(scene()).samples.flags.writeable
-    written = store.path(scene()).read_bytes()
-    store.write(scene(), made_up(3))
-    assert store.path(scene()).read_bytes() == written
-
-
 @settings(max_examples=30, deadline=None, derandomize=True)
 @given(st.data())
 def test_a_spoilt_file_is_never_believed(tmp_path_factory, data):

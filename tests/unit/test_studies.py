@@ -154,13 +154,6 @@ def table_of(name, keys, rows):
     return Table(name, "t", "n", columns, tuple(dict(zip(keys, row, strict=True)) for row in rows))
 
 
-def test_the_convergence_figure_shows_each_case():
-    title, points = drawn(DRAWN, "convergence")
-    assert points == [("", "a", 2, 4), ("", "a", 4, 16), ("", "b", 2, 12), ("", "b", 4, 48)]
-    # both errors grow by 4 from 2 to 4 mm
-    assert title == "Refinement brings 2 of 2 known answers nearer, at orders from 2 to 2"
-
-
 def test_the_stability_figure_shows_what_was_marched_in_both_precisions():
     keys = ("group", "name", "outcome", "gain", "transient", "growth", "growth_single")
     rows = (

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ajgdata.studies.accuracy import decibels, feature, relative_error, scene, tables
+from ajgdata.studies.accuracy import decibels, feature, relative_error, tables
 
 
 def test_the_tables_hold_what_they_promise():
@@ -32,14 +32,3 @@ def test_a_feature_is_that_of_a_tone():
     assert np.linalg.norm(found) == pytest.approx(1.0)
     # A Hann window spreads a tone on a bin over that and, by half, the next at either side.
     assert found[99:102] / found[100] == pytest.approx([0.5, 1.0, 0.5], abs=1e-3)
-
-
-def test_memory_counts_every_array():
-    from ajgdata.gripper.solver_plan import build_plan
-
-    single, double = (
-        build_plan(scene("20 mm cube", {"dx_mm": 6.0, "precision": precision})).bytes
-        for precision in ("float32", "float64")
-    )
-    # One of some twenty arrays, the cells' capacity, is float64 in both: (2 + 2 n) / (2 + n).
-    assert 1.85 < double / single < 2.0

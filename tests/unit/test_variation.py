@@ -49,15 +49,6 @@ def test_two_sessions_share_the_gripper_and_differ_in_all_else():
     assert first[0].grasp.placed_mm != second[0].grasp.placed_mm
 
 
-def test_sessions_of_one_sitting_share_what_is_of_the_session_and_nothing_else():
-    once = VARIED | {"variation": {"session": {"one_sitting": True}}}
-    first, second = (scenes(planned(once, name)) for name in ("virtual-01", "virtual-02"))
-    assert len({scene.session for scene in first + second}) == 1
-    assert first[0].session != scenes(planned(once, dataset="e"))[0].session
-    assert first[0].grasp.placed_mm != second[0].grasp.placed_mm
-    assert first[0].grasp.history.seed != second[0].grasp.history.seed
-
-
 def test_a_gripper_is_the_same_in_every_data_set():
     here, there = (planned(VARIED, dataset=name)[0].setup for name in ("d", "e"))
     assert here["assembly"] == there["assembly"]

@@ -4,16 +4,12 @@ import numpy as np
 import pytest
 from known_cases import CASES
 from known_cases.identities import (
-    Adjoint,
-    BoxDispersion,
     EnergyConstant,
     WaveDispersion,
 )
 
 #: What a result must keep beside its own limits.
 ALSO = {
-    "sphere_dipole": lambda result: result.cap < 1e-2,
-    "sphere_dipole_wide": lambda result: result.cap < 1e-2,
     # The grid of 4 mm.
     **{name: lambda result: result.value < 4e-3 for name in CASES if name.startswith("bed_layer")},
     # The two really differ in precision.
@@ -28,21 +24,11 @@ def test_the_claim_holds(name):
     assert ALSO.get(name, lambda result: True)(result), result
 
 
-def _off(system, by):
-    """A cell whose pressure yields `by` more than its volume says."""
-    system.capacities.yield_[np.argmax(system.mass)] *= 1 + by
-    return system
-
-
 class EnergyOfACellInError(EnergyConstant):
     def struck(self):
         system, state = super().struck()
-        return _off(system, 1e-3), state
-
-
-class AdjointOfACellInError(Adjoint):
-    def system(self, h):
-        return _off(super().system(h), 1e-6)
+        system.capacities.yield_[np.argmax(system.mass)] *= 1 + 1e-3
+        return system, state
 
 
 class WaveOfThePlainScheme(WaveDispersion):
@@ -50,14 +36,6 @@ class WaveOfThePlainScheme(WaveDispersion):
         return np.sin(k * self.h / 2)
 
 
-class BoxOfTheContinuousMedium(BoxDispersion):
-    def _symbol(self, k):
-        return k * self.h / 2
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [EnergyOfACellInError, AdjointOfACellInError, WaveOfThePlainScheme, BoxOfTheContinuousMedium],
-)
+@pytest.mark.parametrize("wrong", [EnergyOfACellInError, WaveOfThePlainScheme])
 def test_a_claim_that_does_not_hold_is_found(wrong):
     assert not wrong().run(quick=True).passed

@@ -38,14 +38,6 @@ def test_walton_is_the_mean_field_of_hertz_and_mindlin_contacts():
     assert rough == pytest.approx(filled * sticking / (5 * np.pi * pack.diameter), rel=1e-12)
 
 
-def test_sound_in_the_frame_goes_with_the_sixth_root_of_the_stress():
-    pack = Pack(6e-3, 0.40, PLASTIC)
-    loose, tight = pack.frame(1e3), pack.frame(64e3)
-    speeds = [np.sqrt(f.modulus_pa / f.density) for f in (loose, tight)]
-    assert speeds[1] / speeds[0] == pytest.approx(2.0)
-    assert loose.density == pytest.approx(720.0) and loose.loss == PLASTIC.loss
-
-
 def test_without_latex_the_seat_is_hertz():
     # A uniform patch of Hertz's radius gives way by 32/(3π²) as much as Hertz's own pressure.
     pack, stress = Pack(6e-3, 0.40, PLASTIC), 3_500.0

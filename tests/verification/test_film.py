@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from ajgdata.gripper import Scene, build_plan
-from ajgdata.gripper.film import Film, Skin, film_spring, gap_m
+from ajgdata.gripper.film import Film, Skin, film_spring
 from ajgdata.gripper.medium import Air
-from ajgdata.gripper.object_materials import GAP_UM, MATERIALS
 
 AIR = Air(22.0)
 
@@ -32,12 +30,11 @@ def _exact(film, below, omega):
     return 1j * omega * film.membrane_kg_m2 + 1 / (1 / spring + 1 / skin)
 
 
-@pytest.mark.parametrize("thickness", [5e-6, 50e-6, 200e-6])
+@pytest.mark.parametrize("thickness", [5e-6, 200e-6])
 @pytest.mark.parametrize(
     "below",
     [
         Skin(100.0, 2e7, 2e13),  # steel under an imprint of 25 mm
-        Skin(6.0, 1e5, 3e11),  # wood
         Skin(0.5, 5e3, 3e8),  # Styrofoam
     ],
 )
@@ -56,24 +53,3 @@ def test_over_what_is_rigid_the_film_alone_gives_way():
     assert alone.stiffness == film.spring.stiffness_n_m3 and alone.mass == 0.3
     # A membrane on its film: η √(km) is the resistance of its resonance.
     assert alone.resistance == pytest.approx(film.spring.loss * np.sqrt(alone.stiffness * 0.3))
-
-
-def _scene(**object_):
-    return Scene.model_validate(
-        {
-            "object": {"kind": "cube", "edge_mm": 20, "material": "wood"} | object_,
-            "numerics": {"dx_mm": 6, "max_time_s": 0.02, "precision": "float64"},
-        }
-    )
-
-
-def test_the_rougher_a_surface_the_more_is_trapped_and_it_is_named():
-    assert gap_m(_scene()) == pytest.approx(np.sqrt(10 * 40) * 1e-6)
-    assert gap_m(_scene(gap_um=7.0)) == pytest.approx(7e-6)
-    assert gap_m(_scene(material="rigid", gap_um=7.0)) == 0
-    assert set(GAP_UM) == set(MATERIALS)
-    assert all(0 < low < high for low, high in GAP_UM.values())
-    parts = {part.name: part for part in build_plan(_scene(gap_um=100.0)).parts}
-    assert parts["film"].kept and parts["film"].why == "100 µm of air under the membrane"
-    smooth = {part.name: part for part in build_plan(_scene(gap_um=0.0)).parts}
-    assert not smooth["film"].kept and smooth["film"].effect is None

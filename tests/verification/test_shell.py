@@ -3,11 +3,6 @@
 import numpy as np
 import pytest
 
-from ajgdata.gripper import Scene
-from ajgdata.gripper.geometry import cavity
-from ajgdata.gripper.grasped_object import where_grasped
-from ajgdata.gripper.grid import cut_cells
-from ajgdata.gripper.mechanics import ringing
 from ajgdata.gripper.object_materials import MATERIALS
 from ajgdata.gripper.shell import DEGREES, shell_modes
 
@@ -21,7 +16,7 @@ def _reduced(modes, material):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["steel", "wood", "plastic", "styrofoam"])
+@pytest.mark.parametrize("name", ["steel", "styrofoam"])
 def test_a_shell_too_thin_to_bend_has_the_frequencies_of_lamb(name):
     material = MATERIALS[name]
     modes = shell_modes(RADIUS, 1e-9, material)
@@ -65,28 +60,3 @@ def test_under_pressure_from_all_sides_it_shrinks_as_a_vessel_does():
     shrunk = (pressed / modes.square) @ shapes
     vessel = RADIUS**2 * (1 - material.poisson) / (2 * material.young_pa * thickness)
     assert shrunk == pytest.approx(np.full(len(nodes), vessel), rel=1e-9)
-
-
-def _imprint(**keys):
-    sphere = {"kind": "sphere", "diameter_mm": 80, "material": "plastic", "shell_mm": 2.0}
-    scene = Scene.model_validate({"object": sphere | keys.pop("object", {}), **keys})
-    shape, gripper = cavity(scene), scene.gripper
-    cells = cut_cells(shape, 4e-3, gripper.rim_radius_mm * 1e-3, -0.045, 0.045)
-    where = where_grasped(scene, shape, cells)
-    return scene, where, cells, shape
-
-
-def test_the_ringing_is_alike_round_the_middle_of_the_imprint():
-    scene, where, cells, _ = _imprint(grasp={"offset_x_mm": 6.0})
-    modes, shapes = ringing(scene, where, cells)
-    row, column = np.divmod(where.column, len(cells.x))
-    x, y = cells.x[column] - 6e-3, cells.y[row]
-    up = np.sqrt(1 - (x**2 + y**2) / 0.04**2)
-    towards = np.stack([x / 0.04, y / 0.04, up])
-    middle = towards @ where.area / np.linalg.norm(towards @ where.area)
-    # The gripper lies off the sphere's top, towards its own axis.
-    assert middle[0] < -0.05 and abs(middle[1]) < 0.02
-    cosine = middle @ towards
-    second = np.flatnonzero(modes.degree == 2)[0]
-    expected = modes.radial[second] * (3 * cosine**2 - 1) / 2 / up
-    assert shapes[second] == pytest.approx(expected, rel=1e-9)

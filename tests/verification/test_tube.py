@@ -2,9 +2,7 @@
 
 import numpy as np
 import pytest
-from known_cases.tube import (
-    reflection,
-)
+from known_cases.tube import reflection
 
 from ajgdata.gripper.medium import Packing, fit_fluid
 from ajgdata.studies.domains import AIR, PLASTIC
@@ -14,7 +12,6 @@ from ajgdata.studies.domains import AIR, PLASTIC
     ("packing", "errors"),
     [
         (Packing(6e-3, 0.40), (0.13, 0.035, 0.025)),
-        (Packing(4.5e-3, 0.40), (0.15, 0.045, 0.025)),
         (Packing(0.7e-3, 0.50), (0.13, 0.055, 0.030)),
     ],
 )

@@ -1,9 +1,9 @@
-"""The wide scheme: dispersion of its stencil, of its time step, and the capacity it shares out."""
+"""The wide scheme: dispersion of its stencil and of its time step."""
 
 import numpy as np
 import pytest
 
-from ajgdata.gripper.dispersion import transform, undisperse
+from ajgdata.gripper.dispersion import undisperse
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ
 from ajgdata.gripper.simulation import lowpass
 from ajgdata.gripper.solver_plan import ACCURATE_HZ, wide_weight
@@ -49,10 +49,3 @@ def test_the_dispersion_of_the_time_step_is_undone(hertz):
     assert np.linalg.norm(right - fine) < max(step**2 / 8, 2e-3) * size
     if hertz > 5_000:
         assert np.linalg.norm(plain - fine) > 0.5 * size
-
-
-def test_the_transform_is_a_sum():
-    signal = np.random.default_rng(0).standard_normal(501)
-    radians = np.linspace(0.0, 1.3, 77)
-    exact = np.exp(-1j * np.outer(radians, np.arange(501))) @ signal
-    assert np.max(np.abs(transform(signal, radians) - exact)) < 1e-8 * np.linalg.norm(signal)

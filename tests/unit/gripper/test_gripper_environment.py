@@ -4,32 +4,7 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, build_plan
-from ajgdata.gripper.medium import FIT_BAND_HZ, Air, Fluid
-
-OMEGA = 2 * np.pi * np.geomspace(*FIT_BAND_HZ, 200)
-
-
-def test_sensitivities_of_a_fluid_are_its_slopes():
-    values = np.array([2.0, 3e3, 8e-6, 0.2, 0.1, 2e-4, 3e-5])
-
-    def responses(logs):
-        density, drag, compressibility, *poles = values * np.exp(logs)
-        return Fluid(density, drag, compressibility, tuple(poles[:2]), tuple(poles[2:]))
-
-    def slope(n, which, step=1e-4):
-        up, down = (
-            np.log(responses(sign * step * np.eye(7)[n]).response(OMEGA)[which]) for sign in (1, -1)
-        )
-        return (up - down) / (2 * step)
-
-    of_density, of_compressibility = responses(np.zeros(7)).sensitivities(OMEGA)
-    # Central differences err by the third derivative, of order 1, times step²/6, and by rounding
-    # of logarithms of up to 12, eps * 12 / step.
-    bound = 1e-8 + np.finfo(float).eps * 12 / 1e-4
-    for number, n in enumerate((0, 1)):
-        assert np.abs(of_density[number] - slope(n, 0)).max() < bound
-    for number, n in enumerate((2, 3, 4, 5, 6)):
-        assert np.abs(of_compressibility[number] - slope(n, 1)).max() < bound
+from ajgdata.gripper.medium import Air
 
 
 def test_scenes_up_to_30_degrees_share_a_time_step_and_hotter_ones_shorten_theirs():

@@ -1,5 +1,3 @@
-from itertools import pairwise
-
 import numpy as np
 import pytest
 
@@ -17,8 +15,6 @@ def _scene(shape, **grasp):
 
 SHAPES = [
     {"kind": "cube", "edge_mm": 10},
-    {"kind": "ellipsoid", "diameters_mm": [80, 80, 80]},
-    {"kind": "rod", "diameter_mm": 18, "length_mm": 121},
     {
         "kind": "compound",
         "parts": [
@@ -26,7 +22,6 @@ SHAPES = [
             {"shape": {"kind": "rod", "diameter_mm": 9, "length_mm": 30}, "y_mm": 14, "lift_mm": 2},
         ],
     },
-    {"kind": "box", "length_mm": 270, "width_mm": 44, "height_mm": 15},
 ]
 
 
@@ -82,41 +77,6 @@ APART = {
     "kind": "compound",
     "parts": [{"shape": {"kind": "cube", "edge_mm": 20}, "x_mm": x} for x in (-90, 90)],
 }
-BLOCK = {"kind": "box", "length_mm": 47, "width_mm": 20, "height_mm": 12}
-SWEEPS = {
-    "edge of a cube": lambda t: ({"kind": "cube", "edge_mm": 17.13 + t}, {}),
-    "angle of a compound": lambda t: (
-        {
-            "kind": "compound",
-            "parts": [
-                {"shape": BLOCK},
-                {"shape": {"kind": "rod", "diameter_mm": 9, "length_mm": 39}, "y_mm": 14},
-            ],
-        },
-        {"angle_deg": 17 + 5 * t},
-    ),
-    "place of an ellipsoid": lambda t: (
-        {"kind": "ellipsoid", "diameters_mm": [60, 25, 20]},
-        {"offset_y_mm": t},
-    ),
-}
-
-
-@pytest.mark.parametrize("name", SWEEPS)
-def test_nothing_jumps_as_sizes_and_angles_change(name):
-    """Steps of a tenth of the raster: the whole change is the sum of equal ones."""
-    found = []
-    for t in np.arange(5) * RASTER_M * 1e3 / 10:
-        shape, grasp = SWEEPS[name](t)
-        found.append(cavity(_scene(shape, **grasp)))
-    for field in ("floor", "surface", "contact", "held"):
-        values = [getattr(one, field) for one in found]
-        steps = [np.linalg.norm(b - a) for a, b in pairwise(values)]
-        whole = np.linalg.norm(values[-1] - values[0])
-        # Samples that jump from 0 to 1, at other places in each step, give a whole of 0.7 to 0.85
-        # of the steps and steps that differ by 2.5 to 4 (measured without antialiasing).
-        assert whole > 0.9 * sum(steps)
-        assert max(steps) < 2 * min(steps)
 
 
 @pytest.mark.parametrize(
@@ -124,16 +84,8 @@ def test_nothing_jumps_as_sizes_and_angles_change(name):
     [
         (PIN, {"force_n": 40}, {}, "pinches the cavity to its clearance: make it lower or wider"),
         (POST, {"offset_x_mm": 49, "force_n": 16}, {}, "stand against the housing's rim"),
-        (POST, {"offset_x_mm": 30, "force_n": 30}, {}, "pinches .* mm of at least 4 mm"),
-        (
-            {"kind": "sphere", "diameter_mm": 1},
-            {"force_n": 40},
-            {"stiffness_n_m3": 5e4},
-            "lets the rim stand on the table",
-        ),
         (APART, {}, {}, "lies outside the rim: reduce grasp.offset_x_mm"),
         (None, {}, {"bed_depth_mm": 85}, "bury the speaker .*: lower gripper.bed_depth_mm 85"),
-        (POST, {"force_n": 20}, {"bed_depth_mm": 84}, "no longer fit: lower gripper.bed_depth_mm"),
     ],
 )
 def test_what_does_not_fit_is_refused(shape, grasp, gripper, named):

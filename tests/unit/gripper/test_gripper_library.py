@@ -8,12 +8,8 @@ import yaml
 from pydantic import ValidationError
 
 from ajgdata.gripper import Scene, scene_digest
-from ajgdata.gripper.geometry import cavity
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.gripper.object_library import HOUSEHOLD, OBJECTS
-
-#: The least and the largest of each kind.
-SHAPES = ["cube_10p0", "cube_30p0", "sphere80_metal", "plate_metal", "bar", *HOUSEHOLD]
 
 
 def test_the_paper_s_objects_are_all_there():
@@ -48,14 +44,6 @@ def test_shape_wall_and_material_give_the_published_mass(name):
     assert 1e3 * spec.shape.mass_kg == pytest.approx(spec.mass_g, rel=0.1)
 
 
-@pytest.mark.parametrize("name", SHAPES)
-def test_the_default_gripper_holds_every_object_however_it_is_placed(name):
-    grasp = {"seed": 1, "angle_deg": 77.0, "offset_x_mm": 10.0, "offset_y_mm": -10.0}
-    found = cavity(Scene.model_validate({"object": name, "grasp": grasp}))
-    assert found.held.max() > 0.9
-    assert (found.roof - found.floor)[found.contact > 0.5].min() > 4e-3
-
-
 def test_a_name_stands_for_what_it_names():
     named = Scene.model_validate({"object": "cube_20p7", "gripper": "deep"})
     spelt = Scene.model_validate(
@@ -79,11 +67,8 @@ def test_the_scene_of_the_documentation_is_one_and_names_are_all_documented():
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("object: {kind: cube, edge_mm: -1}", "greater than or equal to 0.5"),
         ("object: bananna", "'bananna': try banana"),
         ("gripper: tiny", "no gripper is called 'tiny'"),
-        ("object: {kind: cub}", "'cub'"),
-        ("object: golf_ball\ngrasp: {offset_x_mm: 80}", "offset_x_mm"),
     ],
 )
 def test_what_is_no_scene_is_refused_by_name(text, said):

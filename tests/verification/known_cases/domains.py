@@ -1,4 +1,4 @@
-"""Boxes, spheres and a lossy bowl that the known cases march, and the resonances of a system."""
+"""Boxes and a lossy bowl that the known cases march, and the resonances of a system."""
 
 from __future__ import annotations
 
@@ -26,16 +26,6 @@ def box(width: float, depth: float, height: float, bed: float = 0.0, turn: float
         u, v = x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)
         inside = (np.abs(u) < width / 2) & (np.abs(v) < depth / 2)
         return 0.0, np.where(inside, height, 0.0), bed
-
-    return Region(heights)
-
-
-def sphere(radius: float, x0: float = 0.0, y0: float = 0.0) -> Region:
-    """A ball of air about (x0, y0, 0)."""
-
-    def heights(x: Real, y: Real) -> Heights:
-        half = np.sqrt(np.clip(radius**2 - (x - x0) ** 2 - (y - y0) ** 2, 0, None))
-        return -half, half, -radius
 
     return Region(heights)
 

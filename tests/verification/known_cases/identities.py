@@ -15,7 +15,7 @@ from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System
 from ajgdata.studies.discrete_energy import energies, random_state
 from ajgdata.studies.discrete_operator import applied, operator
-from ajgdata.studies.domains import AIR, BOWL, SILENT, bowl, two_probes
+from ajgdata.studies.domains import AIR, BOWL, bowl
 from known_cases.case import EPS, Identity
 from known_cases.domains import box, closed, lossy_bowl
 
@@ -126,66 +126,6 @@ class Reciprocity(Identity):
     def cap(self, quick: bool) -> float:
         """See `derived`."""
         return self.steps**0.5 * EPS
-
-
-class Linearity(Identity):
-    """The response to a sum is the sum of the responses."""
-
-    title = "the response is linear"
-    derived = "one rounding a step, at random, in each of three responses: 3 √steps ε"
-    steps = 600
-    roundings = 3 * steps**0.5
-
-    def deviation(self, quick: bool) -> float:
-        """Return the largest difference over the largest pressure."""
-        system = lossy_bowl(4e-3)
-        source, receiver = two_probes(system)
-        x, y = np.random.default_rng(1).standard_normal((2, 300))
-        one, two, both = (
-            march(system, at_rest(system), source, receiver, drive, self.steps)
-            for drive in (x, y, 2 * x - 3 * y)
-        )
-        return float(np.max(np.abs(both - (2 * one - 3 * two))) / np.max(np.abs(both)))
-
-
-class BoxDispersion(Identity):
-    """A mode of a box on the grid obeys sin²(ωΔt/2) = (cΔt/h)² Σ sin²(k h/2) to the last digit."""
-
-    title = "a box mode has the dispersion of the scheme"
-    derived = "the roundings of two steps and of the mode's cosines: 16 ε"
-    roundings = 16
-    steps, h, counts, orders = 200, 4e-3, (12, 8, 10), (3, 2, 1)
-
-    def deviation(self, quick: bool) -> float:
-        """Return the largest residual of p₊ - 2 cos(ωΔt) p + p₋ for a mode of height 1."""
-        system, shape, waves = self._mode()
-        state = at_rest(system)
-        state.p[:] = shape.ravel()
-        courant = AIR.sound_speed * system.dt / self.h
-        twice_cosine = 2 - 4 * courant**2 * sum(self._symbol(k) ** 2 for k in waves)
-        history = [state.p.copy()]
-        for _ in range(self.steps):
-            march(system, state, SILENT, SILENT, np.zeros(0), 1)
-            history.append(state.p.copy())
-        p = np.array(history[1:])
-        return float(np.max(np.abs(p[2:] - twice_cosine * p[1:-1] + p[:-2])))
-
-    def _mode(self) -> tuple[System, Real, list[float]]:
-        h, counts = self.h, self.counts
-        cells, system = closed(box(*(n * h for n in counts)), h, 7 * h, 0.0, counts[2] * h)
-        live = cells.volume > 0
-        if live.sum() != np.prod(counts):
-            raise ValueError("the box does not fill its cells")
-        waves = [np.pi * m / (n * h) for m, n in zip(self.orders, counts, strict=True)]
-        corners = (counts[0] / 2 * h, counts[1] / 2 * h, 0.0)
-        x, y, z = (
-            np.cos(k * (axis + corner))
-            for k, axis, corner in zip(waves, (cells.x, cells.y, cells.z), corners, strict=True)
-        )
-        return system, live * z[:, None, None] * y[None, :, None] * x[None, None, :], waves
-
-    def _symbol(self, k: float) -> float:
-        return float(np.sin(k * self.h / 2))
 
 
 class WaveDispersion(Identity):

@@ -9,7 +9,7 @@ from ajgdata.gripper.grid import cut_cells
 from ajgdata.gripper.medium import air_fluid, fit_fluid
 from ajgdata.gripper.modes import ModeList
 from ajgdata.gripper.scene import Scheme
-from ajgdata.gripper.solver import Probe, State, at_rest, march
+from ajgdata.gripper.solver import State, at_rest, march
 from ajgdata.gripper.solver_plan import stencil_weight
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import WallList
@@ -20,7 +20,6 @@ from known_cases.domains import box
 from known_cases.identities import (
     EnergyConstant,
     EnergyNeverGrows,
-    Reciprocity,
 )
 
 Real = NDArray[np.floating]
@@ -91,27 +90,6 @@ class EnergyNeverGrowsWithModes(EnergyNeverGrows):
         """See EnergyNeverGrows."""
         system = moving_bowl(EXTREMES, lossy=True, scheme=self.scheme)
         return system, disturbed(system)
-
-
-class ReciprocityWithModes(Reciprocity):
-    """In a bowl with an object that moves."""
-
-    title = "speaker and microphone may change places though something moves"
-    steps = 800
-
-    def ends(self) -> tuple[System, Probe, Probe]:
-        """See Reciprocity."""
-        system = moving_bowl(EXTREMES, lossy=True)
-        return system, *two_probes(system)
-
-    def deviation(self, quick: bool) -> float:
-        """See Reciprocity; infinite if what moves is not heard, since the claim is empty then."""
-        system, one, other = self.ends()
-        there = self.heard(system, one, other)
-        still = self.heard(moving_bowl(EXTREMES[1:2], lossy=True), one, other)
-        if np.max(np.abs(there - still)) < 1e-3 * np.max(np.abs(there)):
-            return np.inf
-        return super().deviation(quick)
 
 
 class StaticPressure(Identity):

@@ -13,7 +13,7 @@ from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System
 from ajgdata.studies.domains import AIR
 from known_cases.case import Refinement
-from known_cases.domains import box, closed, frequencies, sphere
+from known_cases.domains import box, closed, frequencies
 
 Real = NDArray[np.floating]
 BOX = (0.120, 0.100, 0.080)
@@ -90,31 +90,3 @@ class BoxOffGrid(BoxOnGrid):
     def cap(self, h: float) -> float:
         """See `derived`."""
         return 6e-3
-
-
-@dataclass(eq=False)
-class SphereDipole(Refinement):
-    """The first mode of a sphere, three directions alike: j₁'(ka) = 0 at ka = 2.0816."""
-
-    title = "dipole mode of a sphere"
-    derived = "dispersion (k h)²/24 and the share of volume added to cut cells"
-    sizes = (6e-3, 4.2e-3, 3e-3, 2.1e-3)
-    quick_sizes = (6e-3, 3e-3)
-    least_order = 0.9
-    scheme: Scheme = "second"
-    radius, off_axis = 0.03, (0.8e-3, 1.7e-3)
-
-    def error(self, h: float) -> float:
-        """Return the largest relative error of the three modes."""
-        # Off the axis, or symmetry would hide two of the three from the eigensolver.
-        ball, top = sphere(self.radius, *self.off_axis), self.radius + 0.3 * h
-        _, system = closed(ball, h, 0.033, -0.031, top, courant=0.9, scheme=self.scheme)
-        self.added = system.added_volume
-        return worst(system, np.full(3, self._exact()), self.scheme)
-
-    def _exact(self) -> float:
-        return float(2.081_575_977_8 * AIR.sound_speed / (2 * np.pi * self.radius))
-
-    def cap(self, h: float) -> float:
-        """See `derived`."""
-        return dispersion(self._exact(), h) + self.added

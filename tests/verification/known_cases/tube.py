@@ -25,7 +25,7 @@ GATE_S, END_S = 2.3e-3, 8.4e-3
 PULSE_S = 1 / (2 * np.pi * 3_000)
 BANDS_HZ = np.geomspace(200, 3_000, 40)
 #: Of ground coffee the drag rules.
-BEDS = {"plastic": PLASTIC, "metal": Packing(4.5e-3, 0.40), "coffee": Packing(0.7e-3, 0.50)}
+BEDS = {"plastic": PLASTIC, "coffee": Packing(0.7e-3, 0.50)}
 
 
 def reflection(rho: Complex, compressibility: Complex, omega: Real) -> Complex:
