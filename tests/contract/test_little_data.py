@@ -37,16 +37,13 @@ WHOLE = [(label, f"{label}{n}", f"{label}{n}") for n in range(8) for label in "a
 CASES: dict[str, list[Row]] = {
     "no recording": [],
     "one recording": [("a", "1", "a")],
-    "two recordings": [("a", "1", "a"), ("b", "2", "b")],
-    "four recordings": [(label, f"{label}{n}", label) for label in "ab" for n in range(2)],
     "one class": [("a", str(n), "a") for n in range(8)],
-    "one group": [("ab"[n % 2], "1", "ab"[n % 2]) for n in range(8)],
     "a class of one recording": [*WHOLE[:12], ("c", "1", "c1")],
 }
 #: Cases in which nothing at all can be said of a model.
 HOPELESS = ("no recording", "one recording")
 #: Cases of which a report is built, and models that are trained.
-REPORTED = ("no recording", "two recordings", "one class", "a class of one recording")
+REPORTED = ("no recording", "a class of one recording")
 TRAINED = ("cnn", "linear", "knn_plain", "svm_plain")
 SETTINGS: dict[str, dict] = {
     "learning_curve": {"groups": [1, 2], "repeats": 2, "models": ["ridge"]},
@@ -183,11 +180,6 @@ def report(paths: Paths, kinds: list[tuple[str, str]]) -> dict[str, str]:
     return {page.name: page.read_text() for page in paths.report.parent.glob("*.html")}
 
 
-def test_every_experiment_is_here():
-    apart = {"cross_validation"} | {n for n in EXPERIMENTS.own if EXPERIMENTS[n].of_embedding}
-    assert set(SETTINGS) == set(EXPERIMENTS.own) - apart
-
-
 @pytest.mark.parametrize("case", REPORTED)
 def test_what_cannot_be_measured_is_told_and_the_report_comes_out(tmp_path, monkeypatch, case):
     monkeypatch.setattr("ajgdata.report.canvas.FIGURE_FORMATS", ("svg",))  # three times as fast
@@ -208,7 +200,7 @@ def test_what_cannot_be_measured_is_told_and_the_report_comes_out(tmp_path, monk
         assert row["value"] or row["reason"], str(row)
 
 
-@pytest.mark.parametrize("case", ["no recording", "one recording", "one class", "one group"])
+@pytest.mark.parametrize("case", ["one recording", "one class"])
 def test_a_model_that_cannot_be_trained_says_why(tmp_path, case):
     paths = Paths(tmp_path)
     made(paths, "whole", WHOLE)

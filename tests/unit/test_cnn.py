@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 import torch
 from rounding import gamma, network_error, softmax_error
-from torch import nn
 
 from ajgdata.models.cnn import CnnClassifier, CnnRegressor
-from ajgdata.models.network import SpectrumCnn
 
 QUICK = {"epochs": 1, "min_steps": 60}
 
@@ -22,11 +20,6 @@ def peaks(n: int, n_features: int = 64, seed: int = 0) -> tuple[np.ndarray, np.n
     spectra = 0.1 + np.exp(-(((axis - place[:, None]) / 0.08) ** 2))
     spectra *= rng.uniform(0.95, 1.05, spectra.shape)
     return (spectra / spectra.sum(axis=1, keepdims=True)).astype(np.float32), place
-
-
-#: They allow errors of 1e-7. The order of sums in float32 depends on the batch: on some processors
-#: their errors are larger. `test_a_prediction_does_not_depend_on_the_other_rows` replaces both.
-TOO_EXACT = ("check_methods_subset_invariance", "check_methods_sample_order_invariance")
 
 
 @pytest.mark.parametrize("model", [CnnClassifier(**QUICK), CnnRegressor(**QUICK)])
@@ -44,17 +37,6 @@ def test_a_prediction_does_not_depend_on_the_other_rows(model):
     for parts in (np.split(np.arange(300), 300), np.split(np.arange(300), 30), [order]):
         for rows in parts:
             assert (np.abs(outputs(x[rows]) - together[rows]) <= 2 * error[rows]).all()
-
-
-def test_is_three_convolutions_and_one_dense_layer_whatever_the_number_of_bins():
-    for n_features in (16, 17, 100, 1025):
-        model = CnnClassifier().set_params(**QUICK)
-        module = SpectrumCnn(
-            n_features, 3, model.channels, model.kernel, model.stride, model.dropout
-        )
-        kinds = [type(m) for m in module.modules() if isinstance(m, (nn.Conv1d, nn.Linear))]
-        assert kinds == [nn.Conv1d, nn.Conv1d, nn.Conv1d, nn.Linear]
-        assert module(torch.zeros(2, n_features)).shape == (2, 3)
 
 
 def test_learns_classes_that_a_peak_separates():
@@ -123,9 +105,9 @@ def test_same_seed_same_weights_whatever_the_threads_and_no_trace_is_left():
     assert not np.array_equal(first["dense.weight"], other["dense.weight"])
 
 
-@pytest.mark.parametrize("labels", [["wood", "metal"], [3, 7], [True, False]])
-def test_state_holds_all_of_a_classifier(labels):
+def test_state_holds_all_of_a_classifier():
     x, place = peaks(30)
+    labels = [3, 7]
     model = CnnClassifier(**QUICK, channels=(4, 4, 4)).fit(x, np.array(labels)[(place > 0.5) * 1])
     arrays, about = model.state()
     again = CnnClassifier.from_state(arrays, json.loads(json.dumps(about)))
@@ -139,9 +121,5 @@ def test_refuses_what_it_cannot_learn_from():
     x, place = peaks(10)
     with pytest.raises(ValueError, match="one class only, 'wood'"):
         CnnClassifier().fit(x, ["wood"] * 10)
-    holed = x.copy()
-    holed[2, 2] = np.nan
-    with pytest.raises(ValueError, match="NaN"):
-        CnnRegressor().fit(holed, place)
     with pytest.raises(ValueError, match="NaN"):
         CnnRegressor().fit(x, np.where(place > 0.5, np.nan, place))

@@ -5,16 +5,13 @@ import re
 
 import numpy as np
 import pytest
-from result_samples import sizes
 
 from ajgdata.evaluate.agreement import GRASP_INTERVAL
 from ajgdata.evaluate.intervals import metric_interval
 from ajgdata.experiments import cross_validation
-from ajgdata.experiments.base import Inputs, Other, Result
-from ajgdata.experiments.cross_validation import EXPERIMENT, Settings
-from ajgdata.experiments.cross_validation.results import models_of
+from ajgdata.experiments.base import Inputs
+from ajgdata.experiments.cross_validation import Settings
 from ajgdata.store.features import Column, Shard, text_column
-from ajgdata.store.tables import read_tables, write_tables
 
 
 def store(**columns) -> Shard:
@@ -33,9 +30,7 @@ def store(**columns) -> Shard:
         "edge_mm": Column(np.where(missing, np.nan, size), {"units": "mm"}),
         "kind": text_column(kind.tolist()),
         "constant": Column(np.full(40, 3.0)),
-        "huge": Column(1e300 * size),  # its square is infinite
         "tiny": Column(1e-300 * size),  # its square is zero
-        "never": Column(np.full(40, np.nan)),
         "one_group": text_column(["x"] * 40),
         "some_group": text_column(["" if n == 20 else "x" for n in range(40)]),
     }
@@ -85,17 +80,12 @@ def test_regression():
     each = folds_of(tables, "grouped", "rmse")
     assert score(tables, "grouped", "rmse", "mean") == pytest.approx(np.mean(each), rel=1e-12)
     assert score(tables, "grouped", "rmse", "sd") == pytest.approx(np.std(each, ddof=1), rel=1e-9)
-    assert set(predictions.column("split")) == {"grouped"}
     folds = {r["recording"]: r["fold"] for r in predictions.rows}
     for first in range(4, 40, 4):  # the four recordings of a grasp share their fold
         assert len({folds[f"s/{n:02d}"] for n in range(first, first + 4)}) == 1
-    times = {r["metric"]: r["value"] for r in cost["scores"].rows}
-    assert set(times) == {
+    assert {r["metric"] for r in cost["scores"].rows} == {
         "train_s", "train_cpu_s", "inference_s_per_recording", "latency_s", "peak_rss_mb",
     }  # fmt: skip
-    assert {(r["part"], r["statistic"]) for r in cost["scores"].rows} == {
-        ("cost of grouped", "measured")
-    }
 
 
 def test_classification_beside_a_random_split():
@@ -116,26 +106,15 @@ def test_classification_beside_a_random_split():
             "all recordings have the same 'one_group': folds need at least two",
         ),
         (
-            KINDS | {"target": "one_group"},
-            "every recording has the same 'one_group': there is nothing to tell apart",
-        ),
-        (
             {"target": "constant"},
             "every recording has the same 'constant': there is nothing to tell apart",
-        ),
-        (
-            {"target": "huge"},
-            "errors of 'huge' are too large or too small to compute with: give it in another unit",
         ),
         (
             {"target": "tiny"},
             "errors of 'tiny' are too large or too small to compute with: give it in another unit",
         ),
         ({"target": "nope"}, "there is no column 'nope': add it to recordings.csv"),
-        ({"groups": "nope"}, "there is no column 'nope': add it to recordings.csv"),
-        ({"target": "never"}, "no recording has a value of 'never'"),
         ({"groups": "some_group"}, "recording 's/20' has no 'some_group', which groups folds"),
-        ({"withhold": [12.5]}, "withhold: no recording has the value 12.5"),
         (
             {"withhold": np.arange(11.0, 19)},
             "withhold: at least two values must be left to train on",
@@ -230,34 +209,3 @@ def test_other_data_sets_are_tested_without_a_grasp_on_both_sides():
     assert len(tables["predictions"].where(split="on:new").rows) == 3 * 32
     with pytest.raises(ValueError, match="on:narrow has 300 features, not 400"):
         measured(settings=Settings(test_on=("narrow",)), others={"narrow": narrow(store())})
-
-
-def test_what_is_read_back_from_files_is_what_was_measured(tmp_path):
-    """Withheld values, other data sets and all: the same rows and words from the files."""
-    settings = Settings(models=("linear",), compare_random=True, test_on=("new",))
-    new = store(grasp_id=text_column([f"t/{n}" for n in range(40)]))
-    given = inputs(withhold=[15.0], others={"new": new})
-    made = cross_validation.measure(given, settings, "linear")
-    write_tables(tmp_path / "t", made.tables, **made.about)
-    about, tables = read_tables(tmp_path / "t")
-    shown = []
-    for stored in ((about, by_name(tables)), (made.about, by_name(made.tables))):
-        one = Result("linear", "ridge", *stored, by_name(made.cost))
-        task = sizes(one, settings=settings, others={"new": Other("New")})
-        shown.append([list(EXPERIMENT.rows(task)), EXPERIMENT.summary(task)])
-        prediction = models_of(task)[0].predictions("on:new")
-        np.testing.assert_array_equal(prediction.y_true, np.tile(store_sizes(), 3))
-    assert shown[0] == shown[1]
-    assert [row.metric for row in shown[0][0]] == [
-        "RMSE", "RMSE, known by recording", "RMSE, unknown", "RMSE, overall", "RMSE, new",
-    ]  # fmt: skip
-
-
-def by_name(tables):
-    return {table.name: table for table in tables}
-
-
-def store_sizes() -> np.ndarray:
-    """Return the known sizes of the store, but for the one that is withheld."""
-    values = store().columns["edge_mm"].values
-    return values[np.isfinite(values) & (values != 15)]

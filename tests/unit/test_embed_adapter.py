@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from sklearn.metrics import silhouette_score
 
-from ajgdata.embed.projections import FEWEST, METHODS, project
+from ajgdata.embed.projections import METHODS, project
 from ajgdata.evaluate.neighbours import score_latent, score_raw, score_reduced
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Inputs, Outcome
@@ -16,7 +16,7 @@ from ajgdata.experiments.embedding import scores_by
 from ajgdata.pipeline.embed import train_embedding
 from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
 from ajgdata.store.latents import read_latents
-from ajgdata.types import DataError, Embedding, NotPossibleError
+from ajgdata.types import Embedding
 
 BINS, THINGS, GRASPS = 48, 6, 6
 SETTINGS = Embedding(
@@ -212,25 +212,6 @@ def test_projections_are_of_one_run_and_know_their_recordings(made, projected):
     assert 2 / 3 < share <= 1 + 1e-6  # the two largest of three variances
 
 
-def test_latents_of_other_features_are_refused(made):
-    latents = read_latents(made / "latents.nc")
-    names = Column(latents.columns["recording"].values[::-1])
-    other = dataclasses.replace(latents, columns={**latents.columns, "recording": names})
-    with pytest.raises(DataError, match="are not of these features; delete them and run again"):
-        measured(made, "embedding_projections", latents=other)
-
-
-def test_what_cannot_be_trained_is_said(tmp_path):
-    one = shard()
-    rows = one.columns["object"].values == "t0"
-    columns = {n: Column(c.values[rows], c.attrs) for n, c in one.columns.items()}
-    alone = dataclasses.replace(one, feature=one.feature[rows], columns=columns)
-    found = train(tmp_path, alone)
-    assert "one thing" in found.attrs["skipped"]
-    with pytest.raises(ValueError, match="one thing"):
-        measured(tmp_path, "embedding_knn")
-
-
 # Projections: in this module, hence in one process, because UMAP compiles for half a minute
 
 
@@ -279,30 +260,9 @@ def test_clusters_stay_clusters_with_the_points_that_were_not_learned_from(plane
         np.testing.assert_array_equal(nearest, cluster, err_msg=name)
 
 
-def test_pca_is_the_plane_of_greatest_variance_of_the_training_points(points, planes):
-    centred = points.astype(float) - points[TRAINING].mean(axis=0)
-    _, singular, directions = np.linalg.svd(centred[TRAINING], full_matrices=False)
-    expected = centred @ directions[:2].T
-    signs = np.sign((expected * planes["pca"]).sum(axis=0))
-    # float32 coordinates of size 10
-    np.testing.assert_allclose(planes["pca"], signs * expected, atol=1e-4)
-    spread = np.linalg.norm(planes["pca"][TRAINING], axis=0)
-    np.testing.assert_allclose(spread, singular[:2], rtol=1e-5)
-
-
 def test_what_is_held_out_teaches_nothing(points, planes):
     moved = points.copy()
     moved[~TRAINING] = moved[~TRAINING][::-1]
     again = project(moved, TRAINING, seed=3)
     for name in ("pca", "umap"):
         np.testing.assert_array_equal(again[name][TRAINING], planes[name][TRAINING], err_msg=name)
-
-
-def test_few_points_get_pca_only(points):
-    few = project(points[:FEWEST], np.arange(FEWEST) > 0)
-    assert list(few) == ["pca"]
-
-
-def test_two_training_points_are_needed():
-    with pytest.raises(NotPossibleError, match="two training points"):
-        project(np.zeros((3, 2)), np.array([True, False, False]))

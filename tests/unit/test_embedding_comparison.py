@@ -1,7 +1,5 @@
 """Embeddings beside the paper: numbers and verdicts computed from stored results."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from embedding_samples import distances, knn, results
@@ -38,7 +36,6 @@ def row(one, others=()):
         # Clipped: no gain is below -100 %, and from 50 % right no gain is above 100 %.
         ([0.5, 0.76], "26 (-100 to 100) % higher", "inconclusive"),
         ([0.45, 0.655], "10.5 (-0.504 to 21.5) % higher", "worse"),
-        ([0.8, 0.995], "79.5 (68.5 to 90.5) % higher", "better"),
         # two initialisations of each fold; their means are all that folds differ by: nothing
         ([0.5, 0.6, 0.7, 0.8], "30 ± 12 % higher", "inconclusive"),
     ],
@@ -56,7 +53,6 @@ def test_the_gain_is_that_of_each_run_over_its_fold(runs, told, agrees):
     [
         ({"cylindrical": 1, "other": 2.5, "spherical": 1}, "agrees"),
         ({"cylindrical": 1, "other": 0.5, "spherical": 1}, "partly agrees"),  # the narrowest
-        ({"cylindrical": 4, "other": 5, "spherical": 1}, "partly agrees"),
         ({"cylindrical": 4, "other": 2, "spherical": 4}, "disagrees"),
     ],
 )
@@ -73,14 +69,3 @@ def test_clusters_are_told_by_the_silhouette():
     found = row(one, [results("embedding_knn")])
     assert found.result.startswith("silhouette of objects 0.30 ± 0.14 (raw features -0.10 ± 0.14)")
     assert (found.agrees, found.cost) == ("agrees", COST)
-
-
-def test_results_of_another_embedding_are_not_taken():
-    other = dataclasses.replace(results("embedding_knn"), task="different")
-    found = row(results("embedding_projections", paper=figure()), [other])
-    assert found.cost is None
-
-
-@pytest.mark.parametrize("kind", ["embedding_knn", "embedding_distances", "embedding_projections"])
-def test_what_does_not_stand_beside_the_paper_is_not_compared(kind):
-    assert list(EXPERIMENTS[kind].paper_comparison(results(kind), lambda *_: None)) == []

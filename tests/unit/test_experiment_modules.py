@@ -54,17 +54,6 @@ def test_a_curve_is_measured_on_the_same_grasps_for_each_number_of_training_gras
         measured("learning_curve", small_inputs(), "linear_plain", **ask | {"groups": [1, 9]})
 
 
-def test_a_curve_without_one_of_its_points_says_so():
-    ask = {"groups": [1, 8, 9], "repeats": 2}
-    outcome = measured("learning_curve", small_inputs(), "knn_plain", **ask)
-    assert set(outcome.tables[1].column("groups")) == {1, 8}
-    results = task_results("learning_curve", {"knn_plain": outcome}, settings=ask)
-    said = EXPERIMENTS["learning_curve"].summary(results)
-    assert said.startswith("Training grasps per class that failed: ") and said.endswith(".")
-    assert "with 9 (a class has 8; " in said
-    assert EXPERIMENTS["learning_curve"].summary(curve_results()) == ""
-
-
 def curve_results(paper=None, reached=None):
     rows = [
         {"groups": n, "draw": d, "recordings": n, "metric": "accuracy", "value": v, "chance": 0.25}
@@ -148,11 +137,6 @@ def test_the_papers_run_is_compared_with_what_is_sorted_before_the_first_error(p
 
 
 # Reflected energy
-
-
-def test_energies_are_matched_by_object():
-    with pytest.raises(ValueError, match="no energy of 'box' to compare with on 'ball'"):
-        measured("reflected_energy", small_inputs(), reference="box", band_hz=[5, 20])
 
 
 @pytest.mark.parametrize(
@@ -343,15 +327,6 @@ def spec(**changes) -> DatasetSpec:
         "tasks": {"t": {"target": "x", "models": ["knn"], **changes}},
     }
     return DatasetSpec.model_validate(content)
-
-
-def test_a_task_asks_for_experiments_by_name_and_model():
-    asked = asked_of(spec(experiments={"learning_curve": {"groups": [1, 2]}}), "t")
-    assert [one.kinds for one in asked] == [
-        ("cross_validation-knn",),
-        ("learning_curve-cnn", "learning_curve-linear_plain", "learning_curve-knn_plain"),
-    ]
-    assert asked_of(spec(models=[]), "t") == []
 
 
 @pytest.mark.parametrize(

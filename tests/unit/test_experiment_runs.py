@@ -12,7 +12,6 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.experiments import asked_for, read_results, run_experiment
 from ajgdata.store.features import write_store
-from ajgdata.store.tables import read_tables
 from ajgdata.types import DatasetSpec
 
 SPLIT = {
@@ -67,13 +66,6 @@ def collected(paths: Paths) -> tuple[dict, list[dict[str, str]], list[dict[str, 
         for path in (paths.metrics_table, paths.predictions)
     ]
     return json.loads(paths.all_metrics.read_text()), *rows
-
-
-def test_files_say_what_was_measured_how_and_of_what(paths):
-    about, tables = read_tables(paths.experiment("d", "t", "cross_validation-linear_plain"))
-    assert about["settings"]["models"] == ["linear_plain"]
-    assert (about["seed"], about["provenance"]["data_set"]) == (3, "d")
-    assert tables[0].name == "scores"
 
 
 def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(paths):

@@ -111,14 +111,6 @@ def test_a_group_that_is_tested_is_trained_on_in_no_session():
     assert leaky[0]["value"] == 1.0
 
 
-def test_a_number_is_read_in_sessions_that_the_settings_name():
-    ask = SETTINGS | {"train_on": ["s0", "s2"]}
-    inputs = small_inputs("regression", store=store(4))
-    outcome = measured("across_sessions", inputs, "knn_plain", **ask)
-    assert set(outcome.tables[1].column("session")) == {"s1", "s3"}
-    assert mean(outcome, "standardised", "rmse") < mean(outcome, NONE, "rmse")
-
-
 @pytest.mark.parametrize(
     ("sessions", "train_on", "reason"),
     [(1, [], "all recordings are of one session"), (2, ["s0", "x"], "session 'x' has no recording"),

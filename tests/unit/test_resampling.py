@@ -8,7 +8,6 @@ from ajgdata.evaluate.agreement import why_undefined
 from ajgdata.evaluate.resampling import (
     corrected_deviation,
     corrected_interval,
-    repeat_seed,
 )
 
 
@@ -36,9 +35,3 @@ def test_folds_that_are_all_right_claim_no_certainty():
     for equal in ([1.0] * 50, [0.1 + 0.2, 0.3]):  # which differ by rounding
         assert all(map(math.isnan, corrected_interval(equal, 5, "accuracy")))
     assert "same value" in why_undefined("repeated", "accuracy", "low")
-
-
-def test_seeds_of_repeats_differ_between_seeds_of_a_task():
-    seeds = [repeat_seed(seed, number) for seed in range(3) for number in range(10)]
-    assert len(set(seeds)) == 30
-    assert [repeat_seed(seed, 0) for seed in range(3)] == [0, 1, 2]

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 from result_samples import sizes
 from test_cross_validation import folds_of, inputs, score, store
 
@@ -67,14 +66,6 @@ def test_errors_where_something_is_played_stand_beside_those_of_cross_validation
         assert set(errors.column("chance")) == {chance}
 
 
-def test_settings_that_leave_nothing_silent_are_refused():
-    with pytest.raises(ValidationError, match="sounding: b is not in test_on; add it there"):
-        Settings(test_on=("a",), sounding=("b",))
-    with pytest.raises(ValidationError, match="no data set is left that is silent"):
-        Settings(test_on=("a",), sounding=("a",))
-    assert Settings(test_on=("a", "b"), sounding=("a",)).silent == ("b",)
-
-
 def silence(**flagged: bool) -> TaskResults:
     """Results of models by name, flagged or not; the bar's data set is not silent."""
     results = []
@@ -111,8 +102,3 @@ def test_a_model_that_knows_the_answer_in_silence_is_shown_as_flagged():
     assert "corrected for the 2 tests on this page (Holm)" in said
     first = "cnn learned a sound that is not the object's: RMSE 2.20 ± 0.28 mm on Cube size"
     assert errors.caption.alt.startswith(f"{first}, 20.0 ± 1.4 mm on Bar turned.")
-
-
-def test_models_that_could_not_be_tested_have_no_figure():
-    assert list(shortcut.EXPERIMENT.figures(silence())) == []
-    assert shortcut.EXPERIMENT.summary(silence()) == ""
