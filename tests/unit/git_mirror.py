@@ -1,4 +1,4 @@
-"""A host of git repositories in a folder, with miniatures of public sets in their own layout."""
+"""A host of git repositories in a folder."""
 
 import hashlib
 import os

@@ -101,19 +101,14 @@ def edit_rows(tree: Tree, change) -> None:
     write_bytes(tree / tree.METADATA, csv_bytes(header, rows))
 
 
-def repack(tree: Tree, change, method: int = zipfile.ZIP_STORED) -> None:
+def repack(tree: Tree, change) -> None:
     """Change the (name, content) pairs of audio.zip in place."""
     with zipfile.ZipFile(tree / tree.ARCHIVE) as old:
         pairs = [(name, old.read(name)) for name in old.namelist()]
     change(pairs)
-    with zipfile.ZipFile(tree / tree.ARCHIVE, "w", method) as new:
+    with zipfile.ZipFile(tree / tree.ARCHIVE, "w") as new:
         for name, content in pairs:
             new.writestr(name, content)
-
-
-def recordings(tree: Tree) -> list[Path]:
-    """Audio files of a tree."""
-    return sorted((tree / "audio").rglob("*.wav"))
 
 
 def flip(path: Path) -> None:

@@ -21,17 +21,12 @@ def test_a_delayed_sweep_is_found_whatever_its_amplitude_and_sign(delay, gain, s
     assert delay_samples(sign * gain * delayed(delay), SWEEP, 2000) == delay
 
 
-@pytest.mark.parametrize("delay", [-300, 0, 1500])
-def test_noise_and_hum_do_not_decide(delay):
+@pytest.mark.parametrize("delay", [-300, 1500])
+def test_noise_hum_and_a_knock_do_not_decide(delay):
     rng = np.random.default_rng(0)
     heard = delayed(delay) + rng.standard_normal(RATE)  # 3 dB more noise than sweep
     heard += 30 * np.sin(2 * np.pi * 30.3 * TIME_S)  # within the sweep's band
     assert delay_samples(heard, SWEEP, 4000) == delay
-
-
-@pytest.mark.parametrize("delay", [-300, 0, 1500])
-def test_a_knock_does_not_decide(delay):
-    rng = np.random.default_rng(0)
     heard = delayed(delay) + 0.1 * rng.standard_normal(RATE)
     heard[500:2500] += 1000 * np.exp(-np.arange(2000) / 200) * rng.standard_normal(2000)
     assert delay_samples(heard, SWEEP, 4000) == delay
@@ -59,9 +54,7 @@ def test_shift_moves_and_pads_with_silence():
     ("delays", "outliers"),
     [
         ([], []),
-        ([7], []),
         ([7, 9000], []),  # two disagree: nobody knows which is wrong
-        ([0, 0, 0, 0], []),
         ([0, 0, 0, 220], []),  # 5 ms at 44.1 kHz are 220.5 samples
         ([0, 0, 0, -221], [3]),
         ([8800, 9000, 451, 9100, 8900], [2]),

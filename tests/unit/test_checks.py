@@ -36,15 +36,11 @@ def with_value(value, index):
 
 ERRORS = {
     "short": (sine()[: WINDOW - 1], "too_short", "2047 samples are fewer than one window of 2048"),
-    "no samples": (sine()[:0], "too_short", "0 samples"),
     "nan": (with_value(np.nan, [77, 99]), "not_finite", "2 samples are NaN or infinite"),
     "inf": (with_value(-np.inf, [123]), "not_finite", "the first at index 123"),
     "zero": (np.zeros(9000, np.float32), "silent", "zero"),
-    "minus zero": (-np.zeros(9000, np.float32), "silent", "zero"),
     "denormal": (sine() * np.float32(1e-40), "too_quiet", "peak"),
-    "1e-31": (sine() * np.float32(1e-31), "too_quiet", "e-32"),
     "offset": (np.full(9000, 0.25, np.float32), "constant", "every sample is 0.25"),
-    "full offset": (np.full(9000, -1, np.float32), "constant", "every sample is -1"),
     "stereo offset": (np.full((9000, 2), [0.5, 0.0], np.float32), "constant", "offset"),
     "stereo nan": (np.c_[sine(), with_value(np.nan, [5])], "not_finite", "index 5"),
 }

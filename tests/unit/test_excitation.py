@@ -127,13 +127,10 @@ def test_schroeder_phases_keep_the_crest_factor_below_6_db():
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"kind": "noise"}, "noise"),
         ({"kind": "log_sweep", "low_hz": 500, "high_hz": 400}, "low_hz 500 must be below"),
         ({"kind": "log_sweep", "length_s": 0.1, "fade_s": 0.06}, "two fades do not fit"),
-        ({"kind": "mls", "low_hz": 20}, "Extra inputs"),
         ({"kind": "multitone", "low_hz": 21, "high_hz": 39}, "no multiple of spacing_hz 20"),
         ({"kind": "chirp_train", "length_s": 0.01}, "not one chirp fits"),
-        ({"kind": "log_sweep", "amplitude": 1.5}, "less than or equal to 1"),
     ],
 )
 def test_what_cannot_be_played_is_refused(given, said):

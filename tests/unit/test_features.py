@@ -137,22 +137,16 @@ def test_band_keeps_its_bins_and_is_normalised_by_itself():
     assert unit.sum() == pytest.approx(1, rel=len(unit) * U)
     edges = FeatureSettings(band_hz=(RATE / 2048 * 3, RATE / 2048 * 5))
     np.testing.assert_array_equal(frequencies_hz(RATE, edges), frequencies[3:6])
-
-
-@pytest.mark.parametrize("band", [(30_000.0, 40_000.0), (1.0, 2.0)])
-def test_band_without_bins(band):
     with pytest.raises(ValueError, match="no bin lies within band_hz"):
-        frequencies_hz(RATE, FeatureSettings(band_hz=band))
+        frequencies_hz(RATE, FeatureSettings(band_hz=(1, 2)))
 
 
 @pytest.mark.parametrize(
     ("samples", "message"),
     [
         (np.ones(2047), "2047 samples are fewer than one window of 2048"),
-        (np.ones(0), "0 samples"),
         (np.ones((3000, 2)), r"shape \(n,\)"),
         (np.r_[np.ones(3000), np.nan], "NaN"),
-        (np.r_[np.ones(3000), -np.inf], "infinity"),
     ],
 )
 def test_bad_samples(samples, message):

@@ -9,9 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 from published import (
-    TARGETS,
     edit_rows,
-    flip,
     make_project,
     published,
     remake,
@@ -64,12 +62,6 @@ class Handler(http.server.SimpleHTTPRequestHandler):
         if not path.is_file():
             self.send_error(404)
             return
-        if (leads := self.server.moved.get(name)) and "again" not in self.path:
-            self.send_response(302)
-            self.send_header("Location", leads)
-            self.send_header("Content-Length", "0")
-            self.end_headers()
-            return
         content = path.read_bytes()
         self.send_response(200)
         self.send_header("Content-Length", str(len(content)))
@@ -84,7 +76,7 @@ class Handler(http.server.SimpleHTTPRequestHandler):
 def server(tree):
     handler = partial(Handler, directory=str(tree.root))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as made:
-        made.asked, made.cut, made.moved = [], {}, {}
+        made.asked, made.cut = [], {}
         thread = threading.Thread(target=made.serve_forever, args=(0.02,))
         thread.start()
         yield made
@@ -129,7 +121,6 @@ def test_what_sessions_and_rows_say_comes_back(world, tree, elsewhere):
             assert (here / ours["file"]).read_bytes() == (there / row["file"]).read_bytes()
             same = ("grasp_id", "sample", "quality", "day")
             assert [ours[c] for c in same] == [row[c] for c in same]
-            assert TARGETS["object"].missing == ("?",)
             assert ours["object"] == row["object"].replace("?", "")
             assert float(ours["edge_mm"] or "nan") == pytest.approx(
                 float(row["edge_mm"] or "nan"), abs=0, nan_ok=True
@@ -147,8 +138,7 @@ def test_another_name_and_tests_on_sets_that_are_not_here(tree, elsewhere):
     content["tasks"]["edge"]["paper"] = {"absent": "noise"}
     (tree / tree.DECLARATION).write_text(yaml.safe_dump(content))
     reseal(tree)
-    told = fetch(elsewhere.paths, str(tree.root), name="mine")
-    assert told.dropped == ("absent",)
+    assert fetch(elsewhere.paths, str(tree.root), name="mine").dropped == ("absent",)
     spec = read_dataset(elsewhere.paths, "mine")
     assert (spec.tasks["edge"].test_on, spec.tasks["edge"].papers) == ((), {})
     assert list(plan(elsewhere.paths, check=True)) == ["mine"]
@@ -164,10 +154,6 @@ REMOVED = [
     (
         {"imports": {"table": "a.csv", "file": "{x}.wav", "join": {"/etc/passwd": "x"}}},
         ["imports (its file '/etc/passwd' leaves the folder)"],
-    ),
-    (
-        {"imports": {"table": "a.csv", "file": "/home/{x}.wav"}},
-        ["imports (its file '/home/{x}.wav' leaves the folder)"],
     ),
     (
         {"recipe": {"source": "virtual", "sessions": []}},
@@ -204,14 +190,6 @@ def test_a_cut_download_keeps_complete_files(tree, server, elsewhere):
     assert list(elsewhere.paths.fetched.glob("[!.]*")) == []  # but for its lock
 
 
-def test_a_damaged_file_on_the_way_is_never_registered(tree, server, elsewhere, snapshot):
-    flip(tree / tree.METADATA)
-    with pytest.raises(DataError, match=r"metadata.csv: cannot be fetched .*hash"):
-        fetch(elsewhere.paths, address(server))
-    assert not list(elsewhere.root.glob("data/**/*.wav"))
-    assert list(elsewhere.paths.datasets.iterdir()) == []
-
-
 def test_the_hash_that_one_was_told_is_held_against_the_sums(tree, server, elsewhere):
     with pytest.raises(DataError, match="SHA256SUMS: cannot be fetched"):
         fetch(elsewhere.paths, address(server), sha256="0" * 64)
@@ -227,8 +205,6 @@ def test_nothing_there_is_replaced(tree, elsewhere, snapshot):
     with pytest.raises(DataError, match="there is a data set of this name; give --name"):
         fetch(elsewhere.paths, str(tree.root))
     assert snapshot(elsewhere.root) == before
-    elsewhere.paths.dataset("d").unlink()  # as if it had been killed before the last step
-    fetch(elsewhere.paths, str(tree.root))
     elsewhere.paths.dataset("d").unlink()
     (folder_sums(elsewhere.paths, "d")).write_text("of something else")
     with pytest.raises(DataError, match="there are recordings of this name"):
@@ -250,24 +226,20 @@ def named(**cells):
 
 #: What an attacker may try, hashes being right, and what is said.
 ATTACKS = {
-    "archive: none": (lambda t: (t / t.ARCHIVE).write_bytes(b"PK"), "not a readable archive"),
     "archive: lacks one": (lambda t: repack(t, lambda p: p.pop()), "audio.zip: lacks audio/s2"),
     "archive: other audio": (
         lambda t: repack(t, lambda p: p.__setitem__(0, (p[0][0], p[1][1]))),
         "is not the one of SHA256SUMS",
     ),
     "table: parent": (named(file_name="../../evil.wav"), "'../../evil.wav' is no recording"),
-    "table: no audio": (named(file_name="README.md"), "'README.md' is no recording"),
     "table: session": (
         named(session_id="../s1", recording="../s1/x", grasp_id="../s1/0"),
         "no session can be named '../s1'",
     ),
-    "table: other session": (named(recording="s2/x"), "do not begin with s1/"),
     "table: other hash": (named(sha256="0" * 64), "sha256 is not that of audio/s1"),
     "table: twice": (
         lambda t: edit_rows(t, lambda rows: rows.append(rows[0])), "stands in two rows",
     ),
-    "table: no number": (named(sample="many"), "metadata.csv:2: .*many"),
     "session: parent": (
         edit_text("sessions/s1/session.yaml", "file: excitation.wav", "file: ../../README.md"),
         "'../../README.md' is not its excitation",
@@ -275,9 +247,6 @@ ATTACKS = {
     "session: audio elsewhere": (
         edit_text("sessions/s1/session.yaml", "session_id: s1", "session_id: s1\naudio_root: /etc"),
         "audio_root leaves the folder",
-    ),
-    "declaration: unknown key": (
-        edit_text("dataset.yaml", "title:", "evil: true\ntitle:"), "unknown key evil",
     ),
     "declaration: of a file elsewhere": (
         edit_text("dataset.yaml", "title:", "from: secret\ntitle:"), "is derived from another one",
@@ -301,8 +270,6 @@ def test_attacks_are_refused_in_one_line_and_nothing_is_changed(tree, elsewhere,
     ("line", "said"),
     [
         ("{0}  ../evil", "'../evil' leaves the folder"),
-        ("{0}  audio/./x.wav", "is no plain name"),
-        ("nonsense", "is no `sha256  name`"),
         ("{0}  readme.MD", "stands twice"),
     ],
 )
@@ -314,17 +281,9 @@ def test_sums_are_not_believed(tree, server, elsewhere, line, said):
     assert set(server.asked) == {tree.SUMS}
 
 
-def test_what_is_no_published_data_set_is_one_line(elsewhere, server, tmp_path):
+def test_what_is_no_published_data_set_is_one_line(elsewhere, tmp_path):
     with pytest.raises(DataError, match="has no SHA256SUMS: not a published data set"):
         fetch(elsewhere.paths, str(tmp_path))
-    with pytest.raises(DataError, match=r"nowhere/SHA256SUMS: cannot be fetched \(404"):
-        fetch(elsewhere.paths, f"{address(server)}/nowhere")
-
-
-@pytest.mark.parametrize("source", ["ftp://example.org/d", "file:///srv/d"])
-def test_addresses_of_another_kind_are_named(elsewhere, source):
-    with pytest.raises(DataError, match=r"that begin with .*:// are not supported"):
-        fetch(elsewhere.paths, source)
 
 
 def test_a_taken_name_ends_a_download_before_the_recordings(tree, server, elsewhere):

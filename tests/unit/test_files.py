@@ -8,18 +8,14 @@ import sys
 import time
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from ajgdata.store.files import (
     csv_bytes,
     line_of,
     numbered_rows,
     read_csv,
-    read_text,
     read_yaml,
     remove_stale,
-    replacing,
     write_bytes,
 )
 from ajgdata.types import DataError
@@ -45,7 +41,7 @@ def test_a_killed_writer_leaves_a_whole_file(tmp_path):
     target, size = tmp_path / "target.bin", 300_000
     target.write_bytes(b"@" * size)
     generator, seen = random.Random(1), set()
-    for _ in range(8):
+    for _ in range(4):
         process = subprocess.Popen(
             [sys.executable, "-c", WRITER, target, str(size)], stdout=subprocess.PIPE
         )
@@ -61,16 +57,6 @@ def test_a_killed_writer_leaves_a_whole_file(tmp_path):
     assert len(seen) > 1  # it was written between the kills
 
 
-def test_a_failing_writer_leaves_the_old_file_and_nothing_else(tmp_path):
-    target = tmp_path / "target"
-    target.write_bytes(b"old")
-    with pytest.raises(RuntimeError), replacing(target) as temporary:
-        temporary.write_bytes(b"half of the n")
-        raise RuntimeError
-    assert [p.name for p in tmp_path.iterdir()] == ["target"]
-    assert target.read_bytes() == b"old"
-
-
 def test_stale_folders_are_removed_and_fresh_ones_kept(tmp_path):
     stale, fresh = tmp_path / "audio" / ".a.tmp", tmp_path / "audio" / ".b.tmp"
     for folder in (stale, fresh):
@@ -84,17 +70,10 @@ def test_stale_folders_are_removed_and_fresh_ones_kept(tmp_path):
     ("content", "said"),
     [
         (b"a: 1\nb: [\n", ":3: not valid YAML"),
-        (b"a: 1\n\tb: 2\n", ":2: not valid YAML"),
         (b"a: 1\nb: 2\na: 3\n", ":3: not valid YAML (key 'a' stands twice)"),
-        (b"a: {b: 1, b: 2}\n", "key 'b' stands twice"),
-        (b"a: 2024-13-45\n", "not valid YAML (month must be in 1..12)"),
         (b"a: !!python/object/apply:os.system [x]\n", "not valid YAML (could not determine"),
         (b"- 1\n- 2\n", "holds no keys"),
-        (b"", "holds no keys"),
-        (b"just text", "holds no keys"),
         (b"a: caf\xe9\n", "not UTF-8 text at byte 6; save it as UTF-8"),
-        ("a: 1\n".encode("utf-16"), "not UTF-8"),
-        ("a: 1\n".encode("utf-16-le"), "holds NUL characters"),
     ],
 )
 def test_yaml_that_cannot_be_read(tmp_path, content, said):
@@ -106,25 +85,14 @@ def test_yaml_that_cannot_be_read(tmp_path, content, said):
     assert said in str(caught.value)
 
 
-def test_what_cannot_be_opened_is_said_in_one_line(tmp_path):
-    with pytest.raises(DataError, match="there is no such file; create it"):
-        read_text(tmp_path / "absent")
-    with pytest.raises(DataError, match=r"cannot be read \(Is a directory\)"):
-        read_text(tmp_path)
-
-
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        ("", "needs a, b; its header is []"),
         ("a,c\n1,2\n", "needs b; its header is ['a', 'c']"),
         ("a;b\n1;2\n", "with commas between the cells"),
         ("a,b,a\n1,2,3\n", "needs one name per column"),
-        ("a,b,\n1,2,\n", "needs one name per column"),
         ("a,b\n1,2\n1,2,3\n", ":3: 3 cells, the header has 2; quote cells"),
-        ("a,b\n1\n", ":2: 1 cells, the header has 2"),
         ('a,b\n1,"2\n3,4\n', "not valid CSV (unexpected end of data); correct the quotes"),
-        ("a,b\n1,x\0y\n", "holds NUL characters"),
     ],
 )
 def test_csv_that_cannot_be_read(tmp_path, content, said):
@@ -143,17 +111,8 @@ def test_csv_as_spreadsheets_write_it(tmp_path):
     assert header == ["a", "b"]
     assert rows == [{"a": "1", "b": 'x, "y"'}, {"a": "2", "b": ""}]
     assert [line for line, _ in numbered_rows(path)[1]] == [2, 5]  # as the spreadsheet counts
-
-
-cells = st.text(st.characters(exclude_categories=["Cs", "Cc"])).map(str.strip)
-
-
-@given(st.lists(st.tuples(cells.filter(bool), cells)))
-def test_every_text_survives_csv(tmp_path_factory, rows):
-    path = tmp_path_factory.mktemp("csv") / "x.csv"
-    wanted = [{"a": a, "b": b} for a, b in rows]
-    write_bytes(path, csv_bytes(["a", "b"], wanted))
-    assert read_csv(path) == (["a", "b"], wanted)
+    write_bytes(path, csv_bytes(header, rows))
+    assert read_csv(path) == (header, rows)
 
 
 PLACES = """\
@@ -170,13 +129,10 @@ objects:
 @pytest.mark.parametrize(
     ("place", "line"),
     [
-        ((), 1),
         (("name",), 2),
         (("nowhere",), 1),
-        (("objects",), 3),
         (("objects", 0, "name"), 4),
         (("objects", 0, "shape", "cube", "edge_mm"), 5),  # the alternative's name stands nowhere
-        (("objects", 1), 6),
         (("objects", 1, "shape", "kind"), 7),
         (("objects", 2, "shape"), 3),
     ],

@@ -3,7 +3,6 @@
 import csv
 
 import pytest
-import yaml
 from worlds import write_tone
 
 TABLE = ("--table", "t.csv", "--file", "{name}.wav", "--target", "form")
@@ -41,13 +40,11 @@ def grasps(rows):
     return {name: row["grasp_id"] for name, row in rows.items()}
 
 
-@pytest.mark.parametrize("name", ["grasp_id", "Grasp_ID", "GRASP ID"])
-def test_a_column_grasp_id_names_the_grasp(ajgdata, folder, rows, name):
-    write_table(folder, f"name,form,{name}\nw0,pl,S1\nw1,pl,S1\nw2,pt,S2\nw3,pt,S2\n")
+def test_a_column_grasp_id_names_the_grasp(ajgdata, folder, rows):
+    write_table(folder, "name,form,Grasp_ID\nw0,pl,S1\nw1,pl,S1\nw2,pt,S2\nw3,pt,S2\n")
     code, out, _ = ajgdata("import", folder, "--dataset", "e", *TABLE)
     assert code == 0
     assert grasps(rows()) == {"w0": "S1", "w1": "S1", "w2": "S2", "w3": "S2"}
-    assert set(rows()["w0"]) & {"grasp_id", "Grasp_ID", "GRASP_ID"} == {"grasp_id"}
     assert "grasps               2\n" in out
 
 
@@ -67,10 +64,6 @@ def test_columns_of_the_data_model_are_used_as_such(ajgdata, folder, rows):
         "second": ("3", "ball", "reject", "pt", "w1"),
     }
     assert [row["quality"] for row in rows("day2").values()] == ["clipped", "ok"]
-    assert list(rows("day1")["first"]) == [
-        *("recording_id", "file", "sha256", "grasp_id", "sample", "object", "quality"),
-        *("form", "name"),
-    ]
     assert "0 added, 0 changed, 4 unchanged" in ajgdata("import", folder, "--dataset", "e")[1]
 
 
@@ -108,39 +101,13 @@ def test_grasps_with_two_objects_or_target_values_are_a_warning(ajgdata, folder)
     assert code == 1
     assert out.count("mixed_grasp") == 3  # two lines and their number
     assert "3 of 3 grasps have more than one value of label" in out
-    assert ajgdata("import", folder, "--dataset", "f", "--pattern", GRASPS)[0] == 0
-    assert "mixed_grasp" not in ajgdata("validate", "f")[1]
 
 
-@pytest.mark.parametrize(
-    ("texts", "numbers"),
-    [
-        (["1", "2.0", "3", ""], ["1", "2", "3", "0"]),
-        (["20251120163402", "20251120163400", "20251120163401", "1"], ["3", "1", "2", "0"]),
-        (["left", "right", "1e300", "2"], ["2", "3", "0", "1"]),
-    ],
-)
-def test_samples_are_numbers_or_texts_in_order(ajgdata, folder, rows, texts, numbers):
-    cells = "".join(f'w{n},{"pl" if n % 2 else "pt"},"{text}"\n' for n, text in enumerate(texts))
-    write_table(folder, "name,form,sample\n" + cells)
-    assert ajgdata("import", folder, "--dataset", "e", *TABLE)[0] == 0
-    assert [row["sample"] for row in rows().values()] == numbers
-
-
-def test_one_class_is_no_task(ajgdata, project, folder):
+def test_one_class_is_no_task(ajgdata, folder):
     write(folder, "1_metal.wav", "2_metal.wav")
     code, out, _ = ajgdata("import", folder, "--dataset", "e")
     assert code == 0
     assert "warning task label is not possible: 'metal' is its only class; record or import" in out
-    assert "ajgdata run" not in out
-    declared = yaml.safe_load(project.paths.dataset("e").read_text())
-    declared["features"] = {"window": 256, "hop": 64}
-    project.paths.dataset("e").write_text(yaml.safe_dump(declared))
-    code, out, _ = ajgdata("validate", "e")
-    assert code == 1
-    assert "task label is not possible: 'metal' is its only class" in out
     write(folder, "1_metal.wav", "2_metal.wav", "3_wood.wav")
     code, out, _ = ajgdata("import", folder, "--dataset", "e")
     assert "not possible" not in out
-    assert "next: ajgdata validate e, then ajgdata run e" in out
-    assert ajgdata("validate", "e")[0] == 0

@@ -11,7 +11,6 @@ NUMBERS = [str(100.5 + n) for n in range(14)]
     ("cells", "kind", "missing", "said"),
     [
         (NUMBERS, "regression", (), "a number (14 distinct numbers, 100.5 to 113.5)"),
-        ([*NUMBERS, "", ""], "regression", (), "a number (14 distinct"),
         (
             [*NUMBERS, "n/a", "NaN"],
             "regression",
@@ -26,18 +25,7 @@ NUMBERS = [str(100.5 + n) for n in range(14)]
             (),
             "a class (22 distinct texts)",
         ),
-        (
-            ["cube", "ball", "NaN"],
-            "classification",
-            ("NaN",),
-            "declared missing: 'NaN'",
-        ),
-        (
-            ["cube", "none"],
-            "classification",
-            (),
-            "a class (2 distinct texts)",
-        ),
+        (["cube", "ball", "NaN"], "classification", ("NaN",), "declared missing: 'NaN'"),
     ],
 )
 def test_kinds(cells, kind, missing, said):

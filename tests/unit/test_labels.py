@@ -11,7 +11,6 @@ from ajgdata.store.labels import (
     labelled,
     parse_label,
     select,
-    with_columns,
 )
 from ajgdata.types import Target
 
@@ -42,9 +41,7 @@ def row(**cells: str) -> dict[str, str]:
         (" -1e-3 ", SIZE, -1e-3),
         ("", SIZE, math.nan),
         ("0", SIZE, math.nan),
-        ("n/a", SIZE, math.nan),
         ("0.0", SIZE, 0.0),
-        ("", KIND, ""),
         ("?", KIND, ""),
         ("0", KIND, "0"),
     ],
@@ -89,13 +86,6 @@ def test_labels_become_columns():
     assert columns["kind"] == ["", "x"]
     assert columns["note"] == ["", "é"]
     assert made.columns["edge_mm"].attrs == {"units": "mm", "role": "target"}
-
-
-def test_a_column_that_a_session_lacks_is_missing_not_zero():
-    made = with_columns(shard("a"), {"edge_mm", "kind", "note"}, {"edge_mm": SIZE, "kind": KIND})
-    assert math.isnan(made.columns["edge_mm"].values[0])
-    assert made.columns["kind"].values.tolist() == [""]
-    assert made.columns["note"].values.tolist() == [""]
 
 
 def test_copies():

@@ -1,7 +1,6 @@
 """Shards and labels become one store; what is left out is listed with the reason."""
 
 import json
-import shutil
 
 import numpy as np
 import pytest
@@ -52,13 +51,6 @@ def test_values_and_names(two):
         np.testing.assert_array_equal(chosen["feature"], shards[1][1])
 
 
-def test_inputs_are_identified(two):
-    one = two.merge("s1", "s2")[0].attrs["inputs_sha256"]
-    assert two.merge("s1")[0].attrs["inputs_sha256"] != one
-    relabel(two, "s1", a={"labels": {"edge_mm": "7"}})
-    assert two.merge("s1", "s2")[0].attrs["inputs_sha256"] == one
-
-
 def test_rejected_and_badly_labelled_recordings(two):
     relabel(
         two, "s1",
@@ -85,15 +77,6 @@ def test_the_same_bytes_under_two_labels_are_not_used(two):
     ]  # fmt: skip
 
 
-def test_a_rejected_copy_takes_nothing_with_it(two):
-    two.session("s3", {"x": 500.0})
-    relabel(two, "s3", x={"labels": {"edge_mm": "501"}, "quality": "reject"})
-    two.shard("s3")
-    store, found = two.merge("s1", "s2", "s3")
-    assert "s1/a" in store.columns["recording"].values
-    assert [f.code for f in found] == ["rejected"]
-
-
 def test_a_column_that_one_session_lacks(two):
     rows = [
         r.model_copy(update={"labels": {"hardness": "3", "note": "ü"}})
@@ -108,14 +91,6 @@ def test_a_column_that_one_session_lacks(two):
     assert store.columns["note"].values.tolist() == ["", "", "", "ü", "ü"]
 
 
-def test_a_broken_session_leaves_the_others(two):
-    (two.folder("s1") / "recordings.csv").write_text("a,b\n")
-    two.shard("s1")
-    store, found = two.merge("s1", "s2")
-    assert store.columns["recording"].values.tolist() == ["s2/a", "s2/d"]
-    assert [(f.session_id, f.recording_id, f.code) for f in found] == [("s1", "*", "bad_session")]
-
-
 def test_nothing_usable_at_all(project):
     project.session()
     (project.folder() / "session.yaml").unlink()
@@ -123,6 +98,5 @@ def test_nothing_usable_at_all(project):
     store, found = project.merge("s1")
     assert store.feature.shape == (0, 129)
     assert [f.code for f in found] == ["bad_session"]
-    shutil.rmtree(project.folder())
     with ajgdata.load_features("d", project.root) as features:
         assert features.sizes == {"recording": 0, "frequency": 129}

@@ -1,6 +1,5 @@
 """Publishing: the same bytes twice, everything said, and each defect found by its name."""
 
-import dataclasses
 import hashlib
 import os
 import re
@@ -20,12 +19,8 @@ from published import (
 
 from ajgdata.paths import Tree
 from ajgdata.pipeline.publish import declaration_bytes
-from ajgdata.store.features import read_store
 from ajgdata.store.files import read_csv, read_json
 from ajgdata.store.provenance import commit_date
-from ajgdata.store.publishing.table import (
-    table_of,
-)
 from ajgdata.types import DataError, DatasetSpec
 
 
@@ -58,54 +53,29 @@ def test_the_same_inputs_give_the_same_bytes(world, tmp_path):
     assert contents(tmp_path / "again") == contents(tree.root)
 
 
-def test_sums_are_what_sha256sum_reads(world):
-    done = subprocess.run(
-        ["sha256sum", "--check", "--strict", "--quiet", "SHA256SUMS"],
-        cwd=world[1].root,
-        check=False,
-    )
-    assert done.returncode == 0
-
-
 def test_recordings_are_the_originals_byte_for_byte(world):
     project, tree, _ = world
     _, rows = read_csv(tree / tree.METADATA)
     assert len(rows) == 12
     for row in rows:
-        number = int(row["recording"][-1]) if row["recording"][-1].isdigit() else None
         content = (tree / row["file_name"]).read_bytes()
         assert hashlib.sha256(content).hexdigest() == row["sha256"]
-        if number is not None:
-            assert (
-                content == (project.folder(row["session_id"]) / f"audio/{number}.wav").read_bytes()
-            )
+        if row["recording"][-1].isdigit():
+            audio = project.folder(row["session_id"]) / f"audio/{row['recording'][-1]}.wav"
+            assert content == audio.read_bytes()
 
 
 def test_both_descriptions_say_what_was_declared(world):
     tree = world[1]
     croissant, package = read_json(tree / tree.CROISSANT), read_json(tree / tree.DATAPACKAGE)
     assert croissant["creator"] == {"@type": "sc:Person", "name": "A. Nobody"}
-    assert package["contributors"] == [{"title": "A. Nobody", "role": "author"}]
-    assert (croissant["alternateName"], croissant["version"]) == ("Tones | <b>", package["version"])
-    assert (
-        croissant["datePublished"] + "T00:00:00Z"
-        == package["created"]
-        == f"{commit_date()}T00:00:00Z"
-    )
+    assert croissant["datePublished"] == commit_date()
     assert croissant["license"] == package["licenses"][0]["path"]
-    assert package["licenses"][0]["name"] == "CC0-1.0"
-    assert (
-        croissant["keywords"] == package["keywords"] and "acoustic sensing" in package["keywords"]
-    )
     described = {one["name"]: one["description"] for one in croissant["recordSet"][0]["field"]}
     assert described["edge_mm"] == "length of the edge (mm)"
-    assert described["object"] == "what was held"
     fields = {one["name"]: one for one in package["resources"][0]["schema"]["fields"]}
-    assert fields["edge_mm"]["description"] == "length of the edge"
     assert fields["edge_mm"]["unit"] == "mm"
-    assert fields["edge_mm"]["constraints"] == {"required": False, "unique": False}
     assert fields["recording"]["constraints"] == {"required": True, "unique": True}
-    assert fields["sha256"]["constraints"] == {"required": True, "unique": False}
     for one in (*croissant["distribution"][:3], *package["resources"]):
         path = tree / one.get("contentUrl", one.get("path"))
         size = path.stat().st_size
@@ -119,14 +89,9 @@ def test_the_card_says_what_was_left_out_and_is_no_html(world):
     assert "2 recordings were left out" in card
     assert "2 had no hash from the day they were recorded" in card
     assert re.search(r"s1/take 0/6: .*cut short", card)
-    assert "**Recorded**." in card
-    assert "| `day` | string |  | as whoever recorded it" in card
-    assert "| `object` (target) | string |  | what was held |" in card
     body = card.split("---\n", 2)[2]
     assert "<b>" not in body
     assert "latex &lt;1&gt;" in body
-    assert "```python\nimport nothing" not in body
-    assert "unknown" not in yaml.safe_load(card.split("---\n")[1])["license"]
 
 
 def test_settings_of_a_robot_stay_at_home():
@@ -159,21 +124,6 @@ def test_damaged_spectra_are_not_published(project, tmp_path):
         published(project, tree.root)
     assert (tree / tree.SUMS).read_bytes() == sums
     assert (tree / tree.FEATURES).read_bytes() == whole
-
-
-def test_a_folder_of_other_things_is_not_overwritten(world, tmp_path):
-    (tmp_path / "mine.txt").write_text("thesis")
-    with pytest.raises(DataError, match="holds something else"):
-        published(world[0], tmp_path)
-    assert (tmp_path / "mine.txt").read_text() == "thesis"
-
-
-@pytest.mark.parametrize("name", ["audio", "file_name", "mask_file_name"])
-def test_a_label_that_hugging_face_takes_for_audio_is_refused(world, name):
-    store = read_store(world[0].paths.features("d"))
-    columns = {**store.columns, name: store.columns["day"]}
-    with pytest.raises(DataError, match=f"a label is named '{name}'"):
-        table_of(dataclasses.replace(store, columns=columns), [".wav"] * 12, "features.nc")
 
 
 def run_offline(tree, *arguments):

@@ -76,9 +76,8 @@ def test_named_groups_that_are_roles_are_no_labels(tmp_path):
 
 @pytest.mark.parametrize(
     ("said", "sample"),
-    [("3", 3), ("03", 3), ("3.0", 3), ("1,000", 0), ("", 0), ("x", 0), ("1.5", 0), ("-1", 0),
-     ("nan", 0), ("inf", 0)],
-)  # fmt: skip
+    [("03", 3), ("3.0", 3), ("1,000", 0), ("", 0), ("x", 0), ("1.5", 0), ("-1", 0), ("inf", 0)],
+)
 def test_the_number_of_a_repeat_as_spreadsheets_write_it(tmp_path, said, sample):
     table(files(tmp_path, "a.wav"), f'name,sample\na,"{said}"\n')
     (one,) = scanned(tmp_path, table="t.csv", file="{name}.wav").files
@@ -121,7 +120,7 @@ def test_tables_have_several_delimiters_and_are_joined_by_a_key(tmp_path, mark):
     ]
 
 
-@pytest.mark.parametrize("text", ["", "a,b\n", "a,a\n1,2\n", "a,\n1,2\n", "a\n1,2\n", 'a\n"1\n'])
+@pytest.mark.parametrize("text", ["", "a,b\n", "a,a\n1,2\n", "a\n1,2\n"])
 def test_tables_that_cannot_be_read(tmp_path, text):
     table(tmp_path, text)
     with pytest.raises(DataError, match=r"t.csv: (is not a table|needs rows)"):
@@ -131,24 +130,16 @@ def test_tables_that_cannot_be_read(tmp_path, text):
 @pytest.mark.parametrize(
     ("settings", "said"),
     [
-        ({"pattern": "("}, "--pattern: not a regular expression"),
         ({"pattern": r".*\.wav"}, r"has no named group; name the label: \(\?P<label>"),
         ({"pattern": r"(?P<n>\d+)\.wav"}, "none of its audio files can be imported: '1_a.wav'"),
-        (
-            {"pattern": r"(?P<label>.*)\.wav", "grasp": "{x}"},
-            "--grasp: '{x}' names 'x'",
-        ),
         ({"table": "none.csv", "file": "{name}"}, "none.csv: there is no such file"),
         ({"table": "t.csv", "file": "{nam}.wav"}, r"--file: '{nam}.wav' names 'nam'; there are"),
-        ({"table": "t.csv", "file": "{name}.flac"}, "correct --pattern or --file"),
         ({"table": "t.csv", "file": "1_a.wav"}, "1_a.wav stands in two rows"),
-        ({"table": "u.csv", "file": "{a b}.wav"}, "would all be 'a_b'"),
     ],
 )
 def test_what_cannot_be_understood(tmp_path, settings, said):
     files(tmp_path, "1_a.wav", "2_b.wav")
     table(tmp_path, "name\n1_a\n2_b\n")
-    (tmp_path / "u.csv").write_text("a b,a_b\n1_a,2\n")
     with pytest.raises(DataError, match=said) as caught:
         scanned(tmp_path, **settings)
     assert "\n" not in str(caught.value)

@@ -29,48 +29,24 @@ def recipe(**keys):
     ("keys", "said"),
     [
         ({"colour": "red"}, "unknown key colour; correct its spelling or remove it"),
-        ({"audio": {"sample_rat": 1}}, "unknown key audio.sample_rat"),
         ({"name": "other"}, "name = 'other'; must be its folder's name, 'd'"),
         ({"name": "a b"}, "name = 'a b': Names are letters, digits, _ and -"),
-        ({"name": None}, "name = None: Input should be a valid string; correct the value"),
-        ({"licence": 1.0}, "licence = 1.0: Input should be a valid string"),
-        ({"features": {"window": 8}}, "features.window = 8: Input should be greater than or equal"),
         ({"features": {"window": "big"}}, "features.window = 'big': Input should be a valid int"),
         ({"features": {"hop": 4096}}, "hop 4096 exceeds window 2048"),
         ({"features": {"band_hz": [5, 1]}}, "must be 0 <= low < high"),
         ({"features": {"band_hz": [30000, 40000]}}, "holds no bin"),
-        ({"features": {"band_hz": [100, float("inf")]}}, "Input should be a finite number"),
-        ({"features": {"normalisation": "l3"}}, "'l1', 'l2', 'max' or 'none'"),
-        (
-            {"audio": {"channel": "left"}},
-            "audio.channel = 'left': Input should be 'mono' or 'mean'",
-        ),
-        ({"audio": {"channel": -1}}, "audio.channel = -1"),
         ({"audio": {"sample_rate_hz": 0, "other_rate": "x"}}, "(and 1 more)"),
-        (
-            {"targets": {"edge mm": {"kind": "regression"}}},
-            "targets.edge mm = 'edge mm': Names are",
-        ),
-        ({"targets": {"e": {"kind": "guess"}}}, "targets.e.kind = 'guess': Input should be"),
         ({"targets": {"e": {"unit": "mm"}}}, "targets.e.kind is missing; add targets.e.kind"),
         ({"targets": {"file": {"kind": "regression"}}}, "target file has the name of a standard"),
-        ({"targets": {"feature": {"kind": "regression"}}}, "target feature has the name"),
-        ({"targets": {"string7": {"kind": "regression"}}}, "target string7 has the name"),
         ({"tasks": {"t": {"target": "nope"}}}, "task t: target 'nope' is not among the targets"),
         ({"tasks": {"t": {"target": "edge_mm", "folds": 1}}}, "tasks.t.folds = 1"),
-        ({"tasks": {"t": {"target": "edge_mm", "models": ["tree"]}}}, "tasks.t.models.0 = 'tree'"),
-        ({"tasks": ["t"]}, "tasks = ['t']: Input should be a valid dictionary"),
         (
             {"imports": {"pattern": "x", "table": "y", "file": "z"}},
             "give pattern or table, not both",
         ),
-        ({"imports": {"table": "y"}}, "table needs file"),
-        (recipe(objects=[]), "recipe.objects = []"),
         (recipe(objects=RECIPE["objects"] * 2), "lists one twice"),
         (recipe(vary={"angle_deg": [10, -10]}), "vary.angle_deg = [10, -10] must be [low, high]"),
         (recipe(scene={"grasp": 3}), "scene.grasp must hold keys"),
-        (recipe(scene={"grasp": {"x": float("nan")}}), "should be a finite number"),
-        (recipe(sessions=0), "recipe.sessions = 0"),
         ({**recipe(), "targets": {}}, "object x: unknown targets ['edge_mm']"),
     ],
 )
@@ -89,10 +65,7 @@ def test_mistakes_in_dataset_yaml(project, keys, said):
     ("keys", "said"),
     [
         ({"session_id": "s2"}, "session_id = 's2'; must be its folder's, 's1'"),
-        ({"source": "radio"}, "source = 'radio': Input should be"),
-        ({"sample_rate_hz": "fast"}, "sample_rate_hz = 'fast'"),
         ({"excitation": {"file": "x.wav"}}, "excitation.sha256 is missing"),
-        ({"gripper_name": "x"}, "unknown key gripper_name"),
     ],
 )
 def test_mistakes_in_session_yaml(tmp_path, keys, said):
@@ -137,25 +110,21 @@ def test_a_bad_row_is_named_and_the_others_are_kept(tmp_path):
         "b,b.wav,g,many,\n"
         ",c.wav,g,0,\n"
         "d,,g,0,\n"
-        "e,e.wav,,0,\n"
         "f,f.wav,g,0,ABC\n"
-        "g,g.wav,g,-1,\n"
         "h,1.wav,g,0,\n"
         "h,2.wav,g,0,\n",
     )
     recordings, findings = read_recordings(folder)
     assert [r.recording_id for r in recordings] == ["a"]
     told = {f.problem: (f.recording_id, f.code) for f in findings}
-    assert len(findings) == 8
+    assert len(findings) == 6
     assert told["2 rows share this recording_id"] == ("h", "duplicate_id")
     rows = {name: problem for problem, (name, code) in told.items() if code == "bad_row"}
     # line numbers count the empty line, as every editor does
     assert rows["b"].startswith("recordings.csv row 4: sample = 'many': Input should be")
     assert rows["row 5"] == "recordings.csv row 5: recording_id is missing"
     assert rows["d"] == "recordings.csv row 6: file is missing"
-    assert rows["e"] == "recordings.csv row 7: grasp_id is missing"
-    assert rows["f"].startswith("recordings.csv row 8: sha256 = 'ABC'")
-    assert rows["g"].startswith("recordings.csv row 9: sample = '-1'")
+    assert rows["f"].startswith("recordings.csv row 7: sha256 = 'ABC'")
 
 
 @pytest.mark.parametrize(
@@ -163,9 +132,7 @@ def test_a_bad_row_is_named_and_the_others_are_kept(tmp_path):
     [
         ("recording_id,file", "needs grasp_id; its header is"),
         ("recording_id,file,grasp_id,source", "no label can have the name 'source'"),
-        ("recording_id,file,grasp_id,feature", "no label can have the name 'feature'"),
         ("recording_id,file,grasp_id,mass (g)", "no label can have the name 'mass (g)'; rename it"),
-        ("recording_id,file,grasp_id,a/b", "no label can have the name 'a/b'"),
     ],
 )
 def test_a_table_that_cannot_be_used(tmp_path, header, said):
@@ -173,13 +140,12 @@ def test_a_table_that_cannot_be_used(tmp_path, header, said):
         read_recordings(table(tmp_path / "s1", header + "\n"))
 
 
-@pytest.mark.parametrize("file", ["/etc/passwd", "../x.wav", "audio/../../x.wav", "link", "dir/x"])
+@pytest.mark.parametrize("file", ["/etc/passwd", "../x.wav", "link"])
 def test_files_outside_are_refused(tmp_path, file):
     folder = tmp_path / "s1"
     folder.mkdir()
     (tmp_path / "x.wav").write_bytes(b"")
     (folder / "link").symlink_to(tmp_path / "x.wav")
-    (folder / "dir").symlink_to(tmp_path)
     recording = Recording(recording_id="a", file=file, grasp_id="g")
     with pytest.raises(DataError, match="leaves its folder"):
         audio_path(folder, Session(session_id="s1", source="import"), recording)

@@ -1,15 +1,14 @@
-"""Every set that can be fetched by name, from a miniature in its own layout to an imported set."""
+"""Every set that can be fetched by name: its file names as its makers wrote them give sessions and
+labels."""
 
-import shutil
+from collections import Counter
 from pathlib import Path
 
 import pytest
-import yaml
-from git_mirror import Mirror, sound
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.fetch import fetch_source
-from ajgdata.store.sessions import list_sessions, read_dataset, read_recordings
+from ajgdata.store.scan import scan
+from ajgdata.store.sessions import read_dataset
 from ajgdata.store.sources import list_sources, read_source
 
 PATHS = Paths(Path(__file__).resolve().parents[2])
@@ -21,45 +20,44 @@ PLACES = f"data/20260119_{REGRESSION}_030"
 BATCH = "acoustic_sensing_starter_kit/data/soft_finger_batch"
 SCAN = "acoustic_sensing_starter_kit/data/collected_data_runs"
 
-#: Of each set: a few of its files as its makers name them (the first commit's, in brackets those of
-#: a second one), the sessions that come of it, and labels that they must give.
+#: Of each set: a few of its files as its makers name them, the sessions that come of it, and labels
+#: that they must give.
 LAYOUTS = {
     "active_rp": (
-        [[f"{KIT}/{name}" for name in ("0_sweep.wav", "1_desk.wav", "2_metal.wav")],
-         [f"{KIT}/{name}" for name in ("0_sweep.wav", "1_desk.wav", "2_metal.wav")]],
+        [f"{KIT}/{name}" for name in ("0_sweep.wav", "1_desk.wav", "2_metal.wav")],
         {"session1": 2, "session2": 2}, "label", {"desk", "metal"},
     ),
     "esc10": (
-        [["001 - Dog bark/1-100032-A.ogg", "010 - Fire crackling/5-17808-B.ogg"]],
+        ["001 - Dog bark/1-100032-A.ogg", "010 - Fire crackling/5-17808-B.ogg"],
         {"esc10": 2}, "label", {"Dog bark", "Fire crackling"},
     ),
     "knock_material": (
-        [["Data/processed/train/Wood/1.wav", "Data/processed/test/Marble/100.wav",
-          "Data/raw/Wood/1.wav"]],
+        ["Data/processed/train/Wood/1.wav", "Data/processed/test/Marble/100.wav",
+         "Data/raw/Wood/1.wav"],
         {"knock_material": 2}, "material", {"Wood", "Marble"},
     ),
     "stone_impact": (
-        [["audio/0_raw_sound/S01_1_ini.wav", "audio/0_raw_sound/S25_2_ini.wav"]],
+        ["audio/0_raw_sound/S01_1_ini.wav", "audio/0_raw_sound/S25_2_ini.wav"],
         {"stone_impact": 2}, "form", {"pl", "pt"},
     ),
     "soft_finger_contact": (
-        [[f"{FINGER}_029/0_sweep.wav", f"{FINGER}_029/100_none.wav", f"{FINGER}_032/17_tip.wav"]],
+        [f"{FINGER}_029/0_sweep.wav", f"{FINGER}_029/100_none.wav", f"{FINGER}_032/17_tip.wav"],
         {"finger_029_no_stand": 1, "finger_032_no_stand": 1}, "contact", {"none", "tip"},
     ),
     "soft_finger_position": (
-        [[f"{PLACES}/0_sweep.wav", f"{PLACES}/1_none.wav",
-          f"data/20260117_{REGRESSION}_037/17_7.5.wav"]],
+        [f"{PLACES}/0_sweep.wav", f"{PLACES}/1_none.wav",
+         f"data/20260117_{REGRESSION}_037/17_7.5.wav"],
         {"finger_030": 1, "finger_037": 1}, "position", {"none", "7.5"},
     ),
     "soft_finger_touch": (
-        [[f"{BATCH}_1/data/10_finger blank.wav", f"{BATCH}_1/data/1_finger tip.wav",
-          f"{BATCH}_2/data/0_long_sweep.wav", f"{BATCH}_2/data/32_finger bottom.wav"]],
+        [f"{BATCH}_1/data/10_finger blank.wav", f"{BATCH}_1/data/1_finger tip.wav",
+         f"{BATCH}_2/data/0_long_sweep.wav", f"{BATCH}_2/data/32_finger bottom.wav"],
         {"batch_1": 2, "batch_2": 1}, "contact", {"blank", "tip", "bottom"},
     ),
     "franka_contact": (
-        [[f"{SCAN}_2026_01_15_workspace_1_pure_no_contact/data/1_no_contact.wav",
-          f"{SCAN}_2026_01_27_hold_out_dataset_relabeled/data/1022_edge.wav",
-          f"{SCAN}_2026_01_27_hold_out_dataset_relabeled/data/1022_contact.wav"]],
+        [f"{SCAN}_2026_01_15_workspace_1_pure_no_contact/data/1_no_contact.wav",
+         f"{SCAN}_2026_01_27_hold_out_dataset_relabeled/data/1022_edge.wav",
+         f"{SCAN}_2026_01_27_hold_out_dataset_relabeled/data/1022_contact.wav"],
         {"workspace_1_empty": 1, "workspace_4_square": 2}, "contact",
         {"no_contact", "edge", "contact"},
     ),
@@ -82,42 +80,23 @@ def test_a_source_says_what_a_declaration_does_not(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_miniature_of_it_becomes_a_data_set(name, tmp_path, monkeypatch):
-    monkeypatch.setenv("AJGDATA_CACHE", str(tmp_path / "cache"))
-    commits, sessions, column, labels = LAYOUTS[name]
+def test_its_files_give_sessions_and_labels(name, tmp_path):
+    files, sessions, column, labels = LAYOUTS[name]
     source, spec = read_source(PATHS, name), read_dataset(PATHS, name)
-    mirror = Mirror(tmp_path / "mirror", source.origin.repository)
-    rate_hz = spec.audio.sample_rate_hz
-    made = {}
-    for commit, files in zip(_commits(source), commits, strict=True):
-        content = {one: sound(tmp_path, f"{commit}{one}", rate_hz) for one in files}
-        # A folder is there as soon as something is in it.
-        content |= {f"{part.folder}/about.txt".strip("/"): b"-" for part in source.origin.parts}
-        if name == "stone_impact":
-            content["data/data_ini.csv"] = STONES.encode()
-        made[commit] = mirror.commit(content)
-    paths = _project(tmp_path / "project", name, made)
-    found, result = fetch_source(paths, name, mirror=mirror.url)
-    assert (result.failed, result.conflicts, found.missing) == ([], [], [])
-    held = {one: read_recordings(paths.session(name, one))[0] for one in list_sessions(paths, name)}
-    assert {one: len(rows) for one, rows in held.items()} == sessions
-    rows = [row for rows in held.values() for row in rows]
-    assert {row.labels[column] for row in rows} == labels
-    assert set(spec.targets) <= set(rows[0].labels)
-    for task in spec.tasks.values():
-        assert task.groups in (*rows[0].labels, "grasp_id")
-
-
-def _commits(source) -> list[str]:
-    return list(dict.fromkeys(part.commit for part in source.origin.parts))
-
-
-def _project(root: Path, name: str, commits: dict[str, str]) -> Paths:
-    """A project with the declaration of a set and its source, at the commits of a miniature."""
-    paths = Paths(root)
-    shutil.copytree(PATHS.dataset(name).parent, paths.dataset(name).parent)
-    content = yaml.safe_load(paths.source(name).read_text())
-    for part in content["origin"]["parts"]:
-        part["commit"] = commits[part["commit"]]
-    paths.source(name).write_text(yaml.safe_dump(content))
-    return paths
+    folder = tmp_path / name
+    for part in source.origin.parts:
+        for file in files:
+            if file.startswith(part.folder):
+                path = folder / part.into / Path(file).relative_to(part.folder)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.touch()
+    if name == "stone_impact":
+        (folder / "data").mkdir()
+        (folder / "data/data_ini.csv").write_text(STONES)
+    found = scan(folder, spec.imports, name)
+    assert found.missing == []
+    assert Counter(one.session for one in found.files) == sessions
+    assert {one.labels[column] for one in found.files} == labels
+    for one in found.files:
+        assert set(spec.targets) <= {"object", *one.labels}
+        assert {task.groups for task in spec.tasks.values()} <= {"grasp_id", *one.labels}

@@ -56,14 +56,6 @@ def test_every_kind_of_mistake_once(project):
     assert all("\n" not in f.problem + f.fix and f.fix for f in findings)
 
 
-def test_a_rejected_recording_is_no_mistake(project):
-    rows = project.session("s1", {"a": 500.0, "b": 510.0})
-    (project.folder() / "audio" / "a.wav").write_bytes(b"")
-    rows[0] = rows[0].model_copy(update={"quality": "reject", "labels": {"edge_mm": "x"}})
-    project.write(rows)
-    assert codes(check(project)[1]) == [("s1", "a", "note", "rejected")]
-
-
 def test_a_recording_that_came_late(project):
     sound = np.random.default_rng(0).uniform(-0.5, 0.5, 2000)
     rows = project.session("s1", dict.fromkeys("abcde", 500.0))

@@ -34,10 +34,9 @@ def issues(out):
     return [tuple(line.split()[:3]) for line in table]
 
 
-@pytest.mark.parametrize("text", ["1e300", "20251120163400", "-1", "a", "2147483648"])
-def test_a_sample_that_no_feature_file_can_hold(ajgdata, project, edit, text):
+def test_a_sample_that_no_feature_file_can_hold(ajgdata, project, edit):
     project.session()
-    edit(b={"sample": text})
+    edit(b={"sample": "2147483648"})
     code, out, _ = ajgdata("validate", "d")
     assert code == 1
     assert issues(out) == [("s1/b", "error", "bad_row")]
@@ -46,17 +45,6 @@ def test_a_sample_that_no_feature_file_can_hold(ajgdata, project, edit, text):
     store, quarantine = project.merge("s1")
     assert store.columns["recording"].values.tolist() == ["s1/a", "s1/c"]
     assert [(one.recording_id, one.code) for one in quarantine] == [("b", "bad_row")]
-
-
-@pytest.mark.parametrize("text", ["rejected", "bad", "reject (noise)", "rejct"])
-def test_unknown_values_of_quality(ajgdata, project, edit, text):
-    project.session()
-    edit(b={"quality": text})
-    code, out, _ = ajgdata("validate", "d")
-    assert (code, issues(out)) == (1, [("s1/b", "error", "bad_row")])
-    assert f"quality = {text!r}: unknown value; use ok, reject, clipped" in out
-    project.shard()
-    assert project.merge("s1")[0].columns["recording"].values.tolist() == ["s1/a", "s1/c"]
 
 
 def test_an_invalid_cell_excludes_the_recording_from_its_target_only(ajgdata, project, edit):
@@ -94,6 +82,3 @@ def test_settings_of_an_experiment_have_file_and_line(ajgdata, project):
     code, _, error = ajgdata("validate", "d")
     assert code == 1
     assert_one_line(error, f"dataset.yaml:{line}: task size: experiments.learning_curve: groups")
-    path.write_text(path.read_text().replace("learning_curve:", "lerning_curve:"))
-    code, _, error = ajgdata("validate", "d")
-    assert_one_line(error, f"dataset.yaml:{line - 2}: task size: no experiment 'lerning_curve'")
