@@ -27,23 +27,13 @@ TIME_S, FADE = 20e-3, 1_000.0
 OMEGA = 2 * np.pi * np.linspace(100, 3_000, 30) - 1j * FADE
 
 
-def plate(density: float, young: float, loss: float, thickness: float = 0.01) -> Parameters:
-    """A plate that yields along its thickness H: ρH, η √(k m) and k = E/H."""
-    mass, stiffness = density * thickness, young / thickness
-    return mass, loss * float(np.sqrt(stiffness * mass)), stiffness
-
-
-#: `fast` resonates at 50 MHz, on grids that end at 90 kHz; `massless` is a spring softer than the
-#: air of a cell.
+#: `styrofoam` is a plate of 10 mm that yields along its thickness; `fast` resonates at 50 MHz, on
+#: grids that end at 90 kHz; `massless` is a spring softer than the air of a cell.
 PISTONS: dict[str, Parameters] = {
     "latex": (0.3, 450.0, 1e5),
-    "styrofoam": plate(25.0, 5e6, 0.06),
-    "wood": plate(650.0, 8e9, 0.02),
-    "steel": plate(7_850.0, 200e9, 0.002),
+    "styrofoam": (0.25, 671.0, 5e8),
     "massless": (0.0, 0.0, 3e6),
-    "heavy": (1e5, 0.0, 0.0),
     "fast": (1e-9, 1e-3, 1e8),
-    "stiff": (1.0, 0.0, 1e15),
 }
 
 
@@ -115,7 +105,7 @@ class Piston(Refinement):
 class OnePiston(Identity):
     """A wall and a mode are two implementations of the same piston."""
 
-    title = "locally reacting wall and mode are the same piston, for all eight"
+    title = "locally reacting wall and mode are the same piston, for all four"
     derived = "sums in another order differ by an ulp a step, and nothing forgets: steps ε"
     h = 8e-3
 
