@@ -45,11 +45,3 @@ def test_one_degree_of_freedom_stands_for_two(below, thickness):
         omega = 2 * np.pi * hertz
         one = 1j * omega * got.mass + got.resistance + got.stiffness / (1j * omega)
         assert abs(one - _exact(film, below, omega)) < 0.08 * abs(one)
-
-
-def test_over_what_is_rigid_the_film_alone_gives_way():
-    film = Film(50e-6, film_spring(50e-6, AIR), 0.3)
-    alone = film.over(None)
-    assert alone.stiffness == film.spring.stiffness_n_m3 and alone.mass == 0.3
-    # A membrane on its film: η √(km) is the resistance of its resonance.
-    assert alone.resistance == pytest.approx(film.spring.loss * np.sqrt(alone.stiffness * 0.3))

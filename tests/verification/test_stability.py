@@ -4,10 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from known_cases.domains import box, closed
 
 from ajgdata.studies.discrete_operator import fastest
-from ajgdata.studies.domains import AIR
 from ajgdata.studies.stability.extreme_cases import of_bowl, trials
 from ajgdata.studies.stability.trial import Trial, judge
 
@@ -58,12 +56,3 @@ def test_cells_not_enlarged_are_caught_growing():
 
     verdict = judge(Trial("g", "n", build, 2_000))
     assert verdict.outcome == "grows"
-
-
-def test_the_limit_of_a_box_is_the_textbook_one():
-    """λ = 4 C² Σ sin²(π (n-1) / 2n) for the fastest mode of n cells a side."""
-    n, h, courant = 10, 4e-3, 0.9
-    _, system = closed(box(n * h, n * h, n * h), h, 6 * h, 0.0, n * h, courant)
-    exact = 4 * courant**2 * np.sin(np.pi * (n - 1) / (2 * n)) ** 2
-    assert fastest(system) == pytest.approx(exact, rel=1e-12)
-    assert system.dt == pytest.approx(courant * h / (np.sqrt(3) * AIR.sound_speed))

@@ -13,7 +13,6 @@ from known_cases.endurance import (
     SinglePrecision,
 )
 from known_cases.identities import (
-    Adjoint,
     EnergyConstant,
     EnergyNeverGrows,
     Reciprocity,
@@ -28,7 +27,7 @@ from known_cases.moving import (
 from known_cases.piston import PISTONS, OnePiston, Piston
 from known_cases.resonances import BoxOffGrid, BoxOnGrid
 from known_cases.time_step import TimeStep
-from known_cases.tube import BedAgainstTheory, BedLayer
+from known_cases.tube import BedLayer
 
 SCHEMES: tuple[Scheme, ...] = get_args(Scheme)
 PRECISIONS: tuple[Precision, ...] = get_args(Precision)
@@ -43,7 +42,6 @@ CASES: dict[str, Case] = {
     case.name: case
     for case in (
         *(kind(scheme) for kind in ENERGIES for scheme in SCHEMES),
-        *(Adjoint(scheme) for scheme in SCHEMES),
         Reciprocity(),
         *(ReciprocityOfMembrane(scheme) for scheme in SCHEMES),
         WaveDispersion(),
@@ -52,7 +50,6 @@ CASES: dict[str, Case] = {
         *(kind(s) for kind in (BoxOnGrid, BoxOffGrid) for s in SCHEMES),
         *(BedLayer("plastic", scheme) for scheme in SCHEMES),
         BedLayer("coffee"),
-        BedAgainstTheory(),
         *(Piston(piston) for piston in PISTONS),
         OnePiston(),
         *(LongRunLossless(precision) for precision in PRECISIONS),

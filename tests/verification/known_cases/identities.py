@@ -14,7 +14,7 @@ from ajgdata.gripper.solver import Probe, State, at_rest, march
 from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System
 from ajgdata.studies.discrete_energy import energies, random_state
-from ajgdata.studies.discrete_operator import applied, operator
+from ajgdata.studies.discrete_operator import applied
 from ajgdata.studies.domains import AIR, BOWL, bowl
 from known_cases.case import EPS, Identity
 from known_cases.domains import box, closed, lossy_bowl
@@ -71,27 +71,6 @@ class EnergyNeverGrows(Identity):
         if not 0 < energy[-1] < self.left * energy[0]:
             return np.inf
         return float(max(0.0, np.max(np.diff(energy) / energy[:-1])))
-
-
-@dataclass(eq=False)
-class Adjoint(Identity):
-    """The divergence is the adjoint of the gradient, cut cells and all: M A is symmetric."""
-
-    title = "the marched operator is self-adjoint"
-    derived = "the rounding of its largest entry: 4 ε"
-    roundings = 4
-    scheme: Scheme = "second"
-
-    def system(self, h: float) -> System:
-        """Return the system that is examined, on a grid of spacing `h` (m)."""
-        return closed(bowl(), h, *BOWL, scheme=self.scheme)[1]
-
-    def deviation(self, quick: bool) -> float:
-        """Return the largest difference from the transpose over the largest entry."""
-        system = self.system(6e-3 if quick else 4e-3)
-        mass = system.mass.ravel()
-        symmetric = operator(system).multiply(mass[mass > 0][:, None]).tocsc()
-        return float(abs(symmetric - symmetric.T).max() / abs(symmetric).max())
 
 
 class Reciprocity(Identity):

@@ -14,7 +14,7 @@ from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.solver_plan import stencil_weight
 from ajgdata.gripper.system import Packed, assemble
 from ajgdata.studies.domains import AIR, PLASTIC, time_step
-from known_cases.case import Bound, Refinement
+from known_cases.case import Refinement
 from known_cases.domains import box
 
 Real = NDArray[np.floating]
@@ -107,20 +107,3 @@ class BedLayer(Refinement):
         omega = 2 * np.pi * BANDS_HZ
         k, _ = wave(*fit_fluid(BEDS[self.grains], AIR).response(omega), omega)
         return rms(2 * k * LAYER_M * (k * h) ** 2 / 24)
-
-
-class BedAgainstTheory(Bound):
-    """Scheme and fit together against the analytic Johnson-Champoux-Allard layer."""
-
-    title = "reflection of a bed of plastic grains below 3 kHz against the JCA theory"
-    derived = "the error of a fit with two poles, as a prototype measured it beforehand"
-
-    def deviation(self, quick: bool) -> float:
-        """Return the rms error of the complex reflection."""
-        fluid, omega = fit_fluid(PLASTIC, AIR), 2 * np.pi * BANDS_HZ
-        exact = reflection(*PLASTIC.jca(omega, AIR), omega)
-        return rms(measured(4e-3 if quick else 2e-3, fluid, PLASTIC.porosity) - exact)
-
-    def cap(self, quick: bool) -> float:
-        """See `derived`."""
-        return 0.03
