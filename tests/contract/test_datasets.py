@@ -5,7 +5,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from mirror_symmetry import angle_from_plane, mirror_image, mirror_plane
+from mirror_symmetry import angle_from_plane, mirror_plane
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.gripper.grippers import GRIPPERS
@@ -90,23 +90,6 @@ def test_angles_from_the_mirror_plane_follow_from_the_gripper_s_geometry(name):
         is_of_paper = angle % 9 == 0 and angle <= 162
         assert made.targets["grid"] == ("paper" if is_of_paper else "between")
     assert Counter(made.targets["grid"] for made in recipe.objects)["paper"] == 19
-
-
-@pytest.mark.parametrize("name", MIRRORED)
-def test_an_angle_is_withheld_with_its_mirror_image(name):
-    """A grid of 4.5° has no exact images: the nearest angle stands for each."""
-    tasks, objects = SPECS[name].tasks, SPECS[name].recipe.objects
-    labels = {made.targets["angle_deg"]: made.targets["angle_from_plane_deg"] for made in objects}
-    withheld = tasks["angle"].withhold
-    assert tasks["direction"].withhold == withheld
-    assert sorted(tasks["angle_from_plane"].withhold) == sorted(labels[a] for a in withheld)
-    plane = mirror_plane(GRIPPERS["default"]).angle_deg
-    for angle in withheld:
-        image = mirror_image(angle, plane)
-        nearest = min(labels, key=lambda a: abs((a - image + 90) % 180 - 90))
-        assert nearest in withheld and nearest != angle
-    assert sum(made.targets["grid"] == "paper" and made.targets["angle_deg"] in withheld
-               for made in objects) == 8  # fmt: skip
 
 
 def test_the_bars_and_grippers_of_one_angle_differ_in_what_their_data_set_says():

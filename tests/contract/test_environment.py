@@ -8,8 +8,6 @@ import tomllib
 from importlib.metadata import packages_distributions, version
 from pathlib import Path
 
-import yaml
-
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 LOCK = (ROOT / "requirements.lock").read_text()
@@ -27,32 +25,11 @@ def locked() -> dict[str, str]:
     return dict(re.findall(r"^([A-Za-z0-9._-]+)==([^ ;\n]+)", LOCK, flags=re.M))
 
 
-def conda_pins() -> dict[str, str]:
-    content = yaml.safe_load((ROOT / "environment.yml").read_text())
-    pip = next(entry["pip"] for entry in content["dependencies"] if isinstance(entry, dict))
-    return dict(entry.split("==") for entry in pip if "==" in entry)
-
-
-def test_conda_pins_are_the_locked_versions_of_all_direct_requirements():
-    assert conda_pins() == {name: locked()[name] for name in DIRECT}
-
-
 def test_environment_file_is_what_its_maker_writes():
     spec = importlib.util.spec_from_file_location("environment", ROOT / "tools/environment.py")
     maker = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(maker)
     assert maker.environment(PROJECT, LOCK) == (ROOT / "environment.yml").read_text()
-
-
-def test_both_set_ups_use_the_cpu_build_of_torch():
-    pip = next(
-        entry["pip"]
-        for entry in yaml.safe_load((ROOT / "environment.yml").read_text())["dependencies"]
-        if isinstance(entry, dict)
-    )
-    (index,) = (line.split()[1] for line in pip if line.startswith("--extra-index-url"))
-    assert index.endswith("/whl/cpu")
-    assert f"index=${{TORCH_INDEX-{index}}}" in (ROOT / "tools/bootstrap.sh").read_text()
 
 
 def test_installed_versions_are_the_locked_ones():

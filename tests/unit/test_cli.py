@@ -1,7 +1,6 @@
 """The command: exit codes, printed summaries, and one line per user error."""
 
 import pytest
-import yaml
 from worlds import assert_one_line, write_tone
 
 from ajgdata.store.sessions import read_dataset, read_recordings
@@ -84,14 +83,8 @@ def test_import_says_what_it_did(ajgdata, project):
     write_tone(project.root / "audio" / "1_a [x].wav", 530)
     out = ajgdata(*command)[1]
     assert "0 added, 0 changed, 1 unchanged" in out
-    assert f"\nas declared before in {project.root}/datasets/e/dataset.yaml\n" in out
     assert "kept 1_a [x]: has different bytes in the folder." in out
     assert "0 added, 1 changed, 1 unchanged" in ajgdata(*command, "--on-change", "files")[1]
-    assert ajgdata("validate", "e")[0] == 1  # shorter than one window of 2048
-    declared = yaml.safe_load(project.paths.dataset("e").read_text())
-    declared["features"] = {"window": 256, "hop": 64}
-    project.paths.dataset("e").write_text(yaml.safe_dump(declared))
-    assert ajgdata("validate", "e")[0] == 0
 
 
 def test_an_import_that_could_not_do_all_says_so_in_its_exit_code(ajgdata, project):

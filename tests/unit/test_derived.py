@@ -5,7 +5,6 @@ import yaml
 
 from ajgdata.acquire.recipe import plan_session
 from ajgdata.paths import Paths
-from ajgdata.pipeline.plan import plan
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DataError
 
@@ -67,7 +66,6 @@ def test_a_mapping_is_joined_and_anything_else_replaced(paths):
     ("origin", "problem"),
     [
         ("nothing", "there is no "),
-        ("../base", "there is no "),
         ("loud", "'loud' is itself derived"),
     ],
 )
@@ -75,8 +73,3 @@ def test_what_cannot_be_derived_from_is_said(paths, origin, problem):
     declare(paths, {"name": "third", "from": origin})
     with pytest.raises(DataError, match=rf"third/dataset.yaml:2: from = .*{problem}"):
         read_dataset(paths, "third")
-
-
-def test_what_a_task_is_tested_on_comes_with_it(paths):
-    assert list(plan(paths, ["base"])) == ["base", "loud"]
-    assert list(plan(paths, ["loud"])) == ["loud"]

@@ -7,7 +7,7 @@ from worlds import RATE_HZ, tone, write_tone
 import ajgdata
 from ajgdata.experiments import cross_validation
 from ajgdata.experiments.base import Inputs
-from ajgdata.store.audio import AudioError, read_audio, resample, write_pcm24
+from ajgdata.store.audio import read_audio, resample, write_pcm24
 from ajgdata.store.features import read_store
 from ajgdata.types import AudioSettings, Recording
 
@@ -86,15 +86,6 @@ def test_what_cannot_be_used_is_excluded_or_missing(project):
     np.testing.assert_array_equal(loaded.edge_mm, [500.0, np.nan])
 
 
-def test_changed_bytes_are_refused_when_read(project):
-    project.session("s1", {"a": 500.0, "b": 750.0})
-    loaded = load(project)
-    write_tone(project.folder() / "audio" / "b.wav", 505)
-    np.testing.assert_allclose(loaded.waveform[0], tone(500), atol=STEP)
-    with pytest.raises(AudioError, match=r"b\.wav: its bytes are not those that were recorded"):
-        loaded.waveform.load()
-
-
 TARGETS = {
     "edge_mm": {"kind": "regression", "unit": "mm"},
     "object": {"kind": "classification"},
@@ -131,7 +122,7 @@ def evaluated(project):
     return project
 
 
-@pytest.mark.parametrize(("task", "seed"), [("size", 0), ("size", 5), ("what", 0)])
+@pytest.mark.parametrize(("task", "seed"), [("size", 5), ("what", 0)])
 def test_splits_are_the_folds_of_the_evaluation(evaluated, task, seed):
     loaded = ajgdata.load_dataset("d", evaluated.root)
     inputs = Inputs(
@@ -169,9 +160,3 @@ def test_to_torch_gives_features_and_labels(evaluated):
     assert [part.classes[label] for label in labels] == part.y.tolist()
     _, edge = loaded.all("size").to_torch()[0]
     assert (edge.dtype, edge.item()) == (torch.float32, loaded.all("size").y[0])
-    # a part without one of the classes numbers them as all parts do
-    only_b = loaded.all("what")
-    chosen = only_b.y == "b"
-    numbers = type(part)(only_b.X[chosen], only_b.y[chosen], only_b.groups[chosen],
-                         only_b.recordings[chosen], only_b.classes).to_torch()[:][1]  # fmt: skip
-    assert numbers.unique().tolist() == [1]

@@ -79,15 +79,6 @@ def test_simulated_and_recorded_sessions_do_not_meet_in_one_data_set(tmp_path, r
         plan(paths, check=True)
 
 
-def test_one_more_grasp_changes_the_scenes_of_each_session_only_by_addition(tmp_path):
-    paths = Paths(tmp_path)
-    declare(paths, "made", recipe=RECIPE)
-    first = scenes(paths, "virtual-01")
-    declare(paths, "made", recipe={**RECIPE, "grasps_per_object": 2})
-    more = scenes(paths, "virtual-01")
-    assert [*first, more[1]] == more
-
-
 def test_what_a_task_is_tested_on_comes_with_it(tmp_path):
     paths = Paths(tmp_path)
     tasks = {"t": {"target": "object", "test_on": ["one"]}}
