@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Result, TaskResults, score_table
 from ajgdata.experiments.embedding import by_run
 from ajgdata.report.projections import Projection, Projections
@@ -106,43 +105,28 @@ def pictures(n: int = 32, seed: int = 0) -> Projections:
     )
 
 
-def projections() -> list[Table]:
-    shown = pictures()
-    known = {"recording": shown.recording, "training": shown.training, **shown.columns}
-    recordings = [dict(zip(known, row, strict=True)) for row in zip(*known.values(), strict=True)]
-    points = [
-        {"space": one.space, "method": one.method, "x": x, "y": y}
-        for one in shown.projections
-        for x, y in one.points
-    ]
+def silhouettes() -> list[Table]:
     rows = [
         {"space": space, "label": "object", "values": runs(mean)}
         for space, mean in (("latent", 0.3), ("raw", -0.1))
     ]
     columns = {"space": "Space", "label": "Labels", "run": "Run", "silhouette": "Silhouette"}
-    silhouettes = table_of("silhouettes", "Silhouettes", by_run(rows, "silhouette"), **columns)
-    return [listed("recordings", recordings), listed("points", points), silhouettes]
+    return [table_of("silhouettes", "Silhouettes", by_run(rows, "silhouette"), **columns)]
 
 
-ABOUT = {
-    "embedding_knn": {"chance": 0.25},
-}
 TABLES = {
     "embedding_knn": knn,
     "embedding_distances": distances,
-    "embedding_projections": projections,
+    "embedding_projections": silhouettes,
 }
 
 
-def results(
-    experiment, tables=None, cost=(), source="simulated", paper=None, about=None, **changes
-):
+def results(experiment, tables=None, paper=None):
     """The results of an experiment, as they are read."""
     tables = TABLES[experiment]() if tables is None else tables
-    if experiment == "embedding_knn":
-        tables, cost = tables
+    tables, cost = tables if experiment == "embedding_knn" else (tables, ())
     stored = [{one.name: one for one in some} for some in (tables, cost)]
-    told = ABOUT.get(experiment, {}) | (about or {})
+    about = {"chance": 0.25} if experiment == "embedding_knn" else {}
     return TaskResults(
         experiment=experiment,
         dataset="d",
@@ -152,14 +136,8 @@ def results(
         target="object",
         unit="",
         groups="grasp_id",
-        source=source,
-        settings=Embedding.model_validate(SETTINGS | changes),
-        results=(Result("", "", told, *stored),),
+        source="simulated",
+        settings=Embedding.model_validate(SETTINGS),
+        results=(Result("", "", about, *stored),),
         papers={experiment: paper} if paper else {},
     )
-
-
-def figures(one: TaskResults) -> dict:
-    """The illustrations of an experiment by name, without what all names begin with."""
-    drawn = EXPERIMENTS[one.experiment].figures(one)
-    return {shown.name.removeprefix(one.named()).lstrip("-"): shown for shown in drawn}

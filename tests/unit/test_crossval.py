@@ -9,7 +9,6 @@ from sklearn.dummy import DummyRegressor
 
 from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.types import MODELS
 
 
 def spectra(n: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -50,8 +49,8 @@ def test_features_that_tell_only_the_group_are_worth_nothing_but_to_a_random_spl
     assert random.pooled["accuracy"] > 0.97
 
 
-@pytest.mark.parametrize("model", [one for one in MODELS.own if not one.endswith("_one_scale")])
-def test_every_model_learns_the_obvious_and_repeats_itself(model):
+@pytest.mark.parametrize("model", ["forest", "linear"])
+def test_models_learn_the_obvious_and_repeat_themselves(model):
     x, y, groups = spectra()
     first, second = (
         cross_validate(
@@ -67,10 +66,9 @@ def test_every_model_learns_the_obvious_and_repeats_itself(model):
     assert first.scores.confusion == ((30, 0), (0, 30))
     assert same(first.scores, second.scores)
     assert first.predictions.y_pred.tobytes() == second.predictions.y_pred.tobytes()
-    if model.partition("_")[0] not in ("svm", "ridge"):
-        p, q = first.predictions.probability, second.predictions.probability
-        assert p.tobytes() == q.tobytes()
-        assert ((p > 0.5) & (p <= 1)).all()
+    p, q = first.predictions.probability, second.predictions.probability
+    assert p.tobytes() == q.tobytes()
+    assert ((p > 0.5) & (p <= 1)).all()
 
 
 def test_predictions_are_out_of_fold_and_in_the_order_of_the_rows():

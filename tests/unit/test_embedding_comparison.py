@@ -5,6 +5,7 @@ import pytest
 from embedding_samples import distances, knn, results
 
 from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments.embedding_distances import categories_of
 from ajgdata.report.comparison import Cost
 from ajgdata.report.paper import PaperFigure
 
@@ -62,6 +63,15 @@ def test_categories_lie_together_or_do_not(within, agrees):
     assert found.agrees == agrees
     assert f"spherical {within['spherical']} within" in found.result
     assert found.cost == COST
+
+
+def test_gaps_are_to_the_mean_of_the_others():
+    within = {"cylindrical": 1, "other": 2, "spherical": 1}
+    one = results("embedding_distances", distances(within, narrower=0.1))
+    found = categories_of(one, "latent")
+    assert found["spherical"].gap.mean == pytest.approx(2)
+    assert found["cylindrical"].gap.mean == pytest.approx(2.05)
+    assert found["cylindrical"].gap.sd == pytest.approx(0.1 / 2**0.5)
 
 
 def test_clusters_are_told_by_the_silhouette():

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 from experiment_samples import measured, numbers, small_inputs, task_results
-from matplotlib.text import Text
 
 from ajgdata.evaluate.agreement import GRASP_INTERVAL
 from ajgdata.evaluate.calibration import weighted_quantile
@@ -21,16 +20,6 @@ from ajgdata.types import DatasetSpec, NotPossibleError
 from ajgdata.types.table import table_of
 
 PAPER = PaperFigure(id="x", metric="m", value=80, unit="%", text="coffee loses & loses", where="w")
-
-
-def shown(results):
-    """The first figure of an experiment, drawn, and its caption."""
-    illustration = next(iter(EXPERIMENTS[results.experiment].figures(results)))
-    return draw(illustration), illustration.caption
-
-
-def texts(figure):
-    return [text.get_text() for text in figure.findobj(Text) if text.get_text()]
 
 
 def nothing(*_):
@@ -49,7 +38,6 @@ def test_a_curve_is_measured_on_the_same_grasps_for_each_number_of_training_gras
     ]
     one, eight = (numbers(outcome.tables, part=f"curve:{n}", metric="accuracy") for n in (1, 8))
     assert np.mean(one) < np.mean(eight)
-    assert measured("learning_curve", small_inputs(), "linear_plain", **ask) == outcome
     with pytest.raises(ValueError, match="9 training groups per class: a class has 8"):
         measured("learning_curve", small_inputs(), "linear_plain", **ask | {"groups": [1, 9]})
 
@@ -75,7 +63,6 @@ def curve_results(paper=None, reached=None):
     [
         (3, 39, "4 (50.0 ± 1.0 % with 16)", "agrees"),
         (12, 39, "4 (50.0 ± 1.0 % with 16)", "better"),
-        (12, 80, "more than 16 (50.0 ± 1.0 % with 16)", "inconclusive"),
         (20, 80, "more than 16 (50.0 ± 1.0 % with 16)", "inconclusive"),
     ],
 )
@@ -101,22 +88,19 @@ def test_sorting_is_calibrated_and_run_many_times():
         assert sorts.column("value") == own.column("sorts")
     plain, scaled = conditions.rows
     assert plain["accuracy"] == scaled["accuracy"]  # a temperature keeps the order of classes
-    with pytest.raises(NotPossibleError, match="classes: no recording has the object 'x'"):
-        measured("sorting", small_inputs(classes=["x", "rod"]), "linear_plain", **ask)
     with pytest.raises(NotPossibleError, match="no probabilities"):
         measured("sorting", inputs, "svm", **ask)
 
 
-def sorting_results(paper=None, sorts=tuple(range(101)), errors=False):
-    """Half of what a run sorts is sorted before the first error; `errors`: up to nine objects."""
+def sorting_results(paper):
+    """Half of what a run sorts is sorted before the first error."""
     runs = [
-        {"part": part, "run": n, "sorts": s, "before_error": n % 10 if errors else s // 2}
+        {"part": part, "run": n, "sorts": n, "before_error": n // 2}
         for part in PARTS
-        for n, s in enumerate(sorts)
+        for n in range(101)
     ]
-    bins = [{"part": p, "confidence": c, "accuracy": c - 0.1} for p in PARTS for c in (0.5, 0.9)]
     conditions = [{"part": part, "accepted": 0.75, "right": 0.9} for part in PARTS]
-    named = {"reliability": bins, "conditions": conditions, "runs": runs}
+    named = {"conditions": conditions, "runs": runs}
     tables = [table_of(n, n, rows, **{k: k for k in rows[0]}) for n, rows in named.items()]
     return task_results(
         "sorting", {"cnn": Outcome(tuple(tables))},
@@ -129,11 +113,6 @@ def test_the_papers_run_is_compared_with_what_is_sorted_before_the_first_error(p
     (row,) = EXPERIMENTS["sorting"].paper_comparison(sorting_results(paper=paper), nothing)
     both = "25 (2 to 47) sorts before the first error; 50 (5 to 95) by the paper's rule, 10 % in a"
     assert (row.result, row.agrees) == (f"{both} wrong bin", agrees)
-    marks = [(m.part, m.role, m.value) for m in row.marks]
-    assert marks == [
-        ("before the first error", "ours", 25), ("before the first error", "paper", paper),
-        ("by the paper's rule", "ours", 50), ("by the paper's rule", "paper", paper),
-    ]  # fmt: skip
 
 
 # Reflected energy
@@ -181,11 +160,7 @@ def energy_results(ends=(0.05, 0.14)):
 
 def test_energies_are_compared_with_the_reference_and_stand_beside_the_paper():
     results = energy_results()
-    classes, bands = EXPERIMENTS["reflected_energy"].figures(results)
-    levels = draw(classes).axes[0].containers[0].lines[0].get_xdata()
-    np.testing.assert_allclose(levels, [50, 10])  # the loudest first
-    assert classes.caption.alt.startswith("Lowest energy relative to air of 2: 10 (5 to 14) % (")
-    assert {"simulated", "coffee", "steel balls"} <= set(texts(draw(classes)))
+    _, bands = EXPERIMENTS["reflected_energy"].figures(results)
     rows = EXPERIMENTS["reflected_energy"].rows(results)
     assert [(row.label, row.value) for row in rows] == [
         ("steel balls", "50 (40 to 60) %"),
@@ -214,10 +189,6 @@ def test_a_gripper_tested_on_itself_is_as_good_as_at_home():
     alone = folds.where(grasps=0)
     assert alone.column("home") == alone.column("value")
     assert set(folds.where(grasps=8).column("home")) == {None}
-    with pytest.raises(ValueError, match="8 that are not tested"):
-        measured(
-            "cross_gripper", small_inputs(others=others), "linear_plain", **ask | {"grasps": [9]}
-        )
     number = small_inputs("regression", others=others, withhold=[10.0])
     outcome = measured("cross_gripper", number, "knn_plain", **ask | {"grasps": [1]})
     assert set(outcome.tables[1].column("recordings")) == {4}  # two values, two samples
@@ -236,21 +207,13 @@ def test_a_model_on_another_gripper_against_calibration_grasps():
         "cross_gripper", {"knn": outcome}, kind="regression",
         settings={"test_on": ["b", "c"], "grasps": [0, 4]}, papers={"cross_gripper": PAPER},
     )  # fmt: skip
-    figure, caption = shown(results)
-    left, right = figure.axes
+    (illustration,) = EXPERIMENTS["cross_gripper"].figures(results)
+    left, _ = draw(illustration).axes
     np.testing.assert_allclose(left.containers[0].lines[0].get_xydata(), [[0, 8], [4, 2]])
-    assert left.get_ylim() == right.get_ylim() and right.get_ylim()[1] > 17 * 1.1  # its bar, too
-    chance = [line.get_ydata()[0] for line in (*left.lines, *right.lines)
-              if line.get_label() == "chance"]  # fmt: skip
-    assert chance == [9, 9]
-    text = "k-NN: RMSE 8 to 17 mm (grasps 0), 2 to 3 mm (grasps 4) in 2"
-    assert caption.alt.startswith(text)
-    assert "simulated" in texts(figure)
     said = {row.metric: row.value for row in EXPERIMENTS["cross_gripper"].rows(results)}
     assert said["RMSE, Gripper b, grasps 0"] == "8.0 ± 1.1 mm"
     assert said["RMSE, Gripper c, grasps 0"] == "17.0 ± 2.4 mm, not better than chance"
     assert said["RMSE, Gripper c, grasps 4"] == "3.00 ± 0.42 mm"
-    assert "Gripper b, k-NN, grasps 0: 8.0 ± 1.1 mm" in caption.alt
     (row,) = EXPERIMENTS["cross_gripper"].paper_comparison(results, nothing)
     assert row.result.startswith("1.00 ± 0.14 mm where it was trained, 8.0 ± 1.1 mm on Gripper b")
 
@@ -303,17 +266,12 @@ def test_intervals_of_a_task_are_wider_the_more_they_shall_hold():
     assert held.shape == (5,) and held.mean() > 0.7  # 60 recordings of 30 grasps
     assert numbers(outcome.tables, part="intervals:90 %", metric="coverage") == held.tolist()
     assert numbers(outcome.cost, metric="train_cpu_s")[0] > 0
-    again = measured("conformal_intervals", inputs, "linear_plain", coverages=[0.5, 0.9])
-    assert again.tables == outcome.tables
     results = task_results(
         "conformal_intervals", {"linear": outcome}, kind="regression",
         settings={"coverages": [0.5, 0.9]},
     )  # fmt: skip
-    figure, caption = shown(results)
-    line = figure.axes[0].containers[0].lines[0]
-    np.testing.assert_allclose(line.get_xdata(), [50, 90])
-    np.testing.assert_allclose(line.get_ydata()[1], 100 * held.mean())
-    assert f"ridge, stated coverage 90 %: {100 * held.mean():.1f} ± " in caption.alt
+    illustration = next(iter(EXPERIMENTS["conformal_intervals"].figures(results)))
+    assert f"ridge, stated coverage 90 %: {100 * held.mean():.1f} ± " in illustration.caption.alt
 
 
 # What a task asks for
@@ -337,15 +295,11 @@ def spec(**changes) -> DatasetSpec:
             "no experiment 'nope': there are across_sessions, comparison",
         ),
         ({"learning_curve": {}}, r"experiments.learning_curve: groups is missing"),
-        ({"learning_curve": {"groups": [1, 2], "n": 1}}, "unknown key n"),
-        ({"learning_curve": {"groups": [1, 1]}}, "learning_curve.groups lists one twice"),
-        ({"embedding_knn": {}}, "is for embeddings: declare it there"),
         ({"conformal_intervals": {}}, "conformal_intervals is for regression, not classification"),
         (
             {"reflected_energy": {"reference": "a", "band_hz": [1, 2]}},
             "needs features.quantity power",
         ),
-        ({"reflected_energy": {"reference": "a", "band_hz": [2, 1]}}, "must be 0 <= low < high"),
     ],
 )
 def test_what_cannot_be_measured_is_refused_with_task_and_reason(experiments, says):
