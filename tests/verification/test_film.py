@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from ajgdata.gripper.film import Film, Skin, film_spring
+from ajgdata.gripper import Scene
+from ajgdata.gripper.film import Film, Skin, film_spring, gap_m
 from ajgdata.gripper.medium import Air
 
 AIR = Air(22.0)
@@ -45,3 +46,10 @@ def test_one_degree_of_freedom_stands_for_two(below, thickness):
         omega = 2 * np.pi * hertz
         one = 1j * omega * got.mass + got.resistance + got.stiffness / (1j * omega)
         assert abs(one - _exact(film, below, omega)) < 0.08 * abs(one)
+
+
+def test_the_gap_is_the_given_one_or_the_geometric_mean_of_the_material():
+    cube = {"kind": "cube", "edge_mm": 20, "material": "wood"}
+    assert gap_m(Scene.model_validate({"object": cube})) == pytest.approx(np.sqrt(10 * 40) * 1e-6)
+    given = Scene.model_validate({"object": cube | {"gap_um": 7.0}})
+    assert gap_m(given) == pytest.approx(7e-6)

@@ -36,9 +36,8 @@ def check(rows):
             assert row["measured"] < max(row["bound"], 1e-3), row
 
 
-@pytest.mark.parametrize("name", QUICK[1:])
-def test_what_is_left_out_changes_less_than_the_tolerance(name):
-    check(omission_rows(COARSE[name]))
+def test_what_is_left_out_changes_less_than_the_tolerance():
+    check(omission_rows(COARSE[QUICK[1]]))
 
 
 @pytest.mark.slow

@@ -1,7 +1,5 @@
 """Whole scenes: what must differ, what must not, and by how much."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 
@@ -10,10 +8,6 @@ from ajgdata.gripper.geometry import cavity
 from ajgdata.gripper.grid import cut_cells
 from ajgdata.gripper.signal_settings import SignalChain
 
-QUIET = SignalChain(noise_db_spl=None)
-#: Each scene is solved once, whichever tests ask for it.
-solved = cache(simulate)
-
 
 def _scene(edge_mm: float | None = 20.0, **parts) -> Scene:
     shape = None if edge_mm is None else {"kind": "cube", "edge_mm": edge_mm}
@@ -21,9 +15,9 @@ def _scene(edge_mm: float | None = 20.0, **parts) -> Scene:
     return Scene.model_validate({"object": shape, "numerics": numerics, **parts})
 
 
-def _feature(scene: Scene, chain: SignalChain = QUIET, seed: int = 0) -> np.ndarray:
+def _feature(scene: Scene) -> np.ndarray:
     """Hann STFT 2048/512 magnitude, summed over time, unit norm."""
-    samples = record(solved(scene), excitation_sweep(), chain, seed).samples
+    samples = record(simulate(scene), excitation_sweep(), SignalChain(noise_db_spl=None)).samples
     frames = np.lib.stride_tricks.sliding_window_view(samples, 2048)[::512]
     spectrum = np.abs(np.fft.rfft(frames * np.hanning(2049)[:-1], axis=1)).sum(0)
     return spectrum / np.linalg.norm(spectrum)
