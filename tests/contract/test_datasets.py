@@ -92,18 +92,6 @@ def test_angles_from_the_mirror_plane_follow_from_the_gripper_s_geometry(name):
     assert Counter(made.targets["grid"] for made in recipe.objects)["paper"] == 19
 
 
-def test_the_bars_and_grippers_of_one_angle_differ_in_what_their_data_set_says():
-    """One seed draws pose, bed and nuisances of a grasp in all three."""
-    setups = {
-        name: [g.setup for g in planned_grasps(PATHS, SPECS[name], ["virtual-01"])[0]]
-        for name in MIRRORED
-    }
-    assert [one["object"] for one in setups["orientation_eccentric"]] == ["bar_eccentric"] * 160
-    for default, unequal, eccentric in zip(*setups.values(), strict=True):
-        assert unequal == {**default, "gripper": "unequal-radii"}
-        assert eccentric == {**default, "object": "bar_eccentric"}
-
-
 def test_the_finer_grid_has_the_same_grasps_and_nothing_else_of_its_own():
     """Random fields are formulas of the place, hence of no grid (`gripper.random_fields`)."""
     own, fine = (

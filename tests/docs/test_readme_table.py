@@ -8,7 +8,6 @@ from ajgdata.evaluate.metrics import METRICS
 from ajgdata.pipeline.collect import COLUMNS
 from ajgdata.store.files import csv_bytes
 from ajgdata.store.sessions import read_dataset
-from tools import screenshots
 from tools.readme_table import KEY, PROJECT, ROWS, readme_table
 
 SIZE = ("size", "size", "cnn", "grouped", "rmse")
@@ -50,9 +49,3 @@ def test_rows_are_of_declared_tasks(row):
     assert "cnn" in task.models
     metric = METRICS[spec.targets[task.target].kind][0]
     assert metric.upper() in row.title or metric in row.title
-
-
-def test_pictures_of_the_docs_are_small():
-    """Every clone has them, each version of them."""
-    sizes = {file.name: file.stat().st_size for file in screenshots.IMAGES.iterdir()}
-    assert sum(sizes.values()) <= screenshots.MAX_BYTES

@@ -1,21 +1,17 @@
 """Comparisons of features and played sounds: files of the project, and scores."""
 
-import shutil
-
 import numpy as np
 import pytest
 from worlds import AUDIO as SMALL_AUDIO
-from worlds import RATE_HZ, Project
+from worlds import RATE_HZ
 
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.evaluate.crossval import cross_validate
-from ajgdata.evaluate.task_data import task_data
 from ajgdata.experiments import EXPERIMENTS, asked_of
 from ajgdata.experiments.base import Inputs
 from ajgdata.experiments.comparison import Settings, check, features_of, measure
 from ajgdata.features.maker import feature_maker
 from ajgdata.features.spectrum import spectrum
-from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire import acquire_virtual
 from ajgdata.pipeline.recordings import RecordingReader
 from ajgdata.pipeline.rendering import renderer
@@ -98,14 +94,13 @@ def test_other_sounds_are_played_in_the_same_scenes(recorded):
 
 FEATURES = FeatureSettings(window=256, hop=64)
 SWEEP = LinearSweep(length_s=0.5, low_hz=100, high_hz=3_500, amplitude=0.4)
-NOISE = Settings(
+QUANTITIES = Settings(
     comparisons={
-        "noise": Comparison(
+        "quantities": Comparison(
             title="Quantities",
-            question="How much noise?",
+            question="Which?",
             train="d",
             task="t",
-            test=["loud"],
             models=["ridge_plain"],
             variants=[
                 {"name": "feature:own"},
@@ -114,7 +109,6 @@ NOISE = Settings(
             ],
         )
     },
-    test_on=["loud"],
 )
 NAMES = [f"s1/r{n:02d}" for n in range(24)]
 
@@ -127,63 +121,42 @@ def heard(number: int, played: np.ndarray) -> np.ndarray:
     return sound + 1e-4 * np.random.default_rng(number).standard_normal(len(played))
 
 
-def echoes(root, name: str, noise: float, declared=SWEEP) -> Shard:
-    """Twelve grasps of two recordings each; returns a store of one feature of them."""
-    project = Project(Paths(root))
-    played = excitation_samples(declared, RATE_HZ)
+@pytest.fixture
+def echoes(project) -> Inputs:
+    """Inputs of twelve grasps of two recordings each."""
+    played = excitation_samples(SWEEP, RATE_HZ)
     rows = project.session("s1", {one.partition("/")[2]: 500.0 for one in NAMES})
     for n, row in enumerate(rows):
-        loud = noise * np.random.default_rng(100 + n).standard_normal(len(played))
-        path = project.folder() / row.file
-        write_pcm24(path, heard(n, played) / 2 + loud, RATE_HZ)
+        write_pcm24(project.folder() / row.file, heard(n, played) / 2, RATE_HZ)
     rows = [row.model_copy(update={"sha256": ""}) for row in rows]
     project.write(rows, excitation=project.excitation("s1", played))
-    project.declare()
     grasp = np.arange(24) // 2
     columns = {
         "recording": text_column(NAMES),
         "grasp_id": text_column([f"s1/g{n}" for n in grasp]),
         "edge_mm": Column(1.0 + grasp, {"units": "mm"}),
     }
-    attrs = {"data_set": name, "source": "simulated", "settings": "{}"}
-    return Shard(np.ones((24, 129), np.float32), np.arange(129.0), columns, attrs)
-
-
-@pytest.fixture(scope="module")
-def world(tmp_path_factory):
-    """Inputs of a quiet data set `d` and a loud one, each a project of its own."""
-    root = tmp_path_factory.mktemp("quantities")
-    quiet, loud = echoes(root / "q", "d", 0), echoes(root / "l", "loud", 0.05)
-    for name, folder in (("d", "q"), ("loud", "l")):
-        shutil.copytree(Paths(root / folder).sessions("d"), Paths(root).sessions(name))
-    recordings = RecordingReader(Paths(root), {"d": SMALL_AUDIO, "loud": SMALL_AUDIO})
+    attrs = {"data_set": "d", "source": "simulated", "settings": "{}"}
+    store = Shard(np.ones((24, 129), np.float32), np.arange(129.0), columns, attrs)
     return Inputs(
-        "d", "t", "edge_mm", "regression", "mm", "grasp_id", 3, 0, quiet, {"loud": loud},
-        audio=SMALL_AUDIO, features=FEATURES, recordings=recordings,
+        "d", "t", "edge_mm", "regression", "mm", "grasp_id", 3, 0, store, audio=SMALL_AUDIO,
+        features=FEATURES, recordings=RecordingReader(project.paths, {"d": SMALL_AUDIO}),
     )  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def outcome(world):
-    return measure(world, NOISE, "noise")
-
-
-def mean(outcome, part):
-    scores = outcome.tables[0].where(part=part, metric="rmse", statistic="mean")
-    return scores.numbers("value")[0]
-
-
-def test_the_errors_are_those_of_features_made_alone(world, outcome):
-    data = task_data(world.store, "edge_mm", "regression", "grasp_id")
-    for variant in NOISE.comparisons["noise"].all_variants:
+def test_the_errors_are_those_of_features_made_alone(echoes):
+    outcome = measure(echoes, QUANTITIES, "quantities")
+    data, recordings = echoes.data(), echoes.recordings
+    for variant in QUANTITIES.comparisons["quantities"].all_variants:
         # the played sound as its session keeps it: 24 bits
         own = features_of(variant, FEATURES)
-        make = feature_maker(own, RATE_HZ, world.recordings.played("d", NAMES[0]))
-        feature = np.array([make(s) for s in world.recordings.samples("d", NAMES, 256)])
+        make = feature_maker(own, RATE_HZ, recordings.played("d", NAMES[0]))
+        feature = np.array([make(s) for s in recordings.samples("d", NAMES, 256)])
         alone = cross_validate(
             feature, data.value, data.group, kind="regression", model="ridge_plain", folds=3, seed=0
         )
-        assert mean(outcome, variant.name) == pytest.approx(alone.scores.mean["rmse"], rel=1e-9)
+        scores = outcome.tables[0].where(part=variant.name, metric="rmse", statistic="mean")
+        assert scores.numbers("value")[0] == pytest.approx(alone.scores.mean["rmse"], rel=1e-9)
     times = outcome.cost[0].where(metric="feature_s_per_recording")
     assert len(times.rows) == 3 and (times.numbers("value") > 0).all()
 
@@ -210,9 +183,6 @@ def test_a_comparison_is_one_file(project):
     declare(project, task="none")
     with pytest.raises(DataError, match="task = 'none'"):
         read_dataset(project.paths, "d")
-    declare(project, variants="[{name: a}]")
-    with pytest.raises(ValueError, match="give at least two"):
-        asked_of(read_dataset(project.paths, "d"), "edge")
 
 
 def test_variants_that_cannot_be_are_refused():
@@ -220,7 +190,3 @@ def test_variants_that_cannot_be_are_refused():
     wrong = Comparison(**one, vary={"features.window": [128, 512]}, variants=[])
     with pytest.raises(ValueError, match="comparison s, window 128: hop 256 exceeds window 128"):
         check(Settings(comparisons={"s": wrong}), "regression", FeatureSettings(hop=256))
-    with pytest.raises(ValueError, match=r"features\.align is not possible"):
-        check(Settings(comparisons={"s": wrong}), "regression", FeatureSettings(align=True))
-    with pytest.raises(ValueError, match="each with a name of its own"):
-        Comparison(**one, variants=[{"name": "a"}, {"name": "a"}])
