@@ -29,9 +29,9 @@ def listed(name: str, rows: list[dict], **columns: str) -> Table:
     return table_of(name, name, rows, **{key: key for key in rows[0]} | columns)
 
 
-def runs(mean: float, off: float = 0.1) -> list[float]:
-    """Two runs, `off` above and below the mean."""
-    return [mean - off, mean + off]
+def runs(mean: float) -> list[float]:
+    """Two runs, 0.1 above and below the mean."""
+    return [mean - 0.1, mean + 0.1]
 
 
 def knn(best: dict[str, list[float]] | None = None) -> tuple[list[Table], list[Table]]:
@@ -105,19 +105,9 @@ def pictures(n: int = 32, seed: int = 0) -> Projections:
     )
 
 
-def silhouettes() -> list[Table]:
-    rows = [
-        {"space": space, "label": "object", "values": runs(mean)}
-        for space, mean in (("latent", 0.3), ("raw", -0.1))
-    ]
-    columns = {"space": "Space", "label": "Labels", "run": "Run", "silhouette": "Silhouette"}
-    return [table_of("silhouettes", "Silhouettes", by_run(rows, "silhouette"), **columns)]
-
-
 TABLES = {
     "embedding_knn": knn,
     "embedding_distances": distances,
-    "embedding_projections": silhouettes,
 }
 
 

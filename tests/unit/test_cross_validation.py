@@ -125,12 +125,6 @@ def test_what_cannot_be_evaluated_is_refused_with_the_reason(changes, reason):
         measured(**changes)
 
 
-def test_fewer_groups_than_folds_make_a_fold_of_each_group():
-    tables, _, about = measured(folds=10)
-    assert about["parts"]["grouped"]["folds"] == about["parts"]["grouped"]["groups"] == 9
-    assert len(set(tables["predictions"].column("fold"))) == 9
-
-
 def test_withheld_values_are_trained_on_by_no_fold_and_predicted_by_all():
     tables, _, about = measured(withhold=[13.0, 17.0])
     assert about["parts"]["grouped"]["recordings"] == 36 - 8

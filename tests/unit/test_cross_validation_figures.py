@@ -9,19 +9,10 @@ from result_samples import (
     sizes,
 )
 
-from ajgdata.experiments.base import Other
-from ajgdata.experiments.cross_validation import EXPERIMENT, Settings
+from ajgdata.experiments.cross_validation import EXPERIMENT
 from ajgdata.experiments.cross_validation.figures import binned
 from ajgdata.report.canvas import styled
 from ajgdata.report.format import Score
-from ajgdata.report.paper import PaperFigure
-from ajgdata.types import Level
-
-
-def folds_around(mean: float, sd: float) -> Score:
-    """Return a score of two folds."""
-    off = sd / 2**0.5
-    return Score(mean, sd, (mean - off, mean + off))
 
 
 def title(figure):
@@ -30,47 +21,15 @@ def title(figure):
     return " ".join(text.get_text() for text in bold if text.get_color() != "white")
 
 
-def illustrated(*results):
-    """The illustrations of tasks, and of all of them together, by name."""
-    listed = [one for task in results for one in EXPERIMENT.figures(task)]
-    return {one.name: one for one in (*listed, *EXPERIMENT.across(results))}
-
-
-def drawn_of(name, *results):
-    return styled(illustrated(*results)[name].draw)()
-
-
-def prediction_of(results):
-    """The predictions of the first model."""
-    return next(iter(EXPERIMENT.figures(results)))
-
-
 def drawn_prediction(results):
-    return styled(prediction_of(results).draw)()
+    """The predictions of the first model."""
+    return styled(next(iter(EXPERIMENT.figures(results))).draw)()
 
 
 def markers(axes):
     """Places (n, 2) of the points of a panel, series after series."""
     found = [c.lines[0].get_xydata() for c in axes.containers]
     return np.concatenate([one for one in found if len(one)])
-
-
-def test_errors_at_several_levels():
-    def at(value):
-        return Level(value=value, unit="dBA", quantity="sound level outside")
-
-    known = PaperFigure(id="size-known", metric="rmse", value=2.7, unit="mm", text="t", where="w")
-    parts = {f"on:size_{v}": ({"rmse": folds_around(v / 20, 0.3)}, 9.0) for v in (80, 60)}
-    others = {f"size_{v}": Other(f"at {v}", at(v)) for v in (80, 60)}
-    task = sizes(
-        size_result(parts=parts), level=at(45), papers={"known": known}, others=others,
-        settings=Settings(test_on=tuple(others)),
-    )  # fmt: skip
-    figure = drawn_of("cross-validation--size--edge--levels", task)
-    axes = figure.axes[0]
-    np.testing.assert_allclose(markers(axes), [[45, 2.2], [60, 3], [80, 4]])
-    star = next(line for line in axes.get_lines() if line.get_marker() == "*")
-    np.testing.assert_allclose(star.get_xydata(), [[45, 2.7]])
 
 
 def test_many_true_values_are_binned_without_losing_any():

@@ -1,9 +1,7 @@
 """Results of cross-validation read back, as rows and tables, and beside the paper."""
 
-import numpy as np
 import pytest
 from result_samples import (
-    CLASSES,
     COST,
     PAPER,
     kind_result,
@@ -100,15 +98,6 @@ def test_a_result_that_is_not_better_than_chance_says_so():
     assert (row.result, row.agrees) == ("54 (46.5 to 61.5)°, not better than chance", "worse")
 
 
-def test_a_task_is_summed_up():
-    near = size_result("knn", "k-NN", scores={"rmse": Score(2.5, 0.1)})
-    assert EXPERIMENT.summary(sizes(near, size_result())) == (
-        "Regression of edge_mm in mm from 12 recordings in 6 groups (grasp_id), 2 folds. Lowest "
-        "error: CNN, RMSE 2.20 ± 0.30 mm; within its standard deviation: k-NN."
-    )
-    assert EXPERIMENT.summary(kinds()).endswith("Lowest error: CNN, accuracy 70.0 ± 5.0 %.")
-
-
 def test_the_paper_s_model_is_set_beside_its_figure_with_its_cost():
     (row,) = beside(two_tasks()[0])
     assert (row.paper, row.model, row.agrees) == (PAPER, "CNN", "agrees")
@@ -173,13 +162,3 @@ def test_a_lesson_is_learned_where_a_model_fails_and_silence_says_why(there, fla
     (row,) = beside(task, lookup)
     assert row.agrees == agrees
     assert row.result.startswith("2.20 ± 0.30 mm where it was trained, ")
-
-
-def test_household_objects_are_counted_that_are_told_well():
-    """Of basalt 3 of 4 recordings are right, of granite all 6."""
-    paper = paper_figure("ycb", 70.0, unit="%")
-    true = np.repeat(CLASSES, (4, 6))
-    predicted = np.array(CLASSES)[[0, 0, 0, 1, *[1] * 6]]
-    task = kinds(kind_result(predictions={"grouped": (true, predicted)}), papers={"known": paper})
-    (row,) = beside(task)
-    assert row.result == "70 (62.5 to 77.5) %; 1 of 2 classes at 90 % or more"

@@ -24,7 +24,6 @@ def row(one, others=()):
         return next((o for o in others if (o.experiment, o.dataset) == (experiment, dataset)), None)
 
     (found,) = EXPERIMENTS[one.experiment].paper_comparison(one, lookup)
-    assert (found.dataset, found.task, found.source) == ("d", "poses", "simulated")
     return found
 
 
@@ -72,10 +71,3 @@ def test_gaps_are_to_the_mean_of_the_others():
     assert found["spherical"].gap.mean == pytest.approx(2)
     assert found["cylindrical"].gap.mean == pytest.approx(2.05)
     assert found["cylindrical"].gap.sd == pytest.approx(0.1 / 2**0.5)
-
-
-def test_clusters_are_told_by_the_silhouette():
-    one = results("embedding_projections", paper=figure())
-    found = row(one, [results("embedding_knn")])
-    assert found.result.startswith("silhouette of objects 0.30 ± 0.14 (raw features -0.10 ± 0.14)")
-    assert (found.agrees, found.cost) == ("agrees", COST)
