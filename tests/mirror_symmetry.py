@@ -12,13 +12,9 @@ from __future__ import annotations
 
 import cmath
 import math
-from typing import NamedTuple, TypeVar
-
-import numpy as np
+from typing import NamedTuple
 
 from ajgdata.gripper.grippers import Gripper
-
-Angles = TypeVar("Angles", float, np.ndarray)
 
 
 class MirrorPlane(NamedTuple):
@@ -47,12 +43,7 @@ def mirror_plane(gripper: Gripper) -> MirrorPlane:
     return min(mirror_planes(gripper), key=lambda plane: plane.misfit_mm)
 
 
-def mirror_image(angle_deg: Angles, plane_deg: float) -> Angles:
-    """Return the angle (degrees, 0 to 180) of the mirror image of a bar at `angle_deg`."""
-    return (2 * plane_deg - angle_deg) % 180
-
-
-def angle_from_plane(angle_deg: Angles, plane_deg: float) -> Angles:
+def angle_from_plane(angle_deg: float, plane_deg: float) -> float:
     """Return the angle (degrees, 0 to 90) between a bar and a mirror plane."""
     return abs((angle_deg - plane_deg + 90) % 180 - 90)
 

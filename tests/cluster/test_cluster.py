@@ -39,23 +39,21 @@ def running(slurm: Slurm, run: Submitted) -> dict[str, str]:
     return found()[0]
 
 
-def processes_of(job: str, *, watchers: bool) -> list[int]:
-    """All processes of a job; those of SLURM that watch over it too, if its node is to be lost."""
+def processes_of(job: str) -> list[int]:
+    """All processes of a job."""
     found = []
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             environment = (folder / "environ").read_bytes().split(b"\0")
-            command = (folder / "cmdline").read_bytes()
         except OSError:  # it ended
             continue
-        step = command.startswith(f"slurmstepd: [{job}.".encode())
-        if (step and watchers) or f"SLURM_JOB_ID={job}".encode() in environment:
+        if f"SLURM_JOB_ID={job}".encode() in environment:
             found.append(int(folder.name))
     return found
 
 
-def kill(job: str, *, watchers: bool = False) -> None:
-    for pid in processes_of(job, watchers=watchers):
+def kill(job: str) -> None:
+    for pid in processes_of(job):
         try:
             os.kill(pid, signal.SIGKILL)
         except ProcessLookupError:

@@ -69,16 +69,3 @@ def test_every_imported_package_is_declared():
     for module, path in modules.items():
         names = {name.lower() for name in distributions.get(module, [module])}
         assert names & declared, f"{path} imports {module}: declare it in pyproject.toml"
-
-
-def test_each_dependency_is_justified_in_one_line():
-    table = (ROOT / "docs/dependencies.md").read_text()
-    named = {
-        n.strip()
-        for row in re.findall(r"^\| ([a-z][^|]+) \|", table, flags=re.M)
-        for n in row.split(",")
-    }
-    wanted = {
-        name_of(r) for r in [*PROJECT["dependencies"], *(r for e in EXTRAS.values() for r in e)]
-    }
-    assert named - {"package"} == wanted

@@ -100,8 +100,7 @@ def test_ros2_robot():
         return {"position": 0.03, "effort": 7.6, "stalled": fields.get("position") == 0}
 
     robot, forces = found["Ros2Robot"](answer), []
-    cube, nothing = Placement("cube_01", "cube", 1, 8.0), Placement("empty_01", "", 1, 8.0)
-    grasp_once(robot, cube, PAPER_SEQUENCE, 0, forces.append)
+    grasp_once(robot, Placement("cube_01", "cube", 1, 8.0), PAPER_SEQUENCE, 0, forces.append)
     robot.move("place", bin="A")
     assert forces == [7.6]
     up = ("/gripper/press", {"position": 0.10, "max_effort": 50.0})
@@ -114,10 +113,6 @@ def test_ros2_robot():
         ("/gripper/press", {"position": 0.0, "max_effort": 5.0}), off, up,
         ("/bins/A", {}), off,
     ]  # fmt: skip
-    calls.clear()
-    assert robot.move("approach", **vars(nothing)) == 7.6
-    robot.move("halt", held="cube")  # the pump holds on
-    assert calls == [up, ("/arm/stop", {})]
     with pytest.raises(RobotError, match=r"approach: met nothing at 0.001 m; put the object there"):
         found["force_of"]({"position": 0.001, "effort": 0.2, "stalled": False})
 

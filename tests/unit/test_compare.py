@@ -78,8 +78,3 @@ def test_costs_and_provenance_are_not_compared(compare):
     made = [{"commit": "a"}, cost | {"value": "3"}], [{"commit": "b"}, cost | {"value": "4"}]
     code, rows, summary = compare(*made)
     assert (code, rows) == (0, []) and "1 rows in old" in summary
-
-
-def test_rows_with_the_same_keys_cannot_be_compared(compare):
-    code, rows, message = compare([{}], [{}, {}])
-    assert (code, rows) == (2, []) and "two rows for 'size edge cnn" in message

@@ -34,8 +34,7 @@ def spec(**keys) -> DatasetSpec:
 
 @pytest.fixture
 def paths(tmp_path) -> Paths:
-    """A data set of 60 recordings, two of which are left out for three findings, and results of
-    two tasks: of `t` one of three is there."""
+    """A data set with two recordings left out, and two tasks: of `t` one of three is there."""
     made = Paths(tmp_path)
     write_store(made.features("d"), small_store(), {})
     finding = Finding("s", "1", "", "error", "silent", "p", "f")
@@ -53,14 +52,9 @@ def paths(tmp_path) -> Paths:
     return made
 
 
-def declare(paths, *, optional: bool = False) -> None:
-    write_bytes(
-        paths.dataset("d"), yaml.safe_dump(spec(optional=optional).model_dump(mode="json")).encode()
-    )
-
-
 def summary(paths) -> list[str]:
-    declare(paths)
+    declared = spec(optional=False).model_dump(mode="json")
+    write_bytes(paths.dataset("d"), yaml.safe_dump(declared).encode())
     complete(paths, ["d"], KEYS, paths.complete)
     return paths.complete.read_text().splitlines()
 
