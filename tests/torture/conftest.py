@@ -3,22 +3,19 @@
 import os
 import shutil
 import signal
-import sys
-import time
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import pytest
 import world
-from forked import Started, end_all, run
+from forked import end_all, run
 from tally import Tally, write_block
 
 from ajgdata.store.provenance import commit_date, software
 
 ROOT = Path(__file__).resolve().parents[2]
-RECORDINGS = os.environ.get("AJGDATA_TORTURE_RECORDINGS")
-_TALLY, _MADE_WITH = Tally(), []
+_TALLY = Tally()
 
 
 @dataclass(frozen=True)
@@ -44,8 +41,7 @@ def tally():
 def deeds(tmp_path_factory):
     """Deeds by name; each state was made once, by deeds that nobody disturbed."""
     base = tmp_path_factory.mktemp("torture")
-    source, kind = world.source_folder(Path(RECORDINGS) if RECORDINGS else None, base / "knocks")
-    _MADE_WITH.append(kind)
+    source = world.source_folder(base / "knocks")
     software()  # git is asked once, before the first fork
     commit_date()
     trial = base / "trial"  # one place for all: some files name their folder
@@ -64,35 +60,11 @@ def deeds(tmp_path_factory):
         return Deed(name, what, states[start], states[name])
 
     made = [after("import", "empty", partial(world.bring, source))]
-    made.append(after("acquire", "empty", partial(world.acquire, source)))
-    made.append(after("jobs", "import", world.jobs))
-    made.append(after("publish", "jobs", world.publish))
+    made.append(after("workflow", "import", world.workflow))
+    made.append(after("publish", "workflow", world.publish))
     with world.served(states["publish"] / "results/published/knock") as address:
         made.append(after("fetch", "fresh", partial(world.fetch, address)))
         yield {one.name: one for one in made}
-
-
-def snakemake(root: Path, *words: str, said: str = "said", **how) -> Started:
-    """Start the workflow on the project."""
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
-    command += ["--directory", str(root), "--configfile", str(root / "settings.yaml")]
-    command += ["--cores", "2", "results/metrics.json", *words]
-    return Started(command, root, root.parent / said, **how)
-
-
-@pytest.fixture(scope="session")
-def workflow(deeds):
-    """The deed of the whole workflow, and how long it takes."""
-    start = deeds["import"].end
-    trial, end = start.parent / "trial", start.parent / "workflow"
-    shutil.rmtree(trial, ignore_errors=True)
-    shutil.copytree(start, trial)
-    began = time.monotonic()
-    done = snakemake(trial).ended()
-    assert done.code == 0, done.said
-    taken = time.monotonic() - began
-    shutil.copytree(trial, end, symlinks=True)
-    return Deed("workflow", None, start, end), taken
 
 
 @pytest.fixture
@@ -124,7 +96,7 @@ def pytest_sessionfinish(session):
     end_all()
     if not _TALLY.rows:
         return
-    table = _TALLY.table(_MADE_WITH[0])
+    table = _TALLY.table()
     print("\n" + table)
     if os.environ.get("AJGDATA_TORTURE_WRITE"):
         write_block(ROOT / "docs" / "reliability.md", table)

@@ -1,10 +1,9 @@
-"""Processes that may be killed, starved or raced: forked, so that a trial costs what it does."""
+"""Processes that may be killed or raced: forked, so that a trial costs what it does."""
 
 from __future__ import annotations
 
 import os
 import signal
-import subprocess
 import sys
 import time
 import traceback
@@ -42,17 +41,15 @@ class Ended(NamedTuple):
 class Forked:
     """A process that does `what` in the folder `root`, in a session of its own."""
 
-    def __init__(
-        self, what: Callable[[Path], object], root: Path, starve: Callable[[], object] = int
-    ) -> None:
+    def __init__(self, what: Callable[[Path], object], root: Path) -> None:
         self._said = root.parent / f".said-{time.monotonic_ns()}"
         sys.stdout.flush()
         self.pid = os.fork()
         if self.pid == 0:
-            self._live(what, root, starve)
+            self._live(what, root)
         ALIVE.add(self.pid)
 
-    def _live(self, what, root: Path, starve) -> None:
+    def _live(self, what, root: Path) -> None:
         code = 70
         try:
             os.setsid()
@@ -63,7 +60,6 @@ class Forked:
             sys.stdout = os.fdopen(1, "w", buffering=1)
             sys.stderr = os.fdopen(2, "w", buffering=1)
             os.chdir(root)
-            starve()
             what(root)
             code = 0
         except SystemExit as ended:
@@ -100,36 +96,6 @@ class Forked:
         return Ended(os.waitstatus_to_exitcode(status), said)
 
 
-def run(what: Callable[[Path], object], root: Path, starve: Callable[[], object] = int) -> Ended:
+def run(what: Callable[[Path], object], root: Path) -> Ended:
     """Do `what` to the end."""
-    return Forked(what, root, starve).ended()
-
-
-class Started:
-    """A command in a session of its own, what it says in a file."""
-
-    def __init__(self, command: list[str], root: Path, said: Path, **how) -> None:
-        self.said = said
-        with said.open("w") as stream:
-            self.process = subprocess.Popen(
-                command, stdout=stream, stderr=subprocess.STDOUT, start_new_session=True, cwd=root,
-                **how,
-            )  # fmt: skip
-        ALIVE.add(self.process.pid)
-
-    def ended(self) -> Ended:
-        """Wait for its end."""
-        try:
-            code = self.process.wait(LONGEST_S)
-        except subprocess.TimeoutExpired:
-            return self.kill()
-        ALIVE.discard(self.process.pid)
-        return Ended(code, self.said.read_text(errors="replace"))
-
-    def kill(self) -> Ended:
-        """Kill it, and all that it started, now."""
-        with suppress(ProcessLookupError):
-            os.killpg(self.process.pid, signal.SIGKILL)
-        code = self.process.wait()
-        ALIVE.discard(self.process.pid)
-        return Ended(code, self.said.read_text(errors="replace"))
+    return Forked(what, root).ended()

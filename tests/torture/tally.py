@@ -33,11 +33,11 @@ class Tally:
             self.failures.append(f"{promise}; {how}: {wrong}")
             print(self.failures[-1])
 
-    def table(self, made_with: str) -> str:
+    def table(self) -> str:
         """The outcome as Markdown."""
         rows = [[*key, str(trials), str(bad)] for key, (trials, bad) in self.rows.items()]
         trials, bad = (sum(row[at] for row in self.rows.values()) for at in (0, 1))
-        head = f"{trials} trials with {made_with} recordings, {bad} failures; seed {SEED}.\n\n"
+        head = f"{trials} trials, {bad} failures; seed {SEED}.\n\n"
         lines = [["Promise", "How it was tested", "Trials", "Failures"], ["---"] * 4, *rows]
         return head + "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
 

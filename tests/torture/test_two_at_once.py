@@ -4,7 +4,6 @@ import time
 
 import pytest
 import world
-from conftest import snakemake
 from forked import Forked
 from tally import trials
 
@@ -12,7 +11,7 @@ pytestmark = pytest.mark.torture
 PROMISE = "Two at once: each finishes right, or says in one line who holds what"
 
 
-@pytest.mark.parametrize("name", ["import", "acquire", "publish", "fetch"])
+@pytest.mark.parametrize("name", ["import", "publish", "fetch"])
 def test_two_at_once(deeds, place, tally, name):
     deed = deeds[name]
     for random in trials(f"two {name}", 10):
@@ -33,17 +32,15 @@ def test_two_at_once(deeds, place, tally, name):
 
 
 @pytest.mark.parametrize("other", ["workflow", "import", "status"])
-def test_something_beside_the_workflow(deeds, place, tally, workflow, other):
-    deed, taken = workflow
-    what = {"import": deeds["import"].what, "status": lambda root: world.said_by("status")}
+def test_something_beside_the_workflow(deeds, place, tally, other):
+    deed = deeds["workflow"]
+    what = {name: deeds[name].what for name in ("workflow", "import")}
+    what["status"] = lambda root: world.said_by("status")
     for random in trials(f"two workflow {other}", 3):
         root, wrong = place(deed.start), []
-        first = snakemake(root)
-        time.sleep(random.uniform(0, 1) * taken)
-        if other == "workflow":
-            second = snakemake(root, said="said by the second")
-        else:
-            second = Forked(what[other], root)
+        first = Forked(deed.what, root)
+        time.sleep(random.uniform(0, 15))
+        second = Forked(what[other], root)
         ends = {"the workflow": first.ended(), other: second.ended()}
         for name, one in ends.items():
             if (one.code and other != "workflow") or "Traceback" in one.said:

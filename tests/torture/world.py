@@ -1,7 +1,7 @@
-"""The project that is tortured: a few real recordings, and what people do with them.
+"""The project that is tortured: a few simulated recordings, and what people do with them.
 
 Each thing that is done is a function of the project's folder, run in a process of its own by way of
-`forked.py`; `jobs` is the code of the workflow's jobs without Snakemake, which needs no start-up.
+`forked.py`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ import http.server
 import json
 import os
 import re
-import shutil
 import sys
 import threading
 from collections.abc import Iterator
@@ -24,24 +23,13 @@ from zipfile import BadZipFile, ZipFile
 import numpy as np
 import yaml
 
-from ajgdata.acquire.source import Grasp, Take
-from ajgdata.acquire.writer import acquire_session
 from ajgdata.cli import main as command
-from ajgdata.experiments import asked_of
 from ajgdata.paths import Paths
-from ajgdata.pipeline.collect import collect
-from ajgdata.pipeline.experiments import run_experiment
-from ajgdata.pipeline.extract_features import extract_features
-from ajgdata.pipeline.merge import merge
-from ajgdata.pipeline.train import train_model
-from ajgdata.store.audio import read_audio, write_pcm24
-from ajgdata.store.sessions import list_sessions, read_dataset
-from ajgdata.types import AudioSettings
+from ajgdata.store.audio import write_pcm24
 
 RATE_HZ = 44_100
 MATERIALS, TAKES = ("Ceramic", "Marble", "Wood"), 4
-#: Below this folder of the recordings that people may have: see `source_folder`.
-REAL = Path("knock_material/processed/train")
+SNAKEFILE = Path(__file__).resolve().parents[2] / "Snakefile"
 PATTERN = r"(?P<material>[^/]+)/(?P<sample>\d+)\.wav"
 DECLARATION = {
     "name": "knock",
@@ -65,25 +53,17 @@ ASIDE_NAMES = ("metrics.json", "settings.yaml")
 TEMPORARY = (".tmp", ".new", ".old", ".empty", ".part")
 
 
-def source_folder(given: Path | None, made: Path) -> tuple[Path, str]:
-    """Return a folder `<material>/<number>.wav` of a few recordings, and what they are: `recorded`,
-    copied from below `given`, else `simulated`."""
-    real = given / REAL if given else None
-    kind = "recorded" if real and real.is_dir() else "simulated"
+def source_folder(made: Path) -> Path:
+    """Return a folder `<material>/<number>.wav` of a few recordings."""
     generator = np.random.default_rng(0)
     time = np.arange(RATE_HZ) / RATE_HZ
     for number, material in enumerate(MATERIALS):
         (made / material).mkdir(parents=True)
-        files = sorted((real / material).glob("*.wav"))[:TAKES] if kind == "recorded" else []
         for take in range(TAKES):
-            target = made / material / f"{take}.wav"
-            if files:
-                shutil.copyfile(files[take], target)
-                continue
             ring = np.sin(2 * np.pi * 700 * (number + 1) * time) * np.exp(-20 * time)
             noise = generator.normal(0, 0.01, len(time))
-            write_pcm24(target, 0.5 * ring + noise, RATE_HZ)
-    return made, kind
+            write_pcm24(made / material / f"{take}.wav", 0.5 * ring + noise, RATE_HZ)
+    return made
 
 
 def declare(root: Path) -> Path:
@@ -103,38 +83,6 @@ def said_by(*words: str) -> None:
     command()
 
 
-def told(function) -> None:
-    """Call a function that is no command; what is wrong is said as by commands."""
-    sys.modules["ajgdata.cli.main"].app = function
-    command()
-
-
-class Replay:
-    """A source whose grasps sound as the recordings of a folder do."""
-
-    kind, sample_rate_hz = "soundcard", RATE_HZ
-
-    def excitation(self):
-        return None
-
-    def take(self, grasp, sample):
-        samples = read_audio(Path(grasp.setup["file"]), AudioSettings(channel="mean")).samples
-        return Take(np.clip(samples, -1, 1))
-
-    def describe(self):
-        return {"gripper": "bench"}
-
-
-def acquire(source: Path, root: Path) -> None:
-    """Record a session of the folder's sounds."""
-    grasps = [
-        Grasp(f"{m}_{n}", m, 1, {"material": m}, {"file": str(source / m / f"{n}.wav")}, "")
-        for m in MATERIALS
-        for n in range(TAKES)
-    ]
-    told(lambda: acquire_session(Paths(root).session("knock", "bench"), Replay(), grasps))
-
-
 def bring(source: Path, root: Path) -> None:
     """Import the folder."""
     said_by(
@@ -143,64 +91,12 @@ def bring(source: Path, root: Path) -> None:
     )
 
 
-def jobs(root: Path) -> None:
-    """Features, store, model, one experiment and all results: what the workflow's jobs do."""
-    told(functools.partial(_jobs, Paths(root)))
-
-
-def _jobs(paths: Paths) -> None:
-    spec = read_dataset(paths, "knock")
-    sessions = list_sessions(paths, "knock")
-    for session in sessions:
-        extract_features(
-            folder=paths.session("knock", session),
-            audio=spec.audio,
-            features=spec.features,
-            code="",
-            shard=paths.shard("knock", session),
-            findings=paths.shard_findings("knock", session),
-            labels=paths.shard_labels("knock", session),
-        )
-    merge(
-        dataset="knock",
-        shards=[paths.shard("knock", s) for s in sessions],
-        labels=[paths.shard_labels("knock", s) for s in sessions],
-        findings=[paths.shard_findings("knock", s) for s in sessions],
-        targets=spec.targets,
-        store=paths.features("knock"),
-        quarantine=paths.quarantine("knock"),
-    )
-    train_model(
-        paths.features("knock"),
-        **spec.training("material"),
-        model="knn",
-        seed=0,
-        folder=paths.model("knock", "material", "knn"),
-    )
-    asked = next(a for a in asked_of(spec, "material") if a.experiment.name == "cross_validation")
-    kind = asked.kinds[0]
-    run_experiment(
-        paths.features("knock"),
-        kind=kind,
-        dataset="knock",
-        task="material",
-        settings=asked.job_settings(kind),
-        split=spec.task_settings("material"),
-        others=[],
-        audio=spec.audio,
-        features=spec.features,
-        paths=paths,
-        seed=0,
-        tables=paths.experiment("knock", "material", kind),
-        cost=paths.experiment_cost("knock", "material", kind),
-    )
-    collect(
-        paths,
-        [("knock", "material", kind)],
-        document=paths.all_metrics,
-        table=paths.metrics_table,
-        predictions=paths.predictions,
-    )
+def workflow(root: Path, *words: str) -> None:
+    """Run the workflow, in place of this process."""
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)]
+    command += ["--directory", str(root), "--configfile", str(root / "settings.yaml")]
+    command += ["--cores", "2"]
+    os.execv(sys.executable, [*command, "results/metrics.json", *words])
 
 
 def publish(root: Path) -> None:

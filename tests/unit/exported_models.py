@@ -19,13 +19,8 @@ FEATURES = FeatureSettings(window=64, hop=32)
 PERIOD = 4.0
 #: What is asked of a model: its kind, and whether the target repeats.
 QUESTIONS = ("classes", "two_classes", "number", "angle")
-#: Fewer steps and trees than in use: what is exported has the same parts.
-SMALLER = {
-    "cnn": {"min_steps": 10, "epochs": 1},
-    "boosting": {"max_iter": 4},
-    "forest": {"n_estimators": 7},
-    "mlp": {"max_iter": 400, "hidden_layer_sizes": (6,), "tol": 0.1, "n_iter_no_change": 2},
-}
+#: Fewer steps than in use: what is exported has the same parts.
+SMALLER = {"cnn": {"min_steps": 10, "epochs": 1}}
 
 
 def tones(count: int = 32, samples: int = 400, seed: int = 0) -> np.ndarray:

@@ -77,6 +77,8 @@ def test_number_of_clipped_samples_is_right():
 def test_float_samples_beyond_full_scale_are_not_clipped_by_that():
     assert codes(sine(18)) == [("note", "beyond_full_scale")]
     assert codes(sine(1.0)) == []
+    assert codes(sine(1.1e-4)) == []
+    assert codes(sine(0.9e-4)) == [("warning", "quiet")]
 
 
 @pytest.mark.parametrize("level", [0.2, 1.0, 7.0])

@@ -1,8 +1,8 @@
 """What only other files tell of a declaration: said before any work, with a fix."""
 
 import json
+from dataclasses import replace
 
-import numpy as np
 import pytest
 import yaml
 from experiment_samples import small_store
@@ -12,7 +12,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import run_experiment
 from ajgdata.pipeline.plan import declaration_problems, plan
 from ajgdata.pipeline.validate import validate_dataset
-from ajgdata.store.features import Shard, write_store
+from ajgdata.store.features import write_store
 from ajgdata.store.sessions import read_dataset, write_session
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, Recording, Session
 
@@ -92,22 +92,13 @@ def test_mistakes_of_a_declaration_are_found_by_validate_and_by_a_run(tmp_path, 
     assert said in str(caught.value)
 
 
-@pytest.mark.parametrize("change", ["settings", "frequencies"])
-def test_stores_that_do_not_compare_are_refused_when_they_are_read(tmp_path, change):
+def test_stores_that_do_not_compare_are_refused_when_they_are_read(tmp_path):
     """Also those of a project that nobody planned."""
-    shard, settings = small_store(), {"audio": {"sample_rate_hz": 44_100}, "features": {}}
-    hz, theirs = shard.frequency_hz, settings
-    if change == "settings":
-        theirs = {"audio": {"sample_rate_hz": 48_000}, "features": {}}
-    else:
-        hz = hz * 48 / 44.1
-    for name, frequency, told in (("a", shard.frequency_hz, settings), ("b", hz, theirs)):
+    shard = small_store()
+    for name, rate_hz in (("a", 44_100), ("b", 48_000)):
+        told = {"audio": {"sample_rate_hz": rate_hz}, "features": {}}
         attrs = {**shard.attrs, "settings": json.dumps(told)}
-        write_store(
-            Paths(tmp_path).features(name),
-            Shard(shard.feature, frequency, shard.columns, attrs),
-            {},
-        )
+        write_store(Paths(tmp_path).features(name), replace(shard, attrs=attrs), {})
     asked = EXPERIMENTS["cross_validation"].settings(models=["ridge"], test_on=["b"])
     with pytest.raises(DataError, match="do not compare") as caught:
         run_experiment(
@@ -119,5 +110,4 @@ def test_stores_that_do_not_compare_are_refused_when_they_are_read(tmp_path, cha
             tables=tmp_path / "t.json", cost=tmp_path / "c.json",
         )  # fmt: skip
     assert str(Paths(tmp_path).features("b")) in caught.value.where
-    assert change == "frequencies" or "48000" in str(caught.value)
-    assert np.array_equal(hz, shard.frequency_hz) == (change == "settings")
+    assert "48000" in str(caught.value)

@@ -8,12 +8,8 @@ from scipy.signal import hilbert
 
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.gripper import SAMPLE_RATE_HZ, excitation_sweep
-from ajgdata.pipeline.acquire import acquire_virtual
-from ajgdata.store.audio import file_sha256, read_audio
-from ajgdata.store.sessions import read_recordings, read_session
 from ajgdata.types import (
     DEFAULT_EXCITATION,
-    AudioSettings,
     ChirpTrain,
     ExcitationSpec,
     LinearSweep,
@@ -141,26 +137,3 @@ def test_what_cannot_be_played_is_refused(given, said):
 def test_a_band_beyond_half_the_rate_is_refused():
     with pytest.raises(ValueError, match="high_hz 20000 is not below half the rate of 16000 Hz"):
         excitation_samples(LogSweep(), 16_000)
-
-
-RECIPE = {
-    "grasps_per_object": 1,
-    "scene": {"numerics": {"dx_mm": 6, "max_time_s": 0.004}},
-    "objects": [{"name": "cube", "shape": {"kind": "cube", "edge_mm": 20}}],
-}
-
-
-def test_a_session_holds_what_was_played_and_how_to_make_it_again(project):
-    declared = {"kind": "chirp_train", "length_s": 0.2, "amplitude": 0.5}
-    project.declare(audio={}, recipe=RECIPE, excitation=declared)
-    acquire_virtual(project.paths, "d", "virtual-01")
-    folder = project.paths.session("d", "virtual-01")
-    played = read_session(folder).excitation
-    spec = TypeAdapter(ExcitationSpec).validate_python(played.settings)
-    assert spec == ChirpTrain(length_s=0.2, amplitude=0.5)
-    assert played.description == spec.description
-    assert played.sha256 == file_sha256(folder / played.file)
-    read = read_audio(folder / played.file, AudioSettings()).samples
-    assert np.abs(read - excitation_samples(spec, RATE)).max() <= 2.0**-24  # half a step of PCM24
-    (row,), _ = read_recordings(folder)
-    assert len(read_audio(folder / row.file, AudioSettings()).samples) == 8_820

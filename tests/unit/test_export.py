@@ -66,9 +66,7 @@ def test_every_model_and_kind(model, question):
 @pytest.mark.parametrize(
     "settings",
     [
-        {"window": 100, "hop": 100, "window_shape": "hamming", "normalisation": "l2"},
         {"window": 101, "hop": 7, "window_shape": "boxcar", "normalisation": "max"},
-        {"band_hz": (500.0, 2100.0), "normalisation": "none"},
         {"band_hz": (0.0, 1000.0), "quantity": "power"},
         {"quantity": "root_power", "normalisation": "none"},
     ],
@@ -84,7 +82,6 @@ UNUSABLE = {
     "silent": np.zeros(400),
     "too quiet": 1e-31 * SOUNDS[0] / np.abs(SOUNDS[0]).max(),
     "NaN": np.where(np.arange(400) == 7, np.nan, SOUNDS[0]),
-    "infinite": np.where(np.arange(400) == 7, -np.inf, SOUNDS[0]),
     "constant": np.full(400, 0.25),
 }
 
@@ -113,38 +110,22 @@ def test_onnx_runtime_and_the_package(model, question, tmp_path):
     assert_agrees(predictor, [onnx(sound) for sound in SOUNDS], question)
 
 
-def guarded(threshold_from, references):
-    """A predictor that knows 12 grasps of two recordings, and the distances (32,) to them."""
+@pytest.mark.parametrize("references", [0, 1])
+def test_novelty_and_verdict(references):
     guard = Guard.of(X[:24], np.arange(24) // 2)
     if references:
         guard = guard.with_references(X[[30]])
-    distances = replace(guard, threshold=1.0).novelty(X)
-    threshold = float(np.quantile(distances, threshold_from)) if threshold_from else None
-    return predictor_of(LINEAR, guard=guard, novelty_threshold=threshold)
-
-
-@pytest.mark.parametrize("references", [0, 1])
-def test_novelty_and_verdict(references):
-    predictor = guarded(0.75, references)
+    threshold = float(np.quantile(replace(guard, threshold=1.0).novelty(X), 0.75))
+    predictor = predictor_of(LINEAR, guard=guard, novelty_threshold=threshold)
     outputs = in_torch(predictor)
     assert_agrees(predictor, outputs)
     assert {int(one["verdict"]) for one in outputs} == {0, 2} | ({1} if references else set())
 
 
 def test_damaged_and_foreign_files(tmp_path):
-    import onnx
-    from onnx import TensorProto, helper
-
     path = tmp_path / "m.onnx"
     with pytest.raises(DataError, match=r"m\.onnx: there is no such file"):
         OnnxModel(path)
     path.write_bytes(b"damaged")
     with pytest.raises(DataError, match=r"m\.onnx: not a readable ONNX file"):
-        OnnxModel(path)
-    value = helper.make_tensor_value_info("x", TensorProto.FLOAT, [1])
-    same = helper.make_tensor_value_info("y", TensorProto.FLOAT, [1])
-    graph = helper.make_graph([helper.make_node("Identity", ["x"], ["y"])], "g", [value], [same])
-    opset = [helper.make_opsetid("", 20)]
-    onnx.save(helper.make_model(graph, opset_imports=opset, ir_version=10), path)
-    with pytest.raises(DataError, match=r"was not made by `ajgdata export`"):
         OnnxModel(path)

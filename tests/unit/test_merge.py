@@ -12,14 +12,6 @@ from ajgdata.types import Target
 EDGE = Target(kind="regression", unit="mm", description="edge length")
 
 
-def relabel(project, session, **labels):
-    rows = [
-        r.model_copy(update=labels.get(r.recording_id, {}))
-        for r in read_recordings(project.folder(session))[0]
-    ]
-    project.write(rows, session)
-
-
 @pytest.fixture
 def two(project):
     project.session("s1")
@@ -49,32 +41,6 @@ def test_values_and_names(two):
         chosen = features.sel(recording="s2/d")
         assert float(chosen["edge_mm"]) == 1210
         np.testing.assert_array_equal(chosen["feature"], shards[1][1])
-
-
-def test_rejected_and_badly_labelled_recordings(two):
-    relabel(
-        two, "s1",
-        a={"quality": "reject"}, b={"labels": {"edge_mm": "12,5"}}, c={"labels": {"edge_mm": ""}},
-    )  # fmt: skip
-    store, quarantine = two.merge("s1", "s2")
-    assert store.columns["recording"].values.tolist() == ["s1/b", "s1/c", "s2/a", "s2/d"]
-    np.testing.assert_array_equal(store.columns["edge_mm"].values, [np.nan, np.nan, 610, 1210])
-    assert [(f.session_id, f.recording_id, f.level, f.code) for f in quarantine] == [
-        ("s1", "a", "note", "rejected"),
-        ("s1", "b", "warning", "bad_label"),
-    ]
-    assert quarantine[1].problem.startswith("edge_mm = '12,5' is not a finite number")
-
-
-def test_the_same_bytes_under_two_labels_are_not_used(two):
-    two.session("s3", {"x": 500.0})
-    relabel(two, "s3", x={"labels": {"edge_mm": "501"}})
-    two.shard("s3")
-    store, found = two.merge("s1", "s2", "s3")
-    assert store.columns["recording"].values.tolist() == ["s1/b", "s1/c", "s2/a", "s2/d"]
-    assert [(f.session_id, f.recording_id, f.code) for f in found] == [
-        ("s1", "a", "two_labels"), ("s3", "x", "two_labels")
-    ]  # fmt: skip
 
 
 def test_a_column_that_one_session_lacks(two):

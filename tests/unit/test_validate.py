@@ -56,22 +56,6 @@ def test_every_kind_of_mistake_once(project):
     assert all("\n" not in f.problem + f.fix and f.fix for f in findings)
 
 
-def test_a_recording_that_came_late(project):
-    sound = np.random.default_rng(0).uniform(-0.5, 0.5, 2000)
-    rows = project.session("s1", dict.fromkeys("abcde", 500.0))
-    for number, row in enumerate(rows):
-        delay = 200 if number == 4 else 10 + number
-        heard = np.concatenate([np.zeros(delay), sound, np.zeros(300 - delay)])
-        write_pcm24(project.folder() / row.file, heard, RATE_HZ)
-    rows = [r.model_copy(update={"sha256": ""}) for r in rows]
-    project.write(rows, excitation=project.excitation("s1", sound))
-    (found,) = check(project)[1]
-    assert (found.recording_id, found.code) == ("e", "other_delay")
-    assert "+23.5 ms" in found.problem  # (200 - 12) / 8 kHz
-    project.write(rows, excitation=project.excitation("s1", np.zeros(2000)))
-    assert codes(check(project)[1]) == [("s1", "*", "warning", "bad_excitation")]
-
-
 def test_simulated_and_recorded_sessions_do_not_meet(project):
     project.session("s1")
     project.session("s2", {"x": 900.0})
