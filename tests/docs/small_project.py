@@ -1,16 +1,12 @@
 """Small projects for the examples: few cubes, of a coarse simulation or of tones."""
 
-import numpy as np
 import yaml
 
-from ajgdata.acquire.source import Grasp, Take
-from ajgdata.acquire.writer import acquire_session
 from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire import acquire_all
 from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.pipeline.merge import merge
 from ajgdata.pipeline.recipes import recipe_sessions
-from ajgdata.pipeline.train import train_model
 from ajgdata.store.sessions import list_sessions, read_dataset
 
 EDGES_MM = (12.0, 18.0, 24.0, 30.0)
@@ -80,42 +76,3 @@ def make(paths: Paths) -> None:
         pass
     for declared in (SIZE, OTHER):
         features_of(paths, declared["name"])
-
-
-class Tones:
-    """A source whose objects ring the lower, the larger they are: no simulation, no compiler."""
-
-    kind, sample_rate_hz = "soundcard", 44_100
-
-    def excitation(self) -> None:
-        return None
-
-    def take(self, grasp: Grasp, sample: int) -> Take:
-        time = np.arange(44_100) / 44_100
-        pitch = 10_000 / (grasp.targets["edge_mm"] + grasp.setup["shift_mm"])
-        return Take(0.5 * np.sin(2 * np.pi * pitch * time))
-
-    def describe(self) -> dict[str, str]:
-        return {"gripper": "bench"}
-
-
-def make_of_tones(paths: Paths) -> None:
-    """Data set `size`: recorded, with features, and a ridge trained on them."""
-    declared = {key: value for key, value in SIZE.items() if key != "recipe"}
-    path = paths.dataset("size")
-    path.parent.mkdir(parents=True)
-    path.write_text(yaml.safe_dump(declared, sort_keys=False))
-    grasps = [
-        Grasp(f"{edge:g}_{n}", f"cube_{edge:g}", 1, {"edge_mm": edge}, {"shift_mm": n / 4}, "")
-        for edge in EDGES_MM
-        for n in range(4)
-    ]
-    acquire_session(paths.session("size", "bench-01"), Tones(), grasps)
-    features_of(paths, "size")
-    train_model(
-        paths.features("size"),
-        **read_dataset(paths, "size").training("size"),
-        model="ridge",
-        seed=0,
-        folder=paths.model("size", "size", "ridge"),
-    )

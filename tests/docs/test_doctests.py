@@ -4,9 +4,11 @@ import doctest
 import importlib
 
 import pytest
-from small_project import make_of_tones
+from small_project import make
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline.train import train_model
+from ajgdata.store.sessions import read_dataset
 
 MODULES = (
     "ajgdata",
@@ -31,15 +33,23 @@ MODULES = (
 
 
 @pytest.fixture(scope="module")
-def project_of_tones(tmp_path_factory) -> Paths:
+def small(tmp_path_factory) -> Paths:
+    """A small project with a trained model."""
     paths = Paths(tmp_path_factory.mktemp("doctests"))
-    make_of_tones(paths)
+    make(paths)
+    train_model(
+        paths.features("size"),
+        **read_dataset(paths, "size").training("size"),
+        model="ridge",
+        seed=0,
+        folder=paths.model("size", "size", "ridge"),
+    )
     return paths
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_examples_of_docstrings_run(name, project_of_tones, monkeypatch):
-    monkeypatch.chdir(project_of_tones.root)
+def test_examples_of_docstrings_run(name, small, monkeypatch):
+    monkeypatch.chdir(small.root)
     monkeypatch.delenv("AJGDATA_ROOT", raising=False)
     results = doctest.testmod(importlib.import_module(name))
     assert results.attempted > 0

@@ -94,16 +94,9 @@ def test_a_second_attempt_has_an_id_of_its_own_and_stands_for_the_first():
     assert plan[0] in remaining(plan, halves)
 
 
-@pytest.mark.parametrize(
-    "changes, said",
-    [
-        ({"objects": [{"name": "a"}, {"name": "a"}]}, "lists one twice"),
-        ({"sequence": ["sense", "approach"]}, "`approach` before it"),
-    ],
-)
-def test_what_a_protocol_cannot_be(changes, said):
-    with pytest.raises(ValidationError, match=said):
-        protocol(**changes)
+def test_what_a_protocol_cannot_be():
+    with pytest.raises(ValidationError, match="lists one twice"):
+        protocol(objects=[{"name": "a"}, {"name": "a"}])
 
 
 def test_a_protocol_fits_its_data_set():

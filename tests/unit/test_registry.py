@@ -78,22 +78,16 @@ broken = lab_broken:SOURCE
 """
 
 
-def install(folder, name="lab", entries=ENTRIES):
-    """What pip leaves of a package that registers `entries`."""
-    info = folder / f"{name}-1.2.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.2\n")
-    (info / "entry_points.txt").write_text(entries)
-
-
 @pytest.fixture
 def lab(tmp_path, monkeypatch):
     """An environment in which a package `lab` is installed, of which one module is broken."""
     site = tmp_path / "site"
-    site.mkdir()
+    info = site / "lab-1.2.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: lab\nVersion: 1.2\n")
+    (info / "entry_points.txt").write_text(ENTRIES)
     (site / "lab.py").write_text(MODULE)
     (site / "lab_broken.py").write_text("import no_such_package\n")
-    install(site)
     monkeypatch.syspath_prepend(site)
     yield site
     for module in ("lab", "lab_broken"):
@@ -132,9 +126,7 @@ def test_a_task_may_name_a_model_of_another_package(lab):
 
 
 def test_an_unknown_name_is_answered_with_the_known_ones(lab):
-    known = "cnn, linear, ridge, knn, svm, boosting, forest, mlp, linear_plain, "
-    known += "ridge_plain, knn_plain, svm_plain, cnn_one_scale, broken, median"
-    with pytest.raises(ValidationError, match=f"unknown model 'medain': choose one of {known}"):
+    with pytest.raises(ValidationError, match="unknown model 'medain': choose one of cnn, linear"):
         TypeAdapter(ModelName).validate_python("medain")
     with pytest.raises(ValueError, match="unknown source 'tone': choose one of virtual, broken"):
         SOURCES.checked("tone")

@@ -75,7 +75,7 @@ def test_a_task_says_how_many_recordings_a_model_learns_from(store):
 
 
 @pytest.mark.usefixtures("uncalibrated")
-@pytest.mark.parametrize("model", ["cnn", "linear", "knn"])
+@pytest.mark.parametrize("model", ["linear", "knn"])
 def test_a_model_of_a_repeating_target_comes_back_whole(store, model):
     folder = store.parent / "m"
     about = {"target": "edge_mm", "kind": "regression", "unit": "", "groups": "grasp_id"}
