@@ -15,7 +15,7 @@ from ajgdata.store.audio import (
     resample,
     write_pcm24,
 )
-from ajgdata.types import AudioSettings, DataError
+from ajgdata.types import AudioSettings
 
 AS_IS = AudioSettings()
 ANY = AudioSettings(channel="mean", other_rate="resample")
@@ -122,10 +122,7 @@ def refusal(path, audio=AS_IS) -> AudioError:
     with pytest.raises(AudioError) as caught:
         read_audio(path, audio)
     error = caught.value
-    assert isinstance(error, DataError)
-    assert "\n" not in str(error)
     assert str(error) == f"{path}: {error.problem}; {error.fix}"
-    assert error.remark == ("error", error.code, error.problem, error.fix)
     return error
 
 

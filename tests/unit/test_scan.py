@@ -143,10 +143,3 @@ def test_what_cannot_be_understood(tmp_path, settings, said):
     with pytest.raises(DataError, match=said) as caught:
         scanned(tmp_path, **settings)
     assert "\n" not in str(caught.value)
-
-
-def test_folders_without_recordings(tmp_path):
-    with pytest.raises(DataError, match="is not a folder"):
-        scan(tmp_path / "absent", KIT, "d")
-    with pytest.raises(DataError, match=r"holds no audio files; name a folder with .wav"):
-        scan(tmp_path, KIT, "d")

@@ -31,7 +31,6 @@ def recipe(**keys):
         ({"colour": "red"}, "unknown key colour; correct its spelling or remove it"),
         ({"name": "other"}, "name = 'other'; must be its folder's name, 'd'"),
         ({"name": "a b"}, "name = 'a b': Names are letters, digits, _ and -"),
-        ({"features": {"window": "big"}}, "features.window = 'big': Input should be a valid int"),
         ({"features": {"hop": 4096}}, "hop 4096 exceeds window 2048"),
         ({"features": {"band_hz": [5, 1]}}, "must be 0 <= low < high"),
         ({"features": {"band_hz": [30000, 40000]}}, "holds no bin"),
@@ -39,13 +38,11 @@ def recipe(**keys):
         ({"targets": {"e": {"unit": "mm"}}}, "targets.e.kind is missing; add targets.e.kind"),
         ({"targets": {"file": {"kind": "regression"}}}, "target file has the name of a standard"),
         ({"tasks": {"t": {"target": "nope"}}}, "task t: target 'nope' is not among the targets"),
-        ({"tasks": {"t": {"target": "edge_mm", "folds": 1}}}, "tasks.t.folds = 1"),
         (
             {"imports": {"pattern": "x", "table": "y", "file": "z"}},
             "give pattern or table, not both",
         ),
         (recipe(objects=RECIPE["objects"] * 2), "lists one twice"),
-        (recipe(vary={"angle_deg": [10, -10]}), "vary.angle_deg = [10, -10] must be [low, high]"),
         (recipe(scene={"grasp": 3}), "scene.grasp must hold keys"),
         ({**recipe(), "targets": {}}, "object x: unknown targets ['edge_mm']"),
     ],
@@ -111,13 +108,14 @@ def test_a_bad_row_is_named_and_the_others_are_kept(tmp_path):
         ",c.wav,g,0,\n"
         "d,,g,0,\n"
         "f,f.wav,g,0,ABC\n"
+        "g,g.wav,g,2147483648,\n"
         "h,1.wav,g,0,\n"
         "h,2.wav,g,0,\n",
     )
     recordings, findings = read_recordings(folder)
     assert [r.recording_id for r in recordings] == ["a"]
     told = {f.problem: (f.recording_id, f.code) for f in findings}
-    assert len(findings) == 6
+    assert len(findings) == 7
     assert told["2 rows share this recording_id"] == ("h", "duplicate_id")
     rows = {name: problem for problem, (name, code) in told.items() if code == "bad_row"}
     # line numbers count the empty line, as every editor does
@@ -125,6 +123,7 @@ def test_a_bad_row_is_named_and_the_others_are_kept(tmp_path):
     assert rows["row 5"] == "recordings.csv row 5: recording_id is missing"
     assert rows["d"] == "recordings.csv row 6: file is missing"
     assert rows["f"].startswith("recordings.csv row 7: sha256 = 'ABC'")
+    assert rows["g"].startswith("recordings.csv row 8: sample = '2147483648'")
 
 
 @pytest.mark.parametrize(
@@ -132,7 +131,6 @@ def test_a_bad_row_is_named_and_the_others_are_kept(tmp_path):
     [
         ("recording_id,file", "needs grasp_id; its header is"),
         ("recording_id,file,grasp_id,source", "no label can have the name 'source'"),
-        ("recording_id,file,grasp_id,mass (g)", "no label can have the name 'mass (g)'; rename it"),
     ],
 )
 def test_a_table_that_cannot_be_used(tmp_path, header, said):

@@ -1,30 +1,9 @@
 """`ajgdata validate`: issues of recordings and of recordings.csv, through the command."""
 
-import csv
-
 import numpy as np
-import pytest
 from worlds import assert_one_line
 
 import ajgdata as library
-
-
-@pytest.fixture
-def edit(project):
-    """Change cells of recordings.csv: `edit(a={"sample": "7"})`, and names of its columns."""
-
-    def change(columns=None, **cells):
-        path = project.folder() / "recordings.csv"
-        with path.open(encoding="utf-8", newline="") as stream:
-            rows = list(csv.DictReader(stream))
-        rows = [row | cells.get(row["recording_id"], {}) for row in rows]
-        names = {name: (columns or {}).get(name, name) for name in rows[0]}
-        with path.open("w", encoding="utf-8", newline="") as stream:
-            writer = csv.writer(stream)
-            writer.writerow(names.values())
-            writer.writerows(row.values() for row in rows)
-
-    return change
 
 
 def issues(out):
@@ -34,20 +13,7 @@ def issues(out):
     return [tuple(line.split()[:3]) for line in table]
 
 
-def test_a_sample_that_no_feature_file_can_hold(ajgdata, project, edit):
-    project.session()
-    edit(b={"sample": "2147483648"})
-    code, out, _ = ajgdata("validate", "d")
-    assert code == 1
-    assert issues(out) == [("s1/b", "error", "bad_row")]
-    assert "sample = " in out
-    project.shard()
-    store, quarantine = project.merge("s1")
-    assert store.columns["recording"].values.tolist() == ["s1/a", "s1/c"]
-    assert [(one.recording_id, one.code) for one in quarantine] == [("b", "bad_row")]
-
-
-def test_an_invalid_cell_excludes_the_recording_from_its_target_only(ajgdata, project, edit):
+def test_an_invalid_cell_excludes_the_recording_from_its_target_only(ajgdata, project):
     number = {"kind": "regression"}
     project.declare(targets={"edge_mm": number, "other": {"kind": "classification"}})
     project.session("s1", {"a": 500.0, "b": 750.0, "c": 900.0})
