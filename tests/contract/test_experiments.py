@@ -71,19 +71,6 @@ def table(name: str) -> list[dict[str, object]]:
     return rows
 
 
-def nothing(name: str) -> list[dict[str, object]]:
-    """One row a reference of a recipe: nothing is held, no class is told."""
-    sessions = recipe_sessions(PATHS, name) if SPECS[name].recipe.references else []
-    planned = planned_grasps(PATHS.dataset(name), SPECS[name], sessions)
-    return [
-        {"recording": f"{session}/{grasp.grasp_id}_0", "grasp_id": f"{session}/{grasp.grasp_id}"}
-        | {"object": "", **dict.fromkeys(SPECS[name].targets, "")}
-        for session, grasps in zip(sessions, planned, strict=True)
-        for grasp in grasps
-        if not grasp.object
-    ]
-
-
 @pytest.fixture(scope="session")
 def stores(tmp_path_factory) -> dict[str, Path]:
     """A store of every data set that has a recipe."""
@@ -92,7 +79,7 @@ def stores(tmp_path_factory) -> dict[str, Path]:
 
 
 def write(path: Path, name: str) -> Path:
-    rows, targets = [*table(name), *nothing(name)], SPECS[name].targets
+    rows, targets = table(name), SPECS[name].targets
     columns = {key: text_column([str(r[key]) for r in rows]) for key in ("recording", "grasp_id")}
     columns["object"] = text_column([str(r["object"]) for r in rows])
     level = np.zeros((len(rows), len(HZ)))

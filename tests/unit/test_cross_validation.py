@@ -165,12 +165,6 @@ def test_intervals_are_those_of_the_stored_predictions_by_grasp():
     assert score(tables, "grouped", "rmse", GRASP_INTERVAL[0]) is None  # of eight grasps
 
 
-def test_a_target_that_repeats_is_judged_the_shortest_way_round():
-    tables = measured(period_deg=10.0)[0]
-    assert all(0 <= y < 10 for y in tables["predictions"].numbers("y_pred"))
-    assert max(folds_of(tables, "grouped", "mae")) <= 5  # half a period
-
-
 def test_other_data_sets_are_tested_without_a_grasp_on_both_sides():
     """A copy: each recording is predicted once, by the fold that holds its grasp out, hence as
     well as the original; and one with further grasps, which every fold predicts."""

@@ -36,24 +36,6 @@ def test_probabilities_in_use_are_right_as_often_as_they_say():
     assert found.half_width is None
 
 
-def test_intervals_hold_the_truth_of_new_grasps():
-    generator = np.random.default_rng(2)
-    edge = generator.uniform(1, 4, 600)
-    y, groups = edge + generator.normal(0, 0.3, 600), np.repeat(np.arange(300), 2)
-    features = spectra(edge, generator)
-    known = groups < 150
-    found = calibration(
-        features[known], y[known], groups[known], groups[known], model="ridge", kind="regression"
-    )
-    from ajgdata.models import make_model
-
-    model = make_model("ridge", "regression").fit(features[known], y[known])
-    held = np.abs(y[~known] - model.predict(features[~known])) <= found.half_width
-    # over draws of both halves: sd of the share <= sqrt(.9 * .1 * 2 / 150) = 0.035
-    assert abs(held.mean() - 0.9) < 3 * 0.035
-    assert found.temperature is None
-
-
 def test_residuals_of_a_constant_prediction_give_the_half_width():
     """Equal spectra: each fold predicts the mean of the others. 19 grasps at 0, one at 1: the
     residual of each 0 is at most 1/16, that of the 1 is 1; 90 % need 19 of 21 weights."""
