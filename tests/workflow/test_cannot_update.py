@@ -43,6 +43,18 @@ def forbidden_session(project):
     project.folder("day1").chmod(0o755)
 
 
+@contextmanager
+def read_only_results(project):
+    """Take the permission to write from the results and from every folder in them."""
+    paths = [project.paths.results, *project.paths.results.rglob("*")]
+    modes = {path: path.stat().st_mode for path in paths}
+    for path, mode in modes.items():
+        path.chmod(mode & ~0o222)
+    yield
+    for path, mode in modes.items():
+        path.chmod(mode)
+
+
 DENIED = "permission denied"
 
 
@@ -51,6 +63,11 @@ def test_a_run_fails_if_it_cannot_determine_what_is_out_of_date(relabelled):
         lines = failed_run(relabelled)
     line = f"data/tones/sessions/day1/session.yaml: {DENIED}"
     assert len([text for text in lines if text.startswith(line)]) == 1, lines
+
+
+def test_a_run_fails_if_it_cannot_write_its_results(relabelled):
+    with read_only_results(relabelled):
+        failed_run(relabelled)
 
 
 @pytest.mark.parametrize(
