@@ -7,7 +7,7 @@ from ajgdata.pipeline.acquire import acquire_all
 from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.pipeline.merge import merge
 from ajgdata.pipeline.recipes import recipe_sessions
-from ajgdata.store.sessions import list_sessions, read_dataset
+from ajgdata.store.sessions import read_dataset
 
 EDGES_MM = (12.0, 18.0, 24.0, 30.0)
 CUBES = [
@@ -41,30 +41,6 @@ OTHER = {
 }
 
 
-def features_of(paths: Paths, name: str) -> None:
-    """What rules `features` and `merge` do, in this process."""
-    spec, sessions = read_dataset(paths, name), list_sessions(paths, name)
-    for session in sessions:
-        extract_features(
-            folder=paths.session(name, session),
-            audio=spec.audio,
-            features=spec.features,
-            code="",
-            shard=paths.shard(name, session),
-            findings=paths.shard_findings(name, session),
-            labels=paths.shard_labels(name, session),
-        )
-    merge(
-        dataset=name,
-        shards=[paths.shard(name, s) for s in sessions],
-        labels=[paths.shard_labels(name, s) for s in sessions],
-        findings=[paths.shard_findings(name, s) for s in sessions],
-        targets=spec.targets,
-        store=paths.features(name),
-        quarantine=paths.quarantine(name),
-    )
-
-
 def make(paths: Paths) -> None:
     """Both data sets: declared, recorded, features made."""
     for declared in (SIZE, OTHER):
@@ -74,5 +50,15 @@ def make(paths: Paths) -> None:
     wanted = [(d["name"], s) for d in (SIZE, OTHER) for s in recipe_sessions(paths, d["name"])]
     for _ in acquire_all(paths, wanted):
         pass
-    for declared in (SIZE, OTHER):
-        features_of(paths, declared["name"])
+    for name, session in wanted:  # one session of each
+        spec = read_dataset(paths, name)
+        shard, labels = paths.shard(name, session), paths.shard_labels(name, session)
+        findings = paths.shard_findings(name, session)
+        extract_features(
+            folder=paths.session(name, session), audio=spec.audio, features=spec.features, code="",
+            shard=shard, findings=findings, labels=labels,
+        )  # fmt: skip
+        merge(
+            dataset=name, shards=[shard], labels=[labels], findings=[findings],
+            targets=spec.targets, store=paths.features(name), quarantine=paths.quarantine(name),
+        )  # fmt: skip
