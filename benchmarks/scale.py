@@ -14,6 +14,7 @@ from __future__ import annotations
 import json
 import os
 import platform
+import re
 import resource
 import shutil
 import subprocess
@@ -86,7 +87,7 @@ def in_child(function: Callable[..., None], *arguments: object) -> None:
 def change_label(project: Path) -> None:
     """Correct the label of one recording in the recordings.csv of the last session."""
     path = max((project / "data/scale/sessions").iterdir()) / "recordings.csv"
-    path.write_text(path.read_text().replace("cube12", "cube18", 1))
+    path.write_text(re.sub(r",cube\d+", ",cube18", path.read_text(), count=1))
 
 
 def cost(project: Path, arguments: tuple[str, ...]) -> Row:
