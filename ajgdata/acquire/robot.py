@@ -238,4 +238,7 @@ def open_robot(name: str, settings: Mapping[str, Any], confirm: Confirm) -> Iter
     except ValueError as error:
         raise DataError("protocol.robot", str(error), "the protocol may name another") from None
     with opened(settings, confirm) as robot:
+        if not callable(getattr(robot, "move", None)):
+            problem = f"robot {name!r} has no method move(step, **about)"
+            raise DataError("protocol.robot", problem, "update its package")
         yield robot

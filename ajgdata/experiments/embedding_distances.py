@@ -81,11 +81,16 @@ class Category(NamedTuple):
     others: np.ndarray
 
     @property
+    def gaps(self) -> np.ndarray:
+        """Return the distance to other categories minus the one within, of each run with both."""
+        gaps = self.others - self.within
+        return gaps[np.isfinite(gaps)]
+
+    @property
     def gap(self) -> Score | None:
-        """Return by how much its members lie nearer to one another than to other categories: mean
-        and sd over runs. None for a category that stands alone."""
-        gap = (self.others - self.within)[np.isfinite(self.others - self.within)]
-        return Score(float(gap.mean()), float(gap.std(ddof=1))) if len(gap) > 1 else None
+        """Return mean and sd of `gaps` over runs; None for fewer than two runs."""
+        gaps = self.gaps
+        return Score(float(gaps.mean()), float(gaps.std(ddof=1))) if len(gaps) > 1 else None
 
 
 def categories_of(results: TaskResults, space: str) -> dict[str, Category]:
@@ -96,8 +101,9 @@ def categories_of(results: TaskResults, space: str) -> dict[str, Category]:
     found = {}
     for name in dict.fromkeys(map(str, table.column("first"))):
         others = [values for pair, values in runs.items() if name in pair and pair != (name, name)]
-        mean = np.mean(others, axis=0) if others else np.full_like(runs[name, name], np.nan)
-        found[name] = Category(runs[name, name], mean)
+        within = runs[name, name]
+        known = np.ma.masked_invalid(others or np.full((1, len(within)), np.nan))
+        found[name] = Category(within, known.mean(axis=0).filled(np.nan))
     return found
 
 
@@ -105,8 +111,8 @@ def finding(results: TaskResults) -> str:
     """Return in each space how many categories are nearer within than to others."""
     counts = []
     for space in sorted(results.results[0].tables["categories"].parted("space")):
-        gaps = [one.gap for one in categories_of(results, space).values()]
-        near = sum(gap is not None and gap.mean > 0 for gap in gaps)
+        gaps = [one.gaps for one in categories_of(results, space).values()]
+        near = sum(len(gap) > 0 and float(gap.mean()) > 0 for gap in gaps)
         counts.append(f"{near} of {len(gaps)} in {space_name(space)}")
     return f"Categories whose members lie nearer to one another than to others: {', '.join(counts)}"
 

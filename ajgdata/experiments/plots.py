@@ -269,7 +269,8 @@ def _trend(results: TaskResults, plot: Plot, points: Sequence[Point], higher: bo
             place = _place_text(results, plot, ends[name][0][index])
         said.append(f"{value_range(values, unit)} ({place})")
     count = f" in {len(ends[name])} panels" if len(ends[name]) > 1 else ""
-    return f"{name}: {axis} {', '.join(said)}{count}"
+    label = f"{name}: " if name else ""
+    return f"{label}{axis} {', '.join(said)}{count}"
 
 
 def value_range(values: Sequence[float], unit: str) -> str:

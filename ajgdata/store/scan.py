@@ -212,8 +212,9 @@ def read_label_table(path: Path) -> pd.DataFrame:
     """Return a table with commas, semicolons or tabs; every cell is stripped text.
 
     Empty rows and columns are dropped. Between semicolons and tabs, numbers such as `1,5` get a
-    decimal point. Raises DataError for a table without rows, for a column without a name or with
-    the name of another, and for a row with more cells than the header.
+    decimal point, unless all commas of the column may separate thousands (`1,000`). Raises
+    DataError for a table without rows, for a column without a name or with the name of another,
+    and for a row with more cells than the header.
     """
     text = read_text(path)
     mark = max(_DELIMITERS, key=text.partition("\n")[0].count)
@@ -226,13 +227,21 @@ def read_label_table(path: Path) -> pd.DataFrame:
         raise DataError(path, f"is not a table ({reason})", fix) from None
     cells = cells.fillna("").map(str.strip)
     if mark != ",":
-        cells = cells.replace(_DECIMAL_COMMA, r"\1.\2", regex=True)
+        cells = cells.apply(_decimal_points)
     cells = cells.loc[(cells != "").any(axis=1), (cells != "").any(axis=0)]
     header = cells.iloc[0].tolist() if len(cells) else []
     if len(cells) < 2 or "" in header or len(set(header)) < len(header):
         problem = f"needs rows and a different name for each column; its header is {header}"
         raise DataError(path, problem, "write a line with column names and a line per file")
     return cells.iloc[1:].set_axis(header, axis=1)
+
+
+def _decimal_points(column: pd.Series) -> pd.Series:
+    """Return a column with decimal points, unless all its commas may separate thousands."""
+    with_comma = column[column.str.fullmatch(r"[+-]?\d[\d,]*,\d.*")]
+    if with_comma.str.fullmatch(r"[+-]?\d{1,3}(,\d{3})+").all():
+        return column
+    return column.replace(_DECIMAL_COMMA, r"\1.\2", regex=True)
 
 
 def _joined(folder: Path, table: pd.DataFrame, tables: Mapping[str, str]) -> pd.DataFrame:

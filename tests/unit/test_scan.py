@@ -143,3 +143,10 @@ def test_what_cannot_be_understood(tmp_path, settings, said):
     with pytest.raises(DataError, match=said) as caught:
         scanned(tmp_path, **settings)
     assert "\n" not in str(caught.value)
+
+
+def test_commas_that_may_separate_thousands_stay(tmp_path):
+    (tmp_path / "labels.csv").write_text("name;mass;count\na;1,5;1,000\nb;1,234;12,000\n")
+    table = read_label_table(tmp_path / "labels.csv")
+    assert table["mass"].tolist() == ["1.5", "1.234"]
+    assert table["count"].tolist() == ["1,000", "12,000"]
