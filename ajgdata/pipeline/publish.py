@@ -86,7 +86,7 @@ def publish(
     features = store or paths.features(dataset)
     for needed in (features, paths.quarantine(dataset)):
         if not needed.is_file():
-            raise DataError(needed, "has not been made", "run `snakemake` first")
+            raise DataError(needed, "does not exist yet", f"run `ajgdata run {dataset}` first")
     content = read_labels(features)
     for _ in spectra_blocks(features):  # damage is found before anything is written
         pass

@@ -129,7 +129,7 @@ def open_store(path: Path) -> xr.Dataset:
     """Return a feature file: `feature` (recording, frequency), which is read when it is used, and
     the labels as coordinates. Close it after use. Raises DataError for any other file."""
     if not path.is_file():
-        raise DataError(path, "this feature store has not been made", "run `snakemake` first")
+        raise DataError(path, "does not exist yet", f"run `ajgdata run {path.stem}` first")
     try:
         dataset = open_netcdf(path)
         if dataset["feature"].dims != ("recording", "frequency"):
