@@ -15,6 +15,7 @@ import numpy as np
 
 from ajgdata.models import model_label
 from ajgdata.report.comparison import Change, Reason
+from ajgdata.report.format import column_title
 from ajgdata.types.ablation import Ablation, Why
 from ajgdata.types.table import Column, Table, table_of
 
@@ -98,7 +99,7 @@ def value_table(name: str, ablation: Ablation, measured: Measured) -> Table:
         for model, own in measured.folds.items()
         for variant, folds in own.items()
     ]
-    value = f"{METRIC_NAMES[measured.metric]}, {measured.unit}".removesuffix(", ")
+    value = column_title(METRIC_NAMES[measured.metric], measured.unit)
     columns = {"model": "Model", "variant": "Variant", "value": value, "value_sd": "sd"}
     note = "Mean and standard deviation over folds."
     return table_of(f"{name}_values", f"{ablation.title}: all values", rows, note, **columns)

@@ -26,6 +26,7 @@ from ajgdata.experiments.base import (
 )
 from ajgdata.experiments.plots import Plot, illustrations, shown_tables
 from ajgdata.report.blocks import Illustration, ShownTable
+from ajgdata.report.format import column_title
 from ajgdata.types import (
     DEFAULT_EXCITATION,
     ExcitationSpec,
@@ -256,7 +257,7 @@ def errors(results: TaskResults) -> Table:
 
 def _level_title(levels: Iterable[Level | None]) -> str:
     known = [level for level in levels if level]
-    return f"{known[0].quantity.capitalize()}, {known[0].unit}" if known else "Level"
+    return column_title(known[0].quantity.capitalize(), known[0].unit) if known else "Level"
 
 
 def _folds(results: TaskResults, table: Table) -> Iterator[dict[str, float | str]]:

@@ -14,13 +14,9 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from ajgdata.experiments.base import (
-    Experiment,
-    Inputs,
-    Outcome,
-    score_table,
-)
+from ajgdata.experiments.base import Experiment, Inputs, Outcome, score_table
 from ajgdata.experiments.plots import Plot
+from ajgdata.report.format import column_title
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
 
@@ -75,13 +71,8 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
                 scores += [(model, part, "coverage", f"fold {fold}", held)]
                 scores += [(model, part, "width", f"fold {fold}", width)]
                 rows.append({"coverage": coverage, "fold": fold, "held": held, "width": width})
-    width_title = f"Width, {inputs.unit}" if inputs.unit else "Width"
-    columns = {
-        "coverage": "Stated coverage",
-        "fold": "Fold",
-        "held": "Coverage",
-        "width": width_title,
-    }
+    columns = {"coverage": "Stated coverage", "fold": "Fold", "held": "Coverage"}
+    columns |= {"width": column_title("Width", inputs.unit)}
     title = "Conformal intervals"
     cost = [(model, "cost of intervals", "train_cpu_s", "measured", spent)]
     return Outcome(

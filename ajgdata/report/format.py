@@ -83,6 +83,11 @@ def with_unit(text: str, unit: str) -> str:
     return f"{text}{'' if unit == '°' else ' '}{unit}".rstrip()
 
 
+def column_title(text: str, unit: str) -> str:
+    """Return the title of a column, as `types.table.table_of` reads it: a unit follows a comma."""
+    return f"{text}, {unit}" if unit else text
+
+
 def mean_sd(score: Score, unit: str = "", scale: float = 1.0) -> str:
     """Return `2.63 ± 0.21 mm`: as many decimals as two significant digits of the deviation have;
     `2.63 (2.4 to 2.86) mm` where an interval is known."""

@@ -24,7 +24,7 @@ from ajgdata.experiments.cross_validation.results import (
 from ajgdata.experiments.plots import Plot
 from ajgdata.experiments.plots import illustrations as illustrations_of
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.format import number, sentence, with_unit, words
+from ajgdata.report.format import column_title, number, sentence, with_unit, words
 from ajgdata.report.marks import Picture, Point, illustration
 from ajgdata.types.table import Table, table_of
 
@@ -138,14 +138,9 @@ def numbers(model: ModelResult, _: TaskResults) -> Table:
             held_out = model.predictions(part)
             pairs = zip(binned(held_out.y_true), held_out.y_pred, strict=True)
             rows += [{"part": name, "true": t, "predicted": y, "mean": mean} for t, y in pairs]
-    name = with_comma(quantity(model.task), model.task.unit)
+    name = column_title(quantity(model.task), model.task.unit)
     columns = {"part": "Values", "true": f"True {name}", "predicted": f"Predicted {name}"}
     return table_of("values", "Predictions", rows, **columns, mean="Mean")
-
-
-def with_comma(text: str, unit: str) -> str:
-    """Return the title of a column, with its unit after a comma."""
-    return f"{text}, {unit}" if unit else text
 
 
 def binned(y_true: np.ndarray, max_values: int = MAX_VALUES) -> np.ndarray:
@@ -173,7 +168,7 @@ def at_levels(results: TaskResults) -> Table:
         for value in score.per_fold
     ]
     first = models[0].levels()[0][0]
-    columns = {"model": "Model", "level": with_comma(sentence(first.quantity), first.unit)}
+    columns = {"model": "Model", "level": column_title(sentence(first.quantity), first.unit)}
     return table_of("levels", "Levels", rows, **columns, metric="Metric", value="Value", chance="")
 
 
@@ -201,7 +196,7 @@ def by_time(results: TaskResults) -> Table:
             row = {"model": model.label, "time": panel, "chance": chance}
             row |= {"seconds": max(getattr(model.cost, name), SHORTEST_S)}
             rows += [row | {"error": error} for error in errors]
-    error = "Wrong, %" if wrong else with_comma(results.metric_title, results.unit)
+    error = "Wrong, %" if wrong else column_title(results.metric_title, results.unit)
     columns = {"model": "Model", "time": "Time", "seconds": "Time, s", "error": error}
     return table_of("times", "Run time", rows, **columns, chance="Chance")
 
