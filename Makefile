@@ -43,10 +43,10 @@ test-cluster: $(VENV)/.test $(VENV)/.cluster
 test-jack: $(VENV)/.test $(VENV)/.live
 	AJGDATA_REQUIRE_JACK=1 $(BIN)/pytest -n 0 -m jack tests/jack
 
-# Kills, full disks, races; writes the table of docs/reliability.md.
-# AJGDATA_TORTURE_SHARE=0.1 makes a tenth of the trials, AJGDATA_TORTURE_SECONDS bounds each kind, AJGDATA_TORTURE_TOTAL_SECONDS all, AJGDATA_TORTURE_SEED gives others.
+# Kills, full disks, races (docs/reliability.md).
+# AJGDATA_TORTURE_SHARE=0.1 makes a tenth of the trials, AJGDATA_TORTURE_SECONDS bounds each kind, AJGDATA_TORTURE_SEED gives others.
 test-torture: $(VENV)/.test
-	AJGDATA_TORTURE_WRITE=1 $(BIN)/pytest -n 0 -s -m torture tests/torture
+	$(BIN)/pytest -n 0 -s -m torture tests/torture
 
 lint: $(VENV)/.lint
 	$(BIN)/ruff check .

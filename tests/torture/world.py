@@ -1,8 +1,4 @@
-"""The project that is tortured: a few simulated recordings, and what people do with them.
-
-Each thing that is done is a function of the project's folder, run in a process of its own by way of
-`forked.py`.
-"""
+"""A project of a few simulated recordings, the actions of its users, and its state in hashes."""
 
 from __future__ import annotations
 
@@ -13,6 +9,7 @@ import http.server
 import json
 import os
 import re
+import subprocess
 import sys
 import threading
 from collections.abc import Iterator
@@ -23,7 +20,7 @@ from zipfile import BadZipFile, ZipFile
 import numpy as np
 import yaml
 
-from ajgdata.cli import main as command
+from ajgdata.cli import main
 from ajgdata.paths import Paths
 from ajgdata.store.audio import write_pcm24
 
@@ -77,15 +74,20 @@ def declare(root: Path) -> Path:
     return root
 
 
-def said_by(*words: str) -> None:
+def run_command(*words: str) -> None:
     """Run the command `ajgdata` in this process."""
     sys.argv = ["ajgdata", *words]
-    command()
+    main()
 
 
-def bring(source: Path, root: Path) -> None:
+def command(*words: object) -> int:
+    """Run a program of the system; return its exit code."""
+    return subprocess.run(list(map(str, words)), check=False, capture_output=True).returncode
+
+
+def import_folder(source: Path, root: Path) -> None:
     """Import the folder."""
-    said_by(
+    run_command(
         *("import", str(source), "--dataset", "knock"),
         *("--pattern", PATTERN, "--target", "material"),
     )
@@ -101,12 +103,12 @@ def workflow(root: Path, *words: str) -> None:
 
 def publish(root: Path) -> None:
     """Publish it."""
-    said_by("publish", "knock")
+    run_command("publish", "knock")
 
 
 def fetch(address: str, root: Path) -> None:
     """Fetch it from a server."""
-    said_by("fetch", address)
+    run_command("fetch", address)
 
 
 class _Quiet(http.server.SimpleHTTPRequestHandler):
