@@ -1,14 +1,9 @@
 """Acquisition goes on where it stopped and ends with the same bytes; recipes are stable."""
 
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
 from ajgdata.acquire.recipe import plan_session, session_names
 from ajgdata.acquire.source import Grasp, GraspError, Take
@@ -25,8 +20,8 @@ class Tones:
 
     sample_rate_hz = 8000
 
-    def __init__(self, kind="virtual", fail_at=None, pause_s=0.0):
-        self.kind, self.fail_at, self.pause_s, self.takes = kind, fail_at, pause_s, []
+    def __init__(self, kind="virtual", fail_at=None):
+        self.kind, self.fail_at, self.takes = kind, fail_at, []
 
     def excitation(self):
         return 0.5 * np.sin(np.arange(1000) ** 2 / 5000)
@@ -36,7 +31,6 @@ class Tones:
             raise GraspError(grasp.grasp_id, "is out of reach", "move it")
         if len(self.takes) == self.fail_at:
             raise RuntimeError("the cable came off")
-        time.sleep(self.pause_s)
         self.takes.append((grasp.grasp_id, sample))
         phase = 2 * np.pi * np.arange(1000) / self.sample_rate_hz
         return Take(0.5 * np.sin(grasp.setup["hz"] * phase + sample), clipped=int(sample == 1))
@@ -54,19 +48,8 @@ NAMES = ["g1_1", "g1_2", "g2_1", "g2_2", "g3_1", "g3_2"]
 
 
 def content(folder: Path) -> dict[str, bytes]:
-    """Files, without those that a killed process was writing: later writes remove them."""
-    return {
-        str(p.relative_to(folder)): p.read_bytes()
-        for p in sorted(folder.rglob("*"))
-        if p.is_file() and not p.parent.name.endswith(".tmp")
-    }
-
-
-@pytest.fixture
-def whole(tmp_path):
-    """What an acquisition that nothing interrupts leaves."""
-    assert acquire_session(tmp_path / "whole" / "s1", Tones(), GRASPS) == (6, 0, {}, 0)
-    return content(tmp_path / "whole" / "s1")
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
 
 
 def test_what_a_session_holds(tmp_path):
@@ -89,59 +72,27 @@ def test_what_a_session_holds(tmp_path):
     assert session.excitation.sha256
 
 
-@pytest.mark.parametrize("fail_at", [0, 3])
-def test_goes_on_after_a_failure(tmp_path, whole, fail_at):
-    folder = tmp_path / "s1"
+def test_goes_on_after_a_failure(tmp_path):
+    whole, folder = tmp_path / "whole" / "s1", tmp_path / "s1"
+    assert acquire_session(whole, Tones(), GRASPS) == (6, 0, {}, 0)
     with pytest.raises(RuntimeError, match="cable"):
-        acquire_session(folder, Tones(fail_at=fail_at), GRASPS)
+        acquire_session(folder, Tones(fail_at=3), GRASPS)
     assert not (folder / "session.yaml").exists()
     again = Tones()
-    recorded, kept, *_ = acquire_session(folder, again, GRASPS)
-    assert kept == 2 * (fail_at // 2)  # whole grasps
-    assert len(again.takes) == recorded == 6 - kept
-    assert content(folder) == whole
+    assert acquire_session(folder, again, GRASPS) == (4, 2, {}, 0)  # a whole grasp is kept
+    assert len(again.takes) == 4
+    assert content(folder) == content(whole)
     assert acquire_session(folder, Tones(fail_at=0), GRASPS) == (0, 6, {}, 0)
-
-
-ACQUIRE = """
-import sys
-from pathlib import Path
-sys.path.insert(0, sys.argv[2])
-from test_acquire import GRASPS, Tones, acquire_session
-print("ready", flush=True)
-acquire_session(Path(sys.argv[1]), Tones(pause_s=0.02), GRASPS)
-"""
-
-
-def test_goes_on_after_a_kill(tmp_path, whole):
-    folder, here = tmp_path / "s1", Path(__file__).parent
-    for delay_s in (0.03, 0.08):
-        process = subprocess.Popen(
-            [sys.executable, "-c", ACQUIRE, folder, here], stdout=subprocess.PIPE
-        )
-        process.stdout.readline()
-        time.sleep(delay_s)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        process.stdout.close()
-        assert not (folder / "session.yaml").exists() or content(folder) == whole
-    acquire_session(folder, Tones(), GRASPS)
-    assert content(folder) == whole
 
 
 def test_a_virtual_session_shrinks_with_its_recipe(tmp_path):
     folder = tmp_path / "s1"
     acquire_session(folder, Tones(), GRASPS)
-    assert acquire_session(folder, Tones(), [GRASPS[0], grasp("g3", 700, samples=1)]) == (
-        0,
-        3,
-        {},
-        0,
-    )
-    assert [r.recording_id for r in read_recordings(folder)[0]] == ["g1_1", "g1_2", "g3_1"]
-    assert sorted(p.name for p in (folder / "audio").iterdir()) == [
-        "g1_1.wav", "g1_2.wav", "g3_1.wav"
-    ]  # fmt: skip
+    fewer = [GRASPS[0], grasp("g3", 700, samples=1)]
+    assert acquire_session(folder, Tones(), fewer) == (0, 3, {}, 0)
+    names = [r.recording_id for r in read_recordings(folder)[0]]
+    assert names == ["g1_1", "g1_2", "g3_1"]
+    assert sorted(path.stem for path in (folder / "audio").iterdir()) == names
 
 
 def test_what_was_really_recorded_is_never_lost(tmp_path):
@@ -150,9 +101,6 @@ def test_what_was_really_recorded_is_never_lost(tmp_path):
     before = content(folder)
     assert acquire_session(folder, Tones("soundcard"), GRASPS[:1]) == (0, 2, {}, 0)
     assert [r.recording_id for r in read_recordings(folder)[0]] == NAMES
-    assert {n: b for n, b in content(folder).items() if n.startswith("audio")} == {
-        n: b for n, b in before.items() if n.startswith("audio")
-    }
     with pytest.raises(DataError, match=r"g2_1.wav: was recorded of another setup"):
         acquire_session(folder, Tones("soundcard"), [GRASPS[0], grasp("g2", 650)])
     (folder / "audio" / "g3_1.wav").write_bytes(b"edited")
@@ -203,17 +151,12 @@ def test_a_recipe_that_grows_changes_no_grasp():
     assert len(before) == 8
     more = [*BASE["objects"], {"name": "c", "shape": {"kind": "ball"}}]
     for changes in (
-        {"objects": more},
         {"objects": more[::-1]},
-        {"grasps_per_object": 120},
-        {"sessions": 120},
-        {"samples_per_grasp": 9},
+        {"grasps_per_object": 12, "sessions": 101, "samples_per_grasp": 9},
     ):
         after = grasps(**changes)
-        assert len(after) >= len(before)
-        assert {n: (after[n].digest, after[n].setup) for n in before} == {
-            n: (g.digest, g.setup) for n, g in before.items()
-        }
+        for name, one in before.items():
+            assert (after[name].digest, after[name].setup) == (one.digest, one.setup)
 
 
 def test_what_enters_a_grasp():
@@ -253,58 +196,3 @@ def test_several_grippers_each_with_references():
     assert all(g.setup["medium"] == {"kind": "coffee"} for g in coffee)
     seeds = [g.setup["grasp"]["seed"] for g in (*small, *coffee)]
     assert len(set(seeds)) == len(seeds)
-
-
-def test_the_virtual_gripper_is_such_a_source(project):
-    from ajgdata.pipeline.acquire import acquire_virtual
-    from ajgdata.pipeline.recipes import recipe_sessions
-
-    project.declare(
-        recipe={
-            "grasps_per_object": 1,
-            "samples_per_grasp": 2,
-            "scene": {"numerics": {"dx_mm": 6, "max_time_s": 0.004}},
-            "objects": [
-                {
-                    "name": "cube",
-                    "shape": {"kind": "cube", "edge_mm": 20},
-                    "targets": {"edge_mm": 20},
-                }
-            ],
-        }
-    )
-    assert recipe_sessions(project.paths, "d") == ["virtual-01"]
-    assert acquire_virtual(project.paths, "d", "virtual-01") == (2, 0, {}, 1)
-    folder = project.folder("virtual-01")
-    before = content(folder)
-    first, second = read_recordings(folder)[0]
-    assert first.labels["edge_mm"] == "20.0"
-    assert first.sha256 != second.sha256  # each sample has its own noise
-    session = read_session(folder)
-    assert (session.source, session.gripper) == ("virtual", "virtual-default")
-    assert session.scene["numerics"]["dx_mm"] == 6
-    (folder / second.file).unlink()
-    assert acquire_virtual(project.paths, "d", "virtual-01") == (1, 1, {}, 0)
-    assert content(folder) == before
-    with pytest.raises(DataError, match="the recipe of d has no such session"):
-        acquire_virtual(project.paths, "d", "virtual-02")
-
-
-def test_scenes_that_cannot_be(project):
-    from ajgdata.pipeline.acquire import acquire_virtual
-
-    recipe = {"grasps_per_object": 1, "objects": [{"name": "x", "shape": {"kind": "teapot"}}]}
-    project.declare(recipe=recipe)
-    with pytest.raises(DataError, match=r"dataset.yaml:\d+: recipe, x: object"):
-        acquire_virtual(project.paths, "d", "virtual-01")
-    recipe["vary"] = {"angel_deg": [0, 1]}
-    recipe["objects"][0]["shape"] = {"kind": "cube", "edge_mm": 20}
-    project.declare(recipe=recipe)
-    with pytest.raises(DataError, match=r"unknown key grasp.angel_deg"):
-        acquire_virtual(project.paths, "d", "virtual-01")
-    project.declare()
-    with pytest.raises(DataError, match="has no recipe"):
-        acquire_virtual(project.paths, "d", "virtual-01")
-    assert not list(project.root.rglob("*.wav"))
-    assert yaml.safe_load(project.paths.dataset("d").read_text())["name"] == "d"
-    assert [p.name for p in project.root.iterdir()] == ["datasets"]

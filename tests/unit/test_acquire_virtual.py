@@ -1,21 +1,13 @@
 """The virtual gripper records whole data sets: over processes, again, and after any end."""
 
-import os
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 import yaml
 
 from ajgdata.gripper.motor import harmonic_amplitudes
 from ajgdata.gripper.signal_settings import Motor
-from ajgdata.pipeline.acquire import acquire_all
-from ajgdata.pipeline.recipes import (
-    declare_from,
-    planned_grasps,
-    recipe_sessions,
-)
+from ajgdata.pipeline.acquire import acquire_all, acquire_virtual
+from ajgdata.pipeline.recipes import declare_from, planned_grasps, recipe_sessions
 from ajgdata.store.audio import read_audio
 from ajgdata.store.sessions import read_dataset, read_recordings, read_session
 from ajgdata.types import AudioSettings, DataError
@@ -40,9 +32,9 @@ def acquire(project, dataset="d"):
 
 
 def recordings(project, dataset="d") -> dict[str, bytes]:
-    """The files of all sessions, without temporary ones of killed processes."""
+    """The files of all sessions."""
     folder = project.paths.sessions(dataset)
-    files = (p for p in sorted(folder.rglob("*")) if p.is_file() and p.parent.suffix != ".tmp")
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
     return {str(p.relative_to(folder)): p.read_bytes() for p in files}
 
 
@@ -51,11 +43,20 @@ def test_a_second_acquisition_only_records(project, solved):
     assert [tuple(done)[:2] for done in acquire(project)] == [(12, 0), (12, 0)]
     assert len(solved) == 12
     before = recordings(project)
-    for path in project.paths.sessions("d").rglob("*.wav"):
+    folder = project.folder("virtual-01")
+    first, second = read_recordings(folder)[0][:2]
+    assert -10 <= float(first.labels["angle_deg"]) <= 10
+    assert first.sha256 != second.sha256  # each sample has its own noise
+    session = read_session(folder)
+    assert (session.source, session.gripper) == ("virtual", "virtual-default")
+    assert session.scene["numerics"]["dx_mm"] == 6
+    for path in folder.rglob("*.wav"):
         path.unlink()
-    assert [tuple(done)[:2] for done in acquire(project)] == [(12, 0), (12, 0)]
+    assert [tuple(done)[:2] for done in acquire(project)] == [(12, 0), (0, 12)]
     assert len(solved) == 12
     assert recordings(project) == before
+    with pytest.raises(DataError, match="the recipe of d has no such session"):
+        acquire_virtual(project.paths, "d", "virtual-03")
 
 
 def test_noise_gain_and_excitation_need_no_new_response(project, solved):
@@ -94,21 +95,14 @@ def test_a_recipe_elsewhere_becomes_a_data_set(project, tmp_path):
     with pytest.raises(DataError, match=r"my.yaml:3: recipe.sessions = 0: .*greater than"):
         declare_from(project.paths, file)
     shapes = [{"name": "a", "shape": {"kind": "cube", "edge_mm": -1}}]
-    file.write_text(yaml.safe_dump({"name": "other", "recipe": {**RECIPE, "objects": shapes}}))
-    with pytest.raises(DataError, match=r"my.yaml:\d+: recipe, a: .*edge_mm = -1"):
-        declare_from(project.paths, file)
+    for wrong, message in (
+        ({"objects": shapes}, r"my.yaml:\d+: recipe, a: .*edge_mm = -1"),
+        ({"vary": {"angel_deg": [0, 1]}}, r"unknown key grasp.angel_deg"),
+    ):
+        file.write_text(yaml.safe_dump({"name": "other", "recipe": RECIPE | wrong}))
+        with pytest.raises(DataError, match=message):
+            declare_from(project.paths, file)
     assert not project.paths.dataset("other").exists()
-
-
-COMMAND = "from ajgdata.cli import main; main()"
-
-
-def command(project, *arguments) -> list[str]:
-    return [sys.executable, "-c", COMMAND, "acquire", *arguments]
-
-
-def _spec(project):
-    return read_dataset(project.paths, "d")
 
 
 def test_a_silent_speaker_leaves_no_excitation_and_the_motor_alone(project, solved):
@@ -124,7 +118,8 @@ def test_a_silent_speaker_leaves_no_excitation_and_the_motor_alone(project, solv
     assert read_session(folder).excitation is None
     assert not (folder / "excitation.wav").exists()
     assert len(solved) == 2  # what is played needs no new response
-    (grasps,) = planned_grasps(project.paths.dataset("d"), _spec(project), ["virtual-01"])
+    spec = read_dataset(project.paths, "d")
+    (grasps,) = planned_grasps(project.paths.dataset("d"), spec, ["virtual-01"])
     for grasp, recording in zip(grasps, read_recordings(folder)[0], strict=True):
         samples = read_audio(folder / recording.file, AudioSettings()).samples
         heard = np.abs(np.fft.rfft(samples))[420 * np.arange(1, 9)] / 22_050
@@ -132,14 +127,9 @@ def test_a_silent_speaker_leaves_no_excitation_and_the_motor_alone(project, solv
         np.testing.assert_allclose(heard / heard[0], wanted / wanted[0], rtol=1e-2)
 
 
-def test_the_command(project, tmp_path):
+def test_the_command(ajgdata, tmp_path):
     file = tmp_path / "my.yaml"
     recipe = {**RECIPE, "sessions": 1, "grasps_per_object": 1}
     file.write_text(yaml.safe_dump({"name": "mine", "recipe": recipe}))
-    environment = {**os.environ, "AJGDATA_ROOT": str(project.root)}
-    arguments = ["--source", "virtual", "--recipe", str(file)]
-    done = subprocess.run(
-        command(project, *arguments), env=environment, capture_output=True, text=True, check=True
-    )
-    assert done.stdout == "mine/virtual-01: 4 recorded, 0 already there\n"
-    assert done.stderr == ""
+    ended = ajgdata("acquire", "--source", "virtual", "--recipe", file)
+    assert ended == (0, "mine/virtual-01: 4 recorded, 0 already there\n", "")
