@@ -188,13 +188,19 @@ def _number(cell: str) -> float | None:
 
 
 def common_audio(files: Iterable[Path]) -> AudioSettings:
-    """Return the commonest rate of the readable files; channels are averaged if no file is mono."""
+    """Return the commonest rate of the readable files; channels are averaged if no file is mono.
+
+    Raises DataError for the first file if no file is a sound.
+    """
     infos: list[AudioInfo] = []
+    unreadable: list[DataError] = []
     for file in files:
         try:
             infos.append(inspect_audio(file))
-        except DataError:
-            continue  # imported as it is, and named by `validate`
+        except DataError as error:
+            unreadable.append(error)  # imported unchanged, and listed by `validate`
+    if unreadable and not infos:
+        raise unreadable[0]
     if not infos:
         return AudioSettings()
     rate = Counter(info.sample_rate_hz for info in infos).most_common(1)[0][0]

@@ -78,7 +78,7 @@ def end_run(summary: Path, before_ns: int) -> None:
     *_, last = text.splitlines()
     skipped = last.startswith(INCOMPLETE)
     shown = text.removesuffix(f"{last}\n") if skipped else text
-    print(f"\n{shown}", file=sys.stderr, flush=True)
+    print(f"\n{shown}", flush=True)
     if skipped:
         summary.unlink()
         raise SystemExit(last)

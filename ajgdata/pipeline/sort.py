@@ -32,6 +32,12 @@ if TYPE_CHECKING:
     from ajgdata.live.predictor import Predictor
 
 _NAME = re.compile(r"sort-(\d+)")
+#: References that the training data of a model must have for the alarm.
+REFERENCES_NEEDED = references_needed(FALSE_ALARM, MOST_IN_A_ROW)
+NO_ALARM = (
+    f"no alarm for a changed gripper: the model has fewer than {REFERENCES_NEEDED} references; "
+    "record the empty gripper more often and train again"
+)
 
 
 def read_plan(path: Path) -> SortPlan:
@@ -52,6 +58,8 @@ class OpenRun:
     def run(self) -> Outcome:
         """Sort until it ends (see live.sort.Sorter.run), in the main thread."""
         self.log.say("start", **self.about)
+        if self.sorter.watch is None and self.sorter.plan.references:
+            self.log.say("problem", text=NO_ALARM)
         return self.sorter.run(arrivals(self.sorter.plan))
 
 
@@ -110,8 +118,7 @@ def open_run(
 def _watch(predictor: Predictor) -> DriftWatch | None:
     """Return the alarm for a changed gripper; None if the model has too few references."""
     known = predictor.references
-    enough = len(known) >= references_needed(FALSE_ALARM, MOST_IN_A_ROW)
-    return DriftWatch(known) if enough else None
+    return DriftWatch(known) if len(known) >= REFERENCES_NEEDED else None
 
 
 def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:

@@ -103,3 +103,12 @@ def test_one_class_is_no_task(ajgdata, folder):
     write(folder, "1_metal.wav", "2_metal.wav", "3_wood.wav")
     code, out, _ = ajgdata("import", folder, "--dataset", "e")
     assert "not possible" not in out
+
+
+def test_files_that_are_not_sounds_declare_nothing(ajgdata, folder, project):
+    folder.mkdir()
+    (folder / "1_a.wav").write_text("a text file")
+    code, out, err = ajgdata("import", folder, "--dataset", "e")
+    assert (code, out) == (1, "")
+    assert "1_a.wav" in err and err.count("\n") == 1
+    assert not project.paths.dataset("e").exists()

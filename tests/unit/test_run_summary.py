@@ -83,7 +83,7 @@ def test_a_run_that_skipped_a_task_ends_with_a_line_and_reports_it_again(paths, 
     with pytest.raises(SystemExit, match=r"^incomplete: d/t skipped \(reasons above\)"):
         end_run(paths.complete, 0)
     assert not paths.complete.exists()
-    said = capsys.readouterr().err
+    said = capsys.readouterr().out
     assert "skipped   d/t, cross_validation-cnn" in said and "incomplete" not in said
 
 
