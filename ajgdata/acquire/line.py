@@ -106,7 +106,7 @@ def _serve(connection: Connection, settings: Mapping[str, Any] | None) -> None:
         return
     except DataError as error:
         connection.send(error)
-    except Exception as error:
+    except Exception as error:  # the errors of PortAudio's drivers have no common type
         problem = f"{type(error).__name__}: {error}"
         connection.send(DataError("sound card", problem, "report this"))
 

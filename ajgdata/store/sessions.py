@@ -6,7 +6,6 @@ import csv
 import os
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -288,16 +287,6 @@ def audio_path(folder: Path, session: Session, recording: Recording) -> Path:
     """Return a recording's file. Raises DataError when the name would leave its folder."""
     base = folder if session.audio_root is None else Path(session.audio_root)
     return inside(base, recording.file)
-
-
-def recording_paths(folder: Path) -> dict[str, Path]:
-    """Return the file of each recording of a session, by recording_id, without those whose file
-    would lie elsewhere. Raises DataError if its tables cannot be read."""
-    session, found = read_session(folder), {}
-    for recording in read_recordings(folder)[0]:
-        with suppress(DataError):
-            found[recording.recording_id] = audio_path(folder, session, recording)
-    return found
 
 
 def inside(base: Path, file: str) -> Path:

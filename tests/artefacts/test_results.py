@@ -18,7 +18,7 @@ from ajgdata.report.study_page import holds
 from ajgdata.store.audio import read_audio
 from ajgdata.store.features import read_labels, read_store
 from ajgdata.store.publishing.archive import checksums_bytes
-from ajgdata.store.sessions import read_dataset, recording_paths
+from ajgdata.store.sessions import audio_path, read_dataset, read_recordings, read_session
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DataError
 from ajgdata.types.table import Table
@@ -253,9 +253,11 @@ def samples_of(dataset: str) -> dict[str, np.ndarray]:
     rows = read_labels(PATHS.features(dataset)).columns["recording"].values
     names = [name.partition("/") for name in rows[evenly(rows)].tolist()]
     for session in sorted({name[0] for name in names}):
-        files = recording_paths(PATHS.session(dataset, session))
+        folder = PATHS.session(dataset, session)
+        declared, rows = read_session(folder), read_recordings(folder)[0]
+        by_id = {row.recording_id: row for row in rows}
         for own, _, recording in names:
             if own == session:
-                samples = read_audio(files[recording], audio).samples
-                found[f"{session}/{recording}"] = samples
+                file = audio_path(folder, declared, by_id[recording])
+                found[f"{session}/{recording}"] = read_audio(file, audio).samples
     return found
