@@ -7,7 +7,6 @@ import json
 import zipfile
 from pathlib import Path
 
-import h5py
 import numpy as np
 from worlds import Project, tone, write_tone
 
@@ -116,12 +115,3 @@ def flip(path: Path) -> None:
     content = np.frombuffer(path.read_bytes(), np.uint8).copy()
     content[len(content) // 2] ^= 1
     path.write_bytes(content.tobytes())
-
-
-def spoil_spectra(path: Path) -> None:
-    """Change one bit of the first chunk of spectra of a feature store."""
-    with h5py.File(path) as store:
-        offset = store["feature"].id.get_chunk_info(0).byte_offset
-    content = bytearray(path.read_bytes())
-    content[offset] ^= 1
-    path.write_bytes(content)

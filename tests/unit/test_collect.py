@@ -14,6 +14,7 @@ from ajgdata.store.tables import write_tables
 from ajgdata.types.table import table_of
 
 MADE_BY = {"provenance": {"source": "simulated", "git_commit": "abc1234"}, "seed": 7}
+FORMULA = '=HYPERLINK("http://example.org","low")'
 SCORES = [
     ("latent", "knn:4", "accuracy", "run 0", 0.4),
     ("latent", "knn:4", "accuracy", "mean", 0.5),
@@ -26,7 +27,7 @@ def collected(tmp_path_factory):
     """The document, the numbers and the predictions of a task and of an embedding."""
     paths = Paths(tmp_path_factory.mktemp("collected"))
     rows = [("cnn", "grouped", "rmse", "mean", 2.5), ("cnn", "grouped", "r2", "mean", 0.9)]
-    predictions = {"recording": "r1", "split": "grouped", "fold": 0, "y_true": 10.0}
+    predictions = {"recording": "r1", "split": "grouped", "fold": 0, "y_true": FORMULA}
     predictions |= {"y_pred": 12.5, "probability": None}
     found = {
         ("d", "edge", "cross_validation-cnn"): (
@@ -85,10 +86,10 @@ def test_the_document_holds_what_the_table_holds_and_what_could_not_be_made(coll
     assert distances["skipped"] == "one grasp only" and distances["tables"] == []
 
 
-def test_predictions_stand_apart(collected):
+def test_predictions_stand_apart_and_no_spreadsheet_runs_them(collected):
     (row,) = collected[2]
     assert (row["task"], row["model"], row["recording"]) == ("edge", "cnn", "r1")
-    assert (row["y_true"], row["y_pred"]) == ("10.0", "12.5")
+    assert (row["y_true"], row["y_pred"]) == (f"'{FORMULA}", "12.5")
 
 
 def test_a_measure_that_is_undefined_says_why():

@@ -40,11 +40,14 @@ def grasps(rows):
     return {name: row["grasp_id"] for name, row in rows.items()}
 
 
-def test_a_column_grasp_id_names_the_grasp(ajgdata, folder, rows):
+def test_a_column_grasp_id_names_the_grasp_and_a_template_the_session(ajgdata, folder, rows):
     write_table(folder, "name,form,Grasp_ID\nw0,pl,S1\nw1,pl,S1\nw2,pt,S2\nw3,pt,S2\n")
-    code, out, _ = ajgdata("import", folder, "--dataset", "e", *TABLE)
+    options = ("--session", "day {form}", "--reference")
+    code, out, _ = ajgdata("import", folder, "--dataset", "e", *TABLE, *options)
     assert code == 0
-    assert grasps(rows()) == {"w0": "S1", "w1": "S1", "w2": "S2", "w3": "S2"}
+    assert grasps(rows("day_pl")) == {"w0": "S1", "w1": "S1"}
+    assert grasps(rows("day_pt")) == {"w2": "S2", "w3": "S2"}
+    assert {row["file"] for row in rows("day_pl").values()} == {"w0.wav", "w1.wav"}
     assert "grasps               2\n" in out
 
 

@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 
 from ajgdata.store.features import Shard, text_column
-from ajgdata.store.labels import (
-    copies,
-    labelled,
-    parse_label,
-    select,
-)
+from ajgdata.store.labels import copies, parse_label, select
 from ajgdata.types import Target
 
 SIZE = Target(kind="regression", unit="mm", missing=("0", "n/a"))
@@ -70,22 +65,6 @@ def test_select_excludes_rejected_rows_and_names_bad_cells():
         ),
         ("s1", "e", "error", "has no label row"),
     ]
-
-
-def test_labels_become_columns():
-    table = {
-        "a": row(edge_mm="1", kind="x", note="é"),
-        "b": row(edge_mm="", kind="?", note="", sample="4"),
-    }
-    made = labelled(shard("b", "a"), table, {"edge_mm": SIZE, "kind": KIND}, "s1")
-    columns = {name: column.values.tolist() for name, column in made.columns.items()}
-    assert columns["recording"] == ["s1/b", "s1/a"]
-    assert columns["grasp_id"] == ["s1/g", "s1/g"]
-    assert columns["sample"] == [4, 0]
-    np.testing.assert_array_equal(columns["edge_mm"], [math.nan, 1.0])
-    assert columns["kind"] == ["", "x"]
-    assert columns["note"] == ["", "é"]
-    assert made.columns["edge_mm"].attrs == {"units": "mm", "role": "target"}
 
 
 def test_copies():

@@ -28,6 +28,7 @@ def test_values_and_names(two):
     assert columns["recording"] == ["s1/a", "s1/b", "s1/c", "s2/a", "s2/d"]
     assert columns["grasp_id"] == ["s1/g_a", "s1/g_b", "s1/g_c", "s2/g_a", "s2/g_d"]
     assert columns["session_id"] == ["s1"] * 3 + ["s2"] * 2
+    assert columns["sample"] == [0, 1, 2, 0, 1]
     assert columns["edge_mm"] == [500, 750, 1000, 610, 1210]
     assert store.columns["edge_mm"].attrs == {
         "units": "mm", "long_name": "edge length", "role": "target"
@@ -45,16 +46,18 @@ def test_values_and_names(two):
 
 def test_a_column_that_one_session_lacks(two):
     rows = [
-        r.model_copy(update={"labels": {"hardness": "3", "note": "ü"}})
+        r.model_copy(update={"labels": {"hardness": "3", "note": "ü", "kind": "?"}})
         for r in read_recordings(two.folder("s2"))[0]
     ]
     two.write(rows, "s2")
-    targets = {"edge_mm": EDGE, "hardness": Target(kind="regression")}
+    kind = Target(kind="classification", missing=("?",))
+    targets = {"edge_mm": EDGE, "hardness": Target(kind="regression"), "kind": kind}
     store, found = two.merge("s1", "s2", targets=targets)
     assert found == []
     np.testing.assert_array_equal(store.columns["edge_mm"].values, [500, 750, 1000] + [np.nan] * 2)
     np.testing.assert_array_equal(store.columns["hardness"].values, [np.nan] * 3 + [3, 3])
     assert store.columns["note"].values.tolist() == ["", "", "", "ü", "ü"]
+    assert store.columns["kind"].values.tolist() == [""] * 5
 
 
 def test_nothing_usable_at_all(project):
