@@ -25,7 +25,7 @@ from ajgdata.pipeline.plan import (
     published,
     solved_by,
 )
-from ajgdata.pipeline.run import end_run, modified_ns
+from ajgdata.pipeline.run_summary import end_run, modified_ns
 from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.studies import STUDIES, ablation_hash, study_hash
 from ajgdata.report.navigation import FIXED, plain

@@ -6,23 +6,18 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 
 from ajgdata.acquire.signals import ended_by_signals
+from ajgdata.cli.console import out, say, warn
 from ajgdata.pipeline.progress import bar
 from ajgdata.types import SOURCES, DataError
-
-acquiring = typer.Typer()
-out = Console(emoji=False, highlight=False)
-err = Console(stderr=True, emoji=False, highlight=False)
 
 SOUNDCARD = "soundcard"
 _CARD = "sound card"
 _RECIPE = "recipes"
 
 
-@acquiring.command()
 def acquire(
     context: typer.Context,
     dataset: Annotated[
@@ -119,18 +114,18 @@ def _by_protocol(dataset: str, session: str, device: dict[str, Any], yes: bool, 
                 allow=lambda text: _allowed(text, ask=not yes),
             )  # fmt: skip
     except KeyboardInterrupt:
-        out.print(f"stopped; what was recorded is kept, {again}", soft_wrap=True)
+        say(f"stopped; what was recorded is kept, {again}")
         raise typer.Exit(130) from None
     left = f", {done.left} grasps left; {again}" if done.left else ", all grasps are there"
-    out.print(f"{dataset}/{name}: {done.recorded} recorded{left}", soft_wrap=True)
+    say(f"{dataset}/{name}: {done.recorded} recorded{left}")
     for grasp, reason in done.skipped.items():
-        err.print(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}", soft_wrap=True)
+        warn(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}")
     raise typer.Exit(bool(done.skipped or (yes and done.left)))
 
 
 def _allowed(text: str, ask: bool) -> bool:
     """Show what a config would start, and return whether the user allows it."""
-    out.print(escape(text), soft_wrap=True)
+    say(escape(text))
     if not ask:
         return False
     try:
@@ -160,10 +155,10 @@ def _by_recipe(datasets: list[str], source: str, session: str, recipe: Path | No
     with bar(f"recording ({source or 'recipes'})") as started:
         for name, one, done in acquire_all(paths, wanted, started):
             for grasp, reason in done.skipped.items():
-                err.print(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}", soft_wrap=True)
+                warn(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}")
             skipped += len(done.skipped)
             left = f", {len(done.skipped)} grasps skipped" if done.skipped else ""
             said.append(f"{name}/{one}: {done.recorded} recorded, {done.kept} already there{left}")
     for line in said:
-        out.print(line, soft_wrap=True)
+        say(line)
     raise typer.Exit(bool(skipped))

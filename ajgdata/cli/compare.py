@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 
+from ajgdata.cli.console import warn
 from ajgdata.paths import Paths
 from ajgdata.store.files import from_spreadsheet_cell, read_csv
 from ajgdata.types import DataError
@@ -17,8 +17,6 @@ from ajgdata.types import DataError
 if TYPE_CHECKING:
     import pandas as pd
 
-comparing = typer.Typer()
-err = Console(stderr=True, emoji=False, highlight=False)
 
 #: Columns of metrics.csv that identify a row.
 KEYS = ["dataset", "task", "model", "part", "metric", "statistic"]
@@ -34,7 +32,6 @@ FolderArgument = Annotated[
 ]
 
 
-@comparing.command()
 def compare(old: FolderArgument, new: FolderArgument) -> None:
     """Compare metrics.csv of two runs: removed, new and changed rows.
 
@@ -44,7 +41,7 @@ def compare(old: FolderArgument, new: FolderArgument) -> None:
     try:
         old_rows, new_rows = read_metrics(old), read_metrics(new)
     except DataError as error:
-        err.print(f"[red]error[/red] {escape(str(error))}", soft_wrap=True)
+        warn(f"[red]error[/red] {escape(str(error))}")
         raise typer.Exit(NOT_READABLE) from None
     differences = compare_metrics(old_rows, new_rows)
     counts = differences["change"].value_counts()
@@ -52,7 +49,7 @@ def compare(old: FolderArgument, new: FolderArgument) -> None:
         differences.to_csv(sys.stdout, index=False)
     summary = ", ".join(f"{counts.get(name, 0)} {name}" for name in ("removed", "new", "changed"))
     sizes = f"{len(old_rows)} rows in {old}, {len(new_rows)} in {new}"
-    err.print(f"{sizes}: {summary}", markup=False, soft_wrap=True)
+    warn(escape(f"{sizes}: {summary}"))
     raise typer.Exit(DIFFERENT if len(differences) else 0)
 
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 
+from ajgdata.cli.console import out, print_facts, say
 from ajgdata.types import DataError
 
 device = typer.Typer(
     no_args_is_help=True,
     help="Sound cards: which there are, and if one is fit to record with.",
 )
-out = Console(emoji=False, highlight=False)
 
 _COLOURS = {"good": "green", "change": "yellow", "bad": "red"}
 
@@ -32,7 +31,7 @@ def list_command() -> None:
         rates = " ".join(map(str, one["rates_hz"])) or "no usual rate"
         channels = f"{one['inputs']:3} in {one['outputs']:3} out"
         line = f"{one['name']:{width}}  {channels}  {rates} Hz  {one['api']}"
-        out.print(escape(line), soft_wrap=True)
+        say(escape(line))
 
 
 @device.command()
@@ -62,10 +61,9 @@ def check(
     )
     with out.status("opening") as status, open_card(settings) as card:
         checked = check_card(card, status.update)
-    for topic, value in checked.facts().items():
-        out.print(f"{topic:12} {escape(value)}", soft_wrap=True)
+    print_facts(checked.facts(), width=11)
     for advice in checked.verdict:
         fix = f"; {advice.fix}" if advice.fix else ""
         colour = _COLOURS[advice.level]
-        out.print(f"[{colour}]{advice.level:12}[/] {escape(advice.problem + fix)}", soft_wrap=True)
+        say(f"[{colour}]{advice.level:12}[/] {escape(advice.problem + fix)}")
     raise typer.Exit(checked.verdict[0].level == "bad")

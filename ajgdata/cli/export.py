@@ -6,16 +6,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 
+from ajgdata.cli.console import say
 from ajgdata.pipeline.progress import bar
 
-exporting = typer.Typer()
-out = Console(emoji=False, highlight=False)
 
-
-@exporting.command()
 def export(
     dataset: Annotated[str, typer.Argument(help="data set")],
     task: Annotated[str, typer.Argument(help="task that the model was trained for")],
@@ -39,8 +35,8 @@ def export(
     for one in differences:
         verdict = "differs" if one.is_beyond else "agrees"
         numbers = f"largest difference {one.largest:.2g}, allowed {one.allowed:.2g}"
-        out.print(f"{one.quantity:12} {numbers}: {verdict}", soft_wrap=True)
+        say(f"{one.quantity:12} {numbers}: {verdict}")
     is_wrong = any(one.is_beyond for one in differences)
     result = "differs from the package" if is_wrong else "agrees with the package"
-    out.print(escape(f"{file}: {file.stat().st_size / 1e3:.0f} kB, {result}"), soft_wrap=True)
+    say(escape(f"{file}: {file.stat().st_size / 1e3:.0f} kB, {result}"))
     raise typer.Exit(is_wrong)

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
-from rich.console import Console
 from rich.markup import escape
+
+from ajgdata.cli.console import print_facts, say
 
 gripper = typer.Typer(
     no_args_is_help=True,
@@ -18,7 +19,6 @@ gripper = typer.Typer(
     "What is not said takes its default. The keys are gripper, medium, object, support, grasp, "
     "environment and numerics; gripper and object may be names, and a name alone is a scene.",
 )
-out = Console(emoji=False, highlight=False)
 
 SceneArgument = Annotated[
     str, typer.Argument(metavar="SCENE", help="YAML or JSON file, or name of an object or gripper")
@@ -36,7 +36,7 @@ def show(
     from ajgdata.pipeline.show import show_scene
 
     for path in show_scene(scene, folder):
-        out.print(escape(str(path)), soft_wrap=True)
+        say(escape(str(path)))
 
 
 @gripper.command("plan")
@@ -45,13 +45,12 @@ def plan_command(scene: SceneArgument) -> None:
     from ajgdata.pipeline.show import plan_facts
 
     facts, parts = plan_facts(scene)
-    for topic, said in facts.items():
-        out.print(f"{topic:13} {escape(said)}", soft_wrap=True)
-    out.print()
+    print_facts(facts, width=12)
+    say("")
     for part in parts:
         kept = "solved" if part.kept else "[yellow]left out[/yellow]"
         effect = "" if part.effect is None else f"(changes at most {part.effect:.2g}) "
-        out.print(f"{part.name:13} {kept}: {effect}{escape(part.why)}", soft_wrap=True)
+        say(f"{part.name:13} {kept}: {effect}{escape(part.why)}")
 
 
 @gripper.command()
@@ -69,5 +68,4 @@ def grippers() -> None:
 def _print_library(kind: Literal["objects", "grippers"]) -> None:
     from ajgdata.pipeline.show import listed
 
-    for name, said in listed(kind).items():
-        out.print(f"{name:20} {escape(said)}", soft_wrap=True)
+    print_facts(listed(kind), width=19)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 
-from ajgdata.cli.findings import grouped
+from ajgdata.cli.console import print_facts, say
 from ajgdata.pipeline.progress import bar
 from ajgdata.types import DataError, ImportSettings, OnChange
 
@@ -19,13 +20,12 @@ if TYPE_CHECKING:
     from ajgdata.store.scan import Scan
     from ajgdata.types import DatasetSpec
 
-importing = typer.Typer()
-out = Console(emoji=False, highlight=False)
+#: Lines of one kind that are shown unless all are requested.
+SHOWN = 5
 #: Exit code of an import that left out something that belongs to it; 1: nothing was imported.
 INCOMPLETE = 3
 
 
-@importing.command("import")
 def import_command(
     folder: Annotated[Path, typer.Argument(help="folder that holds the recordings")],
     dataset: Annotated[str, typer.Option(help="data set that gets them; declared if it is new")],
@@ -106,7 +106,7 @@ def import_command(
         where, audio = escape(str(paths.dataset(dataset))), spec.audio
         summary = f"{audio.sample_rate_hz} Hz, channel {audio.channel}, targets "
         summary += ", ".join(spec.targets) or "none"
-        _say(f"as declared before in {where}" if known else f"now declared in {where}: {summary}")
+        say(f"as declared before in {where}" if known else f"now declared in {where}: {summary}")
         issues = show_summary(paths, spec)
     raise typer.Exit(exit_code(result, found) or (INCOMPLETE if issues else 0))
 
@@ -117,17 +117,14 @@ def show_summary(paths: Paths, spec: DatasetSpec) -> bool:
     from ajgdata.pipeline.label_counts import counts, impossible_tasks, label_issues, label_tables
 
     tables = label_tables(paths, spec.name)
-    facts = counts(tables, spec.targets)
-    width = max(map(len, facts))
-    for topic, text in facts.items():
-        _say(f"{topic:{width}}  {escape(text)}")
+    print_facts(counts(tables, spec.targets))
     issues = label_issues(tables, spec)
     for issue in issues:
-        _say(f"[yellow]warning[/yellow] {escape(issue.problem)}; {issue.fix}")
+        say(f"[yellow]warning[/yellow] {escape(issue.problem)}; {issue.fix}")
     if len(impossible_tasks(tables, spec)) < len(spec.tasks):
-        _say(f"next: ajgdata validate {spec.name}, then ajgdata run {spec.name}")
+        say(f"next: ajgdata validate {spec.name}, then ajgdata run {spec.name}")
     else:
-        _say(f"next: ajgdata validate {spec.name} (no task of this data set is possible yet)")
+        say(f"next: ajgdata validate {spec.name} (no task of this data set is possible yet)")
     return any(issue.code == "mixed_grasp" for issue in issues)
 
 
@@ -142,7 +139,7 @@ def show_import(result: Imported, found: Scan, dataset: str, *, everything: bool
     counts = {"added": result.added, "changed": result.changed, "unchanged": result.unchanged}
     counts |= {"removed": result.removed} if result.removed else {}
     done = ", ".join(f"{count} {what}" for what, count in counts.items())
-    _say(f"{done} in {result.sessions} session(s) of [b]{dataset}[/b]")
+    say(f"{done} in {result.sessions} session(s) of [b]{dataset}[/b]")
     other_bytes = (
         "has different bytes in the folder. If these are other recordings, import them with "
         "--session; --on-change files takes them"
@@ -158,14 +155,23 @@ def show_import(result: Imported, found: Scan, dataset: str, *, everything: bool
         "not used": found.skipped,
     }
     for said, lines in told.items():
-        for line in grouped(lines, everything=everything):
-            _say(f"{said} {escape(line)}")
+        for line in _grouped(lines, everything=everything):
+            say(f"{said} {escape(line)}")
     for note in found.notes:
-        _say(f"[yellow]note[/yellow] {escape(note)}")
+        say(f"[yellow]note[/yellow] {escape(note)}")
 
 
-def _say(text: str) -> None:
-    out.print(text, soft_wrap=True)
+def _grouped(named: Sequence[tuple[str, str]], *, everything: bool) -> Iterator[str]:
+    """Yield a line for each name and reason; of one reason no more than SHOWN unless all."""
+    names: dict[str, list[str]] = defaultdict(list)
+    for name, reason in named:
+        names[reason].append(name)
+    for reason, equal in names.items():
+        shown = equal if everything or len(equal) <= SHOWN + 1 else equal[:SHOWN]
+        for name in shown:
+            yield f"{name}: {reason}"
+        if more := len(equal) - len(shown):
+            yield f"and {more} more ({reason}); --all shows them"
 
 
 def _joins(given: list[str]) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""`ajgdata sense` and `ajgdata sort`: a trained model at work."""
+"""`ajgdata sense` and `sort`: a trained model at work; `dashboard`: a finished run."""
 
 from __future__ import annotations
 
@@ -8,21 +8,19 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from threading import Event
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 
+from ajgdata.cli.console import err, out, say, warn
 from ajgdata.types import DataError
 
 if TYPE_CHECKING:
     from ajgdata.live.control import Control
     from ajgdata.live.events import EventLog
 
-live = typer.Typer()
-out = Console(emoji=False, highlight=False)
-err = Console(stderr=True, emoji=False, highlight=False)
 
 _CARD = "sound card"
 _VIRTUAL = "virtual gripper"
@@ -31,7 +29,6 @@ _DASHBOARD = "dashboard"
 DOUBT = 3
 
 
-@live.command()
 def sense(
     dataset: Annotated[str, typer.Argument(help="data set of the model")],
     task: Annotated[str, typer.Argument(help="its task")],
@@ -106,10 +103,9 @@ def _show(sensed: Any, threshold: float, as_json: bool) -> None:
     peak = f"{meter(sensed.peak_dbfs)} {sensed.peak_dbfs:.1f} dBFS"
     head = f"[b]{sensed.number}[/b]  {peak}  {sensed.seconds:.2f} s{escape(simulated)}"
     for line in (head, *table_of(sensed.prediction, out.width, threshold)):
-        out.print(line, soft_wrap=True)
+        say(line)
 
 
-@live.command()
 def sort(
     plan: Annotated[Path | None, typer.Argument(help="what to sort, how, into which bins")] = None,
     learn: Annotated[
@@ -172,11 +168,11 @@ def _sort(file: Path, as_json: bool, port: int | None) -> int:
             made = f"recordings: {escape(run.name)}" if taken else "nothing was recorded"
             where = f"{made}, log: {escape(str(run.log_file))}"
             with suppress(OSError):  # a terminal that is gone
-                err.print(where, soft_wrap=True)
+                warn(where)
     if not as_json:
         wrong = f", {done.mistakes} of them wrong" if done.mistakes else ""
         counts = f"{done.longest_row} in a row at most{wrong}; {escape(terminal.summary())}"
-        out.print(f"[b]{done.sorts} sorted[/b], {counts}", soft_wrap=True)
+        say(f"[b]{done.sorts} sorted[/b], {counts}")
     return 0 if done.finished else DOUBT
 
 
@@ -189,7 +185,7 @@ def _shown(log: EventLog, control: Control, port: int | None) -> Iterator[None]:
     from ajgdata.live.dashboard import serve_dashboard
 
     with serve_dashboard(log, control, port=port) as served:
-        err.print(f"dashboard: {escape(served.address)}", soft_wrap=True)
+        warn(f"dashboard: {escape(served.address)}")
         yield
 
 
@@ -205,14 +201,13 @@ def _learn(run: str) -> None:
 
     dataset, session, learnt = learn_from(find_project(), run)
     left = f", {learnt.unlabelled} without a label stay out (`reject`)" * bool(learnt.unlabelled)
-    out.print(
+    say(
         f"{escape(dataset)}/{escape(session)}: {learnt.labelled} recordings labelled{left}",
-        soft_wrap=True,
     )
     if learnt.labelled:
-        out.print(f"train on them: ajgdata run {dataset}", soft_wrap=True)
+        say(f"train on them: ajgdata run {dataset}")
     elif learnt.unlabelled:
-        out.print("correct objects on the dashboard, or fill in recordings.csv", soft_wrap=True)
+        say("correct objects on the dashboard, or fill in recordings.csv")
 
 
 @contextmanager
@@ -222,3 +217,28 @@ def _stopped_by_hand() -> Iterator[None]:
         yield
     except KeyboardInterrupt:
         raise typer.Exit(130) from None
+
+
+def dashboard(
+    log: Annotated[Path, typer.Argument(help="log of a run (events.jsonl)")],
+    port: Annotated[
+        int, typer.Option(min=0, max=65_535, help="of the page; 0: any that is free")
+    ] = 0,
+) -> None:
+    """Show how a run ended in a browser, until Ctrl-C: the page of a run with --dashboard."""
+    from ajgdata.live.control import Control
+    from ajgdata.live.dashboard import dashboard as served
+    from ajgdata.live.events import read_events
+
+    events = read_events(log)
+    control = Control()
+    with served(control, port=port) as shown:
+        for event in events:  # the page shows that this is a replay
+            shown.feed.tell({**event, "replay": True} if event["event"] == "start" else event)
+        control.end()
+        say(f"{len(events)} events: {escape(shown.address)}")
+        say("Ctrl-C ends it")
+        try:
+            Event().wait()
+        except KeyboardInterrupt:
+            return

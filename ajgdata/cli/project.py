@@ -2,38 +2,90 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated
+import csv
+import io
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+import sys
+from collections import defaultdict
+from collections.abc import Sequence
+from itertools import takewhile
+from pathlib import Path
+from typing import Annotated, NamedTuple
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 
-looking = typer.Typer()
-out = Console(emoji=False, highlight=False)
+from ajgdata.cli.console import print_facts, say
+from ajgdata.paths import Paths, find_project
+from ajgdata.types import DataError
+
+GB = 1e9
+#: Disk space that a run of all data sets of this repository needs.
+ROOM_BYTES = 3 * GB
+#: Snakemake's options that set a configuration.
+CONFIG = ("--config", "-C")
+#: Snakemake's status of a file that is outdated only because an input will be made again.
+FOLLOWS = ("ok", "no update")
+#: Columns of Snakemake's summary: file, date, rule, log files, status, plan.
+COLUMNS = 6
 
 
-@looking.command()
 def doctor() -> None:
-    """Say what a bug report should: versions, backends, threads, disk and caches.
-
-    Exit code 1 if something is wrong.
-    """
-    from ajgdata.paths import find_project
-    from ajgdata.pipeline.doctor import doctor as examine
-
+    """Print diagnostics for a bug report. Exit code 1 if there is a problem."""
     try:
         paths = find_project()
     except FileNotFoundError:
         paths = None
-    facts, wrong = examine(paths)
-    _print(facts)
-    for problem in wrong:
-        out.print(f"[red]wrong[/red] {escape(problem)}", soft_wrap=True)
-    raise typer.Exit(bool(wrong))
+    facts, problems = diagnostics(paths)
+    print_facts(facts)
+    for problem in problems:
+        say(f"[red]wrong[/red] {escape(problem)}")
+    raise typer.Exit(bool(problems))
 
 
-@looking.command(context_settings={"ignore_unknown_options": True})
+def diagnostics(
+    paths: Paths | None, room_bytes: float = ROOM_BYTES
+) -> tuple[dict[str, str], list[str]]:
+    """Return facts by topic, and problems, each with its fix.
+
+    `paths` is None outside a project. Less than `room_bytes` free on its disk is a problem.
+    """
+    import h5py
+    import soundfile
+
+    from ajgdata.store.files import bytes_below
+    from ajgdata.store.provenance import environment, software
+
+    versions, packages = software(), environment()["packages"]
+    libraries = {"HDF5": h5py.version.hdf5_version, "libsndfile": soundfile.__libsndfile_version__}
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    facts = {
+        "ajgdata": f"{versions['ajgdata_version']}, commit {versions['git_commit'] or 'unknown'}",
+        "python": f"{platform.python_version()} ({sys.executable})",
+        "system": f"{platform.platform()}, {platform.machine()}",
+        "packages": ", ".join(f"{n} {version}" for n, version in (packages | libraries).items()),
+        "cores": f"{cores} of {os.cpu_count()} usable, {memory / GB:.1f} GB of memory",
+        "project": str(paths.root) if paths else "none here or above",
+    }
+    problems = []
+    if paths:
+        sizes = [f"{p.name} {bytes_below(p) / GB:.2f} GB" for p in (paths.data, paths.results)]
+        sizes.append(f"{paths.cache.name} {bytes_below(paths.cache) / GB:.2f} GB")
+        free = shutil.disk_usage(paths.root).free
+        facts["disk"] = f"{free / GB:.1f} GB free; {', '.join(sizes)}"
+        if free < room_bytes:
+            problem = f"{free / GB:.1f} GB free on disk"
+            problems.append(f"{problem}; `make clean` removes what can be made again")
+        if not os.access(paths.root, os.W_OK):
+            problems.append(f"{paths.root} cannot be written; correct its permissions")
+    return facts, problems
+
+
 def status(
     more: Annotated[
         list[str] | None,
@@ -44,27 +96,96 @@ def status(
         ),
     ] = None,
 ) -> None:
-    """Say which results are current, which are not and why, and what no run would mend."""
-    from ajgdata.paths import find_project
-    from ajgdata.pipeline.run import split_arguments, with_datasets
-    from ajgdata.pipeline.status import data_status, workflow_status
-
+    """List outdated results and the reasons, and data that need attention."""
     paths = find_project()
-    names, rest = split_arguments(more or ())
+    names, options = split_arguments(more or ())
     for line in data_status(paths, names or None):
-        out.print(escape(line), soft_wrap=True)
-    current, groups = workflow_status(paths, with_datasets(names, rest))
+        say(escape(line))
+    current, groups = workflow_status(paths, with_datasets(names, options))
     for group in groups:
         first, others = group.files[0], len(group.files) - 1
         files = f"{first} and {others} more" if others else first
-        said = f"[yellow]{group.rule}[/yellow] would run ({escape(group.reason)}): {escape(files)}"
-        out.print(said, soft_wrap=True)
+        reason = escape(f"({group.reason}): {files}")
+        say(f"[yellow]{group.rule}[/yellow] would run {reason}")
     stale = sum(len(group.files) for group in groups)
-    mend = f"; `ajgdata run {' '.join(names)}`" if names else "; `snakemake`, or `ajgdata run NAME`"
-    out.print(f"{current} results are current, {stale} are not" + (mend if stale else ""))
+    command = f"`ajgdata run {' '.join(names)}`" if names else "`snakemake`, or `ajgdata run NAME`"
+    say(f"{current} results are current, {stale} are not" + (f"; {command}" if stale else ""))
 
 
-@looking.command(context_settings={"ignore_unknown_options": True})
+class Group(NamedTuple):
+    """Results of one rule that would be made again for the same reason."""
+
+    rule: str
+    reason: str
+    files: tuple[str, ...]
+
+
+def workflow_status(paths: Paths, more: Sequence[str] = ()) -> tuple[int, list[Group]]:
+    """Return the number of current results, and the outdated ones in groups, in the order of work.
+
+    `snakemake --summary` lists them, with the arguments `more`; as a dry run it writes no log.
+    Raises DataError with Snakemake's message.
+    """
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile_of(paths))]
+    command += ["--directory", str(paths.root), "--summary", "--dry-run", *more]
+    both = subprocess.STDOUT  # a dry run prints to one stream what other runs print to the other
+    done = subprocess.run(command, check=False, stdout=subprocess.PIPE, stderr=both, text=True)
+    lines = [line for line in done.stdout.splitlines() if line.strip()]
+    if done.returncode:
+        problem = lines[-1].strip() if lines else "snakemake stopped without a message"
+        raise DataError(paths.root, problem, "`snakemake --dry-run` prints more")
+    return summarised("\n".join(line for line in lines if line.count("\t") == COLUMNS - 1))
+
+
+def summarised(table: str) -> tuple[int, list[Group]]:
+    """Return the number of current files in Snakemake's summary, and the other files in groups."""
+    current, grouped = 0, defaultdict(list)
+    for row in csv.DictReader(io.StringIO(table), delimiter="\t"):
+        if row["plan"] == "no update":
+            current += 1
+        else:
+            reason = "what it is made from" if row["status"] in FOLLOWS else row["status"]
+            grouped[row["rule"], reason].append(row["output_file"])
+    groups = [Group(rule, reason, tuple(files)) for (rule, reason), files in grouped.items()]
+    return current, groups[::-1]  # Snakemake begins at the end
+
+
+def data_status(paths: Paths, names: Sequence[str] | None = None) -> list[str]:
+    """Return lines on data that no run repairs, of data sets (default: all)."""
+    from ajgdata.acquire.recipe import session_names
+    from ajgdata.store.findings import read_findings
+    from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset, whole_sessions
+    from ajgdata.types import left_out
+
+    lines = []
+    for name in list_datasets(paths) if names is None else names:
+        spec = read_dataset(paths, name)
+        virtual = session_names(spec.recipe) if spec.recipe else []
+        ready = whole_sessions(paths, name, virtual)
+        if missing := set(virtual) - set(ready):
+            lines.append(f"{name}: {len(missing)} sessions to be recorded by the virtual gripper")
+        if not virtual and not list_sessions(paths, name):
+            command = f"`ajgdata import FOLDER --dataset {name}`"
+            lines.append(f"{name}: declared, no recordings; {command}")
+        lines += [line for one in ready for line in _session_status(paths.session(name, one), name)]
+        quarantine = paths.quarantine(name)
+        if excluded := left_out(read_findings(quarantine) if quarantine.is_file() else ()):
+            lines.append(f"{name}: {len(excluded)} recordings left out; {quarantine}")
+    return lines
+
+
+def _session_status(folder: Path, dataset: str) -> list[str]:
+    from ajgdata.store.sessions import read_recordings
+
+    try:
+        recordings, _ = read_recordings(folder)
+    except DataError as error:
+        return [f"{dataset}/{folder.name}: {error.problem}; {error.fix}"]
+    unsealed = sum(not one.sha256 for one in recordings)
+    fix = f"`ajgdata seal {dataset}` writes their hashes"
+    return [f"{dataset}/{folder.name}: {unsealed} recordings not sealed; {fix}"] if unsealed else []
+
+
 def run(
     arguments: Annotated[
         list[str],
@@ -74,24 +195,61 @@ def run(
         ),
     ],
 ) -> None:
-    """Make everything of some data sets alone: features, models, tests and the report.
+    """Run the pipeline for selected data sets: features, models, tests and the report.
 
     Prints the `snakemake` command that does the same first, and at the end what was made, skipped
     and left out. The exit code is 0 only if nothing was skipped that is not declared optional.
     """
-    from ajgdata.paths import find_project
-    from ajgdata.pipeline.run import run as run_workflow
-    from ajgdata.pipeline.run import split_arguments
     from ajgdata.store.sessions import read_dataset
 
     paths = find_project()
-    names, rest = split_arguments(arguments)
+    names, options = split_arguments(arguments)
     for name in names or arguments[:1]:
         read_dataset(paths, name)  # raises DataError for an unknown name
-    raise typer.Exit(run_workflow(paths, names, rest))
+    words = snakemake_command(paths, names, options)
+    print(shlex.join(words), flush=True)
+    done = subprocess.run([sys.executable, "-m", *words], check=False, cwd=paths.root)
+    raise typer.Exit(done.returncode)
 
 
-def _print(facts: Mapping[str, str]) -> None:
-    width = max(map(len, facts))
-    for topic, said in facts.items():
-        out.print(f"{topic:{width}}  {escape(said)}", soft_wrap=True)
+def split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the names of data sets, which come first, and the options for Snakemake."""
+    names = list(takewhile(lambda text: not text.startswith("-"), arguments))
+    return names, list(arguments[len(names) :])
+
+
+def with_datasets(names: Sequence[str], options: Sequence[str]) -> list[str]:
+    """Return Snakemake's options, limited to the data sets `names`: their features, tasks, models
+    and a report of their own.
+
+    Raises DataError for a second `--config`, because Snakemake uses only the last one.
+    """
+    if not names:
+        return list(options)
+    if any(text.split("=")[0] in CONFIG for text in options):
+        problem = "is already used to choose the data sets"
+        raise DataError("--config", problem, "call snakemake with your own --config")
+    chosen = f"datasets=[{','.join(names)}]"
+    return [*options, "--config", chosen, "alone=True", "pages=[]", "publish=[]"]
+
+
+def snakefile_of(paths: Paths) -> Path:
+    """Return the workflow: the project's own, else that of the source of the package.
+
+    Raises DataError if there is neither: an installed package has no workflow.
+    """
+    from ajgdata.store.provenance import PACKAGE
+
+    for file in (paths.snakefile, PACKAGE.parent / paths.snakefile.name):
+        if file.is_file():
+            return file
+    problem = "there is no workflow here, and none came with the installed package"
+    fix = "work in a copy of the source (git clone), or put its Snakefile and workflow/ here"
+    raise DataError(paths.snakefile, problem, fix)
+
+
+def snakemake_command(paths: Paths, names: Sequence[str], options: Sequence[str]) -> list[str]:
+    """Return the equivalent `snakemake` command, to be given in the project's folder."""
+    workflow = snakefile_of(paths)
+    place = [] if workflow == paths.snakefile else ["--snakefile", str(workflow)]
+    return ["snakemake", *place, *with_datasets(names, options)]

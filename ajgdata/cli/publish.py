@@ -6,19 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 
+from ajgdata.cli.console import say
 from ajgdata.pipeline.progress import bar, tracked
 
 if TYPE_CHECKING:
     from ajgdata.paths import Paths
 
-publishing = typer.Typer()
-out = Console(emoji=False, highlight=False)
 
-
-@publishing.command()
 def publish(
     dataset: Annotated[str, typer.Argument(metavar="NAME", help="data set")],
     folder: Annotated[
@@ -39,20 +35,19 @@ def publish(
     done = write(paths, dataset, target, each=lambda s: tracked(s, "copying"))
     left_out = f", {done.left_out} left out (see its README.md)" if done.left_out else ""
     size = f"{done.bytes / 1e6:.1f} MB"
-    _say(f"{escape(str(done.folder))}: {done.recordings} recordings, {size}{left_out}")
+    say(f"{escape(str(done.folder))}: {done.recordings} recordings, {size}{left_out}")
     if done.unsealed:
-        _say(
+        say(
             f"[yellow]{done.unsealed} recordings were not sealed[/yellow]: the hash of their "
             f"present bytes was taken; next time `ajgdata seal {dataset}` first"
         )
     if done.is_unlicensed:
-        _say(
+        say(
             "[yellow]no licence is stated[/yellow]: nobody may use it; state `licence` in "
             f"datasets/{dataset}/dataset.yaml"
         )
 
 
-@publishing.command()
 def fetch(
     source: Annotated[
         str,
@@ -101,11 +96,11 @@ def _fetch_by_name(paths: Paths, dataset: str, mirror: str, *, copy: bool) -> No
 
     spec, declared = read_dataset(paths, dataset), read_source(paths, dataset)
     republish = "" if declared.republish else "; do not hand them on"
-    _say(escape(f"licence: {spec.licence}{republish}"))
-    _say(escape(f"cite: {spec.citation or spec.url}"))
-    _say(escape(f"about {declared.size_mb:g} MB from {address_of(declared, mirror)}"))
+    say(escape(f"licence: {spec.licence}{republish}"))
+    say(escape(f"cite: {spec.citation or spec.url}"))
+    say(escape(f"about {declared.size_mb:g} MB from {address_of(declared, mirror)}"))
     if declared.status == "not yet run":
-        _say("[yellow]not yet run[/yellow]: declared from the list of its files only")
+        say("[yellow]not yet run[/yellow]: declared from the list of its files only")
     with bar("importing") as started:
         found, result = fetch_source(
             paths,
@@ -116,7 +111,7 @@ def _fetch_by_name(paths: Paths, dataset: str, mirror: str, *, copy: bool) -> No
             started=started,
         )
     show_import(result, found, dataset, everything=False)
-    _say(f"next: ajgdata run {dataset}")
+    say(f"next: ajgdata run {dataset}")
     raise typer.Exit(exit_code(result, found))
 
 
@@ -125,15 +120,11 @@ def _fetch_published(paths: Paths, source: str, name: str, sha256: str) -> None:
 
     done = bring(paths, source, name=name, sha256=sha256, each=lambda f: tracked(f, "fetching"))
     for line in done.removed:
-        _say(f"[yellow]removed[/yellow] {escape(line)}")
-    _say(
+        say(f"[yellow]removed[/yellow] {escape(line)}")
+    say(
         f"{done.recordings} recordings in {done.sessions} session(s) are data set [b]{done.name}"
         f"[/b]; its SHA256SUMS has sha256 {done.sums_sha256}; next: ajgdata run {done.name}, which "
         "computes the features"
     )
     if done.dropped:
-        _say(f"[yellow]not tested on[/yellow] {', '.join(done.dropped)}: not in this project")
-
-
-def _say(text: str) -> None:
-    out.print(text, soft_wrap=True)
+        say(f"[yellow]not tested on[/yellow] {', '.join(done.dropped)}: not in this project")

@@ -120,12 +120,6 @@ def errors_stop_snakemake(where: str) -> Iterator[None]:
         raise SystemExit(str(known or DataError(where, problem, fix))) from error
 
 
-def recorded_sessions(paths: Paths, spec: DatasetSpec) -> list[str]:
-    """Return the sessions of a data set that are on disk, whole, and asked for."""
-    virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
-    return whole_sessions(paths, spec.name, virtual)
-
-
 def solved_by(plans: Mapping[str, DatasetPlan], dataset: str, session: str) -> str | None:
     """Return the data set whose session of this name is to be recorded before that of `dataset`.
 

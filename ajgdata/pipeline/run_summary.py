@@ -1,16 +1,14 @@
-"""Summary of a whole run for the console: data, measurements, skipped tasks with reasons, cost."""
+"""End of a run: its summary with data, measurements, skipped tasks with reasons, and cost."""
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import models_of
-from ajgdata.pipeline.run import INCOMPLETE
 from ajgdata.report.comparison import tally_text
 from ajgdata.store.benchmarks import Job, RuleCost, cost_by_rule, read_benchmarks
 from ajgdata.store.features import open_store
@@ -23,6 +21,31 @@ from ajgdata.types import DatasetSpec, left_out
 Key = tuple[str, str, str]  #: data set, task or embedding, and kind of measurement
 Result = tuple[str, str, str, dict[str, Any]]  #: the key, and what its file says of it
 TRAINING = "training"
+#: The summary of a run that skipped tasks ends with a line that begins with this.
+INCOMPLETE = "incomplete:"
+
+
+def end_run(summary: Path, before_ns: int) -> None:
+    """Print the summary of a whole run if this run wrote it; `before_ns` is its time before.
+
+    A run that skipped tasks ends with one line and exit code 1. Its summary is removed, so that the
+    next run reports the tasks again.
+    """
+    if modified_ns(summary) in (0, before_ns):
+        return
+    text = summary.read_text(encoding="utf-8")
+    *_, last = text.splitlines()
+    skipped = last.startswith(INCOMPLETE)
+    shown = text.removesuffix(f"{last}\n") if skipped else text
+    print(f"\n{shown}", flush=True)
+    if skipped:
+        summary.unlink()
+        raise SystemExit(last)
+
+
+def modified_ns(path: Path) -> int:
+    """Return when a file was written, in ns; 0 if it does not exist."""
+    return path.stat().st_mtime_ns if path.is_file() else 0
 
 
 def complete(
@@ -46,15 +69,15 @@ def complete(
     )
     count = len(measurements)
     lines.append(f"{many(count, 'measurement')}: {count - absent} made, {absent} skipped")
-    for (task, reason, optional), rows in skipped.groupby(["task", "reason", "optional"]):
+    for (task, reason, optional), kinds in sorted(skipped.items()):
         word = "optional" if optional else "skipped "
-        lines.append(f"{word}  {task}, {', '.join(rows['kind'])}: {reason}")
+        lines.append(f"{word}  {task}, {', '.join(kinds)}: {reason}")
     if agreements := read_json(paths.runs).get("agreements", {}):
         lines.append(f"comparison with the paper: {tally_text(agreements)}")
     if cost := run_cost(paths, list(specs), everything=not paths.run):
         lines.append(_cost_line(cost[-1]))
     lines.append(f"report: {paths.report}")
-    if missing := list(skipped.loc[~skipped["optional"], "task"].unique()):
+    if missing := dict.fromkeys(task for task, _, optional in skipped if not optional):
         lines.append(
             f"{INCOMPLETE} {', '.join(missing)} skipped (reasons above), everything else is done; "
             "correct the data, or declare `optional: true` for the task in dataset.yaml"
@@ -62,19 +85,20 @@ def complete(
     write_bytes(summary, "".join(f"{line}\n" for line in lines).encode())
 
 
-def _skipped(specs: Mapping[str, DatasetSpec], results: Sequence[Result]) -> pd.DataFrame:
-    """Return one row per skipped measurement, model or part: task, kind, reason, optional."""
-    rows = []
+def _skipped(
+    specs: Mapping[str, DatasetSpec], results: Sequence[Result]
+) -> dict[tuple[str, str, bool], list[str]]:
+    """Return skipped measurements, models and parts, by task, reason and whether it is optional."""
+    skipped = defaultdict(list)
     for name, task, kind, about in results:
         spec = specs[name]
         optional = (spec.embeddings.get(task) or spec.tasks[task]).optional
         reasons = {kind: about.get("skipped", "")}
         reasons |= {f"{part} of {kind}": why for part, why in about.get("others", {}).items()}
-        rows += [
-            (f"{name}/{task}", what, str(why), optional) for what, why in reasons.items() if why
-        ]
-    table = pd.DataFrame(rows, columns=["task", "kind", "reason", "optional"])
-    return table.astype({"optional": bool})
+        for what, why in reasons.items():
+            if why:
+                skipped[f"{name}/{task}", str(why), optional].append(what)
+    return skipped
 
 
 def _data_lines(paths: Paths, names: Sequence[str]) -> list[str]:

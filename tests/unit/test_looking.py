@@ -4,9 +4,8 @@ import os
 import re
 import sys
 
-from ajgdata.pipeline.doctor import doctor, missing
+from ajgdata.cli.project import data_status, diagnostics, summarised
 from ajgdata.pipeline.label_counts import counts, label_tables
-from ajgdata.pipeline.status import data_status, summarised
 
 HEADER = "output_file\tdate\trule\tlog-file(s)\tstatus\tplan\n"
 
@@ -20,17 +19,16 @@ def test_references_are_not_grasps(project):
 
 
 def test_doctor_says_versions_and_what_is_wrong(project):
-    facts, wrong = doctor(project.paths)
+    facts, wrong = diagnostics(project.paths)
     assert facts["python"].startswith(".".join(map(str, sys.version_info[:3])))
     assert re.search(r"numpy \d+\.\d+", facts["packages"])
     assert facts["cores"].startswith(f"{len(os.sched_getaffinity(0))} of ")
     assert facts["project"] == str(project.root)
     assert wrong == []
-    assert doctor(None)[0]["project"] == "none here or above"
+    assert diagnostics(None)[0]["project"] == "none here or above"
     assert re.fullmatch(
-        r"[\d.]+ GB free on disk; `make clean` removes .*", doctor(project.paths, 1e18)[1][0]
+        r"[\d.]+ GB free on disk; `make clean` removes .*", diagnostics(project.paths, 1e18)[1][0]
     )
-    assert missing(["numpy>=1", "nowhere>=2", 'neither; extra == "docs"']) == ["nowhere"]
 
 
 def test_summary_is_grouped_by_rule_and_reason():

@@ -4,13 +4,10 @@ import pytest
 import yaml
 from experiment_samples import small_store
 
+from ajgdata.cli.project import snakemake_command as command
+from ajgdata.cli.project import split_arguments
 from ajgdata.paths import Paths, run_name
-from ajgdata.pipeline.run import (
-    command,
-    end_run,
-    split_arguments,
-)
-from ajgdata.pipeline.run_summary import complete
+from ajgdata.pipeline.run_summary import complete, end_run
 from ajgdata.store.features import write_store
 from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.findings import write_findings
@@ -99,7 +96,7 @@ def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path)
         with pytest.raises(DataError, match="call snakemake with your own --config"):
             command(paths, ["a"], given)
     (tmp_path / "Snakefile").unlink()
-    assert command(paths, ["a"])[1] == "--snakefile"  # that of the package
+    assert command(paths, ["a"], [])[1] == "--snakefile"  # that of the package
 
 
 def test_a_run_of_some_data_sets_is_named_after_them(tmp_path):

@@ -13,8 +13,8 @@ import pytest
 from conftest import ROOT, write_tone
 from snakemake.cli import main as snakemake_main
 
+from ajgdata.cli.project import workflow_status
 from ajgdata.paths import RECORDINGS_FILE
-from ajgdata.pipeline.status import workflow_status
 from ajgdata.types import DataError
 
 #: Snakemake leaves files of its own open.
