@@ -12,13 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from ajgdata.evaluate.task_data import session_of
-from ajgdata.experiments.base import (
-    Experiment,
-    Inputs,
-    Outcome,
-    TaskResults,
-    score_table,
-)
+from ajgdata.experiments.base import Experiment, Inputs, Outcome, TaskResults, score_table
 from ajgdata.experiments.plots import Plot
 from ajgdata.report.format import number
 from ajgdata.types import ModelName, Name, NotPossibleError, Strict

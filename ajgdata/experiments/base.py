@@ -16,19 +16,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ajgdata.evaluate.agreement import NO_BETTER, UNDEFINED, is_better_than_chance
-from ajgdata.evaluate.task_data import (
-    TaskData,
-    frequent_classes,
-    split_withheld,
-    task_data,
-)
-from ajgdata.experiments.plots import (
-    Plot,
-    illustrations,
-    result_rows,
-    shown_tables,
-)
+from ajgdata.evaluate.agreement import NO_BETTER, UNDEFINED, Verdict, is_better_than_chance
+from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
+from ajgdata.experiments.plots import Plot, illustrations, result_rows, shown_tables
 from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
 from ajgdata.report.comparison import Cost, PaperComparison
 from ajgdata.report.format import Source
@@ -47,6 +37,8 @@ SCORE_COLUMNS = (
 )  # fmt: skip
 #: Metrics that are read first, for people.
 METRIC_NAMES = {"accuracy": "accuracy", "rmse": "RMSE"}
+#: A row of a table of scores: model, part, metric, statistic and value.
+ScoreRow = tuple[str, str, str, str, float | None]
 STATISTICS = ("mean", "sd", "pooled", "chance")
 SCORES = "scores"  #: name of the tables whose rows go into `results/metrics.csv`
 
@@ -263,6 +255,13 @@ class TaskResults:
             else f"{text}, {NO_BETTER}"
         )
 
+    def compared(
+        self, paper: PaperFigure, result: str, model: str, agrees: Verdict, **more: Any
+    ) -> PaperComparison:
+        """Return a row of the comparison with the paper; `more` are its further fields."""
+        where = self.dataset, self.task, self.source
+        return PaperComparison(paper, *where, result, model, agrees, **more)
+
     def named(self, *parts: str) -> str:
         """Return the file name, without suffix, of a figure of this experiment."""
         return "--".join((self.experiment.replace("_", "-"), self.dataset, self.task, *parts))
@@ -330,7 +329,7 @@ class Experiment:
                 object.__setattr__(self, key, partial(derive, plots=self.plots))
 
 
-def score_table(rows: Iterable[tuple[str, str, str, str, float | None]], title: str) -> Table:
+def score_table(rows: Iterable[ScoreRow], title: str) -> Table:
     """Return rows of model, part, metric, statistic and value as a table of scores.
 
     NaN becomes a missing value. Infinity stays: the width of an interval without an end is known.
@@ -342,7 +341,7 @@ def score_table(rows: Iterable[tuple[str, str, str, str, float | None]], title: 
 
 def fold_scores(
     model: str, part: str, scores: Any, statistics: Sequence[str] = STATISTICS
-) -> Iterator[tuple[str, str, str, str, float]]:
+) -> Iterator[ScoreRow]:
     """Yield the rows of `score_table` for `crossval.Scores`: folds, then `statistics`."""
     for metric, values in scores.per_fold.items():
         for fold, value in enumerate(values):

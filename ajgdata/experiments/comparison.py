@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
@@ -271,45 +271,35 @@ def _folds(results: TaskResults, table: Table) -> Iterator[dict[str, float | str
                 yield {"model": model, "value": row["value"], "error": error, "chance": chance}
 
 
-def plots_of(results: TaskResults, result: Result) -> list[Plot]:
-    """Return the plots of one comparison: over its axis, over levels, over time, or as rows."""
+def plot_of(results: TaskResults, result: Result) -> Plot:
+    """Return the plot of one comparison: over its axis, over levels, over time, or as rows."""
     comparison = results.settings.comparisons[result.model]
     levels = [results.level, *(results.others[name].level for name in comparison.test)]
     about = f"{comparison.title}: the same recordings and folds; exploratory, because the best of "
     about += "several variants that is chosen on these folds would be optimistically biased"
-    named: dict[str, Any] = {
-        "about": about,
-        "name": result.model,
-        "headline": "range",
-        "panel": "model",
-    }
+    plot = Plot(
+        "lines", errors, about, x="level", series=("variant",), panel="model", chance="chance",
+        headline="range", name=result.model,
+    )  # fmt: skip
     if comparison.test and all(levels):
-        return [Plot("lines", errors, x="level", series=("variant",), chance="chance", **named)]
-    over_time = Plot("scatter", errors, value="error", x="ms", series=("variant",), **named)
+        return plot
     if comparison.axis:
-        return [Plot("lines", errors, x="x", series=("series",), chance="chance", **named)]
+        return replace(plot, x="x", series=("series",))
     if comparison.makes_features and not comparison.test:
-        return [replace(over_time, series=())]
-    by = ("tested",) if comparison.test else ()
-    return [Plot("rows", errors, x="variant", series=by, chance="chance", **named)]
-
-
-def _each(results: TaskResults) -> Iterator[tuple[TaskResults, list[Plot]]]:
-    for result in results.results:
-        yield replace(results, results=(result,)), plots_of(results, result)
+        return replace(plot, mark="scatter", value="error", x="ms", chance="")
+    return replace(plot, mark="rows", x="variant", series=("tested",) if comparison.test else ())
 
 
 def figures(results: TaskResults) -> Iterator[Illustration]:
-    """Yield the figures of every comparison."""
-    for one, plots in _each(results):
-        yield from illustrations(one, plots)
+    """Yield the figure of every comparison."""
+    for result in results.results:
+        yield from illustrations(replace(results, results=(result,)), [plot_of(results, result)])
 
 
 def tables(results: TaskResults) -> Iterator[ShownTable]:
     """Yield the values of every comparison."""
-    for one, plots in _each(results):
-        by = ("variant", "tested") if one.settings.test_on else ("variant",)
-        yield from shown_tables(one, [replace(plot, series=by) for plot in plots])
+    for result in results.results:
+        yield from shown_tables(replace(results, results=(result,)), [plot_of(results, result)])
 
 
 def summary(results: TaskResults) -> str:

@@ -20,9 +20,6 @@ from ajgdata.report.format import column_title
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
 
-#: Stated coverage that intervals are usually made for.
-USUAL = 0.9
-
 
 class Settings(Strict):
     """Prediction intervals of stated coverage for a number."""

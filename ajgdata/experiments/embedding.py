@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ajgdata.evaluate.embedding_data import EmbeddingData, embedding_data
-from ajgdata.experiments.base import Inputs, TaskResults
+from ajgdata.experiments.base import Inputs, ScoreRow, TaskResults
 from ajgdata.report.format import Score
 from ajgdata.report.projections import SPACES
 from ajgdata.types import DataError, Embedding, NotPossibleError
@@ -17,8 +18,6 @@ from ajgdata.types.table import Table
 
 if TYPE_CHECKING:
     from ajgdata.store.latents import Latents
-
-ScoreRow = tuple[str, str, str, str, float | None]
 
 
 def trained(inputs: Inputs, settings: Embedding) -> tuple[EmbeddingData, Latents]:
@@ -73,9 +72,9 @@ def scores_by(table: Table, keys: Sequence[str], key: str) -> dict[tuple[Any, ..
     return {names: score_of(values) for names, values in found.items()}
 
 
-def space_name(space: str) -> str:
-    """Return what a space is called in legends."""
-    return SPACES.get(space, space)
+def with_space_titles(table: Table) -> Table:
+    """Return a table whose column `space` holds what spaces are called in legends."""
+    return replace(table, rows=tuple(row | {"space": SPACES[row["space"]]} for row in table.rows))
 
 
 def supervision(results: TaskResults) -> str:

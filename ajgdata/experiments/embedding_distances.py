@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,14 +13,16 @@ from ajgdata.experiments.base import (
     Inputs,
     Lookup,
     Outcome,
+    ScoreRow,
     TaskResults,
     score_table,
 )
-from ajgdata.experiments.embedding import ScoreRow, scores_by, space_name, trained
+from ajgdata.experiments.embedding import scores_by, trained, with_space_titles
 from ajgdata.experiments.embedding_knn import encoder_cost
 from ajgdata.experiments.plots import Plot
-from ajgdata.report.comparison import Mark, PaperComparison, holds, mark_of
+from ajgdata.report.comparison import PaperComparison, holds
 from ajgdata.report.format import Score, mean_sd, number, words
+from ajgdata.report.projections import SPACES
 from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 
@@ -113,16 +115,15 @@ def finding(results: TaskResults) -> str:
     for space in sorted(results.results[0].tables["categories"].parted("space")):
         gaps = [one.gaps for one in categories_of(results, space).values()]
         near = sum(len(gap) > 0 and float(gap.mean()) > 0 for gap in gaps)
-        counts.append(f"{near} of {len(gaps)} in {space_name(space)}")
+        counts.append(f"{near} of {len(gaps)} in {SPACES[space]}")
     return f"Categories whose members lie nearer to one another than to others: {', '.join(counts)}"
 
 
 def by_pair(results: TaskResults) -> Table:
     """Return the distances of each pair of categories, in units of each space."""
     rows = [
-        {"space": space_name(row["space"]), "pairs": row["pairs"], "distance": row["distance"]}
-        | {"pair": " to ".join(words(row[key]) for key in ("first", "second"))}
-        for row in results.results[0].tables["categories"].rows
+        row | {"pair": " to ".join(words(row[key]) for key in ("first", "second"))}
+        for row in with_space_titles(results.results[0].tables["categories"]).rows
     ]
     columns = {"space": "Space", "pairs": "Pairs", "pair": "Categories", "distance": "Distance"}
     return table_of("pairs", TITLE, rows, **columns)
@@ -143,18 +144,8 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
     wider = latent[SPREAD].within - most
     verdicts = {holds(gaps[name]) for name in TOGETHER}
     verdicts.add(holds(Score(float(wider.mean()), float(wider.std(ddof=1)))))
-    yield PaperComparison(
-        results.paper, results.dataset, results.task, results.source, "; ".join(text), "latent",
-        together(verdicts), encoder_cost(results, lookup), marks=tuple(_marks(within, gaps)),
-    )  # fmt: skip
-
-
-def _marks(within: Mapping[str, float], gaps: Mapping[str, Score]) -> Iterator[Mark]:
-    """Yield distances within each category, and to the others."""
-    for name, gap in gaps.items():
-        others = Score(within[name] + gap.mean, gap.sd)
-        yield mark_of("ours", "within", Score(within[name], 0.0), part=words(name))
-        yield mark_of("other", "others", others, part=words(name))
+    cost = encoder_cost(results, lookup)
+    yield results.compared(results.paper, "; ".join(text), "latent", together(verdicts), cost=cost)
 
 
 DISTANCES = Plot(

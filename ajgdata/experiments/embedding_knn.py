@@ -13,22 +13,14 @@ from ajgdata.experiments.base import (
     Inputs,
     Lookup,
     Outcome,
-    Result,
+    ScoreRow,
     TaskResults,
     score_table,
 )
-from ajgdata.experiments.embedding import (
-    ScoreRow,
-    by_run,
-    run_scores,
-    scores_by,
-    space_name,
-    trained,
-)
+from ajgdata.experiments.embedding import by_run, run_scores, scores_by, trained, with_space_titles
 from ajgdata.experiments.plots import Plot, value_range
-from ajgdata.report.comparison import Cost, PaperComparison, mark_of
+from ajgdata.report.comparison import Cost, PaperComparison
 from ajgdata.report.format import Score, mean_sd, number
-from ajgdata.report.projections import ordered
 from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 
@@ -98,12 +90,8 @@ def _part(row: dict[str, Any]) -> str:
 
 
 def _score_rows(rows: Sequence[dict[str, Any]], chance: float) -> Iterator[ScoreRow]:
-    raw = float(np.mean(next(row["values"] for row in rows if row["space"] == "raw")))
     for row in rows:
         yield from run_scores(row["space"], _part(row), "accuracy", row["values"], chance)
-        gain = float(np.mean(row["values"])) - raw
-        yield row["space"], _part(row), "gain_points", "mean", 100 * gain
-        yield row["space"], _part(row), "gain_relative", "mean", gain / raw
 
 
 class Neighbours(NamedTuple):
@@ -129,20 +117,13 @@ def at_shown(results: TaskResults, space: str) -> Neighbours:
     return Neighbours(row["dimension"], score, row["fit_s"], ask_s, row["recordings"])
 
 
-def by_space(result: Result) -> list[Table]:
-    """Return the accuracies of each space, in the order of legends."""
-    tables = result.tables["knn"].parted("space")
-    return [tables[space] for space in ordered(list(tables))]
-
-
 def by_dimension(results: TaskResults) -> Table:
     """Return the accuracy of each run; spaces without dimensions have the same at each."""
     result, rows = results.results[0], []
-    for part in by_space(result):
-        for row in part.rows:
-            known = {**row, "space": space_name(row["space"]), "chance": result.about["chance"]}
-            own = results.settings.dimensions if row["dimension"] is None else [row["dimension"]]
-            rows += [known | {"dimension": dimension} for dimension in sorted(own)]
+    for row in with_space_titles(result.tables["knn"]).rows:
+        known = row | {"chance": result.about["chance"]}
+        own = results.settings.dimensions if row["dimension"] is None else [row["dimension"]]
+        rows += [known | {"dimension": dimension} for dimension in sorted(own)]
     columns = {"space": "Space", "dimension": "Dimension", "accuracy": "Accuracy"}
     return table_of("knn", TITLE, rows, **columns, chance="Chance")
 
@@ -152,13 +133,12 @@ def by_time(results: TaskResults) -> Table:
     result = results.results[0]
     seconds = {
         (row["space"], row["dimension"]): sum(row[name] for name in TIMES)
-        for row in result.cost["times"].rows
+        for row in with_space_titles(result.cost["times"]).rows
     }
     rows = [
-        {"space": space_name(row["space"]), "error": 1 - row["accuracy"]}
+        {"space": row["space"], "error": 1 - row["accuracy"]}
         | {"time_s": seconds[row["space"], row["dimension"]]}
-        for part in by_space(result)
-        for row in part.rows
+        for row in with_space_titles(result.tables["knn"]).rows
     ]
     return table_of("time", TITLE, rows, space="Space", error="Error", time_s="Time of one fold, s")
 
@@ -220,10 +200,8 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     )
     perfect = 100 * (1 - raw.score.mean) / raw.score.mean
     verdict = compare(score.mean, interval, paper.value, chance=0.0, perfect=perfect)
-    yield PaperComparison(
-        paper, results.dataset, results.task, results.source, result, "k-NN on the latent",
-        verdict, _cost(results, latent), marks=(mark_of("ours", "latent over raw", score),),
-    )  # fmt: skip
+    cost = _cost(results, latent)
+    yield results.compared(paper, result, "k-NN on the latent", verdict, cost=cost)
 
 
 ACCURACY = Plot(

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,39 +13,28 @@ from ajgdata.experiments.base import (
     Inputs,
     Lookup,
     Outcome,
+    ScoreRow,
     TaskResults,
     score_table,
 )
 from ajgdata.experiments.embedding import (
-    ScoreRow,
     by_run,
     run_scores,
     scores_by,
-    space_name,
     supervision,
     trained,
+    with_space_titles,
 )
 from ajgdata.experiments.embedding_knn import encoder_cost
-from ajgdata.experiments.plots import Plot, illustrations
-from ajgdata.report.blocks import Illustration
-from ajgdata.report.comparison import PaperComparison, holds, mark_of
-from ajgdata.report.format import Caption, Score, mean_sd, words
-from ajgdata.report.projections import (
-    METHODS,
-    PLANE,
-    Projection,
-    Projections,
-    ordered,
-    shown_columns,
-    text_colours,
-)
+from ajgdata.experiments.plots import Plot
+from ajgdata.report.comparison import PaperComparison, holds
+from ajgdata.report.format import mean_sd, words
+from ajgdata.report.projections import PLANE, Projection, Projections
 from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-    from matplotlib.figure import Figure
 
     from ajgdata.evaluate.embedding_data import EmbeddingData
     from ajgdata.store.latents import Latents
@@ -156,63 +143,9 @@ def _column(table: Table, key: str) -> NDArray[Any]:
     return table.numbers(key)
 
 
-def figure(results: TaskResults, shown: Projections, column: str) -> Figure:
-    """Return a row for each space, a column for each method; filled: training, ring: validation."""
-    from ajgdata.report.canvas import WIDTH_IN, new_figure
-
-    spaces = ordered([one.space for one in shown.projections])
-    methods = [m for m in METHODS if m in {one.method for one in shown.projections}]
-    drawn = new_figure(
-        (WIDTH_IN, 1.2 + 2.15 * len(spaces)),
-        f"Recordings in two dimensions, by {words(column)}",
-        f"{results.title}: colour: {words(column)}; filled: training, rings: validation recordings",
-        [results.source],
-    )
-    panels = drawn.subplots(len(spaces), len(methods), squeeze=False)
-    for axes in panels.flat:
-        axes.set_axis_off()
-    values = shown.columns[column]
-    for one in shown.projections:
-        axes = panels[spaces.index(one.space), methods.index(one.method)]
-        axes.set_title(f"{space_name(one.space)} · {METHODS[one.method]}")
-        axes.set_rasterization_zorder(1.5)  # many points: all of a panel in one image
-        for name, colour in text_colours(values).items():
-            own = values == name
-            x, y = one.points[own & shown.training].T
-            axes.scatter(x, y, s=7, c=colour, lw=0, alpha=0.75, zorder=1, label=words(name))
-            x, y = one.points[own & ~shown.training].T
-            axes.scatter(x, y, s=7, facecolors="none", edgecolors=colour, lw=0.8, zorder=1)
-        axes.margins(0.06)
-    named = axes.get_legend_handles_labels()
-    drawn.legend(*named, loc="outside right center", markerscale=2)
-    return drawn
-
-
-def figures(results: TaskResults) -> Iterator[Illustration]:
-    """Yield a figure for each column of text that distinguishes recordings, and the silhouettes.
-
-    The interactive plot (`pipeline.explorer`) also colours numbers.
-    """
-    shown = projections_of(results.results[0].tables)
-    columns = [one for one in shown_columns(shown) if shown.columns[one].dtype.kind == "U"]
-    for column in columns:
-        text = (
-            f"{results.title}, {results.source}. Each recording in two dimensions, coloured by "
-            f"{words(column)}. PCA and UMAP are fitted to training recordings and then place the "
-            "others; t-SNE is fitted to all. Axes have no unit; distances between clusters of "
-            "t-SNE and UMAP have no meaning."
-        )
-        caption = Caption(text, f"Scatter plots of recordings, coloured by {words(column)}.")
-        drawn = partial(figure, results, shown, column)
-        yield Illustration(results.named(f"by-{column}"), caption, drawn)
-    yield from illustrations(results, (SILHOUETTES,))
-
-
 def by_label(results: TaskResults) -> Table:
-    """Return the silhouettes of each run, with the names of spaces."""
-    table = results.results[0].tables["silhouettes"]
-    rows = tuple(row | {"space": space_name(row["space"])} for row in table.rows)
-    return replace(table, rows=rows)
+    """Return the silhouettes of each run."""
+    return with_space_titles(results.results[0].tables["silhouettes"])
 
 
 SILHOUETTES = Plot(
@@ -228,16 +161,10 @@ SILHOUETTES = Plot(
 )
 
 
-def silhouettes_of(results: TaskResults) -> dict[tuple[str, str], Score]:
-    """Return the silhouettes by space and column of labels."""
-    table = results.results[0].tables["silhouettes"]
-    scores = scores_by(table, ("space", "label"), "silhouette")
-    return {(space, label): score for (space, label), score in scores.items()}
-
-
 def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
     """Yield whether objects form clusters, by the silhouette of validation points of all runs."""
-    column, scores = results.settings.instance, silhouettes_of(results)
+    column, table = results.settings.instance, results.results[0].tables["silhouettes"]
+    scores = scores_by(table, ("space", "label"), "silhouette")
     if results.paper is None or ("latent", column) not in scores:
         return
     score, raw = scores["latent", column], scores["raw", column]
@@ -245,11 +172,8 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
         f"silhouette of objects {mean_sd(score)} (raw features {mean_sd(raw)}) "
         f"in {results.settings.shown}-D"
     )
-    yield PaperComparison(
-        results.paper, results.dataset, results.task, results.source, result, "latent",
-        holds(score), encoder_cost(results, lookup),
-        marks=(mark_of("ours", "latent", score), mark_of("other", "raw", raw)),
-    )  # fmt: skip
+    cost = encoder_cost(results, lookup)
+    yield results.compared(results.paper, result, "latent", holds(score), cost=cost)
 
 
 EXPERIMENT = Experiment(
@@ -258,7 +182,6 @@ EXPERIMENT = Experiment(
     settings=Embedding,
     measure=measure,
     plots=(SILHOUETTES,),
-    figures=figures,
     paper_comparison=paper_comparison,
     summary=supervision,
     of_embedding=True,

@@ -10,14 +10,21 @@ import numpy as np
 from pydantic import Field
 
 from ajgdata.evaluate.task_data import TaskData
-from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
+from ajgdata.experiments.base import (
+    Experiment,
+    Inputs,
+    Lookup,
+    Outcome,
+    ScoreRow,
+    TaskResults,
+    score_table,
+)
 from ajgdata.experiments.plots import Plot
 from ajgdata.experiments.sorting import (
     PARTS,
     RUN_COLUMNS,
     SHARE_COLUMNS,
     Row,
-    ScoreRow,
     run_comparison,
     sorting_scores,
 )

@@ -228,9 +228,9 @@ def conclusion(results: TaskResults, plot: Plot) -> str:
     if plot.headline == "trend":
         return _trend(results, plot, points, higher)
     best = choose(points, key=lambda point: point.score.mean)
-    said = ", ".join(filter(None, (best.panel, best.series, _place_text(results, plot, best))))
     kind = "highest" if higher else "lowest"
-    return f"{sentence(kind)} {axis} of {len(points)}: {mean_sd(best.score, unit)} ({said})"
+    case = _case(results, plot, best)
+    return f"{sentence(kind)} {axis} of {len(points)}: {mean_sd(best.score, unit)} ({case})"
 
 
 def _higher_is_better(results: TaskResults, plot: Plot) -> bool:
@@ -277,6 +277,11 @@ def value_range(values: Sequence[float], unit: str) -> str:
     """Return `40 to 95 %`: the smallest and the largest value."""
     low, high = number(min(values)), number(max(values))
     return with_unit(low if low == high else f"{low} to {high}", unit)
+
+
+def _case(results: TaskResults, plot: Plot, point: Point) -> str:
+    """Return panel, series and place of a point in words."""
+    return ", ".join(filter(None, (point.panel, point.series, _place_text(results, plot, point))))
 
 
 def _place_text(results: TaskResults, plot: Plot, point: Point) -> str:
@@ -343,12 +348,10 @@ def _spread(plot: Plot) -> str:
 
 def _caption(results: TaskResults, plot: Plot) -> Caption:
     unit = axis_of(results, plot)[1]
-    listed = []
-    for point in listed_points(results, plot):
-        place = ", ".join(
-            filter(None, (point.panel, point.series, _place_text(results, plot, point)))
-        )
-        listed.append(f"{place}: {mean_sd(point.score, unit)}")
+    listed = [
+        f"{_case(results, plot, point)}: {mean_sd(point.score, unit)}"
+        for point in listed_points(results, plot)
+    ]
     chance = ", ".join(with_unit(number(v), unit) for v in chance_for(results, plot).values())
     guess = f" Chance: {chance}." if chance else ""
     paper = results.paper if plot.published else None
@@ -364,27 +367,14 @@ def shown_tables(results: TaskResults, plots: Sequence[Plot]) -> Iterator[ShownT
     """Yield the points of each plot as a folded table."""
     for plot in plots:
         points, (axis, unit) = listed_points(results, plot), axis_of(results, plot)
-        if not points:
-            continue
-        has_x = plot.x and plot.mark != "histogram"
-        columns = {one.key: one.title for one in table_for(results, plot).columns}
-        title = f"{sentence(axis)}{f' ({unit})' if unit else ''}"
-        names = [columns[plot.panel]] if plot.panel else []
-        names += [", ".join(columns[key] for key in plot.series)] if plot.series else []
-        names += [columns[plot.x]] if has_x else []
-        cells = []
-        for point in points:
-            place = point.x if isinstance(point.x, str) else number(point.x)
-            row = [point.panel] if plot.panel else []
-            row += [point.series] if plot.series else []
-            row += [place] if has_x else []
-            cells.append((*row, mean_sd(point.score)))
-        yield ShownTable(
-            f"{sentence(plot.about)}; {_spread(plot)}.",
-            (*names, f"{title}|"),
-            tuple(cells),
-            f"Values: {axis}",
-        )
+        if points:
+            title = f"{sentence(axis)}{f' ({unit})' if unit else ''}"
+            yield ShownTable(
+                f"{sentence(plot.about)}; {_spread(plot)}.",
+                ("Case", f"{title}|"),
+                tuple((_case(results, plot, one), mean_sd(one.score)) for one in points),
+                f"Values: {axis}",
+            )
 
 
 def result_rows(results: TaskResults, plots: Sequence[Plot]) -> Iterator[ResultRow]:

@@ -9,17 +9,10 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from ajgdata.evaluate.agreement import GRASP_INTERVAL, Interval, statement
-from ajgdata.experiments.base import (
-    Experiment,
-    Inputs,
-    Lookup,
-    Outcome,
-    TaskResults,
-    score_table,
-)
+from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
 from ajgdata.experiments.plots import Plot
-from ajgdata.report.comparison import PaperComparison, mark_of
-from ajgdata.report.format import Score, number, words
+from ajgdata.report.comparison import PaperComparison
+from ajgdata.report.format import number, words
 from ajgdata.types import FeatureSettings, Kind, Strict
 from ajgdata.types.table import Table, table_of
 
@@ -108,24 +101,11 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     paper = results.paper
     if paper is None or paper.value is None:
         return
-    table = by_class(results)
-    keys = ("value", "sd", "high", "low")  # what is lost is least where energy is highest
-    value, sd, low, high = (100 * table.numbers(key)[::-1] for key in keys)
-    lost = [
-        Score(float(100 - v), float(s), (), float(100 - least), float(100 - most))
-        for v, s, least, most in zip(value, sd, low, high, strict=True)
-    ]
-    labels = [str(label) for label in reversed(table.column("label"))]
-    listed = [f"{n} {number(one.mean)} %" for n, one in zip(labels, lost, strict=True)]
-    marks = [
-        mark_of("ours", "lost", one, part=words(n)) for n, one in zip(labels, lost, strict=True)
-    ]
-    marks.append(mark_of("paper", "paper >", Score(paper.value, 0.0), part=words(labels[0])))
-    yield PaperComparison(
-        paper, results.dataset, results.task, results.source, f"lost: {', '.join(listed)}", "",
-        statement(Interval(lost[0].low - paper.value, lost[0].high - paper.value)),
-        marks=tuple(marks),
-    )  # fmt: skip
+    rows = by_class(results).rows[::-1]  # what is lost is most where energy is lowest
+    listed = [f"{row['label']} {number(100 - 100 * row['value'])} %" for row in rows]
+    ends = (100 - 100 * rows[0][key] - paper.value for key in ("high", "low"))
+    agrees = statement(Interval(*ends))
+    yield results.compared(paper, f"lost: {', '.join(listed)}", "", agrees)
 
 
 def by_band(results: TaskResults) -> Table:

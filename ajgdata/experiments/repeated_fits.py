@@ -6,7 +6,6 @@ task's own data set only.
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Iterator
 
@@ -24,13 +23,11 @@ from ajgdata.experiments.base import (
     TaskResults,
     score_table,
 )
-from ajgdata.experiments.plots import Plot
+from ajgdata.experiments.plots import Plot, points_for
 from ajgdata.report.comparison import Mark, PaperComparison
-from ajgdata.report.format import Score, mean_sd
+from ajgdata.report.format import mean_sd
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import Table, table_of
-
-STATISTICS = {"value": "median", "low": "low", "high": "high"}
 
 
 class Settings(Strict):
@@ -85,28 +82,22 @@ def part_of(name: str) -> str:
     return f"repeated fits on:{name}"
 
 
-def robust_score(result: Result, name: str, statistic: str) -> float:
-    """Return a statistic of the RMSE on a data set."""
-    rows = result.tables[SCORES].where(part=part_of(name), statistic=statistic)
-    return float(rows.numbers("value")[0])
+def statistics(result: Result, name: str) -> dict[str, float]:
+    """Return median, ends of the interval and chance level of the RMSE on a data set, by name."""
+    rows = result.tables[SCORES].where(part=part_of(name)).rows
+    return {str(row["statistic"]): float(row["value"]) for row in rows}
 
 
 def errors(results: TaskResults) -> Table:
     """Return the median of all fits with its interval, per model and data set."""
-    rows = [
-        {"model": result.label, "dataset": name, "metric": "rmse"}
-        | {key: robust_score(result, name, statistic) for key, statistic in STATISTICS.items()}
-        for name in results.settings.test_on
-        for result in results.results
-    ]
+    rows = []
+    for name in results.settings.test_on:
+        for result in results.results:
+            found = statistics(result, name)
+            row = {"model": result.label, "dataset": name, "metric": "rmse"}
+            rows.append(row | found | {"value": found["median"]})
     columns = {"model": "Model", "dataset": "Tested on", "metric": "Metric"}
     return table_of("errors", "Errors", rows, **columns, value="RMSE", low="From", high="To")
-
-
-def shown(results: TaskResults, result: Result, name: str) -> str:
-    """Return `20 (17 to 22) mm`: the median over fits with its interval."""
-    values = [robust_score(result, name, key) for key in ("median", "low", "high")]
-    return mean_sd(Score(values[0], math.nan, (), *values[1:]), results.shown_unit)
 
 
 FITS = Plot(
@@ -128,20 +119,15 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     name = results.settings.test_on[0]
     first, *others = results.results
     median, low, high, chance = (
-        robust_score(first, name, key) for key in ("median", "low", "high", "chance")
+        statistics(first, name)[key] for key in ("median", "low", "high", "chance")
     )
-    text = [shown(results, first, name)]
-    text += [f"{one.label}: {shown(results, one, name)}" for one in others]
-    yield PaperComparison(
-        paper,
-        results.dataset,
-        results.task,
-        results.source,
-        "; ".join(text),
-        first.label,
-        compare(median, Interval(low, high), paper.value, chance=chance, perfect=0.0),
-        marks=(Mark("ours", first.label, median, low, high),),
-    )
+    points = points_for(results, FITS, dataset=name)
+    shown = [mean_sd(point.score, results.shown_unit) for point in points]
+    text = [shown[0]]
+    text += [f"{one.label}: {said}" for one, said in zip(others, shown[1:], strict=True)]
+    agrees = compare(median, Interval(low, high), paper.value, chance=chance, perfect=0.0)
+    marks = (Mark("ours", median, low, high),)
+    yield results.compared(paper, "; ".join(text), first.label, agrees, marks=marks)
 
 
 EXPERIMENT = Experiment(

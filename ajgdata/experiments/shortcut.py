@@ -166,22 +166,12 @@ ERRORS = Plot(
     chance="chance",
     title=finding,
 )
-SILENCE = Plot(
-    "rows",
-    "silence",
-    "dependence of predictions from silent recordings, which hold nothing of the object, on the "
-    "truth; chance: labels of grasps exchanged",
-    x="data_set",
-    chance="null",
-    headline="range",
-    name="silence",
-)
 EXPERIMENT = Experiment(
     name="shortcut",
     title="Shortcut",
     settings=Settings,
     measure=measure,
-    plots=(ERRORS, SILENCE),
+    plots=(ERRORS,),
     summary=verdicts,
     by_model=True,
     order=15,

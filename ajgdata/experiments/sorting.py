@@ -17,6 +17,7 @@ from ajgdata.experiments.base import (
     Lookup,
     Outcome,
     Result,
+    ScoreRow,
     TaskResults,
     score_table,
 )
@@ -27,7 +28,6 @@ from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import Table, table_of
 
 Row = dict[str, Any]
-ScoreRow = tuple[str, str, str, str, float]
 RUNS = 500  #: simulated runs of sorting, each with its own seed
 LONGEST_RUN = 1000  #: objects after which a run ends
 PARTS = ("plain", "scaled")  #: probabilities as they are, and scaled by a temperature
@@ -118,19 +118,13 @@ def run_comparison(
         return
     (condition,) = result.tables["conditions"].where(**which).rows
     runs = result.tables["runs"].where(**which)
-    spreads, marks = [], []
-    for key, (_, name) in RUN_METRICS.items():
-        low, middle, high = map(float, np.percentile(runs.numbers(key), PERCENTILES))
-        spreads.append((low, middle, high))
-        ours = Mark("ours", result.label, middle, low, high, name)
-        if middle >= longest:  # a longer run was not tried
-            ours = ours._replace(value=np.inf, low=float(longest))
-        marks += [ours, Mark("paper", "paper", paper.value, paper.value, paper.value, name)]
-    low, middle, high = spreads[0]
-    yield PaperComparison(
-        paper, results.dataset, results.task, results.source,
-        _text(runs, condition, paper.unit, longest), result.label,
-        verdict_on_count(middle, low, high, paper.value), marks=tuple(marks), label=label,
+    low, middle, high = map(float, np.percentile(runs.numbers("before_error"), PERCENTILES))
+    ours = Mark("ours", middle, low, high)
+    if middle >= longest:  # a longer run was not tried
+        ours = ours._replace(value=np.inf, low=float(longest))
+    yield results.compared(
+        paper, _text(runs, condition, paper.unit, longest), result.label,
+        verdict_on_count(middle, low, high, paper.value), marks=(ours,), label=label,
     )  # fmt: skip
 
 

@@ -49,17 +49,23 @@ class TableFigure(NamedTuple):
 
 
 class ShownTable(NamedTuple):
-    """A table for people: heads and cells are text; a head that ends in `|` is of numbers."""
+    """A table for people: heads and cells are text; a head that ends in `|` is of numbers.
+
+    It is shown on request; `folded` names it.
+    """
 
     caption: str
     heads: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
-    folded: str = ""
+    folded: str
 
 
 @dataclass(frozen=True)
 class ResultRow:
-    """A row of the table of results; what a row does not have is empty."""
+    """A row of the table of results; what a row does not have is empty.
+
+    `answer` is the value with its interval, of the best model of a task.
+    """
 
     label: str
     metric: str
@@ -71,3 +77,4 @@ class ResultRow:
     best: bool = False
     part: str = ""  #: heading of the rows that it stands among
     paper: PaperFigure | None = None
+    answer: str = ""

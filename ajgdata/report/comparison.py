@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -31,34 +31,23 @@ SIGNS: dict[Verdict | Literal["absent"], tuple[str, str]] = {
 REACH = 2.0
 
 
-Role = Literal["ours", "baseline", "other", "paper", "chance"]
+Role = Literal["ours", "baseline", "chance", "paper"]
 
 
 class Mark(NamedTuple):
-    """A number as it is drawn beside the paper's, in the paper's unit, with its interval.
-
-    `other` is what ours is held against where that is not a number of the paper; `part` names the
-    row that it belongs to, where one result has several.
-    """
+    """A number that is drawn beside the paper's, in the paper's unit, with its interval."""
 
     role: Role
-    label: str
     value: float
     low: float
     high: float
-    part: str = ""
 
 
-def mark_of(role: Role, label: str, score: Score, scale: float = 1.0, part: str = "") -> Mark:
+def mark_of(role: Role, score: Score, scale: float = 1.0) -> Mark:
     """Return a mean with its interval, else its standard deviation on both sides; without one if it
     is unknown."""
     value, ((below,), (above,)) = scale * score.mean, score.bars(scale)
-    return Mark(role, label, value, value - below, value + above, part)
-
-
-def range_of(role: Role, label: str, values: Sequence[float], part: str = "") -> Mark:
-    """Return the mean of several numbers, with the smallest and the largest as its interval."""
-    return Mark(role, label, sum(values) / len(values), min(values), max(values), part)
+    return Mark(role, value, value - below, value + above)
 
 
 class Cost(NamedTuple):
@@ -101,7 +90,7 @@ class PaperComparison:
 
     `model` is the model's name for people, "" where none was trained. Where `cost` is not given,
     the page gives that of training the paper's model on the task. `marks` are drawn, in `unit`
-    (default: the paper's); of one part, the paper's number is drawn among them. `label` names the
+    (default: the paper's), if chance is among them. `label` names the
     row among others of one figure, `page` is where all is told. Where the
     same values stand there by several splits, `split` says by which, and `note` what that makes.
     """

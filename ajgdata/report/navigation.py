@@ -107,8 +107,3 @@ def navigation(
 def plain(groups: Iterable[Group]) -> list:
     """Return a navigation as lists of text, which a rule can have as a parameter."""
     return [[group.title, [list(link) for link in group.links]] for group in groups]
-
-
-def parsed(groups: Iterable[Sequence]) -> list[Group]:
-    """Return the navigation of lists of text; see `plain`."""
-    return [Group(title, tuple(Link(*link) for link in links)) for title, links in groups]

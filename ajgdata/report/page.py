@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ajgdata.paths import INDEX, Paths
-from ajgdata.report.blocks import Illustration, ResultRow
+from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import SIGNS, evidence
 from ajgdata.report.format import DASH
 from ajgdata.report.navigation import FIXED, Group, experiment_link
@@ -66,7 +66,6 @@ def render_pages(
         "DASH": DASH,
         "SIGNS": SIGNS,
         "evidence": evidence,
-        "paper_cells": paper_cells,
         "published_link": lambda name: link_from_report(places, places.published(name)),
         "quarantine_link": lambda name: link_from_report(places, places.quarantine(name)),
         "spectra_name": spectra_name,
@@ -103,26 +102,6 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
         "texts": [one for one in dict.fromkeys(told) if one[1]],
         "datasets": [d for d in report.datasets if d.name in names],
     }
-
-
-def paper_cells(rows: Sequence[ResultRow]) -> list[tuple[str, str, int]]:
-    """Return text, source and row span of the paper's cell per row; a span of 0 means no cell.
-
-    A figure that neighbouring rows share is written once, across them.
-    """
-    cells: list[tuple[str, str, int]] = []
-    start = 0
-    for at, row in enumerate(rows):
-        if at and (row.paper, row.part) == (rows[start].paper, rows[start].part):
-            text, where, span = cells[start]
-            cells[start] = text, where, span + 1
-            cells.append(("", "", 0))
-        else:
-            start = at
-            paper = row.paper
-            told = (paper.text, f"{paper.where}; {paper.source}") if paper else (DASH, "")
-            cells.append((*told, 1))
-    return cells
 
 
 def link_from_report(paths: Paths, target: Path) -> str:

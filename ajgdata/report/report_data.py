@@ -185,6 +185,12 @@ class Report:
         return tally(self.comparisons) | ({"absent": len(self.absent)} if self.absent else {})
 
     @property
+    def answers(self) -> list[tuple[TaskSection, ResultRow]]:
+        """Return the best model of each task that has one."""
+        found = ((section, row) for section in self.sections for row in section.rows)
+        return [(section, row) for section, row in found if row.answer]
+
+    @property
     def recordings(self) -> int:
         """Return the number of recordings that features were made of."""
         return sum(one.n_recordings for one in self.datasets)

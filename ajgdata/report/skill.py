@@ -42,13 +42,13 @@ def label_of(row: PaperComparison) -> str:
 
 
 def _points(row: PaperComparison) -> Iterator[Point]:
-    marks = {mark.role: mark for mark in row.marks if not mark.part}
+    marks = {mark.role: mark for mark in row.marks}
     chance = marks.get("chance")
     if chance is None or "ours" not in marks:
         return
     if row.paper.value is not None:
         value = row.paper.value
-        marks["paper"] = Mark("paper", "paper", value, value, value)
+        marks["paper"] = Mark("paper", value, value, value)
     perfect = PER_CENT if row.unit == "%" else 0.0
 
     def skill(value: float) -> float:

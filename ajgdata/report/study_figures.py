@@ -11,7 +11,7 @@ from ajgdata.gripper.scene import Numerics
 from ajgdata.report.blocks import TableFigure
 from ajgdata.report.format import Score, number, value, words
 from ajgdata.report.marks import Picture, Point
-from ajgdata.types.table import Table, Value, table_of
+from ajgdata.types.table import Table, Value
 
 CHANGE = ("relative L2 change of the feature", "")
 GRID = ("grid spacing", "mm")
@@ -29,10 +29,6 @@ def points_of(
             place = _text(row[x]) if isinstance(row[x], str) else float(row[x] or 0)
             name, where = (_text(row[key]) if key else "" for key in (series, panel))
             yield Point(where, name, place, Score(max(float(number_), least), math.nan))
-
-
-def _table(rows: list[dict[str, Value]]) -> Table:
-    return table_of("", "", rows, **dict.fromkeys(rows[0], ""))
 
 
 def _text(cell: Value) -> str:

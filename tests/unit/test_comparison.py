@@ -27,7 +27,7 @@ def test_a_statement_holds_beyond_two_standard_deviations(gap, sd, verdict):
     assert holds(Score(gap, sd)) == verdict
 
 
-LOW = (mark_of("ours", "CNN", Score(1.0, 0.1)),)
+LOW = (mark_of("ours", Score(1.0, 0.1)),)
 
 
 def reason(before: float, after: float, *, supported: bool = True) -> Reason:
@@ -43,7 +43,7 @@ def row(agrees: str, paper=PAPER, dataset="size", **changes) -> PaperComparison:
 def test_reasons_must_be_supported_and_point_to_the_paper():
     up, down, vague = reason(1.0, 2.0), reason(1.0, 0.5), reason(1.0, 2.1, supported=False)
     reasons = (up, down, vague)
-    high = (Mark("ours", "CNN", 9.0, 8.0, 10.0),)  # the paper: 2.6 mm
+    high = (Mark("ours", 9.0, 8.0, 10.0),)  # the paper: 2.6 mm
     for agrees, marks, why in (
         ("better", LOW, [up]), ("worse", high, [down]), ("inconclusive", LOW, [up]),
         ("inconclusive", high, [down]),

@@ -56,6 +56,7 @@ def test_rows_of_a_task_stand_beside_the_paper_with_the_best_marked():
     assert (knn.train_s, knn.inference_ms, knn.peak_memory_mb) == ("0", "0.05", "128")
     assert (knn.value, knn.paper, cnn.paper) == ("4.00 ± 0.40 mm", PAPER, PAPER)
     assert (cnn.best, knn.best, cnn.part) == (True, False, "")
+    assert (cnn.answer, knn.answer) == ("2.2 (1.75 to 2.65) mm", "")
     assert (recording.metric, recording.value) == ("RMSE, known by recording", "1.10 ± 0.20 mm")
     assert "split by recording" in recording.part and recording.paper is None
     (row,) = EXPERIMENT.rows(kinds())
@@ -105,8 +106,8 @@ def test_the_paper_s_model_is_set_beside_its_figure_with_its_cost():
     assert (row.dataset, row.task, row.source) == ("size", "edge", "simulated")
     assert row.cost == COST[:2]
     assert (row.marks[0].low, row.marks[0].high) == pytest.approx((1.75, 2.65))
-    marks = [(mark.role, mark.label, mark.value) for mark in row.marks]
-    assert marks == [("ours", "CNN", 2.2), ("baseline", "k-NN", 4.0), ("chance", "chance", 8.2)]
+    marks = [(mark.role, mark.value) for mark in row.marks]
+    assert marks == [("ours", 2.2), ("baseline", 4.0), ("chance", 8.2)]
     assert beside(kinds()) == []
     # A quarter of the distance from chance to perfect: 8.2 / 4 = 2.05 mm.
     wide = sizes(size_result(scores={"rmse": Score(2.9, 0.7, (2.4, 3.4))}))

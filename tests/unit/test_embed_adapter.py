@@ -153,8 +153,6 @@ def test_neighbours_and_what_they_cost(made):
         assert told[*named, "accuracy", "mean"] == score.mean
         assert told[*named, "accuracy", "run 0"] == score.per_fold[0]
         assert told[*named, "accuracy", "chance"] == 0.5
-        assert told[*named, "gain_points", "mean"] == pytest.approx(100 * (score.mean - raw))
-        assert told[*named, "gain_relative", "mean"] == pytest.approx(score.mean / raw - 1)
     spent = read(made, "cost")
     assert times.rows[1]["fit_s"] == pytest.approx(spent["cpu_s"] / 8)
     cost = {tuple(row.values())[:4]: row["value"] for row in found.cost[0].rows}

@@ -161,9 +161,6 @@ def test_energies_are_compared_with_the_reference_and_stand_beside_the_paper():
     ]
     (row,) = EXPERIMENTS["reflected_energy"].paper_comparison(results, nothing)
     assert (row.result, row.agrees) == ("lost: coffee 90 %, steel_balls 50 %", "agrees")
-    coffee = row.marks[0]
-    assert coffee.part == "coffee"
-    assert (coffee.low, coffee.high) == pytest.approx((86, 95))
 
 
 # Other grippers

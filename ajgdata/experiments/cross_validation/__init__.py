@@ -19,6 +19,7 @@ from ajgdata.experiments.base import (
     Experiment,
     Inputs,
     Outcome,
+    ScoreRow,
     TaskResults,
     fold_scores,
     score_table,
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
 
     from ajgdata.evaluate.crossval import CrossValidation, Predictions, Tested
 
-ScoreRow = tuple[str, str, str, str, float]
 PREDICTION_COLUMNS = {
     "recording": "Recording", "split": "Split", "fold": "Fold", "y_true": "Truth",
     "y_pred": "Prediction", "probability": "Probability",

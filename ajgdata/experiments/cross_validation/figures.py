@@ -1,4 +1,4 @@
-"""Figures of cross-validation: predictions, models over their run time, levels and splits."""
+"""Figures of cross-validation: predictions, levels, splits, and error against run time."""
 
 from __future__ import annotations
 
@@ -28,18 +28,22 @@ from ajgdata.report.format import column_title, number, sentence, with_unit, wor
 from ajgdata.report.marks import Picture, Point, illustration
 from ajgdata.types.table import Table, table_of
 
-#: Fewer models are compared in the figure of all tasks only; fewer levels are no curve.
-MANY_MODELS, MANY_LEVELS = 4, 3
+#: Fewer levels are no curve.
+MANY_LEVELS = 3
 #: More true values than this are put into bins.
 MAX_VALUES = 30
-#: Times (s) by panel; a time that is measured as zero has no place on a logarithmic axis.
-TIMES = {"training, all folds": "train_s", "inference, one recording": "inference_s"}
+#: Names of figures against a time (s) with their axes, by field of `ModelCost`.
+TIMES = {
+    "train_s": ("error-against-run-time", "training, all folds"),
+    "inference_s": ("error-against-inference-time", "inference, one recording"),
+}
+#: A time that is measured as zero has no place on a logarithmic axis.
 SHORTEST_S = 1e-7
 NORMALISED = ("error (0 perfect, 1 chance)", "")
 
 
 def illustrations(results: TaskResults) -> Iterator[Illustration]:
-    """Yield the figures of a task: predictions (of the best model open), levels, times."""
+    """Yield the figures of a task: predictions (of the best model open) and levels."""
     models = models_of(results)
     if not models:
         return
@@ -49,8 +53,6 @@ def illustrations(results: TaskResults) -> Iterator[Illustration]:
         plots.append(_predictions(model, f"{model.label}: {results.metric_title} {model.shown()}"))
     if len(top.levels()) >= MANY_LEVELS:
         plots.append(LEVELS)
-    if len(models) >= MANY_MODELS:
-        plots.append(RUN_TIME)
     yield from illustrations_of(results, plots)
 
 
@@ -154,7 +156,7 @@ def binned(y_true: np.ndarray, max_values: int = MAX_VALUES) -> np.ndarray:
     return (sums / np.maximum(counts, 1))[index]
 
 
-# Levels and run time
+# Levels
 
 
 def at_levels(results: TaskResults) -> Table:
@@ -176,36 +178,13 @@ def published_levels(results: TaskResults) -> tuple[float, ...]:
     """Return level and published value of each level that the paper has."""
     top = best_of(models_of(results))
     levels = {GROUPED: results.level}
-    levels |= {elsewhere(name): results.others[name].level for name in top.tested_on}
+    levels |= {elsewhere(name): results.others[name].level for name in results.settings.test_on}
     return tuple(
         number
         for part, level in levels.items()
         if level is not None and (published := paper_told(top, part))
         for number in (level.value, published[0])
     )
-
-
-def by_time(results: TaskResults) -> Table:
-    """Return the error of each model and fold with the times of training and inference."""
-    wrong = results.kind == "classification"
-    rows = []
-    for model in models_of(results):
-        folds = np.array([*model.score().per_fold, model.chance()])
-        *errors, chance = 100 * (1 - folds) if wrong else folds
-        for panel, name in TIMES.items():
-            row = {"model": model.label, "time": panel, "chance": chance}
-            row |= {"seconds": max(getattr(model.cost, name), SHORTEST_S)}
-            rows += [row | {"error": error} for error in errors]
-    error = "Wrong, %" if wrong else column_title(results.metric_title, results.unit)
-    columns = {"model": "Model", "time": "Time", "seconds": "Time, s", "error": error}
-    return table_of("times", "Run time", rows, **columns, chance="Chance")
-
-
-def lowest_error(results: TaskResults) -> str:
-    """Return the best model of a task."""
-    models = models_of(results)
-    top = best_of(models)
-    return f"{top.label} has the lowest error of {len(models)} models ({top.shown()})"
 
 
 LEVELS = Plot(
@@ -218,18 +197,6 @@ LEVELS = Plot(
     published=published_levels,
     name="levels",
 )
-RUN_TIME = Plot(
-    "scatter",
-    by_time,
-    "error against run time on the same folds; filled: no model is better in error and time",
-    value="error",
-    x="seconds",
-    panel="time",
-    chance="chance",
-    title=lowest_error,
-    name="models",
-)
-
 
 # All tasks
 
@@ -237,10 +204,10 @@ RUN_TIME = Plot(
 def across(results: Sequence[TaskResults]) -> Iterator[Illustration]:
     """Yield the figures of all tasks: random and grouped splits, and error against run time."""
     tasks = [models for models in map(models_of, results) if models]
-    if compared := [model for models in tasks for model in models if model.random]:
+    if compared := [model for models in tasks for model in models if model.has(RANDOM)]:
         yield _splits(compared)
-    for panel in TIMES if tasks else ():
-        yield _run_times(panel, tasks)
+    for time in TIMES if tasks else ():
+        yield _run_times(time, tasks)
 
 
 def _splits(compared: Sequence[ModelResult]) -> Illustration:
@@ -268,35 +235,34 @@ def _splits(compared: Sequence[ModelResult]) -> Illustration:
     return illustration("random-against-grouped", "rows", picture, text)
 
 
-def _run_times(panel: str, tasks: Sequence[tuple[ModelResult, ...]]) -> Illustration:
+def _run_times(time: str, tasks: Sequence[tuple[ModelResult, ...]]) -> Illustration:
     """Return the normalised error of all models of all tasks against a time."""
-    time = TIMES[panel]
+    name, axis = TIMES[time]
     every = [model for models in tasks for model in models]
     labels = {
         name: " / ".join(dict.fromkeys(m.label for m in every if m.result.model == name))
         for name in dict.fromkeys(model.result.model for model in every)
     }
-    points = [
-        Point(m.task.title, labels[m.result.model], max(getattr(m.cost, time), SHORTEST_S), m.error)
-        for m in every
-    ]
+
+    def seconds(model: ModelResult) -> float:
+        return max(getattr(model.cost, time), SHORTEST_S)
+
     best = _most(labels, (best_of(models) for models in tasks))
-    fast = _most(
-        labels, (min(models, key=lambda m: float(getattr(m.cost, time))) for models in tasks)
-    )
+    fast = _most(labels, (min(models, key=seconds) for models in tasks))
     picture = Picture(
-        title=f"Lowest error: {best} tasks; shortest time: {fast} tasks",
+        title=f"Lowest error: {best} tasks; shortest {axis.partition(',')[0]}: {fast} tasks",
         subtitle="error as a share of chance; filled: no model is better in error and time",
         sources=tuple(model.task.source for model in every),
-        points=tuple(points),
+        points=tuple(
+            Point(m.task.title, labels[m.result.model], seconds(m), m.error) for m in every
+        ),
         axis=NORMALISED,
-        place=(panel, "s"),
+        place=(axis, "s"),
         chance=tuple((models[0].task.title, 1.0) for models in tasks),
     )
     text = "Error against run time, a panel for each task: RMSE / chance RMSE, or (1 − accuracy) / "
     text += "(1 − chance accuracy). A line joins the Pareto front of a task. Times belong to the "
     text += "machine that made this page."
-    name = "error-against-run-time" if time == "train_s" else "error-against-inference-time"
     return illustration(name, "scatter", picture, text)
 
 

@@ -56,13 +56,11 @@ class ModelCost(NamedTuple):
         return self.inference_ms_per_recording / 1e3
 
 
-@dataclass(frozen=True, eq=False)
-class Predictions:
+class Predictions(NamedTuple):
     """Held-out predictions, n of each: numbers of a regression, labels (str) of classes."""
 
     y_true: np.ndarray
     y_pred: np.ndarray
-    fold: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,11 +106,6 @@ class ModelResult:
         """Return on how many recordings of a fold it was trained, of how many; "" if on all."""
         counts = [self._scores.get((f"training of {GROUPED}", name)) for name in TRAINED_ON]
         return " of ".join(f"{round(one['mean']):,}" for one in counts if one)
-
-    @property
-    def random(self) -> Score | None:
-        """Return the score of a split that ignores the groups, if there is one."""
-        return self.score(RANDOM) if self.has(RANDOM) else None
 
     def chance(self, part: str = "") -> float:
         """Return the metric that is read first of a guess that ignores the sound; NaN if untold."""
@@ -188,24 +181,18 @@ class ModelResult:
         from ajgdata.evaluate.metrics import wrapped
 
         table = self.result.tables["predictions"].where(split=part)
-        fold = np.asarray(table.column("fold"), int)
         if self.task.kind == "classification":
-            labels = [np.asarray(table.column(key), np.str_) for key in ("y_true", "y_pred")]
-            return Predictions(labels[0], labels[1], fold)
+            labels = (np.asarray(table.column(key), np.str_) for key in ("y_true", "y_pred"))
+            return Predictions(*labels)
         true, predicted = table.numbers("y_true"), table.numbers("y_pred")
         if self.task.period_deg:
             predicted = true + wrapped(predicted - true, self.task.period_deg)
-        return Predictions(true, predicted, fold)
-
-    @property
-    def tested_on(self) -> tuple[str, ...]:
-        """Return the other data sets that the folds' models were tested on."""
-        return tuple(self.task.settings.test_on)
+        return Predictions(true, predicted)
 
     def levels(self) -> list[tuple[Level, Score]]:
         """Return the score at each level that was tested, in rising order."""
         tested = [(self.task.level, self.score())]
-        for name in self.tested_on:
+        for name in self.task.settings.test_on:
             tested.append((self.task.others[name].level, self.score(elsewhere(name))))
         known = [(level, score) for level, score in tested if level is not None]
         return sorted(known, key=lambda one: one[0].value)
@@ -214,7 +201,9 @@ class ModelResult:
     def parts(self) -> list[tuple[str, PaperFigure | None]]:
         """Return the parts that were tested, the grouped split first, with the paper's figures."""
         named = [(part, self.task.papers.get(p)) for part, p in PAPER_PARTS.items()]
-        named += [(elsewhere(name), self.task.papers.get(name)) for name in self.tested_on]
+        named += [
+            (elsewhere(name), self.task.papers.get(name)) for name in self.task.settings.test_on
+        ]
         return [(part, paper) for part, paper in named if self.has(part)]
 
     def shown(self, score: Score | None = None) -> str:
@@ -253,12 +242,6 @@ def close_to_best(models: tuple[ModelResult, ...]) -> list[ModelResult]:
     """Return the best model, and those whose error is within its standard deviation of it."""
     top = best_of(models).error
     return [m for m in models if m.error.mean <= top.mean + max(top.sd, 0)]
-
-
-def paper_model(results: TaskResults) -> ModelResult | None:
-    """Return the paper's own model, if the task has it."""
-    found = (result for result in results.results if result.model == PAPER_MODEL)
-    return next((ModelResult(results, result) for result in found), None)
 
 
 def paper_told(model: ModelResult, part: str = GROUPED) -> tuple[float, str] | None:

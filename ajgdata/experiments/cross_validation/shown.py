@@ -4,37 +4,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
 from ajgdata.evaluate.agreement import NO_BETTER, Verdict, together
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation.results import (
+    BASELINES,
     GROUPED,
+    PAPER_MODEL,
     RANDOM,
     WITHHELD,
     ModelResult,
     best_of,
     close_to_best,
     models_of,
-    paper_model,
     part_label,
 )
 from ajgdata.report.blocks import ResultRow
-from ajgdata.report.comparison import (
-    NEAR_CHANCE,
-    Cost,
-    Mark,
-    PaperComparison,
-    holds,
-    mark_of,
-)
+from ajgdata.report.comparison import NEAR_CHANCE, Cost, Mark, PaperComparison, holds, mark_of
 from ajgdata.report.format import Score, number, words
 from ajgdata.report.paper import PaperFigure
 
 #: The model whose figure the paper gives among its baselines.
-BASELINE, BASELINES = "knn_plain", "baselines"
+BASELINE = "knn_plain"
 #: Figures without a number: what a model that works at home fails at.
 FAILS = ("limit", "lesson")
 #: Where the paper also counts the classes that are told this well.
@@ -47,10 +40,11 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
     close = close_to_best(models) if models else []
     for model in models:
         train_s, inference_ms, memory_mb = map(number, model.cost)
+        answer = _with_chance_note(model, GROUPED, model.with_interval())
         yield ResultRow(
-            model.label, results.metric_title, _with_chance_note(model), model.shown_chance,
-            train_s, inference_ms, memory_mb, best=model in close,
-            paper=results.papers.get("known"),
+            model.label, results.metric_title, _with_chance_note(model, GROUPED, model.score()),
+            model.shown_chance, train_s, inference_ms, memory_mb, best=model in close,
+            paper=results.papers.get("known"), answer=answer if model is best_of(models) else "",
         )  # fmt: skip
     for part in dict.fromkeys(part for model in models for part, _ in model.parts[1:]):
         name = {WITHHELD: "unknown", RANDOM: "known by recording"}.get(part, part)
@@ -59,16 +53,16 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
             yield ResultRow(
                 model.label,
                 f"{results.metric_title}, {words(name)}",
-                _with_chance_note(model, part),
+                _with_chance_note(model, part, model.score(part)),
                 model.shown(Score(model.chance(part), 0.0)),
                 part=part_label(results, part),
                 paper=dict(model.parts)[part],
             )
 
 
-def _with_chance_note(model: ModelResult, part: str = "") -> str:
+def _with_chance_note(model: ModelResult, part: str, score: Score) -> str:
     """Return the score of a part; of a score that is not better than chance, with these words."""
-    text = model.shown(model.score(part))
+    text = model.shown(score)
     return text if model.beats_chance(part) else f"{text}, {NO_BETTER}"
 
 
@@ -94,32 +88,38 @@ def summary(results: TaskResults) -> str:
 def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
     """Yield known, unknown and overall values, and other data sets, by the paper's model."""
     models = models_of(results)
-    if not models:
-        return
-    first = paper_model(results) or models[0]
-    baseline = next((m for m in models if m.result.model == BASELINE), None)
-    for part, paper in first.parts:
+    by_name = {one.result.model: one for one in models}
+    for part, paper in models[0].parts if models else ():
         if paper is None:
             continue
-        if paper.id == BASELINES and baseline:
-            yield _baselines(paper, models, baseline)
-        elif paper.metric in FAILS:
-            yield _failing(paper, first, part, lookup)
+        named = BASELINE if paper.id == BASELINES else PAPER_MODEL
+        model = by_name.get(named, by_name.get(PAPER_MODEL, models[0]))
+        if paper.metric in FAILS:
+            yield _failing(paper, model, part, lookup)
         else:
-            text = first.shown(first.with_interval(part))
-            if not first.beats_chance(part):
-                text = f"{text}, {NO_BETTER}"
-            if paper.id == COUNTED:
-                text = f"{text}; {_well_told(first)}"
-            agrees: Verdict = "inconclusive"  # a published result without a number
-            if paper.text == NEAR_CHANCE:
-                agrees = first.verdict(part, first.task.scale * first.chance(part))
-            elif paper.value is not None:
-                agrees = first.verdict(part, paper.value)
-            row = _row(paper, first, text, agrees, marks_of(models, first, part))
-            split, note = _of_two_splits(first, part)
-            row = replace(row, split=split, note=note)
-            yield replace(row, label=f"known, {split}") if split else row
+            yield _compared(paper, model, models, part)
+
+
+def _compared(
+    paper: PaperFigure, model: ModelResult, models: tuple[ModelResult, ...], part: str
+) -> PaperComparison:
+    """Return a model on a part beside the paper's, with the interval that decides."""
+    text = _with_chance_note(model, part, model.with_interval(part))
+    if paper.id == BASELINES:
+        best = best_of(models)
+        text = f"{text}; lowest error of {len(models)}: {best.label}, {best.shown()}"
+    if paper.id == COUNTED:
+        text = f"{text}; {_well_told(model)}"
+    published = paper.value
+    if paper.text == NEAR_CHANCE:
+        published = model.task.scale * model.chance(part)
+    split, note = _of_two_splits(model, part)
+    return model.task.compared(
+        paper, text, model.label,
+        "inconclusive" if published is None else model.verdict(part, published),
+        cost=Cost(*model.cost[:2]), marks=marks_of(models, model, part), split=split, note=note,
+        label=f"known, {split}" if split else "", shown_unit=model.task.shown_unit,
+    )  # fmt: skip
 
 
 def _of_two_splits(model: ModelResult, part: str) -> tuple[str, str]:
@@ -143,27 +143,17 @@ def _of_two_splits(model: ModelResult, part: str) -> tuple[str, str]:
     )
 
 
-def _row(
-    paper: PaperFigure, model: ModelResult, text: str, agrees: Verdict, marks: tuple[Mark, ...]
-) -> PaperComparison:
-    task, cost = model.task, Cost(*model.cost[:2])
-    return PaperComparison(
-        paper, task.dataset, task.task, task.source, text, model.label, agrees, cost, marks=marks,
-        shown_unit=task.shown_unit,
-    )  # fmt: skip
-
-
 def marks_of(
     models: tuple[ModelResult, ...], first: ModelResult, part: str = GROUPED
 ) -> tuple[Mark, ...]:
     """Return a model, the best of the others and chance on a part of a task, as they are drawn."""
     scale = first.task.scale
-    marks = [mark_of("ours", first.label, first.with_interval(part), scale)]
+    marks = [mark_of("ours", first.with_interval(part), scale)]
     if others := tuple(m for m in models if m.result.model != first.result.model and m.has(part)):
         best = min(others, key=lambda m: m.normalise(m.score(part)).mean)
-        marks.append(mark_of("baseline", best.label, best.with_interval(part), scale))
+        marks.append(mark_of("baseline", best.with_interval(part), scale))
     if math.isfinite(chance := first.chance(part)):
-        marks.append(mark_of("chance", "chance", Score(chance, 0.0), scale))
+        marks.append(mark_of("chance", Score(chance, 0.0), scale))
     return tuple(marks)
 
 
@@ -185,12 +175,10 @@ def _failing(paper: PaperFigure, model: ModelResult, part: str, lookup: Lookup) 
     if flags:
         verdicts.add("agrees" if any(flags) else "disagrees")
         text += f"; from silence {'flagged' if any(flags) else 'not flagged'}"
-    marks = (
-        mark_of("ours", f"{model.label} elsewhere", there, scale),
-        mark_of("other", "at home", model.score(), scale),
-        mark_of("chance", "chance", Score(model.chance(), 0.0), scale),
-    )
-    return _row(paper, model, text, together(verdicts), marks)
+    chance = Score(model.chance(), 0.0)
+    marks = mark_of("ours", there, scale), mark_of("chance", chance, scale)
+    more = {"cost": Cost(*model.cost[:2]), "marks": marks, "shown_unit": model.task.shown_unit}
+    return model.task.compared(paper, text, model.label, together(verdicts), **more)
 
 
 def _flags(model: ModelResult, lookup: Lookup) -> list[bool]:
@@ -207,18 +195,3 @@ def _flags(model: ModelResult, lookup: Lookup) -> list[bool]:
     return [
         p < LEVEL for name, p in zip(models, corrected, strict=True) if name == model.result.model
     ]
-
-
-def _baselines(
-    paper: PaperFigure, models: tuple[ModelResult, ...], baseline: ModelResult
-) -> PaperComparison:
-    """Return k-NN beside the paper's, and which model is best of all."""
-    score, best = baseline.with_interval(), best_of(models)
-    text = f"{baseline.shown(score)}; lowest error of {len(models)}: {best.label}, {best.shown()}"
-    agrees = baseline.verdict(GROUPED, paper.value or 0.0)
-    marks = (
-        mark_of("ours", baseline.label, score, 100),
-        mark_of("baseline", best.label, best.with_interval(), 100),
-        mark_of("chance", "chance", Score(baseline.chance(), 0.0), 100),
-    )
-    return _row(paper, baseline, text, agrees, marks)
