@@ -1,6 +1,7 @@
 """Results on a small embedding, as they are stored, and what is made of them."""
 
 import numpy as np
+from report_samples import SCRIPT
 
 from ajgdata.experiments.base import Result, TaskResults, score_table
 from ajgdata.experiments.embedding import by_run
@@ -8,7 +9,6 @@ from ajgdata.report.projections import Projection, Projections
 from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 
-SCRIPT = "<script>alert(1)</script>"
 #: Of the things, two are spherical; one has a hostile name.
 THINGS = {"apple": "spherical", "orange": "spherical", "pen": "cylindrical", SCRIPT: "other"}
 CATEGORIES = ["cylindrical", "other", "spherical"]

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from report_samples import PAPER, SCRIPT
 
 from ajgdata.evaluate.agreement import GRASP_INTERVAL, Interval
 from ajgdata.experiments.base import Result, TaskResults, score_table
@@ -11,11 +12,6 @@ from ajgdata.report.format import Score
 from ajgdata.report.paper import PaperFigure
 from ajgdata.types.table import table_of
 
-SCRIPT = "<script>alert(1)</script>"
-PAPER = PaperFigure(
-    id="size", metric="rmse", value=2.6, unit="mm", text="RMSE 2.6 mm overall", where="cubes",
-    source="arXiv 2603.00351",
-)  # fmt: skip
 COST = (3.2, 0.21, 512.0)
 # Rows: true basalt 3 + 1, true granite 2 + 4; the tag must never reach a page as a tag.
 CLASSES = ("basalt", "<b>granite</b>")

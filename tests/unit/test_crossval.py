@@ -49,12 +49,11 @@ def test_features_that_tell_only_the_group_are_worth_nothing_but_to_a_random_spl
     assert random.pooled["accuracy"] > 0.97
 
 
-@pytest.mark.parametrize("model", ["forest", "linear"])
-def test_models_learn_the_obvious_and_repeat_themselves(model):
+def test_a_model_learns_the_obvious_and_repeats_itself():
     x, y, groups = spectra()
     first, second = (
         cross_validate(
-            x, np.array(["a", "b"])[y], groups, kind="classification", model=model, folds=3,
+            x, np.array(["a", "b"])[y], groups, kind="classification", model="linear", folds=3,
             seed=4,
         )
         for _ in range(2)
@@ -100,13 +99,3 @@ def test_a_fold_with_one_target_value_leaves_r2_to_the_pooled_predictions():
     assert math.isnan(found.mean["r2"])
     assert math.isfinite(found.pooled["r2"])
     assert (found.classes, found.confusion) == ((), ())
-
-
-def test_bad_input_is_refused():
-    x, y, groups = spectra()
-    with pytest.raises(ValueError, match="contains NaN"):
-        cross_validate(x, np.full(60, np.nan), groups, kind="regression", model="knn")
-    with pytest.raises(ValueError, match="inconsistent numbers of samples"):
-        cross_validate(x, y[1:], groups, kind="regression", model="knn")
-    with pytest.raises(ValueError, match="unknown kind 'ranking'"):
-        cross_validate(x, y, groups, kind="ranking", model="knn")

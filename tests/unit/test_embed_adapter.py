@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sklearn.decomposition import PCA
 from sklearn.metrics import silhouette_score
 
 from ajgdata.embed.projections import METHODS, project
@@ -54,6 +55,15 @@ def made(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("embed")
     train(folder, shard())
     return folder
+
+
+@pytest.fixture
+def without_umap(monkeypatch):
+    """PCA in place of UMAP, which compiles for half a minute; the workflow's test has UMAP."""
+    for module in ("ajgdata.embed.projections", "ajgdata.evaluate.neighbours"):
+        monkeypatch.setattr(
+            f"{module}.make_reducer", lambda _, dimension, seed: PCA(dimension, random_state=seed)
+        )
 
 
 def measured(folder: Path, name: str) -> Outcome:
@@ -138,6 +148,7 @@ def test_distances_are_of_the_things_that_there_are(made):
         assert told[*named, "run 1"] == score.per_fold[1]
 
 
+@pytest.mark.usefixtures("without_umap")
 def test_neighbours_and_what_they_cost(made):
     found = measured(made, "embedding_knn")
     scores = scores_by(table(found, "knn"), ("space", "dimension"), "accuracy")
@@ -161,6 +172,7 @@ def test_neighbours_and_what_they_cost(made):
     assert cost["raw", "cost of knn", "query_s", "measured"] == times.rows[0]["query_s"]
 
 
+@pytest.mark.usefixtures("without_umap")
 def test_projections_are_of_one_run_and_know_their_recordings(made):
     found, latents = measured(made, "embedding_projections"), read_latents(made / "latents.nc")
     recordings, points = table(found, "recordings"), table(found, "points")
@@ -177,7 +189,7 @@ def test_projections_are_of_one_run_and_know_their_recordings(made):
     assert 2 / 3 < share <= 1 + 1e-6  # the two largest of three variances
 
 
-# Projections: in this module, hence in one process, because UMAP compiles for half a minute
+# Projections: slow, because UMAP compiles for half a minute
 
 
 cluster = np.repeat([0, 1, 2], 20)
@@ -197,6 +209,7 @@ def planes(points):
     return project(points, TRAINING, seed=3)
 
 
+@pytest.mark.slow
 def test_clusters_stay_clusters_with_the_points_that_were_not_learned_from(planes):
     assert list(planes) == list(METHODS)
     for name, plane in planes.items():
@@ -208,6 +221,7 @@ def test_clusters_stay_clusters_with_the_points_that_were_not_learned_from(plane
         np.testing.assert_array_equal(nearest, cluster, err_msg=name)
 
 
+@pytest.mark.slow
 def test_what_is_held_out_teaches_nothing(points, planes):
     moved = points.copy()
     moved[~TRAINING] = moved[~TRAINING][::-1]

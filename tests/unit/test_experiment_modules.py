@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from experiment_samples import measured, numbers, small_inputs, task_results
+from experiment_samples import measured, small_inputs, task_results
 
 from ajgdata.evaluate.agreement import GRASP_INTERVAL
 from ajgdata.evaluate.calibration import weighted_quantile
@@ -12,11 +12,11 @@ from ajgdata.evaluate.in_use import calibration, half_width
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.experiments import EXPERIMENTS, asked_of
 from ajgdata.experiments.base import Outcome, score_table
-from ajgdata.experiments.sorting import PARTS, RUNS
+from ajgdata.experiments.sorting import PARTS
 from ajgdata.models import fit_model, make_model
 from ajgdata.report.canvas import draw
 from ajgdata.report.paper import PaperFigure
-from ajgdata.types import DatasetSpec, NotPossibleError
+from ajgdata.types import DatasetSpec
 from ajgdata.types.table import table_of
 
 PAPER = PaperFigure(id="x", metric="m", value=80, unit="%", text="coffee loses & loses", where="w")
@@ -27,19 +27,6 @@ def nothing(*_):
 
 
 # Learning curve
-
-
-def test_a_curve_is_measured_on_the_same_grasps_for_each_number_of_training_grasps():
-    ask = {"groups": [1, 8], "repeats": 3}
-    outcome = measured("learning_curve", small_inputs(), "linear_plain", **ask)
-    curve = outcome.tables[1].where(metric="accuracy")
-    assert list(zip(curve.column("groups"), curve.column("draw"), strict=True)) == [
-        (n, r) for r in range(3) for n in (1, 8)
-    ]
-    one, eight = (numbers(outcome.tables, part=f"curve:{n}", metric="accuracy") for n in (1, 8))
-    assert np.mean(one) < np.mean(eight)
-    with pytest.raises(ValueError, match="9 training groups per class: a class has 8"):
-        measured("learning_curve", small_inputs(), "linear_plain", **ask | {"groups": [1, 9]})
 
 
 def curve_results(paper=None, reached=None):
@@ -73,23 +60,6 @@ def test_how_many_grasps_reach_the_papers_accuracy(value, reached, says, agrees)
 
 
 # Sorting
-
-
-def test_sorting_is_calibrated_and_run_many_times():
-    ask, inputs = {"threshold": 0.6}, small_inputs(classes=["ball", "rod"])
-    outcome = measured("sorting", inputs, "linear_plain", **ask)
-    scores, bins, conditions, runs = outcome.tables
-    for part in PARTS:
-        own = runs.where(part=part)
-        assert len(own.rows) == RUNS
-        assert bins.where(part=part).numbers("count").sum() == 40
-        assert (own.numbers("before_error") <= own.numbers("sorts")).all()
-        sorts = scores.where(part=f"sorting, {part}", metric="sorts_in_a_row")
-        assert sorts.column("value") == own.column("sorts")
-    plain, scaled = conditions.rows
-    assert plain["accuracy"] == scaled["accuracy"]  # a temperature keeps the order of classes
-    with pytest.raises(NotPossibleError, match="no probabilities"):
-        measured("sorting", inputs, "svm", **ask)
 
 
 def sorting_results(paper):

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from ajgdata.evaluate.calibration import with_temperature
 from ajgdata.evaluate.in_use import calibration
 from ajgdata.evaluate.novelty import Guard, alarm, detection_rate
 
@@ -14,26 +13,6 @@ def spectra(edge, generator=GENERATOR, bins=40):
     """Spectra (n, bins) that grow with the edge, each with 2 % of noise."""
     shape = 1 + np.outer(np.asarray(edge, float), np.linspace(0, 1, bins))
     return shape * (1 + 0.02 * generator.standard_normal(shape.shape))
-
-
-def test_probabilities_in_use_are_right_as_often_as_they_say():
-    generator = np.random.default_rng(1)
-    truth = np.repeat([0.0, 1.0], 300)
-    noisy = truth + 1.2 * generator.standard_normal(600)  # classes overlap
-    y, groups = np.where(truth, "b", "a"), np.arange(600)
-    features = spectra(noisy + 5, generator)
-    found = calibration(features[::2], y[::2], groups[::2], groups[::2], model="linear_plain",
-                        kind="classification")  # fmt: skip
-    from ajgdata.models import make_model
-
-    model = make_model("linear_plain", "classification").fit(features[::2], y[::2])
-    p = with_temperature(model.predict_proba(features[1::2]), found.temperature)
-    right = model.classes_[p.argmax(axis=1)] == y[1::2]
-    confidence = p.max(axis=1)
-    # standard error of the share that is right: at most 0.5 / sqrt(300) = 0.029
-    assert abs(right.mean() - confidence.mean()) < 3 * 0.029
-    assert found.coverage is None
-    assert found.half_width is None
 
 
 def test_residuals_of_a_constant_prediction_give_the_half_width():

@@ -9,7 +9,6 @@ from ajgdata.acquire.recipe import new_grasp, plan_session
 from ajgdata.evaluate.sorting import orders
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Inputs
-from ajgdata.experiments.live_sorting import trained
 from ajgdata.features.spectrum import spectrum
 from ajgdata.gripper import Scene
 from ajgdata.pipeline.rendering import new_grasps_of
@@ -139,10 +138,3 @@ def test_what_is_doubtful_at_first_is_sorted_at_the_second_look(monkeypatch):
     (row,) = one.paper_comparison(results, lambda *_: None)
     assert row.label == "new grasps" and row.marks[0].value == np.median(expected)
     assert "0 % in a wrong bin" in row.result
-
-
-def test_a_model_without_probabilities_cannot_sort():
-    inputs = small_inputs()
-    assert trained(inputs, inputs.data(), "linear_plain").grasps == 10
-    with pytest.raises(NotPossibleError, match="model 'ridge' has no probabilities"):
-        trained(inputs, inputs.data(), "ridge")

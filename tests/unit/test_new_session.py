@@ -100,9 +100,3 @@ def test_a_group_that_is_tested_is_trained_on_in_no_session():
     assert found[0]["labelled"] == 0 and found[0]["value"] < 0.7
     leaky = told(data(feature=own.astype(np.float32)))  # two things of two names
     assert leaky[0]["value"] == 1.0
-
-
-def test_why_there_is_no_new_session():
-    inputs = small_inputs(store=store(1))
-    with pytest.raises(ValueError, match="all recordings are of one session"):
-        measured("across_sessions", inputs, "knn_plain", **SETTINGS)

@@ -1,5 +1,7 @@
 """Folds partition the rows and never split a group."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -30,11 +32,14 @@ def check_partition(parts, n, folds):
 
 
 @settings(deadline=None, max_examples=150)
-@given(tasks(), st.sampled_from(KINDS))
-def test_grouped_folds_partition_and_keep_groups_whole(task, kind):
+@given(tasks(), st.sampled_from(KINDS), st.booleans())
+def test_folds_partition_the_rows_and_keep_groups_whole(task, kind, random):
     y, groups, folds, seed = task
+    if random:
+        groups = np.arange(len(y))
+    made = random_folds if random else partial(grouped_folds, groups=groups)
     try:
-        parts = grouped_folds(y, groups, kind, folds, seed)
+        parts = made(y, kind=kind, folds=folds, seed=seed)
     except ValueError as error:
         assert kind == "classification"
         assert "too few groups to be in every training part" in str(error)
@@ -46,35 +51,14 @@ def test_grouped_folds_partition_and_keep_groups_whole(task, kind):
             assert set(y[train]) == set(y)
 
 
-@settings(deadline=None, max_examples=60)
-@given(tasks(), st.sampled_from(KINDS))
-def test_random_folds_partition(task, kind):
-    y, _, folds, seed = task
-    try:
-        parts = random_folds(y, kind, folds, seed)
-    except ValueError as error:
-        assert kind == "classification"
-        assert np.unique(y, return_counts=True)[1].min() < folds
-        assert "too few groups to be in every training part" in str(error)
-        return
-    check_partition(parts, len(y), folds)
-
-
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("groups", [np.repeat(np.arange(20), 3), None])
-def test_the_seed_decides(kind, groups):
-    y = np.arange(60) // 3 % 2
-
-    def folds(seed):
-        made = (
-            random_folds(y, kind, 5, seed)
-            if groups is None
-            else grouped_folds(y, groups, kind, 5, seed)
-        )
-        return [test.tolist() for _, test in made]
-
-    assert folds(1) == folds(1)
-    assert folds(1) != folds(2)
+@pytest.mark.parametrize("made", [random_folds, partial(grouped_folds, groups=np.arange(60) // 3)])
+def test_the_seed_decides(kind, made):
+    first, again, other = (
+        [test.tolist() for _, test in made(np.arange(60) // 3 % 2, kind=kind, folds=5, seed=seed)]
+        for seed in (1, 1, 2)
+    )
+    assert first == again != other
 
 
 def test_classes_are_spread_evenly():

@@ -8,17 +8,16 @@ import numpy as np
 import pytest
 import yaml
 from html_page import Page
+from report_samples import SCRIPT
 
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.pages import build_page
 from ajgdata.pipeline.studies import STUDIES, run_study
 from ajgdata.report.format import DASH, value
 from ajgdata.report.navigation import LEADS, navigation
-from ajgdata.report.study_figures import FIGURES, stability_text
 from ajgdata.store.tables import read_tables, write_tables
 from ajgdata.types.table import Column, Table
 
-SCRIPT = "<script>alert(1)</script>"
 TABLE = Table(
     "convergence",
     f"Errors {SCRIPT}",
@@ -118,27 +117,6 @@ def test_figures_are_drawn_linked_and_embedded(tmp_path):
     links = [a["href"] for a in shown.all("a")]
     assert len(links) == 4
     assert all((paths.report.parent / link).is_file() for link in links)
-
-
-def test_the_stability_figure_shows_what_was_marched_in_both_precisions():
-    keys = ("group", "name", "outcome", "gain", "transient", "growth", "growth_single")
-    rows = (
-        ("a", "x", "bounded", 1e-11, 10.0, 0.1, 0.2),
-        ("a", "y", "refused", None, None, None, None),
-        ("b", "z", "bounded", 3e-9, 8000.0, 1.0, 1.1),
-    )
-    columns = tuple(Column(key, key) for key in keys)
-    dicts = tuple(dict(zip(keys, row, strict=True)) for row in rows)
-    table = Table("stability", "t", "n", columns, dicts)
-    (wanted,) = (one for one in FIGURES["stability"] if one.name == "energies")
-    made = wanted.picture(table)
-    assert [(p.series, p.x, p.score.mean) for p in made.points] == [
-        ("float64", "a", 0.1), ("float64", "b", 1.0), ("float32", "a", 0.2), ("float32", "b", 1.1),
-    ]  # fmt: skip
-    assert (
-        made.title == "None of 2 marched cases gains energy: at most 3 × 10⁻⁹ per step, any state"
-    )
-    assert "of 8,000 in the worst, z" in stability_text(table)
 
 
 @pytest.mark.parametrize(

@@ -45,15 +45,6 @@ def test_a_second_recording_of_a_grasp_is_predicted_only_where_the_grasp_is_held
     assert found.extra_tests["copy"].scores.per_fold == found.scores.per_fold
 
 
-def test_extra_rows_need_groups_and_rows():
-    x, y, groups = rows()
-    ask = {"kind": "regression", "model": DummyRegressor(), "folds": 4}
-    with pytest.raises(ValueError, match="extra rows need groups"):
-        cross_validate(x, y, None, extra_tests={"copy": ExtraTestSet(x, y, groups)}, **ask)
-    with pytest.raises(ValueError, match="inconsistent numbers of samples"):
-        cross_validate(x, y, groups, extra_tests={"copy": ExtraTestSet(x, y, groups[1:])}, **ask)
-
-
 def predictions(fold, true, predicted, row=None) -> Predictions:
     row = np.arange(len(fold)) if row is None else np.asarray(row)
     true, predicted = np.asarray(true, float), np.asarray(predicted, float)

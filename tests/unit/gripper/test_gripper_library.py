@@ -55,6 +55,8 @@ def test_a_name_stands_for_what_it_names():
     assert named == spelt and scene_digest(named) == scene_digest(spelt)
     again = Scene.model_validate_json(named.model_dump_json())
     assert scene_digest(again) == scene_digest(named)
+    larger = Scene.model_validate({"object": {"kind": "cube", "edge_mm": 20.700001}})
+    assert scene_digest(larger) != scene_digest(Scene.model_validate({"object": "cube_20p7"}))
 
 
 def test_the_scene_of_the_documentation_is_one_and_names_are_all_documented():
