@@ -118,7 +118,6 @@ def test_keep_redo_skip_quit_at_a_terminal(paths):
     terminal.type("")
     assert "dBFS (usually -" in terminal.expect("q: quit?")
     terminal.type("skip")
-    terminal.expect("4 of 4")
     terminal.expect("then Enter")
     terminal.type("q")
     code, said = terminal.end()
@@ -130,34 +129,40 @@ def test_keep_redo_skip_quit_at_a_terminal(paths):
     assert read_session(paths.session("d", "soundcard-01")).acquisition.finished
 
 
-@pytest.mark.parametrize("number", [signal.SIGHUP])
-def test_a_signal_ends_it_as_ctrl_c_does(paths, number):
-    declare(paths, samples_per_grasp=2, robot="command", robot_settings=slow_robot(paths))
+ROBOT = """
+import json, pathlib, sys, time
+step = json.load(sys.stdin)["step"]
+with pathlib.Path(sys.argv[1]).open("a") as log:
+    print(step, file=log)
+time.sleep(float(sys.argv[2]) * (step == "jam"))
+"""
+
+
+def robot(paths, jam_s):
+    """Return the command of a robot that logs its steps."""
+    program = paths.root / "robot.py"
+    program.write_text(ROBOT)
+    return [sys.executable, str(program), str(paths.root / "log"), str(jam_s)]
+
+
+def test_sighup_ends_it_as_ctrl_c_does(paths):
+    settings = {"command": robot(paths, jam_s=60)}
+    declare(paths, samples_per_grasp=2, robot="command", robot_settings=settings)
     terminal = Terminal(paths.root)
     while "jam" not in (log := log_of(paths)):
         assert terminal.process.poll() is None
         time.sleep(0.02)
-    os.kill(terminal.process.pid, number)
+    os.kill(terminal.process.pid, signal.SIGHUP)
     code, said = terminal.end()
-    assert (code, "Traceback" in said) == (128 + number, False), said
+    assert (code, "Traceback" in said) == (128 + signal.SIGHUP, False), said
     assert log_of(paths) == [*log, "release"]  # it does not press on
     assert qualities(paths) == {"cube_01_1": "ok", "cube_01_2": "ok"}
     assert read_session(paths.session("d", "soundcard-01")).acquisition.finished
 
 
-QUICK = """
-import json, pathlib, sys
-step = json.load(sys.stdin)["step"]
-with pathlib.Path(sys.argv[1]).open("a") as log:
-    print(step, file=log)
-"""
-
-
-def fetched_robot(paths):
-    """A data set that was fetched, to whose protocol somebody adds a program."""
-    program = paths.root / "robot.py"
-    program.write_text(QUICK)
-    command = [sys.executable, str(program), str(paths.root / "log")]
+def test_the_robot_of_a_fetched_data_set_is_shown_and_needs_a_yes(paths, monkeypatch):
+    """Nobody can allow it with --yes."""
+    command = robot(paths, jam_s=0)
     declare(
         paths, samples_per_grasp=1, grasps_per_object=1, robot="command",
         robot_settings={"command": command},
@@ -165,11 +170,10 @@ def fetched_robot(paths):
     sums = paths.recordings("d") / "published" / "SHA256SUMS"
     sums.parent.mkdir(parents=True)
     sums.touch()
-    return command
-
-
-def test_the_robot_of_a_fetched_data_set_is_shown_and_needs_a_yes(paths):
-    command = fetched_robot(paths)
+    monkeypatch.chdir(paths.root)
+    unattended = CliRunner().invoke(app, [*COMMAND, "--yes"])
+    assert "without --yes" in str(unattended.exception)
+    assert log_of(paths) == []
     terminal = Terminal(paths.root)
     assert json.dumps(command) in terminal.expect("allow this program to run? (yes/no) ")
     terminal.type("yes")
@@ -177,30 +181,6 @@ def test_the_robot_of_a_fetched_data_set_is_shown_and_needs_a_yes(paths):
     assert code == 0, said
     assert "approach" in log_of(paths)
     assert qualities(paths) == {"cube_01_1": "ok", "ball_01_1": "ok"}
-
-
-def test_nobody_can_allow_it_unattended(paths):
-    command = fetched_robot(paths)
-    code, said = Terminal(paths.root, "--yes").end()
-    assert code == 1
-    assert json.dumps(command) in said
-    assert "without --yes" in said
-    assert log_of(paths) == []
-
-
-SLOW = """
-import json, pathlib, sys, time
-step = json.load(sys.stdin)["step"]
-with pathlib.Path(sys.argv[1]).open("a") as log:
-    print(step, file=log)
-time.sleep(60 * (step == "jam"))
-"""
-
-
-def slow_robot(paths):
-    program = paths.root / "robot.py"
-    program.write_text(SLOW)
-    return {"command": [sys.executable, str(program), str(paths.root / "log")]}
 
 
 def log_of(paths):
@@ -239,6 +219,5 @@ def test_a_number_is_asked_for_until_it_is_one(capsys):
 
 
 def test_bars_say_levels():
-    assert (meter(0.0), meter(-60.0), meter(-200.0)) == ("█" * 20, "·" * 20, "·" * 20)
+    assert (meter(3.0), meter(-200.0)) == ("█" * 20, "·" * 20)
     assert meter(-30.0) == "█" * 10 + "·" * 10
-    assert meter(3.0) == "█" * 20

@@ -16,7 +16,6 @@ from typer.testing import CliRunner
 import ajgdata
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.virtual_line import VirtualTable
-from ajgdata.cli.live import sense as sense_command
 from ajgdata.cli.main import app
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.live.events import read_events
@@ -86,18 +85,6 @@ def trained(tmp_path_factory):
     return paths
 
 
-def change_model(trained, root, calibration, *, guard=True):
-    """Give the project at `root` a model whose calibration has the values of `calibration`."""
-    folder = Paths(root).model("d", "what", "linear")
-    (root / "results").unlink()
-    shutil.copytree(trained.root / "results", root / "results")
-    about = json.loads((folder / "model.json").read_text())
-    about["calibration"] |= calibration
-    if not guard:
-        (folder / "guard.safetensors").unlink()
-    (folder / "model.json").write_bytes(json_bytes(about))
-
-
 @pytest.fixture
 def run(trained, tmp_path, monkeypatch):
     """Run the command in a copy of the project; return its result."""
@@ -118,14 +105,13 @@ def plan(**changes):
 SENSE = ("sense", "d", "what", "linear", "--source", "virtual", "--seed", "1")
 
 
-@pytest.mark.parametrize("name, label", [("cube", "box")])
-def test_sense_says_what_it_holds(run, name, label):
-    done = run(*SENSE, "--object", name, "--json")
+def test_sense_says_what_it_holds(run):
+    done = run(*SENSE, "--object", "cube", "--json")
     assert done.exit_code == 0, done.output
     (said,) = [json.loads(line) for line in done.stdout.splitlines()]
-    assert (said["value"], said["object"], said["number"]) == (label, name, 1)
+    assert (said["value"], said["object"], said["number"]) == ("box", "cube", 1)
     assert sum(said["probability"].values()) == pytest.approx(1)
-    assert said["probability"][label] > 0.9
+    assert said["probability"]["box"] > 0.9
     assert -60 < said["peak_dbfs"] < 0 < said["seconds"]
     assert not Path("data").exists()  # looking keeps nothing
 
@@ -142,13 +128,18 @@ def test_sense_fits_any_terminal(run, monkeypatch, columns):
     assert "known: box" in done.stdout and "\x1b" not in done.stdout
 
 
-@pytest.mark.parametrize("guard", [False])
-def test_sense_without_a_novelty_check_does_not_call_anything_known(trained, run, tmp_path, guard):
-    change_model(trained, tmp_path / "p", {"novelty_threshold": None}, guard=guard)
+def test_sense_without_a_novelty_check_does_not_call_anything_known(trained, run, tmp_path):
+    root = tmp_path / "p"
+    (root / "results").unlink()
+    shutil.copytree(trained.root / "results", root / "results")
+    folder = Paths(root).model("d", "what", "linear")
+    about = json.loads((folder / "model.json").read_text())
+    about["calibration"]["novelty_threshold"] = None
+    (folder / "model.json").write_bytes(json_bytes(about))
+    (folder / "guard.safetensors").unlink()
     done = run(*SENSE, "--object", "cube")
     assert done.exit_code == 0, done.output
-    last = done.output.splitlines()[-1]
-    assert last == "novelty not checked: box"
+    assert done.output.splitlines()[-1] == "novelty not checked: box"
     said = json.loads(run(*SENSE, "--object", "cube", "--json").output)
     assert (said["verdict"], said["novelty"], said["detection_rate"]) == ("not checked", None, None)
 
@@ -167,7 +158,6 @@ def test_sense_refuses_what_it_cannot_do(run, monkeypatch, arguments, said):
     monkeypatch.setattr("ajgdata.pipeline.sense.load_predictor", lambda *_: None)
     with pytest.raises(DataError, match=said):
         raise run(*arguments).exception
-    assert sense_command.__doc__
 
 
 def test_a_run_from_plan_to_labels(run):
@@ -189,11 +179,8 @@ def test_a_run_from_plan_to_labels(run):
     ]
     events = read_events(Paths().events("d", "sort-01"))
     start = events[0]
-    assert (start["event"], start["classes"], start["source"]) == (
-        "start",
-        ["box", "rod"],
-        "simulated",
-    )
+    assert (start["event"], start["classes"]) == ("start", ["box", "rod"])
+    assert start["source"] == "simulated"
     assert set(start["spectra"]) == {"box", "rod"} and start["top_hz"] == 22_050
     assert np.mean(start["spectra"]["box"]) == pytest.approx(1, abs=1e-3)
     # The next run is another session, of the same grasps: seed and numbers are the same.
@@ -250,8 +237,7 @@ case "$asked" in *'"jam"'*) sleep 30;; esac
 """
 
 
-@pytest.mark.parametrize("number, code", [(signal.SIGTERM, 143)])
-def test_a_signal_in_the_middle_of_a_step_halts_the_robot(run, number, code):
+def test_sigterm_in_the_middle_of_a_step_halts_the_robot(run):
     """The robot's program sleeps while it jams: it is ended, and `halt` is its next step."""
     settings = {"command": ["sh", "-c", ROBOT]}
     made = plan(objects=["screw"], robot="command", robot_settings=settings, references=None)
@@ -262,15 +248,15 @@ def test_a_signal_in_the_middle_of_a_step_halts_the_robot(run, number, code):
         program, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     try:
-        end = time.monotonic() + 60
+        end = time.monotonic() + 300
         while '"jam"' not in log.read_text():
             assert time.monotonic() < end and process.poll() is None, process.communicate()
             time.sleep(0.02)
-        process.send_signal(number)
+        process.send_signal(signal.SIGTERM)
         out, err = process.communicate(timeout=25)  # sooner than the step would have ended
     finally:
         process.kill()
-    assert process.returncode == code, err
+    assert process.returncode == 128 + signal.SIGTERM, err
     steps = [json.loads(line) for line in log.read_text().splitlines()]
     assert steps[-1] == {"step": "halt", "held": "rod"}
     assert "still held: rod" in out and "Traceback" not in err

@@ -35,8 +35,13 @@ def rows(cell):
 
 
 def test_what_was_corrected_is_labelled_and_the_rest_is_as_it_was(cell):
+    """The session of a killed run is finished by it."""
+    text = (cell.folder / "session.yaml").read_text()
+    (cell.folder / "session.yaml").write_text(text.replace("finished: true", "finished: false"))
     before, sounds = rows(cell), files(cell)
     known = truths(read_events(cell.log_file))
+    with recording_alone(cell.folder), pytest.raises(DataError, match="another process"):
+        learn(cell.folder, SPEC, "label", known)
     assert known == {3: "rod"}
     assert learn(cell.folder, SPEC, "label", known) == Learnt(labelled=1, unlabelled=3)
     after = rows(cell)
@@ -46,6 +51,7 @@ def test_what_was_corrected_is_labelled_and_the_rest_is_as_it_was(cell):
     assert (row.object, row.quality, row.labels["label"]) == ("rod", "ok", "rod")
     assert (row.labels["predicted"], row.sha256) == ("cube", before["sort_0003_1_1"].sha256)
     assert files(cell) == sounds
+    assert read_session(cell.folder).acquisition.finished
 
 
 def files(cell):
@@ -76,18 +82,6 @@ def test_a_cell_that_was_filled_in_counts(cell):
     assert (rows(cell)["sort_0001_1_1"].object, rows(cell)["sort_0001_1_1"].quality) == (
         "ball", "ok",
     )  # fmt: skip
-
-
-def test_not_while_the_run_goes_on(cell):
-    with recording_alone(cell.folder), pytest.raises(DataError, match="another process"):
-        learn(cell.folder, SPEC, "label", {3: "rod"})
-
-
-def test_the_session_of_a_killed_run_is_finished_by_it(cell):
-    text = (cell.folder / "session.yaml").read_text()
-    (cell.folder / "session.yaml").write_text(text.replace("finished: true", "finished: false"))
-    learn(cell.folder, SPEC, "label", {})
-    assert read_session(cell.folder).acquisition.finished
 
 
 def test_a_look_at_nothing_is_not_what_the_next_look_held(tmp_path):
