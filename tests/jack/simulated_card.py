@@ -1,31 +1,39 @@
 """A plant as a sound card: a JACK client of one output (`speaker`) and two inputs (`microphone`,
-`loopback`) that PortAudio sees as a device."""
+`loopback`) that PortAudio sees as a device.
+
+    python simulated_card.py RESPONSE.npy PERIOD NOISE
+
+The program prints the process id of its JACK server. It answers each line with "ready", and with
+"playing" at the next sound that it plays.
+"""
 
 from __future__ import annotations
 
-import ctypes
 import os
-import shutil
 import signal
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import Any
 
 import numpy as np
 from scipy.signal import lfilter
 
 from ajgdata.acquire.card import DEVICE
 from ajgdata.gripper import SAMPLE_RATE_HZ
-from ajgdata.types import DataError
 
-#: JACK server of its own, so that none that is used for something else is disturbed.
-SERVER_VARIABLE, SERVER = "JACK_DEFAULT_SERVER", "ajgdata"
 #: Frames of a block of the server.
 PERIOD = 1_024
+#: A server of its own, so that none that is used for something else is disturbed.
+SERVER = {
+    "JACK_DEFAULT_SERVER": "ajgdata-test",
+    "JACK_NO_START_SERVER": "1",
+    "JACK_NO_AUDIO_RESERVATION": "1",
+}
+#: Prefix of a command that ends when its parent process ends, for whatever reason.
+WITH_PARENT = ("setpriv", "--pdeathsig", "TERM")
 
 
 class Plant:
@@ -35,92 +43,51 @@ class Plant:
         self._response, self._noise = np.asarray(response, dtype=float), noise
         self._state = np.zeros(len(self._response) - 1)
         self._random = np.random.default_rng(0)
+        self.sound = threading.Event()  #: set while something is played
 
     def process(self, played: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return microphone and loop-back (n,) while the block `played` (n,) is played."""
+        if played.any():
+            self.sound.set()
         heard, self._state = lfilter(self._response, 1, played, zi=self._state)
         if self._noise:
             heard = heard + self._noise * self._random.standard_normal(len(played))
         return np.clip(np.round(heard * 2**23), -(2**23), 2**23 - 1) / 2**23, played
 
 
-def load_jack() -> Any:
-    """Return the module jack. DataError names the one package that is missing."""
-    try:
-        import jack
-    except ModuleNotFoundError:
-        fix = "run: pip install 'ajgdata[live]'"
-        raise DataError("JACK-Client", "is not installed", fix) from None
-    except OSError:
-        raise _no_jack() from None
-    if not shutil.which("jackd"):
-        raise _no_jack()
-    for told in (jack.set_error_function, jack.set_info_function):
-        told(lambda _: None)
-    return jack
-
-
-def _no_jack() -> DataError:
-    return DataError("JACK", "is not installed", "run: sudo apt-get install jackd2")
-
-
-def own_server() -> str:
-    """Return the JACK server that simulated cards use; from now on also by this process."""
-    os.environ.update(JACK_NO_START_SERVER="1", JACK_NO_AUDIO_RESERVATION="1")
-    return os.environ.setdefault(SERVER_VARIABLE, SERVER)
-
-
 @contextmanager
-def jack_server(rate_hz: int = SAMPLE_RATE_HZ, period: int = PERIOD) -> Iterator[int]:
-    """Run a JACK server without hardware, and yield its process id. DataError if it fails."""
-    jack = load_jack()
-    own_server()
-    command = ["jackd", "--no-realtime", "-d", "dummy", "-r", str(rate_hz), "-p", str(period)]
+def jack_server(period: int = PERIOD) -> Iterator[int]:
+    """Run a JACK server without hardware, and yield its process id. RuntimeError if it fails."""
+    import jack
+
+    command = [*WITH_PARENT, "jackd", "--no-realtime", "-d", "dummy"]
+    command += ["-r", str(SAMPLE_RATE_HZ), "-p", str(period)]
     quiet = subprocess.DEVNULL
-    server = subprocess.Popen(
-        command, stdin=quiet, stdout=quiet, stderr=quiet,
-        preexec_fn=_end_with_parent,  # noqa: PLW1509 - it takes no lock and imports nothing
-    )  # fmt: skip
+    server = subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet)
     try:
-        for _ in range(100):
+        end = time.monotonic() + 10
+        while True:
             with suppress(jack.JackOpenError):
                 jack.Client("ajgdata-waits", no_start_server=True).close()
                 break
-            if server.poll() is not None:
-                fix = f"end the one that runs, or set {SERVER_VARIABLE} to another name"
-                raise DataError("jackd", f"ended with code {server.returncode}", fix)
+            if server.poll() is not None or time.monotonic() > end:
+                raise RuntimeError("jackd does not start: end the one that runs with this name")
             time.sleep(0.1)
-        else:
-            raise DataError("jackd", "does not start", "run it by hand to see why")
         yield server.pid
     finally:
         server.terminate()
-        try:
+        with suppress(subprocess.TimeoutExpired):
             server.wait(5)
-        except subprocess.TimeoutExpired:
-            server.kill()
-            server.wait()
+        server.kill()
+        server.wait()
 
 
-def _end_with_parent() -> None:
-    """Ask the system to end this process with its parent, even a killed one (Linux)."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
+@contextmanager
+def running_card(plant: Plant) -> Iterator[threading.Event]:
+    """Be the sound card of `plant`; the event is set when the JACK server ends."""
+    import jack
 
-
-def run_card(plant: Plant, ready: Callable[[], object]) -> None:
-    """Be the sound card until SIGTERM, Ctrl-C or the end of the JACK server.
-
-    `ready` is called when the card can be used. Raises DataError if there is no JACK server, or
-    such a card already.
-    """
-    jack = load_jack()
-    server = own_server()
-    try:
-        client = jack.Client(DEVICE, use_exact_name=True, no_start_server=True)
-    except jack.JackError as error:
-        fix = f"end the one that runs; {SERVER_VARIABLE} is {server}"
-        raise DataError(DEVICE, f"no such JACK client can be made ({error})", fix) from None
+    client = jack.Client(DEVICE, use_exact_name=True, no_start_server=True)
     speaker = client.inports.register("speaker")
     inputs = [client.outports.register(name) for name in ("microphone", "loopback")]
     stop = threading.Event()
@@ -131,9 +98,28 @@ def run_card(plant: Plant, ready: Callable[[], object]) -> None:
         for port, block in zip(inputs, plant.process(speaker.get_array()), strict=True):
             port.get_array()[:] = block
 
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: stop.set())
     with client:
-        ready()
+        yield stop
+
+
+def answer(plant: Plant) -> None:
+    for _ in sys.stdin:
+        plant.sound.clear()
+        print("ready", flush=True)
+        plant.sound.wait()
+        print("playing", flush=True)
+
+
+def main(response: str, period: str, noise: str) -> None:
+    os.environ.update(SERVER)
+    plant = Plant(np.load(response), float(noise))
+    threading.Thread(target=answer, args=(plant,), daemon=True).start()
+    with jack_server(int(period)) as pid, running_card(plant) as stop:
+        signal.signal(signal.SIGTERM, lambda *_: stop.set())
+        print(pid, flush=True)
         while not stop.wait(0.2):  # signals are handled between two waits
             pass
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
