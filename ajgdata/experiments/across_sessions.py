@@ -51,9 +51,10 @@ class Settings(Strict):
 
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return the errors of `model` in each new session, with each correction."""
-    from ajgdata.evaluate.new_session import on_new_sessions
+    from ajgdata.evaluate.new_session import SessionData, on_new_sessions
 
-    data = _data(inputs)
+    known = inputs.data()
+    data = SessionData(known.feature, known.value, known.group, session_of(known.name))
     rows = list(
         on_new_sessions(
             data, tested=_tested(data, settings.train_on), train_on=settings.train_on,
@@ -63,14 +64,6 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     )  # fmt: skip
     measured = table_of("measured", TITLE, rows, **COLUMNS)
     return Outcome((score_table(_scores(model, measured), TITLE), measured))
-
-
-def _data(inputs: Inputs) -> SessionData:
-    """Return the recordings of the task with their sessions."""
-    from ajgdata.evaluate.new_session import SessionData
-
-    data = inputs.data()
-    return SessionData(data.feature, data.value, data.group, session_of(data.name))
 
 
 def _tested(data: SessionData, train_on: Sequence[str]) -> list[str]:

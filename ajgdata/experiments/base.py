@@ -47,11 +47,11 @@ class Render(Protocol):
     """Player of sounds in the scenes of simulated recordings."""
 
     def __call__(
-        self, names: Sequence[str], sounds: Sequence[np.ndarray], quiet: bool = False
+        self, names: Sequence[str], sounds: Sequence[np.ndarray]
     ) -> Iterator[list[np.ndarray]]:
         """Yield for each recording by name its samples (n,) with each of `sounds` (n,) instead.
 
-        `quiet`: without noise. Raises ValueError for a recording that was not simulated.
+        Raises ValueError for a recording that was not simulated.
         """
         ...
 

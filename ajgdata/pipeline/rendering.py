@@ -17,9 +17,6 @@ from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import NotPossibleError
 
-#: What of the signal chain is noise, and of which kind, turned off.
-QUIET = {"noise_db_spl": None, "external_noise_dba": None, "motor": None}
-
 
 def renderer(paths: Paths, dataset: str) -> Render:
     """Return what plays sounds in the scenes of a data set's recordings (see `Render`).
@@ -38,16 +35,13 @@ def renderer(paths: Paths, dataset: str) -> Render:
                     planned[f"{session}/{grasp.recording_id(sample)}"] = grasp, sample
     solver = ResponseStore(paths.responses)
 
-    def render(
-        names: Sequence[str], sounds: Sequence[np.ndarray], quiet: bool = False
-    ) -> Iterator[list[np.ndarray]]:
+    def render(names: Sequence[str], sounds: Sequence[np.ndarray]) -> Iterator[list[np.ndarray]]:
         if recipe is None or (others := [name for name in names if name not in planned]):
             which = f"recording {others[0]!r}" if recipe and others else dataset
             raise NotPossibleError(
                 f"it needs a virtual data set: {which} was not simulated by a recipe"
             )
-        signal = {**recipe.signal, **(QUIET if quiet else {})}
-        source = VirtualGripper(planned[names[0]][0].setup, solver, signal)
+        source = VirtualGripper(planned[names[0]][0].setup, solver, recipe.signal)
         for name in names:
             yield [take.samples for take in source.record(*planned[name], sounds)]
 

@@ -135,33 +135,6 @@ def accuracy(table: Table) -> Picture:
     return picture_of(accuracy_finding(table), about, points, axis, place, limit)
 
 
-def bands_finding(table: Table) -> str:
-    """Return the level error of the default, or of the first row, in lowest and highest band."""
-    bands = [column for column in table.columns if column.key.startswith("db_")]
-    name, cases = next(iter(table.parted("object").items()))
-    row = (_default(cases).rows or cases.rows)[0]
-    levels = [
-        f"{number(float(row[band.key] or 0), 2)} dB at {band.title.removeprefix('Level, ')}"
-        for band in dict.fromkeys((bands[0], bands[-1]))
-    ]
-    grid = f"{row['dx_mm']:g} mm ({row['scheme']})"
-    return f"Levels of a {name} at {grid} are off by {', '.join(levels)}"
-
-
-def bands(table: Table) -> Picture:
-    """Return level error against the grid spacing: a panel per band, a series per scheme."""
-    _, cases = next(iter(table.parted("object").items()))
-    points = [
-        point._replace(panel=column.title.removeprefix("Level, "))
-        for column in table.columns
-        if column.key.startswith("db_")
-        for point in points_of(cases, column.key, "scheme", "dx_mm")
-        if point.score.mean > 0
-    ]
-    about = "level against the finest grid"
-    return picture_of(bands_finding(table), about, points, ("level error", "dB rms"), GRID)
-
-
 def omissions_finding(table: Table) -> str:
     """Return how many of the parts that are left out change more than is tolerated."""
     absent = table.where(kept=False)
@@ -199,10 +172,6 @@ FIGURES: dict[str, tuple[TableFigure, ...]] = {
             "accuracy", "pareto", "scatter", accuracy,
             "Error of the feature against the finest grid, and its cost. Dashed: an error of 0.10. "
             "Times belong to the machine that made this page, their ratios less so.",
-        ),
-        TableFigure(
-            "accuracy", "bands", "lines", bands,
-            "How far the level in each band lies from that of the finest grid.",
         ),
     ),
     "omissions": (

@@ -121,10 +121,10 @@ def made(paths: Paths, name: str, rows: list[Row]) -> None:
     )  # fmt: skip
 
 
-def played(names, sounds, quiet=False) -> Iterator[list[np.ndarray]]:
+def played(names, sounds) -> Iterator[list[np.ndarray]]:
     """A scene that changes nothing but a little noise."""
     for number, _ in enumerate(names):
-        noise = np.random.default_rng(number).normal(0, 0.0 if quiet else 0.01, RATE_HZ)
+        noise = np.random.default_rng(number).normal(0, 0.01, RATE_HZ)
         yield [sound + noise[: len(sound)] for sound in sounds]
 
 

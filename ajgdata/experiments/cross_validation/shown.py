@@ -189,9 +189,11 @@ def _flags(model: ModelResult, lookup: Lookup) -> list[bool]:
 
     if test is None or (test.dataset, test.task) != where:
         return []
-    tables = [(r.model, r.tables["silence"].numbers("p").tolist()) for r in test.results]
-    corrected = test.corrected([p for _, values in tables for p in values])
-    models = [name for name, values in tables for _ in values]
-    return [
-        p < LEVEL for name, p in zip(models, corrected, strict=True) if name == model.result.model
+    tests = [
+        (result.model, p)
+        for result in test.results
+        for p in result.tables["silence"].numbers("p").tolist()
     ]
+    corrected = test.corrected([p for _, p in tests])
+    own = (name == model.result.model for name, _ in tests)
+    return [p < LEVEL for p, is_own in zip(corrected, own, strict=True) if is_own]
