@@ -1,14 +1,18 @@
-"""Numbers as people write them, the Pareto front, and the paper's own numbers."""
+"""Figures as files, mean spectra, numbers as people write them, and the paper's own numbers."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from report_samples import dataset
 
 from ajgdata.paths import Paths
-from ajgdata.report.canvas import pareto_front
-from ajgdata.report.format import Score, mean_sd, number
+from ajgdata.report.blocks import Illustration
+from ajgdata.report.canvas import draw, encode, new_figure, pareto_front
+from ajgdata.report.format import Caption, Score, mean_sd, number
 from ajgdata.report.paper import parse_paper
+from ajgdata.report.render import draw_figures
+from ajgdata.report.spectra import spectra_figure
 from ajgdata.store.report_files import read_paper
 from ajgdata.types import DataError
 
@@ -45,3 +49,35 @@ def test_paper_figures_with_a_mistake_are_refused_in_one_line():
     content["figures"].append(content["figures"][1])
     with pytest.raises(DataError, match="listed twice: size"):
         parse_paper(content)
+
+
+def illustration():
+    def drawn():
+        figure = new_figure((4, 3), "Error falls with size", "of cubes", ["simulated"])
+        axes = figure.subplots()
+        axes.plot([1, 2, 3], [3, 1, 2])
+        axes.set(xlabel="Edge, mm", ylabel="Error, mm")
+        return figure
+
+    return Illustration("one", Caption("One.", "One."), drawn)
+
+
+def test_a_pdf_embeds_truetype():
+    pdf = encode(draw(illustration()), "pdf")
+    assert b"/CIDFontType2" in pdf  # Type 3 is what publishers refuse
+    assert b"/Type3" not in pdf
+
+
+def test_each_figure_is_saved_in_each_format(tmp_path):
+    assert list(draw_figures([illustration()], tmp_path)) == ["one"]
+    assert {path.name for path in tmp_path.iterdir()} == {"one.svg", "one.png", "one.pdf"}
+
+
+def test_spectra_are_decibels_of_the_highest_and_an_empty_bin_is_silent():
+    data = dataset("size", "simulated")
+    mean = data.spectra.mean
+    mean[:, 5] = 0
+    (axes,) = spectra_figure(data).axes
+    for line, own in zip(axes.get_lines(), mean[:, 1:], strict=False):  # 0 Hz is not on a log axis
+        expected = 20 * np.log10(np.maximum(own / mean[:, 1:].max(), 1e-6))
+        assert line.get_ydata() == pytest.approx(expected, abs=1e-9)

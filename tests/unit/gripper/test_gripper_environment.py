@@ -6,17 +6,12 @@ import pytest
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, build_plan
 from ajgdata.gripper.medium import Air
 
+NUMERICS = {"dx_mm": 4.7, "scheme": "second"}
+
 
 def test_scenes_up_to_30_degrees_share_a_time_step_and_hotter_ones_shorten_theirs():
     plans = {
-        celsius: build_plan(
-            Scene.model_validate(
-                {
-                    "environment": {"temperature_c": celsius},
-                    "numerics": {"dx_mm": 4.7, "scheme": "second"},
-                }
-            )
-        )
+        celsius: build_plan(Scene(environment={"temperature_c": celsius}, numerics=NUMERICS))
         for celsius in (-20.0, 30.0, 60.0)
     }
     # c √3 / (0.99 · 4.7 mm · 44.1 kHz) is 2.95 for c = 349 m/s and 3.09 for c = 366 m/s.

@@ -80,12 +80,8 @@ def _summary(results: Sequence[CaseResult]) -> Table:
         "Relative numbers. An identity holds at round-off on every grid; a refinement must reach "
         "its order and, on the finest grid, stay below its cap."
     )
-    rows = tuple(_row(result, columns) for result in results)
+    rows = tuple({column.key: getattr(f, column.key) for column in columns} for f in results)
     return Table("verification", "What holds, and how well", note, columns, rows)
-
-
-def _row(result: CaseResult, columns: Sequence[Column]) -> dict[str, Value]:
-    return {column.key: getattr(result, column.key) for column in columns}
 
 
 def _convergence(results: Sequence[CaseResult]) -> Table:

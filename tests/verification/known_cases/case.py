@@ -70,17 +70,9 @@ class Case(ABC):
 
 
 class Bound(Case):
-    """One number and what it may be at most."""
+    """One number, `deviation(quick)`, and its limit, `cap(quick)`."""
 
     kind = "bound"
-
-    @abstractmethod
-    def deviation(self, quick: bool) -> float:
-        """The number, relative unless the title says otherwise."""
-
-    @abstractmethod
-    def cap(self, quick: bool) -> float:
-        """Its limit."""
 
     def run(self, quick: bool = False) -> CaseResult:
         """See Case."""
@@ -99,24 +91,15 @@ class Identity(Bound):
 
 
 class Refinement(Case):
-    """An error that falls with the grid spacing: with a rate, and below a cap on the finest."""
+    """An error that falls with the grid spacing.
+
+    Subclasses have `error(h)` on a grid of spacing `h` (m), `least_order`, the least order that the
+    error must fall with, and `cap(h)`, the largest error allowed on the finest grid.
+    """
 
     kind = "rate and cap"
     sizes: ClassVar[tuple[float, ...]]
     quick_sizes: ClassVar[tuple[float, ...]]
-
-    @property
-    @abstractmethod
-    def least_order(self) -> float:
-        """Least order that the error must fall with."""
-
-    @abstractmethod
-    def error(self, h: float) -> float:
-        """Error on a grid of spacing `h` (m)."""
-
-    @abstractmethod
-    def cap(self, h: float) -> float:
-        """Largest error allowed on the finest grid, of spacing `h` (m)."""
 
     def run(self, quick: bool = False) -> CaseResult:
         """See Case."""

@@ -25,14 +25,9 @@ class LongRunLossless(Bound):
     derived = "each step may round the whole energy once, at random: √steps ε"
     precision: Precision = "float64"
 
-    @property
-    def dtype(self) -> type:
-        """The floating-point type that is marched in."""
-        return np.float64 if self.precision == "float64" else np.float32
-
     def cap(self, quick: bool) -> float:
         """See `derived`."""
-        return self.steps(quick) ** 0.5 * float(np.finfo(self.dtype).eps)
+        return self.steps(quick) ** 0.5 * float(np.finfo(self.precision).eps)
 
     def steps(self, quick: bool) -> int:
         """Return the number of steps."""
@@ -40,7 +35,7 @@ class LongRunLossless(Bound):
 
     def deviation(self, quick: bool) -> float:
         """Return the largest relative change."""
-        _, system = closed(bowl(), 6e-3, *BOWL, dtype=self.dtype)
+        _, system = closed(bowl(), 6e-3, *BOWL, dtype=np.dtype(self.precision).type)
         state = random_state(system)
         before = energies(system, state, 1)[0]
         march(system, state, SILENT, SILENT, np.zeros(0), self.steps(quick))

@@ -79,6 +79,7 @@ class Reciprocity(Identity):
     title = "speaker and microphone may change places"
     derived = "one rounding a step, at random: √steps ε, of the largest pressure"
     steps = 1_500
+    roundings = steps**0.5
 
     def ends(self) -> tuple[System, Probe, Probe]:
         """Return the system and the two places in it."""
@@ -101,10 +102,6 @@ class Reciprocity(Identity):
     def heard(self, system: System, source: Probe, receiver: Probe) -> Real:
         """Return the pressure at `receiver`, (steps,), after a pulse at `source`."""
         return march(system, at_rest(system), source, receiver, np.ones(1), self.steps)
-
-    def cap(self, quick: bool) -> float:
-        """See `derived`."""
-        return self.steps**0.5 * EPS
 
 
 class WaveDispersion(Identity):

@@ -108,6 +108,7 @@ class OnePiston(Identity):
     title = "locally reacting wall and mode are the same piston, for all four"
     derived = "sums in another order differ by an ulp a step, and nothing forgets: steps ε"
     h = 8e-3
+    roundings = TIME_S / time_step(h)
 
     def deviation(self, quick: bool) -> float:
         """Return the largest difference over the largest pressure, of all pistons."""
@@ -116,7 +117,3 @@ class OnePiston(Identity):
             local, modal = (tube(self.h, piston, as_mode)[0] for as_mode in (False, True))
             differences.append(float(np.max(np.abs(local - modal)) / np.max(np.abs(local))))
         return max(differences)
-
-    def cap(self, quick: bool) -> float:
-        """See `derived`."""
-        return TIME_S / time_step(self.h) * float(np.finfo(float).eps)
