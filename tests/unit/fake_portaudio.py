@@ -31,8 +31,7 @@ class FakePortAudio:
     """Stands in for the module sounddevice. What is played is heard `latency` frames later.
 
     `blocks` are the sizes of the callbacks, in turn, none above the latency. `stops_after` frames
-    the callbacks end, with (`inactive`) or without a word; `flags` are raised in the callback that
-    begins at a frame.
+    the callbacks end without a word; `flags` are raised in the callback that begins at a frame.
     """
 
     listed: Sequence[dict[str, Any]] = (device("fake"),)
@@ -40,8 +39,6 @@ class FakePortAudio:
     latency: int = 1_024
     blocks: Sequence[int] = (256, 64, 1_000)
     stops_after: float = float("inf")
-    inactive: bool = False
-    gives_rate: float | None = None
     pause_s: float = 0.0
     flags: dict[int, str] = field(default_factory=dict)
     opened: dict[str, Any] = field(default_factory=dict)
@@ -78,7 +75,7 @@ class _Stream:
         callback: Callable[..., None],
         **_: Any,
     ) -> None:
-        self.samplerate = of.gives_rate or samplerate
+        self.samplerate = samplerate
         self._of, self._channels, self._callback = of, channels, callback
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._stopped, self.active = False, True
@@ -108,4 +105,3 @@ class _Stream:
             delayed = np.concatenate([delayed[n:], played.mean(axis=1) * self._channels[1]])
             done, turn = done + n, turn + 1
             time.sleep(self._of.pause_s)
-        self.active = not self._of.inactive

@@ -18,7 +18,7 @@ def heard_of(response: np.ndarray, length: int) -> np.ndarray:
     return fftconvolve(SWEEP, response)[:length].astype(np.float32)
 
 
-@pytest.mark.parametrize("latency", [0, 1_024, 80_787])
+@pytest.mark.parametrize("latency", [0, 80_787])
 def test_latency_is_measured_and_taken_out(latency):
     card = fake_card(FakeLine(np.array([0.5]), latency=latency))
     take = card.take(SWEEP, tail=100)
@@ -36,20 +36,25 @@ def test_loopback_takes_out_the_card_and_leaves_the_way_through_the_gripper():
     assert 1_024 < alone.latency_samples < 1_040  # it rings up for a while
 
 
-@pytest.mark.parametrize("frames", [1, 64])
-@pytest.mark.parametrize("kind", ["delete", "insert"])
-def test_lost_frames_are_counted_and_the_take_is_repeated(frames, kind):
-    line = FakeLine(RINGING, noise=1e-3, faults=[Fault(**{kind: frames})])
+@pytest.mark.parametrize(
+    "fault, doubt",
+    [
+        (Fault(delete=1), "1 frames lost between the markers"),
+        (Fault(insert=64), "64 frames too many between the markers"),
+        (Fault(flags=("input overflow",)), "the driver reported input overflow"),
+    ],
+)
+def test_a_take_in_doubt_is_repeated(fault, doubt):
+    line = FakeLine(RINGING, noise=1e-3, faults=[fault])
     take = fake_card(line).take(SWEEP)
-    said = f"{frames} frames " + ("lost" if kind == "delete" else "too many")
-    assert take.doubts == (f"{said} between the markers",) and line.takes == 2
+    assert (take.doubts, take.xruns, line.takes) == ((doubt,), len(fault.flags), 2)
 
 
 def test_resonances_louder_than_the_markers_change_nothing():
     """A sharp resonance, which the sweep excites fully and the markers do not: what is alike is
     told by shape, and where it begins by its first part."""
     rng = np.random.default_rng(3)
-    for hz in (2_500, 5_000, 8_000, 11_000):
+    for hz in (2_500, 11_000):
         time = np.arange(6_000) / RATE_HZ
         ring = np.sin(2 * np.pi * hz * time) * np.exp(-time / 0.02)
         response = 0.01 * (np.eye(1, 6_000, 20)[0] + 0.3 * np.r_[np.zeros(20), ring[:-20]])
@@ -58,12 +63,6 @@ def test_resonances_louder_than_the_markers_change_nothing():
         found = arrival(heard + 1e-5 * rng.standard_normal(len(heard)), sound)
         assert found.lost == 0 and found.likeness > 0.99
         assert abs(found.latency_samples - 1_020) < 40
-
-
-def test_a_flag_is_enough_to_repeat():
-    line = FakeLine(faults=[Fault(flags=("input overflow",))])
-    take = fake_card(line).take(SWEEP)
-    assert take.doubts == ("the driver reported input overflow",) and take.xruns == 1
 
 
 def test_clipping_is_counted_and_cut_at_full_scale():
@@ -91,14 +90,8 @@ def test_what_is_wrong_with_the_card_is_said_after_the_first_take(line, said):
     assert not isinstance(raised.value, TakeError)
 
 
-def test_a_missing_loopback_cable_is_named():
-    line = FakeLine(channels=2)
-    with pytest.raises(CardError, match="input 2, the loop-back, does not hear the output"):
-        fake_card(line, loopback_channel=2).take(SWEEP)
-
-
 def test_latency_that_moves_within_a_session_is_refused_and_a_little_is_not():
-    """A little is another object: what is taken out stays, what was measured is beside it."""
+    """A little is another object: what is taken out stays, what was measured is noted."""
     line = FakeLine(RINGING, faults=[Fault(), Fault(shift=50), *[Fault(shift=64)] * 3])
     card = fake_card(line)
     first, second = (card.take(SWEEP) for _ in range(2))
@@ -115,15 +108,15 @@ def test_a_session_that_goes_on_is_cut_as_before():
     take = card.take(SWEEP)
     assert (take.latency_samples, take.arrival_samples) == (1_024, 1_050)
     assert card.describe()["latency_samples"] == 1_024
-    for moved in (-1_000, 70, 60_000):  # measured anew, however far it is
-        other = fake_card(FakeLine(np.array([0.5]), latency=1_024 + moved))
-        other.resume(1_024)
-        with pytest.raises(CardError, match=f"latency moved by {moved} samples") as raised:
-            other.take(SWEEP)
-        assert len(str(raised.value).splitlines()) == 1
+    other = fake_card(FakeLine(np.array([0.5]), latency=61_024))
+    other.resume(1_024)  # measured anew, however far it is
+    with pytest.raises(CardError, match="latency moved by 60000 samples"):
+        other.take(SWEEP)
 
 
 def test_with_a_loopback_latency_may_move_and_is_taken_out_all_the_same():
+    with pytest.raises(CardError, match="input 2, the loop-back, does not hear the output"):
+        fake_card(FakeLine(channels=2), loopback_channel=2).take(SWEEP)
     line = FakeLine(RINGING, channels=2, loopback=2, faults=[Fault(), Fault(shift=500)])
     card = fake_card(line, loopback_channel=2)
     first, second = card.take(SWEEP), card.take(SWEEP)
@@ -132,10 +125,9 @@ def test_with_a_loopback_latency_may_move_and_is_taken_out_all_the_same():
     np.testing.assert_array_equal(first.samples, second.samples)
 
 
-@pytest.mark.parametrize("length", [4_410, len(SWEEP)])  # the windows of short ones meet
-def test_noise_alone_is_not_taken_for_markers(length):
+def test_noise_alone_is_not_taken_for_markers():
     """The largest of 16,384 correlations, each with a deviation of about 1/sqrt(400)."""
-    sound = framed(SWEEP[:length], RATE_HZ)
+    sound = framed(SWEEP[:4_410], RATE_HZ)  # the windows of a short sound meet
     rng = np.random.default_rng(0)
     found = [arrival(rng.standard_normal(len(sound.sound) + REACH), sound) for _ in range(40)]
     assert max(one.likeness for one in found) < 0.45 and not any(one.found for one in found)

@@ -26,7 +26,6 @@ GOOD = CardCheck(
         ({"clipped": 7}, "bad", "7 samples are clipped; lower output"),
         ({"peak_dbfs": -1.0}, "change", "peak -1.0 dBFS is too loud; lower .* -9 dBFS"),
         ({"peak_dbfs": -49.0}, "change", "too quiet; raise"),
-        ({"snr_db": 25.0}, "change", "the sweep is 25 dB above the noise"),
         ({"snr_db": 1.0}, "bad", "the sweep is 1 dB above the noise"),
         ({"latency_samples": (5, 9, 5)}, "change", "latency differs by 4 samples"),
         ({"repeated": 1, "xruns": 2}, "change", "reported 2 xruns, 1 takes were repeated"),
@@ -51,9 +50,3 @@ def test_a_good_card_is_measured_as_it_is():
     noise = 1e-8 * 1_550 * (10**0.05 - 10**-0.05) / (RATE_HZ / 2)
     assert check.snr_db == pytest.approx(10 * np.log10(0.27**2 / 2 / noise), abs=1)
     assert [advice.level for advice in check.verdict] == ["good"]
-
-
-def test_noise_is_named():
-    line = FakeLine(np.array([0.3]), noise=0.05)
-    (advice,) = check_card(fake_card(line)).verdict
-    assert advice.topic == "noise" and "above the noise" in advice.problem

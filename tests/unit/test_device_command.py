@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from fake_card import FakeLine, Fault, fake_card
+from fake_card import FakeLine, fake_card
 from typer.testing import CliRunner
 
 from ajgdata import cli
@@ -70,6 +70,3 @@ def test_a_card_that_cannot_be_used_ends_with_code_1(card):
     card(FakeLine(np.array([1.5]), noise=1e-4))
     done = RUN.invoke(cli.app, ["device", "check", "fake"])
     assert done.exit_code == 1 and "samples are clipped; lower output" in done.stdout
-    card(FakeLine(faults=[Fault(silent=True)] * 3))
-    done = RUN.invoke(cli.app, ["device", "check", "fake"])
-    assert isinstance(done.exception, CardError)

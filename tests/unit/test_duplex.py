@@ -19,21 +19,15 @@ def opened(fake: FakePortAudio, **settings) -> Duplex:
 
 
 def test_every_frame_is_there_once_however_the_driver_cuts_them():
-    stream = opened(FakePortAudio(latency=1_024, blocks=(256, 1, 1_000, 63)))
+    """The fake adds all outputs, and gives them garbage before each callback, as drivers do."""
+    fake = FakePortAudio([device("fake", outputs=2)], latency=1_024, blocks=(256, 1, 1_000, 63))
+    stream = opened(fake, output_channel=2)
+    expected = np.zeros(7_001, dtype=np.float32)
+    expected[1_024:6_024] = SOUND
     for _ in range(3):
         heard, flags = stream.play(SOUND, 7_001)
-        expected = np.zeros(7_001, dtype=np.float32)
-        expected[1_024:6_024] = SOUND
         np.testing.assert_array_equal(heard[:, 0], expected)
         assert flags == ()
-    stream.close()
-
-
-def test_other_outputs_stay_silent():
-    """The fake adds all outputs, and gives them garbage before each callback, as drivers do."""
-    stream = opened(FakePortAudio([device("fake", outputs=2)]), output_channel=2)
-    heard, _ = stream.play(SOUND, 7_000)
-    np.testing.assert_array_equal(heard[1_024:6_024, 0], SOUND)
     stream.close()
 
 
@@ -67,10 +61,6 @@ TWO = [device("fake", api=0), device("fake", api=1), device("mic", outputs=0)]
         ({}, '2 devices have this name; say "fake, ALSA" or "fake, JACK Audio Connection Kit"'),
         ({"device": "mic"}, "output_channel 1, but it has 0 outputs; use one device that plays"),
         (
-            {"device": "fake, ALSA", "input_channel": 3},
-            "input_channel 3, but it has 1 inputs; give another input_channel",
-        ),
-        (
             {"device": "fake, ALSA", "loopback_channel": 2},
             "loopback_channel 2, but it has 1 inputs",
         ),
@@ -91,7 +81,6 @@ def test_what_cannot_be_opened_is_said_in_one_line(settings, said):
     [
         (FakePortAudio(stops_after=0), "the driver did not ask for sound within"),
         (FakePortAudio(stops_after=3_000), "went away while it played; plug it in again"),
-        (FakePortAudio(stops_after=3_000, inactive=True), "went away while it played"),
         (FakePortAudio(blocks=(1,), pause_s=0.01), "is slower than its rate"),
     ],
 )
@@ -102,17 +91,9 @@ def test_whoever_waits_for_a_dead_stream_is_told(fake, said, monkeypatch):
 
 
 def test_devices_are_listed_with_the_rates_that_they_do():
-    found = devices(FakePortAudio([device("a", rate=48_000), device("b", api=1, outputs=0)]))
-    assert found == [
-        {"name": "a", "api": "ALSA", "inputs": 1, "outputs": 1, "rates_hz": [48_000]},
-        {
-            "name": "b",
-            "api": "JACK Audio Connection Kit",
-            "inputs": 1,
-            "outputs": 0,
-            "rates_hz": [44_100],
-        },
-    ]
+    first, second = devices(FakePortAudio([device("a", rate=48_000), device("b", outputs=0)]))
+    assert first == {"name": "a", "api": "ALSA", "inputs": 1, "outputs": 1, "rates_hz": [48_000]}
+    assert (second["outputs"], second["rates_hz"]) == (0, [44_100])
 
 
 def test_the_one_package_that_is_missing_is_named(monkeypatch, tmp_path):

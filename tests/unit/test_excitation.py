@@ -88,10 +88,9 @@ def test_fades_are_raised_cosines():
     assert np.array_equal(faded[441:-441], plain[441:-441])
 
 
-@pytest.mark.parametrize("order", [5, 12])
-def test_autocorrelation_of_the_sequence_is_one_and_minus_one_nth(order):
-    count = 2**order - 1
-    declared = MaximumLengthSequence(order=order, amplitude=1, length_s=count / RATE)
+def test_autocorrelation_of_the_sequence_is_one_and_minus_one_nth():
+    count = 2**12 - 1
+    declared = MaximumLengthSequence(order=12, amplitude=1, length_s=count / RATE)
     samples = excitation_samples(declared, RATE)
     assert samples.shape == (count,) and set(np.unique(samples)) == {-1, 1}
     circular = np.fft.irfft(np.abs(np.fft.rfft(samples)) ** 2, count) / count
@@ -132,8 +131,5 @@ def test_schroeder_phases_keep_the_crest_factor_below_6_db():
 def test_what_cannot_be_played_is_refused(given, said):
     with pytest.raises(ValidationError, match=said):
         TypeAdapter(ExcitationSpec).validate_python(given)
-
-
-def test_a_band_beyond_half_the_rate_is_refused():
     with pytest.raises(ValueError, match="high_hz 20000 is not below half the rate of 16000 Hz"):
         excitation_samples(LogSweep(), 16_000)

@@ -59,19 +59,6 @@ def test_a_fresh_grasp_is_drawn_as_the_recipe_does_and_is_none_of_its_own():
     assert new_setup(RECIPE, "", 5, 6)["object"] is None
 
 
-def test_grasps_of_one_pose_differ_less_than_objects(folder):
-    """Two looks at the cube, a ball, and nothing: as spectra, in units of the first."""
-    table = VirtualTable(RECIPE, 3, folder)
-    heard = []
-    for name, number, look in (("cube", 1, 1), ("cube", 1, 2), ("ball", 2, 1), ("", 3, 1)):
-        placement = Placement(f"g{number}_{look}", name, number, 8.0)
-        assert table.move("approach", **vars(placement)) == 8.0
-        heard.append(np.abs(np.fft.rfft(table.take(SWEEP).samples)))
-    first, again, ball, nothing = heard
-    far = [np.linalg.norm(one - first) / np.linalg.norm(first) for one in (again, ball, nothing)]
-    assert 0 < far[0] < far[1] and far[0] < far[2]
-
-
 def test_another_robot_moves_along(folder):
     said = []
 
