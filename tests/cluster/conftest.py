@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-from runs import Project
-from tones import SHARD, TARGETS, make_tones
+from recorded import record_tones
+from runs import SHARD, TARGETS, Project
 
 from tools.loopback_slurm import Slurm, loopback_slurm, missing
 
@@ -97,7 +97,7 @@ def recorded(tmp_path_factory) -> Project:
         path.parent.mkdir(parents=True)
         path.write_text(yaml.safe_dump(declared, sort_keys=False))
     (root / "settings.yaml").write_text(yaml.safe_dump(SETTINGS))
-    make_tones(project.paths, SESSIONS)
+    record_tones(project.paths, SESSIONS, count=6)
     return project
 
 

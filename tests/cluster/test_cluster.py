@@ -5,8 +5,7 @@ import os
 import signal
 from pathlib import Path
 
-from runs import Submitted
-from tones import SHARD, TARGETS
+from runs import SHARD, TARGETS, Submitted
 
 from tools.loopback_slurm import Slurm, wait_until
 

@@ -1,12 +1,13 @@
 """environment.yml, pyproject.toml, requirements.lock and the docs name the same packages."""
 
 import ast
-import importlib.util
 import re
 import sys
 import tomllib
 from importlib.metadata import packages_distributions, version
 from pathlib import Path
+
+from tools.environment import environment
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -26,10 +27,7 @@ def locked() -> dict[str, str]:
 
 
 def test_environment_file_is_what_its_maker_writes():
-    spec = importlib.util.spec_from_file_location("environment", ROOT / "tools/environment.py")
-    maker = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(maker)
-    assert maker.environment(PROJECT, LOCK) == (ROOT / "environment.yml").read_text()
+    assert environment(PROJECT, LOCK) == (ROOT / "environment.yml").read_text()
 
 
 def test_installed_versions_are_the_locked_ones():

@@ -1,4 +1,4 @@
-"""Every declared experiment, on made-up spectra with its recipe's own grasps and labels.
+"""Each kind of declared experiment, on made-up spectra with the grasps and labels of its recipe.
 
 What is made up is the sound: a spectrum that tells the label a little, and the grasp. Everything
 else is the project's: data sets, labels, groups, tasks and settings as they are declared.
@@ -30,17 +30,22 @@ TASKS = [(name, task) for name in MADE for task in SPECS[name].tasks]
 ALL = asked_for(SPECS, TASKS)
 COMPARED = [one for one in ALL if one.experiment.name == "comparison"]
 ASKED = [one for one in ALL if one.experiment.name not in ("comparison", "live_sorting")]
-#: The first task of each experiment, and each cross-validation that tests on other data sets or
-#: withholds values.
-MEASURED = [
-    one
-    for n, one in enumerate(ASKED)
-    if one.experiment.name not in {earlier.experiment.name for earlier in ASKED[:n]}
-    or (
-        one.experiment.name == "cross_validation"
-        and (one.others or SPECS[one.dataset].tasks[one.task].withhold)
-    )
-]
+
+
+def _branches(one: Asked) -> tuple[str, bool, bool]:
+    """Return the experiment, and whether it tests on other data sets or withholds values."""
+    withholds = bool(SPECS[one.dataset].tasks[one.task].withhold)
+    return one.experiment.name, bool(one.others), withholds
+
+
+#: The first task of each experiment, and of each cross-validation with other parts.
+MEASURED = list(
+    {
+        _branches(one) if one.experiment.name == "cross_validation" else one.experiment.name: one
+        for one in reversed(ASKED)
+    }.values()
+)
+STORED = sorted({name for one in MEASURED for name in (one.dataset, *one.others)})
 IDS = [f"{one.dataset}-{one.task}-{one.experiment.name}" for one in MEASURED]
 HZ = np.linspace(0, 20_000, 24)
 #: Of the same kind of result as every other model, at a fraction of the time.
@@ -73,9 +78,9 @@ def table(name: str) -> list[dict[str, object]]:
 
 @pytest.fixture(scope="session")
 def stores(tmp_path_factory) -> dict[str, Path]:
-    """A store of every data set that has a recipe."""
+    """A store of every data set that is measured here."""
     paths = Paths(tmp_path_factory.mktemp("stores"))
-    return {name: write(paths.features(name), name) for name in MADE}
+    return {name: write(paths.features(name), name) for name in STORED}
 
 
 def write(path: Path, name: str) -> Path:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from recorded import make_features
 
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
@@ -18,8 +19,6 @@ from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.embed import train_embedding
 from ajgdata.pipeline.experiments import asked_for, run_experiment
 from ajgdata.pipeline.explorer import build_explorer
-from ajgdata.pipeline.extract_features import extract_features
-from ajgdata.pipeline.merge import merge
 from ajgdata.pipeline.report import build_report
 from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.train import train_model
@@ -108,17 +107,7 @@ def made(paths: Paths, name: str, rows: list[Row]) -> None:
         about = {"grasp_id": grasp, "object": held, "quality": "ok" if rows else "reject"}
         recordings.append(Recording(recording_id=str(number), file=file, labels=labels, **about))
     write_session(folder, Session(session_id="s1", source="import"), recordings)
-    spec, findings = read_dataset(paths, name), paths.shard_findings(name, "s1")
-    extract_features(
-        folder=paths.session(name, "s1"), audio=spec.audio,
-        features=spec.features, code="", shard=paths.shard(name, "s1"), findings=findings,
-        labels=paths.shard_labels(name, "s1"),
-    )  # fmt: skip
-    merge(
-        dataset=name, shards=[paths.shard(name, "s1")], labels=[paths.shard_labels(name, "s1")],
-        findings=[findings], targets=spec.targets, store=paths.features(name),
-        quarantine=paths.quarantine(name),
-    )  # fmt: skip
+    make_features(paths, name)
 
 
 def played(names, sounds) -> Iterator[list[np.ndarray]]:

@@ -1,16 +1,14 @@
 """Each physical setting has a row that says what is known of it, and its default agrees."""
 
-import importlib.util
 import typing
-from pathlib import Path
 
 import pytest
 from pydantic import BaseModel
 
 from ajgdata.gripper import Scene
+from tools import parameters
 from tools.parameter_ranges import PARAMETERS, ROOTS, Parameter, default_of
 
-ROOT = Path(__file__).resolve().parents[2]
 #: Keys of Scene that are not physical settings: what is grasped, how it is solved, and what a
 #: variation draws by amounts of its own.
 DRAWN = {"grasp.placed_mm", "grasp.placed_deg", "grasp.history", "grasp.nuisance.grain_force"}
@@ -60,9 +58,6 @@ def test_the_default_agrees_with_its_row(row: Parameter):
 
 
 def test_the_page_is_what_its_maker_writes():
-    spec = importlib.util.spec_from_file_location("parameters", ROOT / "tools/parameters.py")
-    tool = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tool)
-    written = tool.PAGE.read_text(encoding="utf-8")
-    assert tool.page() == written
+    written = parameters.PAGE.read_text(encoding="utf-8")
+    assert parameters.page() == written
     assert written.count("\n| `") == len(PARAMETERS)

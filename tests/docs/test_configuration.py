@@ -1,22 +1,15 @@
 """The configuration reference is current, every key says what it means, and something reads it."""
 
 import ast
-import importlib.util
 from pathlib import Path
 
 import yaml
 
+from tools import configuration
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def made_by(tool: str):
-    spec = importlib.util.spec_from_file_location(tool, ROOT / f"tools/{tool}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-configuration = made_by("configuration")
 ROOTS = {**configuration.FILES, **configuration.MEASURED}
 DECLARED = [model for _, model in configuration.nested(ROOTS)]
 SCENES = [model for _, model in configuration.nested(configuration.SCENES)]

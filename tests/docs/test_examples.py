@@ -1,30 +1,95 @@
-"""Each example of the gallery runs, and its numbers are what follows from what it read."""
+"""The examples of docstrings and of the gallery run in one project, and their numbers are right."""
 
+import doctest
+import importlib
 import math
 import runpy
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from PIL import Image
-from small_project import EDGES_MM, make
+from recorded import make_features
 
 import ajgdata
 from ajgdata.acquire.robot import Placement, RobotError, grasp_once
 from ajgdata.paths import Paths
+from ajgdata.pipeline.acquire import acquire_all
 from ajgdata.pipeline.export_model import export_model
+from ajgdata.pipeline.recipes import recipe_sessions
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types.protocol import PAPER_SEQUENCE
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "examples"
+EDGES_MM = (12.0, 18.0, 24.0, 30.0)
+CUBES = [
+    {
+        "name": f"cube_{edge:g}",
+        "shape": {"kind": "cube", "edge_mm": edge},
+        "targets": {"edge_mm": edge},
+    }
+    for edge in EDGES_MM
+]
+SIZE = {
+    "name": "size",
+    "title": "Edge length of cubes",
+    "description": "Four cubes on a coarse grid, for tests.",
+    "licence": "CC0-1.0",
+    "targets": {"edge_mm": {"kind": "regression", "unit": "mm", "description": "edge length"}},
+    "tasks": {"size": {"target": "edge_mm", "folds": 4, "models": ["linear"]}},
+    "recipe": {
+        "seed": 1,
+        "grasps_per_object": 4,
+        "vary": {"angle_deg": [-10, 10], "offset_x_mm": [-2, 2]},
+        "scene": {"numerics": {"dx_mm": 6, "max_time_s": 0.006}},
+        "objects": CUBES,
+    },
+}
+OTHER = {
+    "name": "size_other_membrane",
+    "from": "size",
+    "title": "The same with a stiffer membrane",
+    "recipe": {"scene": {"gripper": {"membrane": {"stiffness_n_m3": 400000.0}}}},
+}
 STEP_MM = EDGES_MM[1] - EDGES_MM[0]
+MODULES = (
+    "ajgdata",
+    "ajgdata.evaluate.crossval",
+    "ajgdata.evaluate.metrics",
+    "ajgdata.evaluate.splits",
+    "ajgdata.features.align",
+    "ajgdata.features.spectrum",
+    "ajgdata.features.transfer_function",
+    "ajgdata.gripper",
+    "ajgdata.gripper.scene",
+    "ajgdata.acquire.excitation",
+    "ajgdata.gripper.signal_chain",
+    "ajgdata.gripper.simulation",
+    "ajgdata.gripper.solver_plan",
+    "ajgdata.loading",
+    "ajgdata.models",
+    "ajgdata.pipeline.publish",
+    "ajgdata.store.audio",
+    "ajgdata.store.features",
+)
 
 
 @pytest.fixture(scope="module")
 def example_project(tmp_path_factory) -> Paths:
+    """Two simulated data sets with their feature files, and a trained model."""
     paths = Paths(tmp_path_factory.mktemp("examples"))
-    make(paths)
+    for declared in (SIZE, OTHER):
+        path = paths.dataset(declared["name"])
+        path.parent.mkdir(parents=True)
+        path.write_text(yaml.safe_dump(declared, sort_keys=False))
+    for name in (SIZE["name"], OTHER["name"]):
+        list(acquire_all(paths, [(name, session) for session in recipe_sessions(paths, name)]))
+        make_features(paths, name)
+    asked = read_dataset(paths, "size").training("size")
+    folder = paths.model("size", "size", "ridge")
+    train_model(paths.features("size"), **asked, model="ridge", seed=0, folder=folder)
     return paths
 
 
@@ -33,6 +98,13 @@ def in_project(example_project, monkeypatch) -> None:
     """The examples' working directory."""
     monkeypatch.chdir(example_project.root)
     monkeypatch.delenv("AJGDATA_ROOT", raising=False)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples_of_docstrings_run(name, in_project):
+    results = doctest.testmod(importlib.import_module(name))
+    assert results.attempted > 0
+    assert results.failed == 0
 
 
 def run(name: str) -> dict:
@@ -119,11 +191,8 @@ def test_ros2_robot():
 
 def test_onnx_predict(in_project, example_project, monkeypatch, capsys):
     pytest.importorskip("onnxruntime")
-    folder = example_project.model("size", "size", "ridge")
-    asked = read_dataset(example_project, "size").training("size")
-    train_model(example_project.features("size"), **asked, model="ridge", seed=0, folder=folder)
-    out = example_project.exported
-    file = export_model(example_project, "size", "size", "ridge", folder=out)
+    folder = example_project.exported
+    file = export_model(example_project, "size", "size", "ridge", folder=folder)
     first = ajgdata.load_recordings("size").file.values[0]
     monkeypatch.setattr("sys.argv", ["onnx_predict.py", str(file), str(first)])
     run("onnx_predict")

@@ -1,4 +1,4 @@
-"""Import: nothing is lost, nothing is altered, and doing it again changes only what changed."""
+"""Import: nothing is lost or altered, and a second import changes only what changed."""
 
 import hashlib
 

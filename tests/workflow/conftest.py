@@ -1,5 +1,6 @@
 """A small project of synthetic tones, run once; each test changes a copy of it."""
 
+import csv
 import fcntl
 import gc
 import logging
@@ -11,19 +12,16 @@ import warnings
 from collections import Counter
 from pathlib import Path
 
-import numpy as np
 import pytest
 import yaml
+from recorded import record_tones, write_noisy_tone
 from snakemake.cli import main as snakemake_main
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from ajgdata.paths import Paths
-from ajgdata.store.audio import write_pcm24
-from ajgdata.store.sessions import seal, write_session
-from ajgdata.types import Recording, Session
+from ajgdata.paths import RECORDINGS_FILE, Paths
+from ajgdata.store.sessions import seal
 
 ROOT = Path(__file__).resolve().parents[2]
-RATE_HZ = 44_100
 SESSIONS = ("day1", "day2")
 DECLARATION = {
     "name": "tones",
@@ -38,6 +36,16 @@ DECLARATION = {
         }
     },
 }
+EMBEDDING = {
+    "instance": "pitch",
+    "supervision": "Which tones are the same.",
+    "target": "pitch",
+    "dimensions": [2, 3],
+    "shown": 3,
+    "folds": 2,
+    "inits": 1,
+    "epochs": 1,
+}
 
 
 def python_path_with(site: Path, module: str, points: str) -> str:
@@ -49,13 +57,6 @@ def python_path_with(site: Path, module: str, points: str) -> str:
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: somebody\nVersion: 1.0\n")
     (about / "entry_points.txt").write_text(points)
     return os.pathsep.join([str(site), os.environ.get("PYTHONPATH", "")])
-
-
-def write_tone(path: Path, hz: float, seed: int) -> None:
-    """A fifth of a second of a sine in noise."""
-    time = np.arange(RATE_HZ // 5) / RATE_HZ
-    noise = np.random.default_rng(seed).normal(0, 0.01, len(time))
-    write_pcm24(path, 0.5 * np.sin(2 * np.pi * hz * time) + noise, RATE_HZ)
 
 
 #: The studies of the virtual gripper take minutes; tests ask for what they look at.
@@ -137,6 +138,24 @@ class Project:
         return self.paths.session("tones", session)
 
 
+def edit_table(project: Project, session: str, change) -> None:
+    """Rewrite a session's recordings.csv with `change` applied to its list of rows."""
+    path = project.folder(session) / RECORDINGS_FILE
+    with path.open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    rows = change(rows) or rows
+    with path.open("w", newline="") as stream:
+        writer = csv.DictWriter(stream, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def add_recording(project: Project) -> None:
+    write_noisy_tone(project.folder("day1") / "audio/new.wav", 500, seed=7)
+    new = {"recording_id": "new", "file": "audio/new.wav", "grasp_id": "new", "pitch": "low"}
+    edit_table(project, "day1", lambda rows: [*rows, {**rows[0], **new, "sha256": ""}])
+
+
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory) -> Project:
     """The project after one whole run, without the rule that runs tests: made by the process of
@@ -158,21 +177,7 @@ def make_tones(root: Path) -> Project:
     declaration = project.paths.dataset("tones")
     declaration.parent.mkdir(parents=True)
     declaration.write_text(yaml.safe_dump(DECLARATION))
-    for number, session in enumerate(SESSIONS):
-        recordings = []
-        for index in range(8):
-            pitch = "high" if index % 2 else "low"
-            file = f"audio/{index}.wav"
-            hz = (3000 if index % 2 else 300) + 40 * index
-            write_tone(project.folder(session) / file, hz, seed=100 * number + index)
-            recordings.append(
-                Recording(
-                    recording_id=str(index), file=file, grasp_id=str(index), labels={"pitch": pitch}
-                )
-            )
-        write_session(
-            project.folder(session), Session(session_id=session, source="import"), recordings
-        )
+    record_tones(project.paths, SESSIONS)
     seal(project.paths, "tones", SESSIONS[1])
     project.snakemake("results/report/index.html", "results/metrics.json")
     return project

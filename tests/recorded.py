@@ -1,0 +1,64 @@
+"""Recorded tones, and the feature file of a data set, for tests of several folders."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ajgdata.paths import Paths
+from ajgdata.pipeline.extract_features import extract_features
+from ajgdata.pipeline.merge import merge
+from ajgdata.store.audio import write_pcm24
+from ajgdata.store.sessions import list_sessions, read_dataset, write_session
+from ajgdata.types import Recording, Session
+
+RATE_HZ = 44_100
+
+
+def write_noisy_tone(path: Path, hz: float, seed: int) -> None:
+    """Write a fifth of a second of a sine in noise."""
+    time_s = np.arange(RATE_HZ // 5) / RATE_HZ
+    noise = np.random.default_rng(seed).normal(0, 0.01, len(time_s))
+    write_pcm24(path, 0.5 * np.sin(2 * np.pi * hz * time_s) + noise, RATE_HZ)
+
+
+def record_tones(paths: Paths, sessions: Sequence[str], count: int = 8) -> None:
+    """Record `count` low and high tones in each session of the data set `tones`."""
+    for number, session in enumerate(sessions):
+        folder, recordings = paths.session("tones", session), []
+        for index in range(count):
+            is_high = index % 2
+            name, file = str(index), f"audio/{index}.wav"
+            hz = (3000 if is_high else 300) + 40 * index
+            write_noisy_tone(folder / file, hz, seed=100 * number + index)
+            labels = {"pitch": "high" if is_high else "low"}
+            recordings.append(Recording(recording_id=name, file=file, grasp_id=name, labels=labels))
+        write_session(folder, Session(session_id=session, source="import"), recordings)
+
+
+def make_features(paths: Paths, dataset: str) -> None:
+    """Compute the features of all sessions of a data set and merge them."""
+    spec, sessions = read_dataset(paths, dataset), list_sessions(paths, dataset)
+    shards, labels, findings = (
+        [path_of(dataset, session) for session in sessions]
+        for path_of in (paths.shard, paths.shard_labels, paths.shard_findings)
+    )
+    for number, session in enumerate(sessions):
+        extract_features(
+            folder=paths.session(dataset, session),
+            audio=spec.audio,
+            features=spec.features,
+            code="",
+            shard=shards[number],
+            findings=findings[number],
+            labels=labels[number],
+        )
+    merge(
+        dataset=dataset,
+        shards=shards,
+        labels=labels,
+        findings=findings,
+        targets=spec.targets,
+        store=paths.features(dataset),
+        quarantine=paths.quarantine(dataset),
+    )
