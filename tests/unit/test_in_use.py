@@ -42,10 +42,6 @@ def test_what_cannot_be_calibrated_says_why():
     )
     assert svm.temperature is None
     assert "'svm' has no probabilities" in svm.problems["temperature"]
-    one = calibration(
-        features, classes, np.zeros(8), np.zeros(8), model="linear_plain", kind="classification"
-    )
-    assert set(one.problems) == {"temperature", "novelty_threshold"}
 
 
 def test_a_guard_measures_from_the_means_of_grasps():

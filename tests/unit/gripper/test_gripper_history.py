@@ -70,15 +70,3 @@ def test_what_came_out_otherwise_is_as_if_it_had_been_meant():
     found, expected = cavity(came_out), cavity(meant)
     assert np.array_equal(found.floor, expected.floor)
     assert np.array_equal(found.surface, expected.surface)
-
-
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"session": {"fill_mm": 50}, "gripper": {"height_mm": 20}}, "overfills the gripper"),
-        ({"assembly": {"askew_mm": [20, 20]}}, "askew_mm puts the balloon's tip"),
-    ],
-)
-def test_what_cannot_come_out_is_refused(changes, said):
-    with pytest.raises(ValueError, match=said):
-        scene(**changes)

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 import yaml
-from pydantic import ValidationError
 
 from ajgdata.gripper import Scene, scene_digest
 from ajgdata.gripper.grippers import GRIPPERS
@@ -64,15 +63,3 @@ def test_the_scene_of_the_documentation_is_one_and_names_are_all_documented():
     scene = Scene.model_validate(yaml.safe_load(page.split("```yaml")[1].split("```")[0]))
     assert scene.gripper == GRIPPERS["small"] and scene.support.kind == "concave"
     assert [name for name in GRIPPERS if f"`{name}`" not in page] == []
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("object: bananna", "'bananna': try banana"),
-        ("gripper: tiny", "no gripper is called 'tiny'"),
-    ],
-)
-def test_what_is_no_scene_is_refused_by_name(text, said):
-    with pytest.raises(ValidationError, match=said):
-        Scene.model_validate(yaml.safe_load(text))

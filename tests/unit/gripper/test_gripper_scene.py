@@ -16,6 +16,10 @@ SOLID = {"density_kg_m3": 1e3, "young_pa": 1e9, "poisson": 0.3, "loss": 0.1}
         ({"environment": {"temperature_c": 61}}, "temperature_c"),
         ({"gripper": {"bed_depth_mm": 90}}, "bed_depth_mm 90 overfills"),
         ({"medium": {"porosity": 0.9}}, "porosity 0.9 leaves no grains .*packing below 0.037"),
+        ({"object": "bananna"}, "'bananna': try banana"),
+        ({"gripper": "tiny"}, "no gripper is called 'tiny'"),
+        ({"session": {"fill_mm": 50}, "gripper": {"height_mm": 20}}, "overfills the gripper"),
+        ({"assembly": {"askew_mm": [20, 20]}}, "askew_mm puts the balloon's tip"),
         ({"object": {**CUBE, "material": {**SOLID, "young_pa": 0}}}, "material.numbers.young_pa"),
     ],
 )

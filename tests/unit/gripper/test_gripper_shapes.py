@@ -9,6 +9,7 @@ from ajgdata.gripper.shapes import Object
 
 SHAPE = TypeAdapter(Object)
 BALL = {"kind": "sphere", "diameter_mm": 40.0}
+CYLINDER, ROD = ({"kind": kind, "diameter_mm": 20.0} for kind in ("cylinder", "rod"))
 SLAB = {"kind": "box", "length_mm": 40.0, "width_mm": 20.0, "height_mm": 10.0}
 
 
@@ -25,18 +26,8 @@ def compound(*parts, **keys):
     [
         ({"kind": "cube", "edge_mm": 10.0}, (10, 10, 10), 1000, 8**3),
         (SLAB, (40, 20, 10), 8000, 38 * 18 * 8),
-        (
-            {"kind": "cylinder", "diameter_mm": 20.0, "height_mm": 30.0},
-            (20, 20, 30),
-            math.pi * 100 * 30,
-            math.pi * 81 * 28,
-        ),
-        (
-            {"kind": "rod", "diameter_mm": 20.0, "length_mm": 30.0},
-            (30, 20, 20),
-            math.pi * 100 * 30,
-            math.pi * 81 * 28,
-        ),
+        (CYLINDER | {"height_mm": 30.0}, (20, 20, 30), math.pi * 100 * 30, math.pi * 81 * 28),
+        (ROD | {"length_mm": 30.0}, (30, 20, 20), math.pi * 100 * 30, math.pi * 81 * 28),
         (BALL, (40, 40, 40), 4 / 3 * math.pi * 20**3, 4 / 3 * math.pi * 19**3),
         (
             {"kind": "ellipsoid", "diameters_mm": [40, 20, 10]},
