@@ -43,30 +43,16 @@ STATISTICS = ("mean", "sd", "pooled", "chance")
 SCORES = "scores"  #: name of the tables whose rows go into `results/metrics.csv`
 
 
-class Render(Protocol):
-    """Player of sounds in the scenes of simulated recordings."""
+#: Player of sounds in the scenes of simulated recordings: names of recordings and sounds (n,) ->
+#: for each recording its samples (n,) with each sound. Raises ValueError for one that was not
+#: simulated.
+Render = Callable[[Sequence[str], Sequence[np.ndarray]], Iterator[list[np.ndarray]]]
 
-    def __call__(
-        self, names: Sequence[str], sounds: Sequence[np.ndarray]
-    ) -> Iterator[list[np.ndarray]]:
-        """Yield for each recording by name its samples (n,) with each of `sounds` (n,) instead.
-
-        Raises ValueError for a recording that was not simulated.
-        """
-        ...
-
-
-class NewGrasps(Protocol):
-    """Hand that places simulated objects anew, and senses them."""
-
-    def __call__(self, wanted: Iterable[tuple[str, int, int]]) -> Iterator[np.ndarray]:
-        """Yield the samples (n,) of grasps that the data set does not have.
-
-        Each is wanted by the name of the object, the number of the placement, and that of the look
-        at it, both from 1: looks at one placement differ as grasps of one pose do. Raises
-        NotPossibleError for a data set that was not simulated, and an object that its recipe lacks.
-        """
-        ...
+#: Hand that places simulated objects anew, and senses them: name of the object, number of the
+#: placement and of the look at it, both from 1 -> samples (n,) of grasps that the data set does not
+#: have; looks at one placement differ as grasps of one pose do. Raises NotPossibleError for a data
+#: set that was not simulated, and for an object that its recipe lacks.
+NewGrasps = Callable[[Iterable[tuple[str, int, int]]], Iterator[np.ndarray]]
 
 
 class Recordings(Protocol):

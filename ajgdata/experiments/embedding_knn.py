@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -94,27 +94,15 @@ def _score_rows(rows: Sequence[dict[str, Any]], chance: float) -> Iterator[Score
         yield from run_scores(row["space"], _part(row), "accuracy", row["values"], chance)
 
 
-class Neighbours(NamedTuple):
-    """k-NN in one space: validation accuracy, s of fitting the space for one fold, and s of placing
-    its validation `recordings` there and asking k-NN."""
-
-    dimension: int | None
-    score: Score
-    fit_s: float
-    ask_s: float
-    recordings: float
-
-
-def at_shown(results: TaskResults, space: str) -> Neighbours:
-    """Return k-NN in the dimension that the settings name, `shown`; in a space without dimensions
-    k-NN as it is. No score selects the dimension."""
+def at_shown(results: TaskResults, space: str) -> tuple[Score, dict[str, Any]]:
+    """Return the validation accuracy of k-NN and the times of a fold in the dimension that the
+    settings name, `shown`; in a space without dimensions those of k-NN as it is. No score selects
+    the dimension."""
     result, shown = results.results[0], (None, results.settings.shown)
     scores = scores_by(result.tables["knn"], ("space", "dimension"), "accuracy")
     times = result.cost["times"].where(space=space).rows
     row = next(row for row in times if row["dimension"] in shown)
-    score = scores[space, row["dimension"]]
-    ask_s = row["transform_s"] + row["query_s"]
-    return Neighbours(row["dimension"], score, row["fit_s"], ask_s, row["recordings"])
+    return scores[space, row["dimension"]], row
 
 
 def by_dimension(results: TaskResults) -> Table:
@@ -145,11 +133,11 @@ def by_time(results: TaskResults) -> Table:
 
 def finding(results: TaskResults) -> str:
     """Return the accuracy of k-NN on the latent and on raw features."""
-    latent, raw = at_shown(results, "latent"), at_shown(results, "raw")
+    latent, raw = (at_shown(results, space)[0] for space in ("latent", "raw"))
     chance = number(100 * results.results[0].about["chance"])
     return (
-        f"k-NN reaches {mean_sd(latent.score, '%', 100)} on a latent of {latent.dimension} "
-        f"dimensions, {mean_sd(raw.score, '%', 100)} on raw features (chance {chance} %)"
+        f"k-NN reaches {mean_sd(latent, '%', 100)} on a latent of {results.settings.shown} "
+        f"dimensions, {mean_sd(raw, '%', 100)} on raw features (chance {chance} %)"
     )
 
 
@@ -158,13 +146,14 @@ def encoder_cost(results: TaskResults, lookup: Lookup) -> Cost | None:
     measured = lookup(NAME, results.dataset, results.task)
     if measured is None or measured.task != results.task or not measured.results:
         return None
-    return _cost(measured, at_shown(measured, "latent"))
+    return _cost(measured)
 
 
-def _cost(results: TaskResults, at: Neighbours) -> Cost:
+def _cost(results: TaskResults) -> Cost:
     """Return the cost of all folds, one network each; a recording is placed with others."""
-    folds = len(at_shown(results, "raw").score.per_fold)
-    return Cost(folds * at.fit_s, 1e3 * at.ask_s / at.recordings)
+    (raw, _), (_, times) = (at_shown(results, space) for space in ("raw", "latent"))
+    ask_s = times["transform_s"] + times["query_s"]
+    return Cost(len(raw.per_fold) * times["fit_s"], 1e3 * ask_s / times["recordings"])
 
 
 def relative_gain(latent: Score, raw: Score) -> tuple[Score, Interval]:
@@ -186,21 +175,22 @@ def relative_gain(latent: Score, raw: Score) -> tuple[Score, Interval]:
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
     """Yield by how much k-NN on the latent is better than on raw features, relative to these."""
-    paper, latent, raw = results.paper, at_shown(results, "latent"), at_shown(results, "raw")
-    if paper is None or paper.value is None or not raw.score.mean > 0:
+    paper = results.paper
+    latent, raw = (at_shown(results, space)[0] for space in ("latent", "raw"))
+    if paper is None or paper.value is None or not raw.mean > 0:
         return
-    score, interval = relative_gain(latent.score, raw.score)
-    points = 100 * (latent.score.mean - raw.score.mean)
+    score, interval = relative_gain(latent, raw)
+    points = 100 * (latent.mean - raw.mean)
     knn = results.results[0].tables["knn"].where(space="latent")
     means = [100 * one.mean for one in scores_by(knn, ("dimension",), "accuracy").values()]
     result = (
-        f"{mean_sd(score, '%')} higher ({mean_sd(latent.score, '%', 100)} for "
-        f"{mean_sd(raw.score, '%', 100)}: {number(points)} percentage points) at "
-        f"{latent.dimension} dimensions; exploratory, by dimension: {value_range(means, '%')}"
+        f"{mean_sd(score, '%')} higher ({mean_sd(latent, '%', 100)} for "
+        f"{mean_sd(raw, '%', 100)}: {number(points)} percentage points) at "
+        f"{results.settings.shown} dimensions; exploratory, by dimension: {value_range(means, '%')}"
     )
-    perfect = 100 * (1 - raw.score.mean) / raw.score.mean
+    perfect = 100 * (1 - raw.mean) / raw.mean
     verdict = compare(score.mean, interval, paper.value, chance=0.0, perfect=perfect)
-    cost = _cost(results, latent)
+    cost = _cost(results)
     yield results.compared(paper, result, "k-NN on the latent", verdict, cost=cost)
 
 
