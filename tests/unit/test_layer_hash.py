@@ -2,6 +2,7 @@
 
 import ast
 from fnmatch import fnmatch
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -75,6 +76,7 @@ def test_a_layer_names_all_that_its_files_import():
         assert not missing, layer
 
 
+@cache
 def _imports(file: Path) -> set[str]:
     """Return the packages of ajgdata that a module imports, at any depth."""
     nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))

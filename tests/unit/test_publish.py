@@ -108,19 +108,15 @@ def test_a_changed_recording_is_not_published_and_the_old_tree_stays(project, tm
     assert [p.name for p in tmp_path.iterdir() if p.name.startswith(".")] == [".out.lock"]
 
 
-def run_offline(tree, *arguments):
-    """Run Python in the folder, without network: these libraries read their settings at import."""
+def test_the_examples_of_the_card_run(tree):
+    """Without network, in a new process: these libraries read their settings at import."""
+    code = re.findall(r"^```python\n(.*?)^```$", (tree / tree.README).read_text(), re.S | re.M)
+    valid = 'import frictionless; assert frictionless.validate("datapackage.json").valid'
     caches = {"HF_HOME": f"{tree.root}/.hf", "CROISSANT_CACHE": f"{tree.root}/.croissant"}
     offline = {"HF_HUB_OFFLINE": "1", "HF_DATASETS_OFFLINE": "1"}
-    return subprocess.run(
-        [sys.executable, *arguments], cwd=tree.root, env={**os.environ, **offline, **caches},
+    done = subprocess.run(
+        [sys.executable, "-c", "\n".join([*code, valid])],
+        cwd=tree.root, env={**os.environ, **offline, **caches},
         check=False, capture_output=True, text=True,
     )  # fmt: skip
-
-
-def test_the_examples_of_the_card_run(tree):
-    code = re.findall(r"^```python\n(.*?)^```$", (tree / tree.README).read_text(), re.S | re.M)
-    done = run_offline(tree, "-c", "\n".join(code))
     assert len(code) == 6 and done.returncode == 0, done.stderr
-    valid = 'import frictionless; assert frictionless.validate("datapackage.json").valid'
-    assert run_offline(tree, "-c", valid).returncode == 0

@@ -1,4 +1,4 @@
-"""A package of somebody else adds a model, a source and an experiment; the report has them."""
+"""A package of somebody else adds a model and an experiment; the report has them."""
 
 import csv
 import os
@@ -10,29 +10,19 @@ import yaml
 from conftest import DECLARATION, python_path_with
 
 MODULE = '''
-from contextlib import contextmanager
-
 import numpy as np
 from sklearn.dummy import DummyClassifier
 
 from ajgdata.experiments.base import Experiment, Outcome, score_table
 from ajgdata.report.blocks import ResultRow
 from ajgdata.types import Strict
-from ajgdata.types.registry import Model, SourceMaker
+from ajgdata.types.registry import Model
 
 GUESS = Model("somebody:guess", "always the commonest", "always the mean")
 
 
 def guess(kind, seed):
     return DummyClassifier()
-
-
-@contextmanager
-def opened(folder):
-    yield None
-
-
-BENCH = SourceMaker("somebody:opened")
 
 
 class Settings(Strict):
@@ -60,8 +50,6 @@ COUNT = Experiment(
 POINTS = """
 [ajgdata.models]
 guess = somebody:GUESS
-[ajgdata.sources]
-bench = somebody:BENCH
 [ajgdata.experiments]
 count = somebody:COUNT
 """
@@ -99,9 +87,3 @@ def test_what_another_package_registers_has_rows_in_the_report(project, tmp_path
         MODULE.replace('"recordings", "count"', '"rows", "count"')
     )
     assert "\nexperiment " in run(*wanted, "--dry-run")  # its code changed
-    script = "from ajgdata.types import SOURCES; print(SOURCES.names(), SOURCES.origin('bench'))"
-    said = subprocess.run(
-        [sys.executable, "-c", script], check=True, capture_output=True, text=True,
-        env={**os.environ, "PYTHONPATH": path},
-    ).stdout  # fmt: skip
-    assert said.strip() == "['virtual', 'bench'] somebody 1.0"
