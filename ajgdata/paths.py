@@ -19,16 +19,10 @@ SOURCE_FILE = "source.yaml"
 SESSION_FILE = "session.yaml"
 RECORDINGS_FILE = "recordings.csv"
 AUDIO_FOLDER = "audio"
-#: What the last import found in the folder, beside what people made of it since.
 EXCITATION_FILE = "excitation.wav"
-#: Beside each report: its figures, and what it is about.
-FIGURES, RUNS_FILE = "figures", "runs.json"
-#: Beside it too: recordings to be heard.
-#: And its tables as CSV.
-TABLES = "tables"
+#: In the folder of each report: figures, tables as CSV, pages on experiments, and its content.
+FIGURES, TABLES, EXPERIMENT_PAGES, RUNS_FILE = "figures", "tables", "experiments", "runs.json"
 INDEX = "index.html"
-#: Beside each report: its pages on single experiments.
-EXPERIMENT_PAGES = "experiments"
 #: Page on why simulation and paper differ.
 ABLATIONS_PAGE = "ablations"
 FIGURE_FORMATS = ("svg", "png", "pdf")
@@ -95,6 +89,8 @@ class Paths:
     # Written by acquisition and import.
     data = Place("data")
     recordings = Places("data/{dataset}")
+    #: Checksums of a published data set that was fetched.
+    fetched_sums = Places("data/{dataset}/published/SHA256SUMS")
     sessions = Places("data/{dataset}/sessions")
     session = Places("data/{dataset}/sessions/{session}")
     #: Describes a session: written last, so that it is whole.

@@ -77,15 +77,14 @@ def acquire(
     if len(dataset or []) != 1 or not device:
         fix = f'ajgdata acquire NAME --source {SOUNDCARD} --device "…" (see `ajgdata device list`)'
         raise DataError(f"--source {SOUNDCARD}", "needs one data set and a device", fix)
-    channels = {
+    card = {
+        "device": device,
         "input_channel": input_channel,
         "output_channel": output_channel,
         "loopback_channel": loopback_channel,
     }
-    from ajgdata.pipeline.acquire_live import Noted
-
-    noted = Noted(notes, temperature_c)
-    _by_protocol((dataset or [""])[0], session, {"device": device, **channels}, yes, noted)
+    about = {"notes": notes, "temperature_c": temperature_c}
+    _by_protocol((dataset or [""])[0], session, card, yes, about)
 
 
 def _refuse_options_of(panel: str, context: typer.Context, fix: str) -> None:
@@ -97,7 +96,9 @@ def _refuse_options_of(panel: str, context: typer.Context, fix: str) -> None:
             raise DataError(option.opts[0], f"is for a {panel}".removesuffix("s"), fix)
 
 
-def _by_protocol(dataset: str, session: str, device: dict[str, Any], yes: bool, noted: Any) -> None:
+def _by_protocol(
+    dataset: str, session: str, device: dict[str, Any], yes: bool, about: dict[str, Any]
+) -> None:
     from ajgdata.acquire.operator import Unattended
     from ajgdata.cli.terminal import TerminalOperator
     from ajgdata.paths import find_project
@@ -110,7 +111,7 @@ def _by_protocol(dataset: str, session: str, device: dict[str, Any], yes: bool, 
         with ended_by_signals():
             name, done = acquire_live(
                 find_project(), dataset, session,
-                device=device, operator=operator, noted=noted,
+                device=device, operator=operator, **about,
                 allow=lambda text: _allowed(text, ask=not yes),
             )  # fmt: skip
     except KeyboardInterrupt:

@@ -48,7 +48,7 @@ def sense(
     input_channel: Annotated[int, typer.Option(min=1, rich_help_panel=_CARD)] = 1,
     output_channel: Annotated[int, typer.Option(min=1, rich_help_panel=_CARD)] = 1,
     loopback_channel: Annotated[int | None, typer.Option(min=1, rich_help_panel=_CARD)] = None,
-    thing: Annotated[
+    object_: Annotated[
         list[str] | None,
         typer.Option(
             "--object",
@@ -80,12 +80,12 @@ def sense(
         ended_by_signals(),
         open_sensing(
             find_project(), dataset, task, model, source=source, card=card,
-            things=tuple(thing or ()), confirm=lambda text: None,
+            objects=tuple(object_ or ()),
             seed=secrets.randbelow(2**31) if seed is None else seed,
         ) as sensing,
     ):  # fmt: skip
-        while True:
-            _show(sensing.sense(), threshold, as_json)
+        for sensed in sensing:
+            _show(sensed, threshold, as_json)
             if not watch:
                 break
 

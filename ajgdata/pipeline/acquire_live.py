@@ -1,15 +1,17 @@
-"""Protocol -> a session recorded through a sound card."""
+"""Sound card and robot opened, or the virtual gripper; a protocol -> a recorded session."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import JsonValue
 
 from ajgdata.acquire.card import DEVICE, Card, card_settings
 from ajgdata.acquire.excitation import excitation_samples
@@ -18,9 +20,9 @@ from ajgdata.acquire.line import open_card
 from ajgdata.acquire.live_session import live_session
 from ajgdata.acquire.operator import Operator
 from ajgdata.acquire.protocol import plan_protocol, remaining
-from ajgdata.acquire.robot import open_robot
+from ajgdata.acquire.robot import Confirm, Robot, open_robot
+from ajgdata.acquire.virtual_line import VirtualTable
 from ajgdata.paths import EXCITATION_FILE, Paths
-from ajgdata.pipeline.fetch import folder_sums
 from ajgdata.store.audio import pcm24_bytes, read_audio
 from ajgdata.store.files import sha256_of
 from ajgdata.store.sessions import (
@@ -34,13 +36,7 @@ from ajgdata.types import NAME, AudioSettings, DataError, DatasetSpec, GraspProt
 
 _NAME = re.compile(r"soundcard-(\d+)")
 _NAMES = "use letters, digits, _ and -"
-
-
-class Noted(NamedTuple):
-    """Notes of the operator for session.yaml: text and temperature of the room."""
-
-    notes: str = ""
-    temperature_c: float | None = None
+VIRTUAL = "virtual"
 
 
 def acquire_live(
@@ -50,13 +46,15 @@ def acquire_live(
     *,
     device: Mapping[str, Any],
     operator: Operator,
-    noted: Noted,
+    notes: str = "",
+    temperature_c: float | None = None,
     allow: Callable[[str], bool] = lambda text: False,
 ) -> tuple[str, Outcome]:
     """Record the missing grasps of the protocol of `dataset` into `session`; "": see
     `session_name`.
 
-    `device` are keys of `CardSettings` except the rate, which the data set declares. `allow`
+    `device` are keys of `CardSettings` except the rate, which the data set declares. `notes` and
+    the temperature of the room are for session.yaml. `allow`
     decides whether the robot of a data set from elsewhere may start, of which it gets a
     description. Returns the session's name and the outcome. Raises DataError for whatever cannot be
     recorded.
@@ -81,9 +79,6 @@ def acquire_live(
         "excitation_sha256": sha256_of(pcm24_bytes(sound, settings.sample_rate_hz)),
     }
     about = {"gripper": protocol.gripper, "medium": protocol.medium, "device": settings.device}
-    given: dict[str, Any] = {}
-    if noted.temperature_c is not None:
-        given["temperature_c"] = noted.temperature_c
     folder = paths.session(dataset, session)
     with (
         live_session(
@@ -94,8 +89,9 @@ def acquire_live(
         open_card(settings) as card,
     ):  # fmt: skip
         card.resume(live.latency_samples)
-        live.note(noted.notes)
-        live.about(**given)
+        live.note(notes)
+        if temperature_c is not None:
+            live.about(temperature_c=temperature_c)
         audio = AudioSettings(sample_rate_hz=settings.sample_rate_hz)
         acquisition = GuidedAcquisition(
             session=live,
@@ -118,7 +114,7 @@ def _check_robot(
     paths: Paths, dataset: str, protocol: GraspProtocol, allow: Callable[[str], bool]
 ) -> None:
     """Raise DataError for a robot of a data set from elsewhere, unless the user allows it."""
-    from_elsewhere = folder_sums(paths, dataset).is_file() or paths.source(dataset).is_file()
+    from_elsewhere = paths.fetched_sums(dataset).is_file() or paths.source(dataset).is_file()
     if protocol.robot == "manual" or not from_elsewhere:
         return
     settings = json.dumps(protocol.robot_settings)
@@ -176,3 +172,44 @@ def session_name(paths: Paths, dataset: str, protocol: GraspProtocol) -> str:
         if remaining(plan_protocol(protocol, last), read_recordings(folder)[0], skipped):
             return last
     return f"soundcard-{max(numbers, default=0) + 1:02d}"
+
+
+@contextmanager
+def open_hands(
+    paths: Paths,
+    spec: DatasetSpec,
+    *,
+    source: str,
+    card: Mapping[str, Any],
+    robot: str,
+    robot_settings: Mapping[str, JsonValue],
+    seed: int,
+    confirm: Confirm,
+) -> Iterator[tuple[Robot, Card, dict[str, str]]]:
+    """Yield robot and sound card, and `gripper` and `medium` as session.yaml has them.
+
+    `source` is `soundcard` (`card` has its settings, but the rate, which the data set declares) or
+    `virtual`: the virtual gripper over the objects of the data set's recipe, drawn by `seed`, which
+    no person needs to move. Raises DataError.
+    """
+    if source == VIRTUAL:
+        if spec.recipe is None:
+            fix = "name a data set that has one, or use a sound card"
+            raise DataError(paths.dataset(spec.name), "has no recipe to simulate", fix)
+        about = {"gripper": "virtual", "medium": "virtual"}
+        if robot == "manual":
+            table = VirtualTable(spec.recipe, seed, paths.responses)
+            yield table, table, about
+            return
+        with open_robot(robot, robot_settings, confirm) as mover:
+            table = VirtualTable(spec.recipe, seed, paths.responses, mover)
+            yield table, table, about
+        return
+    settings = card_settings(**{**card, "sample_rate_hz": spec.audio.sample_rate_hz})
+    protocol = spec.protocol
+    about = {
+        "gripper": protocol.gripper if protocol else "unknown",
+        "medium": protocol.medium if protocol else "unknown",
+    }
+    with open_robot(robot, robot_settings, confirm) as mover, open_card(settings) as opened:
+        yield mover, opened, about

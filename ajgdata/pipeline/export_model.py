@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,12 +14,12 @@ from ajgdata.live.prediction import Prediction
 from ajgdata.live.predictor import Predictor
 from ajgdata.loading import load_recordings, read_predictor
 from ajgdata.paths import Paths
+from ajgdata.pipeline.progress import Started
 from ajgdata.pipeline.recordings import examine
 from ajgdata.store.files import write_bytes
 from ajgdata.store.models import read_about
 from ajgdata.types import DataError, NotPossibleError
 
-Started = Callable[[int], Callable[[], object]]
 #: Largest difference of an output, relative to its largest value: both compute in float32.
 TOLERANCE = 1e-4
 
@@ -33,7 +33,9 @@ def export_model(paths: Paths, dataset: str, task: str, model: str, *, folder: P
     place = paths.model(dataset, task, model)
     if not place.is_dir():
         raise DataError(place, "there is no such trained model", "correct the name or `snakemake`")
-    _check_packages()
+    for package in ("onnx", "onnxruntime", "onnxscript"):
+        if find_spec(package) is None:
+            raise DataError(package, "is not installed", "pip install 'ajgdata[export]'")
     from ajgdata.export.onnx_file import onnx_bytes
 
     predictor = read_predictor(place, dataset, task)
@@ -44,12 +46,6 @@ def export_model(paths: Paths, dataset: str, task: str, model: str, *, folder: P
     file = folder / f"{dataset}-{task}-{model}.onnx"
     write_bytes(file, content)
     return file
-
-
-def _check_packages() -> None:
-    for package in ("onnx", "onnxruntime", "onnxscript"):
-        if find_spec(package) is None:
-            raise DataError(package, "is not installed", "pip install 'ajgdata[export]'")
 
 
 def describe(predictor: Predictor, trained: Mapping[str, Any]) -> dict[str, Any]:

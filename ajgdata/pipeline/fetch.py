@@ -44,7 +44,7 @@ from ajgdata.store.sessions import (
     write_session,
 )
 from ajgdata.store.sources import bring, list_sources, read_source
-from ajgdata.types import NAME, DataError, DatasetSpec, Recording, describe
+from ajgdata.types import NAME, DataError, DatasetSpec, Recording, checked_name, describe
 
 #: Stored with the recordings, because the licence may require it.
 KEPT = (Tree.README, Tree.LICENCE, Tree.CITATION, Tree.SUMS)
@@ -82,21 +82,21 @@ def fetch(
     the same data set.
     """
     if name:
-        _check_name(name)
+        checked_name(name)
+    tree = Tree(Path(source))
     with ExitStack() as locks:
-        folder = Path(source)
         if is_web(source):
-            folder = paths.fetched / sha256_of(source.encode())[:16]
-            locks.enter_context(alone(folder, f"fetching {source}"))
-            _download(paths, source.removesuffix(Tree.SUMS), Tree(folder), name, sha256, each)
-        tree = Tree(folder)
-        hashes = _checked(paths, tree, sha256)
+            tree = Tree(paths.fetched / sha256_of(source.encode())[:16])
+            locks.enter_context(alone(tree.root, f"fetching {source}"))
+            hashes = _downloaded(paths, source.removesuffix(Tree.SUMS), tree, name, sha256, each)
+        else:
+            hashes = _checked(paths, tree, sha256)
         spec, dropped, removed = _declared(paths, tree, name)
         locks.enter_context(alone(paths.recordings(spec.name), BRINGING))
         rows = _registered(paths, tree, hashes, spec)
-    if folder.parent == paths.fetched:
-        shutil.rmtree(folder, ignore_errors=True)
-    digest = file_sha256(folder_sums(paths, spec.name))
+    if is_web(source):
+        shutil.rmtree(tree.root, ignore_errors=True)
+    digest = file_sha256(paths.fetched_sums(spec.name))
     sessions = len({session for _, session, _ in rows})
     return Fetched(spec.name, digest, len(rows), sessions, dropped, removed)
 
@@ -144,13 +144,10 @@ def fetch_source(
     return found, result
 
 
-def folder_sums(paths: Paths, dataset: str) -> Path:
-    """Return the path of the SHA256SUMS of a data set that was fetched."""
-    return paths.recordings(dataset) / "published" / Tree.SUMS
-
-
-def _download(paths: Paths, address: str, tree: Tree, name: str, sha256: str, each: Each) -> None:
-    """Download SHA256SUMS and the required files of a published data set.
+def _downloaded(
+    paths: Paths, address: str, tree: Tree, name: str, sha256: str, each: Each
+) -> dict[str, str]:
+    """Download the required files of a published data set, checked by pooch; return all hashes.
 
     Raises DataError for a name that exists before the recordings are downloaded.
     """
@@ -160,6 +157,7 @@ def _download(paths: Paths, address: str, tree: Tree, name: str, sha256: str, ea
     download(address, tree.root, {tree.DECLARATION: hashes[tree.DECLARATION]})
     _check_free(paths, name or _declaration(tree)[0].name, tree)
     download(address, tree.root, required, each=each)
+    return hashes
 
 
 def _checked(paths: Paths, tree: Tree, sha256: str) -> dict[str, str]:
@@ -272,22 +270,14 @@ def _rows(tree: Tree, hashes: Mapping[str, str]) -> list[tuple[str, str, Recordi
     return found
 
 
-def _check_name(name: str) -> None:
-    """Raise DataError for what no data set can be named: paths are made of it."""
-    try:
-        DatasetSpec(name=name)
-    except ValidationError as error:
-        raise describe(error, "--name") from None
-
-
 def _check_free(paths: Paths, name: str, tree: Tree) -> None:
     """Raise DataError if something is there, unless an interrupted `fetch` of the same left it."""
-    held, sums = paths.recordings(name), folder_sums(paths, name)
+    recordings, sums = paths.recordings(name), paths.fetched_sums(name)
     if paths.dataset(name).exists():
         raise DataError(paths.dataset(name), "there is a data set of this name", "give --name")
     is_same = sums.is_file() and sums.read_bytes() == (tree / tree.SUMS).read_bytes()
-    if held.exists() and not is_same:
-        raise DataError(held, "there are recordings of this name", "give --name")
+    if recordings.exists() and not is_same:
+        raise DataError(recordings, "there are recordings of this name", "give --name")
 
 
 def _write_session(

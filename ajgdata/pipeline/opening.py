@@ -105,19 +105,22 @@ def build_opening(
 
     made = {**software(), "code": code}
     try:
-        shown, told = _opening(paths, read_store(store), tables, audio)
+        shown, facts = _opening(paths, read_store(store), tables, audio)
     except NotPossibleError as error:
         write_bytes(paths.opening, json_bytes({"skipped": str(error), **made}))
         return
     save_figure(opening_figure(shown), paths.opening_picture())
-    about = {**opening_caption(shown)._asdict(), **told}
+    about = {**opening_caption(shown)._asdict(), **facts}
     write_bytes(paths.opening, json_bytes(plain({**about, **made})))
 
 
 def _opening(
     paths: Paths, shard: Shard, tables: Sequence[Path], audio: AudioSettings
 ) -> tuple[Opening, dict[str, Any]]:
-    """Return what is shown, and of what it is. Raises NotPossibleError if nothing can be shown."""
+    """Return the picture's content, and facts about it.
+
+    Raises NotPossibleError if nothing can be shown.
+    """
     from ajgdata.gripper import Scene
     from ajgdata.models import model_label
     from ajgdata.report.format import words
@@ -135,12 +138,13 @@ def _opening(
     recording, grasp, session = (
         str(shard.columns[key].values[row]) for key in ("recording", "grasp_id", "session_id")
     )
-    decision, told = None, dict[str, Any]()
+    decision, prediction = None, dict[str, Any]()
     if predictions is not None:
-        row_told = predictions.where(recording=recording).rows[0]
-        told = {"model": about["model"]} | {key: row_told[key] for key in ("fold", "probability")}
-        label, probability = model_label(about["model"], about["kind"]), told["probability"]
-        decision = Decision(label, row_told["y_pred"], probability, row_told["y_true"])
+        result = predictions.where(recording=recording).rows[0]
+        prediction = {"model": about["model"]}
+        prediction |= {key: result[key] for key in ("fold", "probability")}
+        label = model_label(about["model"], about["kind"])
+        decision = Decision(label, result["y_pred"], result["probability"], result["y_true"])
     film, moments_ms = field_of(scene)
     shown = Opening(
         object=words(name),
@@ -153,9 +157,9 @@ def _opening(
         level_db=_level_db(shard, row),
         decision=decision,
     )
-    of = {"dataset": about["dataset"], "task": about["task"], "object": name, "grasp": grasp}
-    of |= {"recording": recording, "moments_ms": moments_ms, "grid_mm": FIELD_MM, **told}
-    return shown, of
+    facts = {"dataset": about["dataset"], "task": about["task"], "object": name, "grasp": grasp}
+    facts |= {"recording": recording, "moments_ms": moments_ms, "grid_mm": FIELD_MM, **prediction}
+    return shown, facts
 
 
 def _planned(paths: Paths, dataset: str) -> dict[str, Grasp]:
@@ -186,15 +190,15 @@ def _shown_object(setups: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def _typical(shard: Shard, name: str, predictions: Table | None) -> int:
-    """Return the row of the object's recording that was told rightly with the median probability.
+    """Return the row of the object's recording with the median probability of all correct ones.
 
-    Where none was, it is the median of all; without predictions the first.
+    If no prediction is correct, return the median of all; without predictions the first.
     """
     own = np.flatnonzero(shard.columns[OBJECT].values == name)
     row_of = dict(zip(shard.columns["recording"].values[own].tolist(), own.tolist(), strict=True))
-    told = [] if predictions is None else [r for r in predictions.rows if r["recording"] in row_of]
-    told = [row for row in told if row["y_pred"] == name] or told
-    ordered = sorted(told, key=lambda row: (row["probability"], row["recording"]))
+    rows = [r for r in (predictions.rows if predictions else ()) if r["recording"] in row_of]
+    rows = [row for row in rows if row["y_pred"] == name] or rows
+    ordered = sorted(rows, key=lambda row: (row["probability"], row["recording"]))
     return row_of[ordered[(len(ordered) - 1) // 2]["recording"]] if ordered else int(own[0])
 
 

@@ -1,4 +1,4 @@
-"""Pages of the simulation studies and the ablations."""
+"""Pages that have jobs of their own: simulation studies, ablations, and scatter plots."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from pathlib import Path
 from ajgdata.ablations.verdicts import with_verdicts
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.exports import write_csv
-from ajgdata.report.navigation import Group
+from ajgdata.report.navigation import Group, experiment_link
 from ajgdata.store.files import write_bytes
+from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
 
 
@@ -33,3 +34,38 @@ def build_page(paths: Paths, name: str, files: Sequence[Path], nav: Sequence[Gro
         write_csv(paths.page_figures(name) / f"{table.name}.csv", table)
     html = render_study(name, read[0][0], tables, figures, placed, nav, paths)
     write_bytes(paths.page(name), html.encode())
+
+
+def build_explorer(
+    projections: Path,
+    *,
+    dataset: str,
+    embedding: str,
+    paths: Paths,
+    page: Path,
+    nav: Sequence[Group] = (),
+) -> None:
+    """Write the page that shows the recordings of an embedding.
+
+    `projections` are the tables of experiment `embedding_projections`.
+    """
+    from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
+    from ajgdata.experiments.embedding_projections import projections_of
+    from ajgdata.report.explorer import Explored, render_explorer
+
+    spec, (about, tables) = read_dataset(paths, dataset), read_tables(projections)
+    shown = None
+    if "skipped" not in about:
+        shown = projections_of({table.name: table for table in tables})
+    place = paths.explorer(dataset, embedding)
+    here = place.relative_to(paths.report.parent).as_posix()
+    one = Explored(
+        title=f"{spec.title or spec.name} · {embedding.replace('_', ' ')}",
+        source="simulated" if about["provenance"]["source"] == "simulated" else "recorded",
+        supervision=spec.embeddings[embedding].supervision,
+        more=f"../../{experiment_link(PROJECTIONS)}",
+        shown=shown,
+        available=about.get("available", len(shown.recording) if shown else 0),
+        skipped=about.get("skipped", ""),
+    )
+    write_bytes(page, render_explorer(one, here=here, nav=nav, project=paths).encode())

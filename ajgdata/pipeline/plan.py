@@ -67,17 +67,17 @@ def plan(
         spec = read_dataset(paths, name)
         virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
         if check:
-            check_declaration(paths, spec, virtual)
+            _check_declaration(paths, spec, virtual)
         names += sorted(_others(spec) - set(names))
         _check_paper(paths, spec)
         list(all_asked(spec, paths.dataset(name)))
         to_record = incomplete_sessions(paths, name, virtual)
         if check and to_record:
             planned_grasps(paths.dataset(name), spec, sorted(to_record))
-        held = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
+        recorded = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
         if check:
-            check_one_kind(paths, spec, held)
-        if sessions := sorted({*virtual, *held}):
+            check_one_kind(paths, spec, recorded)
+        if sessions := sorted({*virtual, *recorded}):
             plans[name] = DatasetPlan(spec, virtual, tuple(sessions))
         elif only is not None:
             raise DataError(paths.sessions(name), "holds no sessions", _how_to_import(name))
@@ -168,12 +168,11 @@ def _how_to_import(name: str) -> str:
     return f"get some with `ajgdata import FOLDER --dataset {name}`"
 
 
-def check_declaration(paths: Paths, spec: DatasetSpec, virtual: Collection[str]) -> None:
-    """Raise DataError for the first of `declaration_problems`, and say how many there are."""
-    found = list(declaration_problems(paths, spec, virtual))
-    if found:
-        problem, fix = found[0]
-        more = f" (and {len(found) - 1} more)" if found[1:] else ""
+def _check_declaration(paths: Paths, spec: DatasetSpec, virtual: Collection[str]) -> None:
+    """Raise DataError for the first of `declaration_problems`, with their number."""
+    if problems := list(declaration_problems(paths, spec, virtual)):
+        problem, fix = problems[0]
+        more = f" (and {len(problems) - 1} more)" if problems[1:] else ""
         raise DataError(paths.dataset(spec.name), problem + more, fix)
 
 
@@ -185,8 +184,10 @@ def declaration_problems(
 
     `virtual` are the sessions that the recipe makes. Tables are looked at only when all are there.
     """
-    for where, other, target in _named_datasets(spec):
-        yield from _other_problems(paths, spec, where, other, target)
+    for name, task in spec.tasks.items():
+        for other in task.others:
+            where = f"task {name}: tested on {other!r}"
+            yield from _other_problems(paths, spec, where, other, task.target)
     yield from _column_problems(paths, spec, virtual)
     try:
         pattern = re.compile(spec.imports.pattern)
@@ -195,13 +196,6 @@ def declaration_problems(
         return
     if spec.imports.pattern not in ("", "starter-kit") and not pattern.groupindex:
         yield "imports.pattern has no named group", r"name the label: (?P<label>[^/]+)"
-
-
-def _named_datasets(spec: DatasetSpec) -> Iterator[tuple[str, str, str]]:
-    """Yield what needs which other data set, and the target that it must have, too ("" for
-    none)."""
-    for name, task in spec.tasks.items():
-        yield from ((f"task {name}: tested on {one!r}", one, task.target) for one in task.others)
 
 
 def _other_problems(
@@ -213,17 +207,13 @@ def _other_problems(
         yield f"{where}, {which}", f"correct the name{there}"
         return
     theirs = read_dataset(paths, other)
-    if target and theirs.targets.get(target) != spec.targets[target]:
+    if theirs.targets.get(target) != spec.targets[target]:
         yield f"{where}, which has no target {target!r} like this", "declare it there, or drop it"
     own, its = (one.model_dump(mode="json", include=AXES) for one in (spec, theirs))
     for name, here, there in differing_axes(own, its):
-        yield (
-            f"{where}, whose {name} is {there}, not {here}: their spectra do not compare",
-            (
-                "give both the same in their dataset.yaml"
-                + (f" ({other}: other_rate: resample converts)" if name == RATE else "")
-            ),
-        )
+        convert = f" ({other}: other_rate: resample converts)" if name == RATE else ""
+        problem = f"{where}, whose {name} is {there}, not {here}: their spectra do not compare"
+        yield problem, f"give both the same in their dataset.yaml{convert}"
 
 
 def _column_problems(

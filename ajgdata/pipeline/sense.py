@@ -6,18 +6,18 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import count
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.acquire.card import Card
-from ajgdata.acquire.robot import Confirm, Placement, Robot
+from ajgdata.acquire.robot import Placement, Robot
 from ajgdata.live.prediction import Prediction
 from ajgdata.loading import load_predictor
 from ajgdata.paths import Paths
-from ajgdata.pipeline.acquire_live import excitation_of
-from ajgdata.pipeline.live_source import open_hands
+from ajgdata.pipeline.acquire_live import VIRTUAL, excitation_of, open_hands
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DataError
 
@@ -43,40 +43,6 @@ class Sensed:
         return {**about, "seconds": round(self.seconds, 4), **self.prediction.plain()}
 
 
-class Sensing:
-    """A gripper, a sound card and a model; `sense` makes one grasp."""
-
-    def __init__(
-        self,
-        robot: Robot,
-        card: Card,
-        predictor: Predictor,
-        played: NDArray[np.float32],
-        things: tuple[str, ...],
-        seed: int,
-    ) -> None:
-        self._robot, self._card, self._predictor = robot, card, predictor
-        self._played, self._things = played, things
-        self._random = np.random.default_rng(seed)
-        self._number = 0
-
-    def sense(self) -> Sensed:
-        """Grasp, play, record, predict. Raises CardError, and DataError for what is no sound."""
-        self._number += 1
-        thing = ""
-        if self._things:
-            thing = self._things[self._random.integers(len(self._things))]
-            held = "" if thing == "empty" else thing
-            place = Placement(f"sense_{self._number}", held, self._number, 8.0)
-            self._robot.move("approach", **vars(place))
-        begin = time.perf_counter()
-        capture = self._card.take(self._played)
-        rate = self._card.settings.sample_rate_hz
-        said = self._predictor.predict(capture.samples, rate)
-        seconds = time.perf_counter() - begin
-        return Sensed(self._number, said, capture.peak_dbfs, capture.clipped, seconds, thing)
-
-
 @contextmanager
 def open_sensing(
     paths: Paths,
@@ -86,27 +52,48 @@ def open_sensing(
     *,
     source: str,
     card: Mapping[str, Any],
-    things: tuple[str, ...],
+    objects: tuple[str, ...],
     seed: int,
-    confirm: Confirm,
-) -> Iterator[Sensing]:
-    """Open model and sound card. `source` and `card`: see live_source.open_hands; `things`: objects
-    that the virtual gripper holds, in an order drawn by `seed` (default: all of the recipe).
+) -> Iterator[Iterator[Sensed]]:
+    """Open model and sound card, and yield an iterator of which each step is one grasp.
 
-    Raises DataError.
+    `source` and `card`: see `open_hands`; `objects`: what the virtual gripper holds, in an order
+    drawn by `seed` (default: all of the recipe). Raises CardError and DataError.
     """
     spec = read_dataset(paths, dataset)
     if task not in spec.tasks:
         known = ", ".join(spec.tasks) or "none"
         raise DataError(paths.dataset(dataset), f"no task {task!r}", f"declared are: {known}")
     predictor = load_predictor(dataset, task, model, paths.root)
-    if source == "virtual" and spec.recipe and not things:
-        things = tuple(made.name for made in spec.recipe.objects)
-    if source != "virtual" and things:
+    if source == VIRTUAL and spec.recipe and not objects:
+        objects = tuple(made.name for made in spec.recipe.objects)
+    if source != VIRTUAL and objects:
         raise DataError("--object", "is for the virtual gripper", "leave it out")
     with open_hands(
         paths, spec, source=source, card=card, robot="manual", robot_settings={}, seed=seed,
-        confirm=confirm,
+        confirm=lambda text: None,
     ) as (robot, opened, _):  # fmt: skip
         played = excitation_of(paths.dataset(dataset), spec).astype(np.float32)
-        yield Sensing(robot, opened, predictor, played, things, seed)
+        yield _sensed(robot, opened, predictor, played, objects, seed)
+
+
+def _sensed(
+    robot: Robot,
+    card: Card,
+    predictor: Predictor,
+    played: NDArray[np.float32],
+    objects: tuple[str, ...],
+    seed: int,
+) -> Iterator[Sensed]:
+    """Grasp, play, record and predict, again and again."""
+    random = np.random.default_rng(seed)
+    for number in count(1):
+        name = objects[random.integers(len(objects))] if objects else ""
+        if name:
+            held = "" if name == "empty" else name
+            robot.move("approach", **vars(Placement(f"sense_{number}", held, number, 8.0)))
+        begin = time.perf_counter()
+        capture = card.take(played)
+        prediction = predictor.predict(capture.samples, card.settings.sample_rate_hz)
+        seconds = time.perf_counter() - begin
+        yield Sensed(number, prediction, capture.peak_dbfs, capture.clipped, seconds, name)

@@ -19,8 +19,7 @@ from ajgdata.live.kept import KeptRun
 from ajgdata.live.learning import class_of, labels_of
 from ajgdata.live.sort import Outcome, Sorter, arrivals
 from ajgdata.paths import EXCITATION_FILE, Paths
-from ajgdata.pipeline.acquire_live import excitation_of, known_of
-from ajgdata.pipeline.live_source import VIRTUAL, open_hands
+from ajgdata.pipeline.acquire_live import VIRTUAL, excitation_of, known_of, open_hands
 from ajgdata.store.audio import pcm24_bytes, read_audio
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_model, sha256_of

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from ajgdata.acquire.recipe import session_names
@@ -39,7 +39,7 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
     sessions = list_sessions(paths, dataset)
     checked = [check_session(paths.session(dataset, name)) for name in sessions]
     advance = started(sum(len(one.files) for one in checked))
-    issues = [*_check_declaration(paths, spec), *_mixed(paths, spec, sessions)]
+    issues = list(_check_declaration(paths, spec, sessions))
     rows: list[tuple[str, str, tuple[str, ...]]] = []
     for one in checked:
         table = {row["recording_id"]: row for row in one.labels}
@@ -60,21 +60,17 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
     return sum(len(one.labels) for one in checked), sorted(issues)
 
 
-def _check_declaration(paths: Paths, spec: DatasetSpec) -> list[Finding]:
+def _check_declaration(
+    paths: Paths, spec: DatasetSpec, sessions: Sequence[str]
+) -> Iterator[Finding]:
+    """Yield problems of the declaration, and an error if simulated and recorded sessions meet."""
     virtual = session_names(spec.recipe) if spec.recipe else ()
-    return [
-        Finding(DATASET_FILE, "*", "", "error", "declaration", problem, fix)
-        for problem, fix in declaration_problems(paths, spec, virtual)
-    ]
-
-
-def _mixed(paths: Paths, spec: DatasetSpec, sessions: Sequence[str]) -> list[Finding]:
-    """Return an error if simulated and recorded sessions meet."""
+    for problem, fix in declaration_problems(paths, spec, virtual):
+        yield Finding(DATASET_FILE, "*", "", "error", "declaration", problem, fix)
     try:
         check_one_kind(paths, spec, sessions)
     except DataError as error:
-        return [Finding("*", "*", "", "error", "mixed", error.problem, error.fix)]
-    return []
+        yield Finding("*", "*", "", "error", "mixed", error.problem, error.fix)
 
 
 def _without_row(folder: Path, session: SessionAudio) -> list[Finding]:

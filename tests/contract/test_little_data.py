@@ -18,7 +18,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.embed import train_embedding
 from ajgdata.pipeline.experiments import asked_for, run_experiment
-from ajgdata.pipeline.explorer import build_explorer
+from ajgdata.pipeline.pages import build_explorer
 from ajgdata.pipeline.report import build_report
 from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.train import train_model

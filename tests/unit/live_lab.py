@@ -12,7 +12,7 @@ from ajgdata.acquire.card import DEVICE
 from ajgdata.acquire.operator import Choice, Decision
 from ajgdata.paths import Paths
 from ajgdata.pipeline import acquire_live as module
-from ajgdata.pipeline.acquire_live import Noted, acquire_live
+from ajgdata.pipeline.acquire_live import acquire_live
 
 PROTOCOL = {
     "gripper": "mine",
@@ -102,12 +102,13 @@ class Lab:
         finally:
             card.close()
 
-    def acquire(self, operator, session="", noted=None, **device):
+    def acquire(self, operator, session="", notes="", temperature_c=None, **device):
         # Without a person and a robot only the simulated card may be recorded with.
         name = "fake" if operator.attended else DEVICE
         return acquire_live(
             self.paths, "d", session, device={"device": name, **device}, operator=operator,
-            noted=noted or Noted(),
+            notes=notes,
+            temperature_c=temperature_c,
         )  # fmt: skip
 
     def folder(self, session="soundcard-01"):

@@ -14,7 +14,6 @@ from ajgdata.acquire.operator import Choice, Decision, Unattended
 from ajgdata.acquire.protocol import whole_grasps
 from ajgdata.acquire.robot import RobotError
 from ajgdata.paths import Paths
-from ajgdata.pipeline.acquire_live import Noted
 from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.audio import read_audio
 from ajgdata.store.sessions import read_recordings, read_session, write_session
@@ -51,7 +50,7 @@ def files(lab):
 
 
 def test_what_a_session_holds(lab):
-    name, done = lab.acquire(operator := Scripted(), noted=Noted("day 1", 21.5))
+    name, done = lab.acquire(operator := Scripted(), notes="day 1", temperature_c=21.5)
     assert (name, done.recorded, done.left, done.skipped) == ("soundcard-01", 8, 0, {})
     assert [one[:3] for one in operator.announced] == [(n, at, 4) for at, n in enumerate(ALL)]
     assert operator.announced[0][3] is None and operator.announced[1][3] > 0

@@ -12,7 +12,7 @@ from published import edit_rows, make_project, published, remake, repack, reseal
 from worlds import Project
 
 from ajgdata.paths import Paths, Tree
-from ajgdata.pipeline.fetch import fetch, folder_sums
+from ajgdata.pipeline.fetch import fetch
 from ajgdata.pipeline.plan import plan
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.publishing import archive
@@ -92,7 +92,7 @@ def test_sessions_and_sounds_come_back(world, tree, elsewhere):
         here, there = elsewhere.folder(session), world[0].folder(session)
         assert read_session(here) == read_session(there)
         assert (here / "excitation.wav").read_bytes() == (there / "excitation.wav").read_bytes()
-    kept = folder_sums(elsewhere.paths, "d").parent
+    kept = elsewhere.paths.fetched_sums("d").parent
     assert {p.name for p in kept.iterdir()} == {
         "README.md", "LICENSE", "CITATION.cff", "SHA256SUMS",
     }  # fmt: skip
@@ -169,7 +169,7 @@ def test_nothing_there_is_replaced_or_downloaded_again(tree, server, elsewhere, 
     assert server.asked == ["SHA256SUMS", "dataset.yaml"]
     assert snapshot(elsewhere.paths.data) == before
     elsewhere.paths.dataset("d").unlink()
-    (folder_sums(elsewhere.paths, "d")).write_text("of something else")
+    elsewhere.paths.fetched_sums("d").write_text("of something else")
     with pytest.raises(DataError, match="there are recordings of this name"):
         fetch(elsewhere.paths, str(tree.root))
 
