@@ -12,7 +12,7 @@ import numpy as np
 
 from ajgdata.live.prediction import Prediction
 from ajgdata.live.predictor import Predictor
-from ajgdata.loading import load_recordings, read_predictor
+from ajgdata.loading import load_predictor, load_recordings
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import Started
 from ajgdata.pipeline.recordings import examine
@@ -30,15 +30,13 @@ def export_model(paths: Paths, dataset: str, task: str, model: str, *, folder: P
     Raises DataError for a model that was not trained or cannot be exported, and if a package is
     missing.
     """
-    place = paths.model(dataset, task, model)
-    if not place.is_dir():
-        raise DataError(place, "there is no such trained model", "correct the name or `snakemake`")
+    predictor = load_predictor(dataset, task, model, paths.root)
     for package in ("onnx", "onnxruntime", "onnxscript"):
         if find_spec(package) is None:
             raise DataError(package, "is not installed", "pip install 'ajgdata[export]'")
     from ajgdata.export.onnx_file import onnx_bytes
 
-    predictor = read_predictor(place, dataset, task)
+    place = paths.model(dataset, task, model)
     try:
         content = onnx_bytes(predictor, describe(predictor, read_about(place)))
     except NotPossibleError as error:
@@ -94,7 +92,7 @@ def check_export(
     from ajgdata.export.onnx_file import OnnxModel
     from ajgdata.features.spectrum import spectrum
 
-    onnx, predictor = OnnxModel(file), read_predictor(paths.model(*names), *names[:2])
+    onnx, predictor = OnnxModel(file), load_predictor(*names, project=paths.root)
     with load_recordings(names[0], paths.root) as recordings:
         files = [Path(str(path)) for path in recordings.file.values]
     advance = started(len(files))

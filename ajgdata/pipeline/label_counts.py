@@ -44,7 +44,9 @@ def _mixed_grasps(tables: Mapping[str, Sequence[Row]], spec: DatasetSpec) -> lis
         missing = _missing(spec.targets.get(column))
         values: dict[str, dict[str, None]] = defaultdict(dict)
         for session, rows in tables.items():
-            for row in filter(_is_used, rows):
+            for row in rows:
+                if is_rejected(row):
+                    continue
                 if (text := row.get(column, "")) not in missing:
                     values[f"{session}/{row['grasp_id']}"][text] = None
         if mixed := {grasp: texts for grasp, texts in values.items() if len(texts) > 1}:
@@ -58,7 +60,7 @@ def _mixed_grasps(tables: Mapping[str, Sequence[Row]], spec: DatasetSpec) -> lis
 
 def impossible_tasks(tables: Mapping[str, Sequence[Row]], spec: DatasetSpec) -> list[str]:
     """Return a line for each task without two classes, or without a number."""
-    rows = [row for table in tables.values() for row in table if _is_used(row)]
+    rows = [row for table in tables.values() for row in table if not is_rejected(row)]
     problems = []
     for name, task in spec.tasks.items() if rows else ():
         target = spec.targets[task.target]
@@ -80,7 +82,7 @@ def counts(tables: Mapping[str, Sequence[Row]], targets: Mapping[str, Target]) -
     """
     listed_rows = [(session, row) for session, table in tables.items() for row in table]
     rows = [(session, row) for session, row in listed_rows if not row.get(REFERENCE)]
-    used = [row for _, row in rows if _is_used(row)]
+    used = [row for _, row in rows if not is_rejected(row)]
     grasps = Counter((session, row["grasp_id"]) for session, row in rows)
     sizes = Counter(grasps.values())
     rejected = f" ({len(rows) - len(used)} rejected)" if len(used) < len(rows) else ""
@@ -88,32 +90,22 @@ def counts(tables: Mapping[str, Sequence[Row]], targets: Mapping[str, Target]) -
         "recordings": f"{len(rows)}{rejected}",
         "objects": str(len({row["object"] for _, row in rows} - {""})),
         "grasps": str(len(grasps)),
-        "samples per grasp": listed([_times(size, sizes[size]) for size in sorted(sizes)]),
+        "samples per grasp": listed(
+            [f"{size} ({n} grasp{'s' * (n != 1)})" for size, n in sorted(sizes.items())]
+        ),
     }
     if references := len(listed_rows) - len(rows):
         facts["references"] = str(references)
     for name, target in targets.items():
         cells = Counter(row.get(name, "") for row in used)
         missing = sum(cells.pop(text, 0) for text in _missing(target))
-        facts[f"recordings per {name}"] = listed(_per_value(cells, target)) + (
-            f"; {missing} missing" if missing else ""
-        )
+        values = [f"{text} {count}" for text, count in cells.most_common()]
+        if target.kind == "regression":
+            values = [f"{cells.total()} numbers, {len(cells)} distinct"]
+        suffix = f"; {missing} missing" if missing else ""
+        facts[f"recordings per {name}"] = listed(values) + suffix
     return facts
-
-
-def _times(size: int, grasps: int) -> str:
-    return f"{size} ({grasps} grasp{'' if grasps == 1 else 's'})"
-
-
-def _per_value(cells: Counter[str], target: Target) -> list[str]:
-    if target.kind == "regression":
-        return [f"{cells.total()} numbers, {len(cells)} distinct"]
-    return [f"{text} {count}" for text, count in cells.most_common()]
 
 
 def _missing(target: Target | None) -> set[str]:
     return {"", *(target.missing if target else ())}
-
-
-def _is_used(row: Row) -> bool:
-    return not is_rejected(row)
