@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ajgdata.paths import Paths
 from ajgdata.report.report_data import DatasetSummary, Provenance, Spectra
-from ajgdata.store.features import Shard
+from ajgdata.store.features import Shard, read_labels, spectra_blocks
 from ajgdata.store.findings import read_findings
 from ajgdata.store.provenance import settings_digest
 from ajgdata.store.sessions import read_session
@@ -20,11 +21,9 @@ from ajgdata.types import DataError, DatasetSpec, FeatureSettings
 MAX_SPECTRA = 8
 
 
-def summary(
-    paths: Paths, spec: DatasetSpec, store: Shard, blocks: Iterable[np.ndarray]
-) -> DatasetSummary:
-    """Return what the report says of a data set: `store` as `read_labels` gives it, `blocks` its
-    spectra as `spectra_blocks` does."""
+def summary(paths: Paths, spec: DatasetSpec, features_file: Path) -> DatasetSummary:
+    """Return what the report and the dataset card state about a data set and its feature file."""
+    store = read_labels(features_file)
     settings = json.loads(str(store.attrs["settings"]))
     features = FeatureSettings(**settings["features"])
     return DatasetSummary(
@@ -46,7 +45,7 @@ def summary(
             inputs_hash=str(store.attrs["inputs_sha256"]),
         ),
         findings=tuple(read_findings(paths.quarantine(spec.name))),
-        spectra=mean_spectra(store, spec, blocks),
+        spectra=mean_spectra(store, spec, spectra_blocks(features_file)),
         facts=_facts(paths, spec.name, store),
     )
 

@@ -92,8 +92,9 @@ def check_export(
     from ajgdata.export.onnx_file import OnnxModel
     from ajgdata.features.spectrum import spectrum
 
-    onnx, predictor = OnnxModel(file), load_predictor(*names, project=paths.root)
-    with load_recordings(names[0], paths.root) as recordings:
+    dataset, task, model = names
+    onnx, predictor = OnnxModel(file), load_predictor(dataset, task, model, paths.root)
+    with load_recordings(dataset, paths.root) as recordings:
         files = [Path(str(path)) for path in recordings.file.values]
     advance = started(len(files))
     features, outputs = [], []

@@ -204,23 +204,23 @@ def _describe(
     from ajgdata.report.canvas import encode
     from ajgdata.report.spectra import spectra_figure
 
-    told = summary(paths, spec, store, spectra_blocks(tree / tree.FEATURES))
+    about_data = summary(paths, spec, tree / tree.FEATURES)
     about = About(
         name=spec.name,
-        title=told.title,
+        title=about_data.title,
         description=spec.description,
         licence=spec.licence,
-        authors=spec.authors or (UNNAMED[told.source],),
+        authors=spec.authors or (UNNAMED[about_data.source],),
         citation=spec.citation,
         url=spec.url,
         version=spec.version,
         date=commit_date(),
-        source=told.source,
+        source=about_data.source,
         task_kinds=frozenset(spec.targets[task.target].kind for task in spec.tasks.values()),
         has_gripper=card.has_gripper(list(sessions.values())),
     )
-    if told.spectra:
-        _write(tree, tree.SPECTRA, encode(spectra_figure(told), "png"))
+    if about_data.spectra:
+        _write(tree, tree.SPECTRA, encode(spectra_figure(about_data), "png"))
     held = (tree.METADATA, tree.FEATURES, tree.ARCHIVE)
     sizes = {name: (tree / name).stat().st_size for name in held}
     hashes = {name: file_sha256(tree / name) for name in held}
@@ -230,32 +230,32 @@ def _describe(
     _write(tree, tree.CITATION, yaml_bytes(card.citation(about)))
     _write(tree, tree.LICENCE, card.licence_text(about).encode())
     front = yaml_bytes(card.front_matter(about, len(table.rows))).decode()
-    facts = _provenance(spec, told, store, sessions)
+    facts = _provenance(spec, about_data, store, sessions)
     groups = sorted({task.groups for task in spec.tasks.values()})
-    text = card.render_card(about, told, table, groups, unsealed, sizes, facts, front, paths)
+    text = card.render_card(about, about_data, table, groups, unsealed, sizes, facts, front, paths)
     _write(tree, tree.README, text.encode())
-    return told.n_left_out, unsealed, about.is_unlicensed
+    return about_data.n_left_out, unsealed, about.is_unlicensed
 
 
 def _provenance(
     spec: DatasetSpec,
-    told: DatasetSummary,
+    summary: DatasetSummary,
     store: Shard,
     sessions: Mapping[str, Session],
 ) -> dict[str, str]:
     """Return the software, settings and gripper that made it, by topic."""
     made = software()
     facts = {
-        "simulated or recorded": told.source,
+        "simulated or recorded": summary.source,
         "gripper": ", ".join(sorted({s.gripper for s in sessions.values()})),
         "version of the data set": spec.version,
         "published by": f"ajgdata {made['ajgdata_version']}, commit {made['git_commit'] or '–'}",
-        "features made by": f"ajgdata {told.provenance.version}, "
-        f"commit {told.provenance.commit or '–'}",
+        "features made by": f"ajgdata {summary.provenance.version}, "
+        f"commit {summary.provenance.commit or '–'}",
         "digest of the declaration": settings_digest(spec),
         "digest of the feature settings": str(store.attrs["settings_digest"]),
-        "digest of the recordings": told.provenance.inputs_hash,
+        "digest of the recordings": summary.provenance.inputs_hash,
     }
-    if told.source == "simulated":
+    if summary.source == "simulated":
         facts["digest of the code of the virtual gripper"] = layer_hash("gripper")
     return facts

@@ -29,7 +29,6 @@ from ajgdata.report.navigation import Group, experiment_link
 from ajgdata.report.paper import PaperFigure, parse_paper
 from ajgdata.report.report_data import (
     Checks,
-    DatasetSummary,
     OpeningPicture,
     Part,
     Report,
@@ -37,7 +36,6 @@ from ajgdata.report.report_data import (
     TaskSection,
 )
 from ajgdata.report.study_page import holds
-from ajgdata.store.features import read_labels, spectra_blocks
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.provenance import software
 from ajgdata.store.report_files import read_experiment_text, read_paper
@@ -107,23 +105,18 @@ def _assembled(
     """Return what the report says of results on tasks."""
     tables = [table for name in ablations for table in read_tables(paths.ablation(name))[1]]
     reasons = reasons_of(with_verdicts(tables), ABLATIONS_PAGE)
+    names = dict.fromkeys(["", *(one.page for one in results)])  # "": all pages together
     return Report(
         title="Acoustic sensing with jamming grippers",
         version=software()["ajgdata_version"],
         commit=software()["git_commit"],
-        datasets=tuple(_summary(paths, one) for one in specs.values()),
+        datasets=tuple(summary(paths, spec, paths.features(name)) for name, spec in specs.items()),
         sections=tuple(_sections(paths, results, page)),
         pages=tuple(pages_of(paths, specs, tasks)),
         comparisons=tuple(comparisons(results, paper, reasons)),
-        across={"": tuple(_across(results))}
-        | {name: tuple(_across(own, name)) for name, own in _by_page(results).items()},
+        across={page: tuple(_across(results, page)) for page in names},
         paper=tuple(paper.values()),
     )
-
-
-def _summary(paths: Paths, spec: DatasetSpec) -> DatasetSummary:
-    store = paths.features(spec.name)
-    return summary(paths, spec, read_labels(store), spectra_blocks(store))
 
 
 def _read(
@@ -135,7 +128,9 @@ def _read(
     """Return all results on tasks, and what could not be measured."""
     read = [read_results(paths, asked, specs, paper) for asked in asked_for(specs, tasks)]
     skipped = (
-        Skipped(one.dataset, f"{one.task}, {_title(one)}", label, reason)
+        Skipped(
+            one.dataset, f"{one.task}, {_lower(EXPERIMENTS[one.experiment].title)}", label, reason
+        )
         for one, reasons in read
         for label, reason in reasons
     )
@@ -143,42 +138,34 @@ def _read(
 
 
 def _opening(path: Path, folder: Path) -> OpeningPicture | None:
-    """Return the picture that the file `path` tells of, unless it could not be drawn."""
-    told = read_json(path)
-    if "skipped" in told:
+    """Return the picture that the file `path` describes, unless it could not be drawn."""
+    about = read_json(path)
+    if "skipped" in about:
         return None
     image = path.with_name("opening.svg").relative_to(folder).as_posix()
-    return OpeningPicture(image, told["alt"])
+    return OpeningPicture(image, about["alt"])
 
 
-def _by_page(results: Sequence[TaskResults]) -> dict[str, list[TaskResults]]:
-    """Return results by the page that they stand on."""
-    found: dict[str, list[TaskResults]] = {}
-    for one in results:
-        found.setdefault(one.page, []).append(one)
-    return found
-
-
-def _across(results: Sequence[TaskResults], page: str = "") -> Iterator[Illustration]:
-    """Yield the figures of several tasks together; those of a page are named after it."""
-    for name in dict.fromkeys(one.experiment for one in results):
-        own = [one for one in results if one.experiment == name]
+def _across(results: Sequence[TaskResults], page: str) -> Iterator[Illustration]:
+    """Yield the figures of several tasks together, of a page ("": of all), which names them."""
+    shown = [one for one in results if page in ("", one.page)]
+    for name in dict.fromkeys(one.experiment for one in shown):
+        own = [one for one in shown if one.experiment == name]
         for drawing in EXPERIMENTS[name].across(own):
             yield drawing._replace(name=f"{drawing.name}--{page}" if page else drawing.name)
 
 
-def _checks(studies: Mapping[str, Sequence[Table]]) -> Iterator[Checks]:
-    """Yield how many rows of each study of the virtual gripper hold, where they can fail."""
-    for name, tables in studies.items():
-        said = [holds(row) for table in tables for row in table.rows]
-        told = [verdict for verdict in said if verdict is not None]
-        if told:
-            yield Checks(name, sum(told), len(told))
-
-
-def _title(results: TaskResults) -> str:
-    title = EXPERIMENTS[results.experiment].title
+def _lower(title: str) -> str:
     return title[0].lower() + title[1:]
+
+
+def _checks(studies: Mapping[str, Sequence[Table]]) -> Iterator[Checks]:
+    """Yield how many rows of each study of the virtual gripper hold, if they can fail."""
+    for name, tables in studies.items():
+        results = [holds(row) for table in tables for row in table.rows]
+        verdicts = [result for result in results if result is not None]
+        if verdicts:
+            yield Checks(name, sum(verdicts), len(verdicts))
 
 
 def _sections(paths: Paths, results: Sequence[TaskResults], page: Path) -> Iterator[TaskSection]:
