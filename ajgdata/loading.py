@@ -222,7 +222,7 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
 def _paths(project: Project) -> Paths:
     from ajgdata.paths import find_project
 
-    return find_project(None if project is None else Path(project))
+    return find_project(project)
 
 
 @dataclass(frozen=True, eq=False)

@@ -111,7 +111,6 @@ class Paths:
     #: itself: `learning_curve-cnn`. The same bytes for the same inputs, but for the cost.
     experiment = Places("results/tasks/{dataset}/{task}/{kind}.json")
     experiment_cost = Places("results/tasks/{dataset}/{task}/{kind}.cost.json")
-    embedding = Places("results/embed/{dataset}/{embedding}")
     training_cost = Places("results/embed/{dataset}/{embedding}/cost.json")
     latents = Places("results/embed/{dataset}/{embedding}/latents.nc")
     models = Places("results/models/{dataset}")
@@ -136,7 +135,6 @@ class Paths:
     benchmark = Places("benchmarks/{rule}.tsv", "of_run")
     report = Place("report/" + INDEX, "of_run")
     runs = Place("report/" + RUNS_FILE, "of_run")  #: data sets and models of the report
-    figure = Places("report/" + FIGURES + "/{name}", "of_run")  #: without suffix
     page = Places("report/{name}.html", "of_run")
     page_figures = Places("report/{page}", "of_run")
     #: Page on which every recording of an embedding is seen and heard.
@@ -152,10 +150,6 @@ class Paths:
     def of_run(self) -> Path:
         """Return the folder of what a run says of all its data sets together."""
         return self.results / "runs" / self.run if self.run else self.results
-
-    def opening_picture(self) -> Path:
-        """Return the opening picture, without its suffix."""
-        return self.opening.with_name("opening")
 
 
 def brought(name: str) -> Path:

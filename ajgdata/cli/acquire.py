@@ -1,4 +1,4 @@
-"""`ajgdata acquire`: recordings by the virtual gripper, or by a real one through a sound card."""
+"""`ajgdata acquire`: recordings by the virtual gripper, or through a sound card."""
 
 from __future__ import annotations
 
@@ -49,10 +49,10 @@ def acquire(
         typer.Option(help="exact name, as `ajgdata device list` has it", rich_help_panel=_CARD),
     ] = "",
     input_channel: Annotated[
-        int, typer.Option(min=1, help="of the microphone", rich_help_panel=_CARD)
+        int, typer.Option(min=1, help="input channel of the microphone", rich_help_panel=_CARD)
     ] = 1,
     output_channel: Annotated[
-        int, typer.Option(min=1, help="of the speaker", rich_help_panel=_CARD)
+        int, typer.Option(min=1, help="output channel of the speaker", rich_help_panel=_CARD)
     ] = 1,
     loopback_channel: Annotated[
         int | None,
@@ -61,14 +61,19 @@ def acquire(
         ),
     ] = None,
     yes: Annotated[
-        bool, typer.Option("--yes", help="nobody is there: ask nothing", rich_help_panel=_CARD)
+        bool,
+        typer.Option(
+            "--yes",
+            help="run unattended: answer every prompt with the default",
+            rich_help_panel=_CARD,
+        ),
     ] = False,
-    notes: Annotated[str, typer.Option(help="for session.yaml", rich_help_panel=_CARD)] = "",
+    notes: Annotated[str, typer.Option(help="notes for session.yaml", rich_help_panel=_CARD)] = "",
     temperature_c: Annotated[
-        float | None, typer.Option(help="of the room", rich_help_panel=_CARD)
+        float | None, typer.Option(help="temperature of the room", rich_help_panel=_CARD)
     ] = None,
 ) -> None:
-    """Record what is missing of a recipe or a protocol. Stop it at any moment: it goes on there."""
+    """Record the missing grasps of a recipe or protocol. Safe to interrupt."""
     if source != SOUNDCARD:
         _refuse_options_of(_CARD, context, f"add --source {SOUNDCARD}")
         _by_recipe(dataset or [], source, session, recipe)

@@ -44,7 +44,7 @@ def check(
         int | None, typer.Option(min=1, help="input that a cable connects to the output")
     ] = None,
 ) -> None:
-    """Play sweeps and say if what comes back is fit to record. Exit code 1 if it is not.
+    """Play sweeps and check the recorded response. Exit code 1 if it is not fit for recording.
 
     Speaker and microphone should be in the gripper as in a session, and the room quiet.
     """

@@ -41,7 +41,7 @@ def show(
 
 @gripper.command("plan")
 def plan_command(scene: SceneArgument) -> None:
-    """Say what would be solved and what is left out, on which grid, at what cost."""
+    """Print which parts are solved or omitted, on which grid, at which cost."""
     from ajgdata.pipeline.show import plan_facts
 
     facts, parts = plan_facts(scene)

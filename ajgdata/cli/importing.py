@@ -146,7 +146,7 @@ def show_import(result: Imported, found: Scan, dataset: str, *, everything: bool
     )
     other_labels = "stays; --on-change labels takes the folder's"
     gone = "no longer in the folder; --on-change prune removes it here, if all files can be read"
-    told: dict[str, list[tuple[str, str]]] = {
+    lines_by_result: dict[str, list[tuple[str, str]]] = {
         "[red]failed[/red]": [*found.missing, *result.failed],
         "[yellow]unreadable[/yellow]": result.unreadable,
         "[yellow]kept[/yellow]": [(name, other_bytes) for name in result.conflicts],
@@ -154,9 +154,9 @@ def show_import(result: Imported, found: Scan, dataset: str, *, everything: bool
         "[yellow]gone[/yellow]": [(name, gone) for name in result.gone],
         "not used": found.skipped,
     }
-    for said, lines in told.items():
+    for result_name, lines in lines_by_result.items():
         for line in _grouped(lines, everything=everything):
-            say(f"{said} {escape(line)}")
+            say(f"{result_name} {escape(line)}")
     for note in found.notes:
         say(f"[yellow]note[/yellow] {escape(note)}")
 

@@ -36,10 +36,10 @@ def sense(
     source: Annotated[
         str, typer.Option(help="soundcard; virtual: the virtual gripper, needs no hardware")
     ] = "soundcard",
-    watch: Annotated[bool, typer.Option("--watch", help="again and again, until Ctrl-C")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="one JSON object a take")] = False,
+    watch: Annotated[bool, typer.Option("--watch", help="repeat until Ctrl-C")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="one JSON object per recording")] = False,
     threshold: Annotated[
-        float, typer.Option(min=0, max=1, help="line that is drawn (paper: 0.6)")
+        float, typer.Option(min=0, max=1, help="threshold that is drawn (paper: 0.6)")
     ] = 0.6,
     device: Annotated[
         str,
@@ -61,7 +61,7 @@ def sense(
         typer.Option(min=0, help="of poses; default: another each time", rich_help_panel=_VIRTUAL),
     ] = None,
 ) -> None:
-    """Say what the gripper holds now: probabilities, and how far they may be believed."""
+    """Classify the object in the gripper."""
     from ajgdata.acquire.signals import ended_by_signals
     from ajgdata.paths import find_project
     from ajgdata.pipeline.sense import open_sensing
@@ -115,14 +115,18 @@ def sort(
             help="sort nothing: label the recordings of the run DATASET/SESSION by its corrections",
         ),
     ] = "",
-    as_json: Annotated[bool, typer.Option("--json", help="events as JSON, one a line")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="events as JSON, one per line")] = False,
     dashboard: Annotated[
         bool,
-        typer.Option("--dashboard", help="show it in a browser, too", rich_help_panel=_DASHBOARD),
+        typer.Option(
+            "--dashboard", help="also show the run in a browser", rich_help_panel=_DASHBOARD
+        ),
     ] = False,
     port: Annotated[
         int,
-        typer.Option(min=0, max=65_535, help="0: any that is free", rich_help_panel=_DASHBOARD),
+        typer.Option(
+            min=0, max=65_535, help="port of the page; 0: any free port", rich_help_panel=_DASHBOARD
+        ),
     ] = 0,
 ) -> None:
     """Sort objects by their sound: grasp, hear, decide, place. Stops when in doubt.
@@ -146,18 +150,20 @@ def _sort(file: Path, as_json: bool, port: int | None) -> int:
     from ajgdata.live.control import Control
     from ajgdata.live.events import read_events
     from ajgdata.paths import find_project
-    from ajgdata.pipeline.sort import open_run, read_plan
+    from ajgdata.pipeline.sort import open_run
+    from ajgdata.store.files import read_model
+    from ajgdata.types.plan import SortPlan
 
     control = Control()
     # Questions go where people read, events where programs do.
     terminal = SortTerminal(err if as_json else out, control)
-    told = _print_event if as_json else terminal.tell
+    listener = _print_event if as_json else terminal.tell
     with (
         _stopped_by_hand(),
         ended_by_signals(("SIGINT", "SIGTERM", "SIGHUP")),
         open_run(
-            find_project(), read_plan(file), confirm=terminal.confirm,
-            control=control, listen=told,
+            find_project(), read_model(file, SortPlan), confirm=terminal.confirm,
+            control=control, listen=listener,
         ) as run,
         _shown(run.log, control, port),
     ):  # fmt: skip
@@ -222,10 +228,10 @@ def _stopped_by_hand() -> Iterator[None]:
 def dashboard(
     log: Annotated[Path, typer.Argument(help="log of a run (events.jsonl)")],
     port: Annotated[
-        int, typer.Option(min=0, max=65_535, help="of the page; 0: any that is free")
+        int, typer.Option(min=0, max=65_535, help="port of the page; 0: any free port")
     ] = 0,
 ) -> None:
-    """Show how a run ended in a browser, until Ctrl-C: the page of a run with --dashboard."""
+    """Show the end of a run in a browser, until Ctrl-C."""
     from ajgdata.live.control import Control
     from ajgdata.live.dashboard import dashboard as served
     from ajgdata.live.events import read_events

@@ -38,7 +38,7 @@ def bar(share: float, width: int, threshold: float | None = None) -> str:
 
 def table_of(prediction: Prediction, width: int, threshold: float) -> list[str]:
     """Return the lines (rich markup) that show one prediction in `width` columns."""
-    colour, said = _VERDICTS[prediction.verdict]
+    colour, verdict = _VERDICTS[prediction.verdict]
     if prediction.interval:
         low, high = prediction.interval
         unit = f" {prediction.unit}" if prediction.unit else ""
@@ -55,10 +55,10 @@ def table_of(prediction: Prediction, width: int, threshold: float) -> list[str]:
         style = f"[{colour}]" if strong else "[dim]" if share < 0.01 else "[default]"
         lines.append(f"{style}{escape(name.ljust(name_width))}{drawn}  {percent(share):>7}[/]")
     if prediction.verdict is Verdict.KNOWN and ordered and ordered[0][1] < threshold:
-        colour, said = "yellow", f"known, but below {percent(threshold)}"
+        colour, verdict = "yellow", f"known, but below {percent(threshold)}"
     far = _novelty(prediction)
     named = "" if prediction.verdict is Verdict.NOTHING else f": [b]{escape(value)}[/b]"
-    lines.append(f"[{colour}]{said}[/]{named}[dim]{far}[/dim]")
+    lines.append(f"[{colour}]{verdict}[/]{named}[dim]{far}[/dim]")
     return [*lines, *(f"[yellow]warning[/yellow] {escape(one)}" for one in prediction.remarks)]
 
 
@@ -84,8 +84,8 @@ class SortTerminal:
             self._say(f"[b red]{escape(text)}[/]")
             return
         try:
-            while said := self._console.input(f"  {escape(text)}; then Enter (q: end) ").strip():
-                if said == "q":
+            while answer := self._console.input(f"  {escape(text)}; then Enter (q: end) ").strip():
+                if answer == "q":
                     raise EndedByPerson
         except EOFError:
             raise EndedByPerson from None
@@ -141,8 +141,8 @@ class SortTerminal:
 
     def _reference(self, event: Event) -> None:
         drift = event.get("drift")
-        told = "" if drift is None else f", changed by {drift:.2g} of the limit"
-        self._say(f"[dim]      reference: {event['kind']}{told}[/]")
+        change = "" if drift is None else f", changed by {drift:.2g} of the limit"
+        self._say(f"[dim]      reference: {event['kind']}{change}[/]")
 
     def _drift(self, event: Event) -> None:
         self._say(f"[b yellow]warning[/] {escape(event['text'])}")

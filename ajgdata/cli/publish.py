@@ -1,4 +1,4 @@
-"""The commands that hand data sets on: `ajgdata publish` and `ajgdata fetch`."""
+"""`ajgdata publish` and `ajgdata fetch`: data sets written for other people, and downloaded."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def fetch(
     ],
     name: Annotated[str, typer.Option(help="published: name it gets here; default: its own")] = "",
     sha256: Annotated[
-        str, typer.Option("--sha256", help="published: hash of its SHA256SUMS, if you were told it")
+        str, typer.Option("--sha256", help="published: known hash of its SHA256SUMS")
     ] = "",
     mirror: Annotated[
         str,
@@ -70,10 +70,10 @@ def fetch(
     ] = "",
     copy: Annotated[
         bool,
-        typer.Option("--copy", help="by name: copy the audio into data/, too"),
+        typer.Option("--copy", help="by name: also copy the audio into data/"),
     ] = False,
 ) -> None:
-    """Bring public recordings or a published data set in, as a data set of this project.
+    """Download a published data set or a public recording collection.
 
     NAME is one with a datasets/NAME/source.yaml; its recordings come from their makers' public
     address into a cache outside the project. Every byte is checked by its hash. After an

@@ -36,21 +36,21 @@ class TerminalOperator:
     def confirm(self, text: str) -> None:
         """Print it and wait for Enter; s and q decide otherwise."""
         while True:
-            said = self._line(f"  {text}; then Enter (s: skip, q: quit) ")
-            if not said:
+            reply = self._line(f"  {text}; then Enter (s: skip, q: quit) ")
+            if not reply:
                 return
-            if said in _KEYS:
-                raise Decision(_KEYS[said])
+            if reply in _KEYS:
+                raise Decision(_KEYS[reply])
 
     def label(self, name: str, target: Target, grasp: PlannedGrasp) -> str:
         """Ask for a value until it is one; nothing is a value that is not known."""
         unit = f" in {target.unit}" if target.unit else ""
         whose = f"{grasp.object}, number {grasp.number}"
         while True:
-            said = self._line(f"  {name}{unit} of {whose} (Enter: not known) ")
-            if target.kind == "classification" or said in ("", *target.missing) or _number(said):
-                return said
-            self._say(f"  [red]{escape(said)} is no number[/red]")
+            reply = self._line(f"  {name}{unit} of {whose} (Enter: not known) ")
+            if target.kind == "classification" or reply in ("", *target.missing) or _number(reply):
+                return reply
+            self._say(f"  [red]{escape(reply)} is no number[/red]")
 
     def show(self, report: Report) -> None:
         """Print the peak level beside that of the object's earlier grasps."""
@@ -67,12 +67,12 @@ class TerminalOperator:
         by_key = {choice.value[0]: choice for choice in choices}
         offered = ", ".join(f"{key}: {choice.value}" for key, choice in by_key.items())
         while True:
-            said = self._line(f"  {offered}? ").lower()
-            if said[:1] in by_key and by_key[said[0]].value.startswith(said):
-                return by_key[said[0]]
+            reply = self._line(f"  {offered}? ").lower()
+            if reply[:1] in by_key and by_key[reply[0]].value.startswith(reply):
+                return by_key[reply[0]]
 
     def tell(self, text: str) -> None:
-        """Print it."""
+        """Print a status message."""
         self._say(f"  [yellow]{escape(text)}[/yellow]")
 
     def _say(self, text: str) -> None:

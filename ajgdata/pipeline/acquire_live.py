@@ -143,11 +143,11 @@ def excitation_of(path: Path, spec: DatasetSpec) -> NDArray[np.float64]:
 
 
 def known_of(card: Card) -> dict[str, Any]:
-    """Return what the card says of itself, as arguments of `LiveSession.note_card`."""
-    said = dict(card.describe())
+    """Return the description of the sound card as arguments of `LiveSession.note_card`."""
+    description = dict(card.describe())
     settings = card.settings.model_dump(mode="json")
-    latency = said.pop("latency_samples", None)
-    driver = {key: value for key, value in said.items() if key not in settings}
+    latency = description.pop("latency_samples", None)
+    driver = {key: value for key, value in description.items() if key not in settings}
     return {"driver": driver, "latency_samples": latency}
 
 

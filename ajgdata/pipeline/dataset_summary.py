@@ -17,7 +17,7 @@ from ajgdata.store.provenance import settings_digest
 from ajgdata.store.sessions import read_session
 from ajgdata.types import DataError, DatasetSpec, FeatureSettings
 
-#: As many mean spectra as can be told apart in one figure.
+#: Largest number of mean spectra in one figure.
 MAX_SPECTRA = 8
 
 

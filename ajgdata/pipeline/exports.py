@@ -145,8 +145,8 @@ def results_table(results: Sequence[TaskResults]) -> Table:
                 where = {"dataset": one.dataset, "task": one.task, "source": one.source}
                 where |= {"experiment": one.experiment, "model": model, "part": part}
                 unit = one.unit if metric in IN_UNITS else ""
-                told = {name: found.get(name) for name in STATISTICS}
-                rows.append({**where, "metric": metric, "unit": unit, **told, **paid})
+                statistics = {name: found.get(name) for name in STATISTICS}
+                rows.append({**where, "metric": metric, "unit": unit, **statistics, **paid})
     heads = {key: key for key in (*RESULT_KEYS, *STATISTICS, *COSTS)}
     return table_of(RESULTS, "All results", rows, **heads)
 
@@ -171,7 +171,7 @@ def _cost(
 
 def paper_table(rows: Sequence[PaperComparison]) -> Table:
     """Return what stands beside the paper, a row for each of its figures and each data set."""
-    told = (
+    cells = (
         {
             "figure": row.paper.id,
             "where": row.paper.where,
@@ -190,4 +190,4 @@ def paper_table(rows: Sequence[PaperComparison]) -> Table:
         }
         for row in rows
     )
-    return table_of(BESIDE_PAPER, "Beside the paper", told, **{key: key for key in PAPER_KEYS})
+    return table_of(BESIDE_PAPER, "Beside the paper", cells, **{key: key for key in PAPER_KEYS})

@@ -287,16 +287,18 @@ def _write_session(
     folder: Path,
     members: Sequence[tuple[str, Recording]],
 ) -> None:
-    said = Tree.session(folder.name)
-    if said not in hashes:
-        raise DataError(tree / tree.SUMS, f"does not name {said}", "publish the data set again")
-    session = read_session((tree / said).parent)
+    session_file = Tree.session(folder.name)
+    if session_file not in hashes:
+        raise DataError(
+            tree / tree.SUMS, f"does not name {session_file}", "publish the data set again"
+        )
+    session = read_session((tree / session_file).parent)
     if session.audio_root is not None:
-        raise DataError(tree / said, "audio_root leaves the folder", DISTRUST)
+        raise DataError(tree / session_file, "audio_root leaves the folder", DISTRUST)
     if played := session.excitation:
         file = f"sessions/{folder.name}/{played.file}"
         if hashes.get(file) != played.sha256:
-            raise DataError(tree / said, f"{played.file!r} is not its excitation", DISTRUST)
+            raise DataError(tree / session_file, f"{played.file!r} is not its excitation", DISTRUST)
         suffix = PurePosixPath(played.file).suffix
         target = str(PurePosixPath(EXCITATION_FILE).with_suffix(suffix))
         write_bytes(folder / target, (tree / file).read_bytes())

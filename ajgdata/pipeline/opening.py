@@ -109,7 +109,7 @@ def build_opening(
     except NotPossibleError as error:
         write_bytes(paths.opening, json_bytes({"skipped": str(error), **made}))
         return
-    save_figure(opening_figure(shown), paths.opening_picture())
+    save_figure(opening_figure(shown), paths.opening.with_suffix(""))
     about = {**opening_caption(shown)._asdict(), **facts}
     write_bytes(paths.opening, json_bytes(plain({**about, **made})))
 

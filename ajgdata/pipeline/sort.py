@@ -22,7 +22,7 @@ from ajgdata.paths import EXCITATION_FILE, Paths
 from ajgdata.pipeline.acquire_live import VIRTUAL, excitation_of, known_of, open_hands
 from ajgdata.store.audio import pcm24_bytes, read_audio
 from ajgdata.store.features import read_store
-from ajgdata.store.files import read_model, sha256_of
+from ajgdata.store.files import sha256_of
 from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
 from ajgdata.types import AudioSettings, DataError, DatasetSpec
 from ajgdata.types.plan import NOTHING, SortPlan
@@ -37,11 +37,6 @@ NO_ALARM = (
     f"no alarm for a changed gripper: the model has fewer than {REFERENCES_NEEDED} references; "
     "record the empty gripper more often and train again"
 )
-
-
-def read_plan(path: Path) -> SortPlan:
-    """Return a plan; DataError names file, line, key, value and fix."""
-    return read_model(path, SortPlan)
 
 
 @dataclass(frozen=True)
@@ -161,9 +156,9 @@ def _session(
     rate = card.settings.sample_rate_hz
     sound = excitation_of(Path(spec.name), spec)
     # Settings of the robot may hold hosts and tokens.
-    told = plan.model_dump(mode="json", exclude={"robot_settings", "card"})
+    settings = plan.model_dump(mode="json", exclude={"robot_settings", "card"})
     setup = {
-        "sort": {**told, "target": spec.tasks[plan.task].target},
+        "sort": {**settings, "target": spec.tasks[plan.task].target},
         "device": card.settings.model_dump(mode="json", exclude={"attempts"}),
         "excitation": spec.excitation.model_dump(mode="json"),
         "excitation_sha256": sha256_of(pcm24_bytes(sound, rate)),
