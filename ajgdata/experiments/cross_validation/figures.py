@@ -21,7 +21,7 @@ from ajgdata.experiments.cross_validation.results import (
     paper_told,
     quantity,
 )
-from ajgdata.experiments.plots import Plot
+from ajgdata.experiments.plots import Plot, value_range
 from ajgdata.experiments.plots import illustrations as illustrations_of
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.format import column_title, number, sentence, with_unit, words
@@ -220,11 +220,10 @@ def _splits(compared: Sequence[ModelResult]) -> Illustration:
         if model.error.mean > 0:
             hidden.append(100 * (1 - scores["random"].mean / model.error.mean))
     hidden = hidden or [0.0]
-    low, high = (f"{end:.0f}".replace("-", "−") for end in (min(hidden), max(hidden)))
+    spread = value_range([round(share) for share in hidden], "%").replace("-", "−")
     worse = sum(share > 0 for share in hidden)
     picture = Picture(
-        title=f"Random folds hide {low} to {high} % of the error "
-        f"({worse} of {len(hidden)} cases above 0)",
+        title=f"Random folds hide {spread} of the error ({worse} of {len(hidden)} cases above 0)",
         subtitle="error as a share of chance, mean ± sd over folds",
         sources=tuple(model.task.source for model in compared),
         points=tuple(points),
@@ -250,7 +249,7 @@ def _run_times(time: str, tasks: Sequence[tuple[ModelResult, ...]]) -> Illustrat
     best = _most(labels, (best_of(models) for models in tasks))
     fast = _most(labels, (min(models, key=seconds) for models in tasks))
     picture = Picture(
-        title=f"Lowest error: {best} tasks; shortest {axis.partition(',')[0]}: {fast} tasks",
+        title=f"Lowest error: {best}; shortest {axis.partition(',')[0]}: {fast}",
         subtitle="error as a share of chance; filled: no model is better in error and time",
         sources=tuple(model.task.source for model in every),
         points=tuple(
@@ -267,7 +266,7 @@ def _run_times(time: str, tasks: Sequence[tuple[ModelResult, ...]]) -> Illustrat
 
 
 def _most(labels: dict[str, str], found: Iterable[ModelResult]) -> str:
-    """Return the model that occurs most often, with its count: `k-NN on 3 of 5`."""
+    """Return the most frequent model; of several tasks with its count: `k-NN on 3 of 5 tasks`."""
     names = [model.result.model for model in found]
     ((name, count),) = Counter(names).most_common(1)
-    return f"{labels[name]} on {count} of {len(names)}"
+    return labels[name] if len(names) == 1 else f"{labels[name]} on {count} of {len(names)} tasks"
