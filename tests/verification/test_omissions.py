@@ -12,7 +12,6 @@ from ajgdata.studies.omissions import (
     FIRST_SEED,
     PARTS,
     QUICK,
-    Case,
     omission_rows,
     sample,
     sphere,
@@ -52,7 +51,7 @@ def test_the_table_is_of_todays_physics_and_of_other_scenes_than_the_study():
     assert len(table.kinds) == len(kinds())
     for kind, (shapes, support) in zip(table.kinds, kinds(), strict=True):
         for shape in (shapes[0], shapes[-1]):
-            assert kind.holds(Case("", shape, support, 0).plan().scene.object, support)
+            assert kind.holds(Scene.model_validate({"object": shape}).object, support)
         assert set(kind.change) == set(PARTS) and kind.scenes >= 3
     assert min(case.seed for case in sample()) == FIRST_SEED > 2
 
