@@ -56,8 +56,15 @@ def assert_agrees(predictor, outputs, question="classes", features=X):
     assert not [one for one in differences if one.is_beyond]
 
 
-@pytest.mark.parametrize("question", QUESTIONS)
-@pytest.mark.parametrize("model", ["cnn", "linear", "ridge", "cnn_one_scale"])
+@pytest.mark.parametrize(
+    ("model", "question"),
+    [
+        *(("linear", question) for question in QUESTIONS),
+        *(("ridge", question) for question in QUESTIONS),
+        ("cnn", "classes"),
+        ("cnn_one_scale", "number"),
+    ],
+)
 def test_every_model_and_kind(model, question):
     predictor = predictor_of(trained(model, question, X), question)
     assert_agrees(predictor, in_torch(predictor), question)
@@ -92,7 +99,7 @@ def test_onnx_runtime_refuses_unusable_recordings_and_takes_any_length(tmp_path)
     assert {
         reason: bool(onnx(sound)["usable"]) for reason, sound in UNUSABLE.items()
     } == dict.fromkeys(UNUSABLE, False)
-    for length in (64, 95, 96, 399):
+    for length in (64, 95, 399):
         sound = SOUNDS[0, :length]
         ours = spectrum(sound, RATE_HZ, FEATURES)[np.newaxis]
         assert_agrees(predictor, [onnx(sound)], "number", ours)
@@ -100,14 +107,10 @@ def test_onnx_runtime_refuses_unusable_recordings_and_takes_any_length(tmp_path)
         onnx(SOUNDS[0, :63])
 
 
-@pytest.mark.parametrize(
-    ("model", "question"),
-    [("ridge", "angle"), ("linear", "two_classes")],
-)
-def test_onnx_runtime_and_the_package(model, question, tmp_path):
-    predictor = predictor_of(trained(model, question, X), question, guard=GUARD)
+def test_onnx_runtime_and_the_package(tmp_path):
+    predictor = predictor_of(trained("ridge", "angle", X), "angle", guard=GUARD)
     onnx = in_onnx(predictor, tmp_path)
-    assert_agrees(predictor, [onnx(sound) for sound in SOUNDS], question)
+    assert_agrees(predictor, [onnx(sound) for sound in SOUNDS], "angle")
 
 
 @pytest.mark.parametrize("references", [0, 1])

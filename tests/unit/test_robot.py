@@ -40,16 +40,6 @@ def test_the_paper_s_sequence_senses_at_ambient_pressure():
     assert forces == [7.5]
 
 
-def test_when_sensing_fails_the_robot_lets_go():
-    def fail(force):
-        raise KeyboardInterrupt
-
-    robot = Logging()
-    with pytest.raises(KeyboardInterrupt):
-        grasp_once(robot, PLACE, PAPER_SEQUENCE, 0, fail)
-    assert robot.steps[-1] == ("release", {})
-
-
 PROGRAM = """
 import json, pathlib, sys
 asked = json.load(sys.stdin)
@@ -138,6 +128,16 @@ def test_a_failing_robot_lets_go_once_and_only_after_it_touched_something():
             grasp_once(robot, PLACE, PAPER_SEQUENCE, 0, lambda force: None)
         names = [name for name, _ in robot.steps]
         assert names[-1] == last and names.count("release") == (step != "loosen")
+
+
+def test_a_robot_lets_go_when_sensing_is_interrupted():
+    def interrupt(force):
+        raise KeyboardInterrupt
+
+    robot = Logging()
+    with pytest.raises(KeyboardInterrupt):
+        grasp_once(robot, PLACE, PAPER_SEQUENCE, 0, interrupt)
+    assert robot.steps[-1] == ("release", {})
 
 
 def test_a_person_is_told_once_a_grasp():

@@ -2,7 +2,6 @@
 
 import json
 
-import pytest
 from live_events import CLASSES, Story
 
 from ajgdata.live.run_state import GRASPS, OTHERS, PROBLEMS, UNSURE, RunState
@@ -31,22 +30,18 @@ def test_a_sort_is_counted_by_bin_truth_and_time():
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("action", ["stop", "reject"])
-def test_what_the_run_did_not_decide_itself_is_unsure(action):
-    story = Story().start().say("grasp", number=1, object="screw")
+def undecided(truth, action):
+    story = Story().start().say("grasp", number=1, object=truth)
     story.hear(dict.fromkeys(CLASSES, 0.25))
     about = {"value": "marker", "probability": dict.fromkeys(CLASSES, 0.25), "looks": 1}
-    story.say("decision", action=action, bin="R", reason="too unsure", **about)
-    if action != "stop":
-        story.say("placed", value="screw", bin="R", object="screw")
-    assert folded(story.events).confusion == {"screw": {UNSURE: 1}}
+    return story.say("decision", action=action, bin="R", reason="too unsure", **about)
 
 
-def test_nothing_held_that_is_not_sorted_is_no_mistake():
-    story = Story().start().say("grasp", number=1, object="empty")
-    story.hear(dict.fromkeys(CLASSES, 0.25), verdict="nothing")
-    about = {"value": "", "bin": "", "looks": 1, "reason": "nothing is held", "probability": {}}
-    assert folded(story.say("decision", action="stop", **about).events).confusion == {}
+def test_what_the_run_did_not_decide_itself_is_unsure():
+    assert folded(undecided("screw", "stop").events).confusion == {"screw": {UNSURE: 1}}
+    rejected = undecided("screw", "reject").say("placed", value="screw", bin="R", object="screw")
+    assert folded(rejected.events).confusion == {"screw": {UNSURE: 1}}
+    assert folded(undecided("empty", "stop").events).confusion == {}  # no mistake
     placed = folded(Story().start().sort(1, "marker", "empty").events)
     assert placed.confusion == {OTHERS: {"marker": 1}}
 

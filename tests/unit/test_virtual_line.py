@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ajgdata import gripper
-from ajgdata.acquire.recipe import new_setup, plan_session
+from ajgdata.acquire.recipe import new_setup
 from ajgdata.acquire.robot import Placement
 from ajgdata.acquire.virtual import scene_of
 from ajgdata.acquire.virtual_line import VirtualTable
@@ -44,19 +44,6 @@ def test_a_take_is_what_the_simulation_records(folder):
     assert (taken.xruns, taken.attempts, taken.latency_samples) == (0, 1, 0)
     silence = table.listen(100).samples
     assert silence.shape == (100,) and 0 < np.abs(silence).max() < np.abs(taken.samples).max()
-
-
-def test_a_fresh_grasp_is_drawn_as_the_recipe_does_and_is_none_of_its_own():
-    planned = plan_session(RECIPE, "d", "virtual-01", "")
-    setup = new_setup(RECIPE, "cube", 5, 6)
-    assert setup["object"] == {"kind": "cube", "edge_mm": 20}
-    assert set(setup["grasp"]) == set(planned[0].setup["grasp"])
-    assert -20 <= setup["grasp"]["angle_deg"] <= 20
-    assert (setup["grasp"]["force_n"], setup["grasp"]["seed"]) == (7, 6)
-    assert setup["grasp"]["angle_deg"] == new_setup(RECIPE, "cube", 5, 7)["grasp"]["angle_deg"]
-    assert setup["grasp"]["angle_deg"] != new_setup(RECIPE, "cube", 8, 6)["grasp"]["angle_deg"]
-    assert setup not in [grasp.setup for grasp in planned]
-    assert new_setup(RECIPE, "", 5, 6)["object"] is None
 
 
 def test_another_robot_moves_along(folder):
