@@ -79,6 +79,11 @@ def test_drift_is_told_until_it_is_over():
     assert folded(story.events).drift == {"text": "", "ratio": 0.8}
 
 
+def test_a_clock_that_is_set_back_gives_no_negative_time():
+    story = Story().start().say("grasp", after=-3600.0, number=1, object="")
+    assert folded(story.events).seconds == 0.0
+
+
 def test_a_state_is_shown_as_json_with_the_last_grasps_only():
     story = Story().start()
     for number in range(1, GRASPS + 6):
