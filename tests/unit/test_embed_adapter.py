@@ -59,7 +59,7 @@ def made(tmp_path_factory) -> Path:
 
 @pytest.fixture
 def without_umap(monkeypatch):
-    """PCA in place of UMAP, which compiles for half a minute; the workflow's test has UMAP."""
+    """PCA in place of UMAP, which compiles for half a minute; slow tests run UMAP."""
     for module in ("ajgdata.embed.projections", "ajgdata.evaluate.neighbours"):
         monkeypatch.setattr(
             f"{module}.make_reducer", lambda _, dimension, seed: PCA(dimension, random_state=seed)
