@@ -101,12 +101,15 @@ def recorded(tmp_path_factory) -> Project:
     return project
 
 
+def copy_of(recorded: Project, folder: Path) -> Project:
+    """Return a copy of the recordings, without results."""
+    return Project(Path(shutil.copytree(recorded.root, folder / "project")))
+
+
 @pytest.fixture(scope="session")
 def reference(_can_start, recorded, tmp_path_factory) -> Project:
     """The same after a run without SLURM."""
-    root = tmp_path_factory.mktemp("reference") / "project"
-    shutil.copytree(recorded.root, root)
-    project = Project(root)
+    project = copy_of(recorded, tmp_path_factory.mktemp("reference"))
     project.run_here(*TARGETS)
     return project
 
@@ -114,15 +117,11 @@ def reference(_can_start, recorded, tmp_path_factory) -> Project:
 @pytest.fixture(scope="session")
 def features(_can_start, recorded, tmp_path_factory) -> Project:
     """The same after the features of one session were made without SLURM."""
-    root = tmp_path_factory.mktemp("features") / "project"
-    shutil.copytree(recorded.root, root)
-    project = Project(root)
+    project = copy_of(recorded, tmp_path_factory.mktemp("features"))
     project.run_here(SHARD)
     return project
 
 
 @pytest.fixture
 def project(recorded, tmp_path: Path) -> Project:
-    """A copy that nothing has been made of yet."""
-    shutil.copytree(recorded.root, tmp_path / "project")
-    return Project(tmp_path / "project")
+    return copy_of(recorded, tmp_path)

@@ -1,7 +1,10 @@
 """Imports go one way. Read from the sources, so that an import inside a function counts too."""
 
 import ast
+from fnmatch import fnmatch
 from pathlib import Path
+
+from ajgdata.store.provenance import LAYERS
 
 PACKAGE = Path(__file__).resolve().parents[2] / "ajgdata"
 #: Lower may not import higher; equal rank may not import one another.
@@ -66,6 +69,20 @@ def test_imports_go_downward():
         allowed &= ALLOWED_ONLY.get(here, allowed)
         wrong += [f"{path} imports {other}" for other in sorted(ours & set(RANKS) - allowed)]
     assert wrong == []
+
+
+def test_a_layer_hash_contains_all_that_its_files_import():
+    simulated = {Path("store/responses.py")}  # features and models do not read it
+    for layer, patterns in LAYERS.items():
+        files = {file.relative_to(PACKAGE) for one in patterns for file in PACKAGE.glob(one)}
+        names = {name for file in (files & set(IMPORTS)) - simulated for name in IMPORTS[file]}
+        packages = {name.split(".")[1] for name in names if name.startswith("ajgdata.")}
+        missing = {
+            name
+            for name in packages & set(RANKS) - {"paths", "report"}  # no result is drawn
+            if not any(fnmatch(f"{name}/x.py", one.replace("**/", "")) for one in patterns)
+        }
+        assert not missing, layer
 
 
 def test_nobody_knows_snakemake_or_unpickles():

@@ -1,14 +1,9 @@
 """Results depend on the code of their layer, of the layers below, and on versions of libraries."""
 
-import ast
-from fnmatch import fnmatch
-from functools import cache
-from pathlib import Path
-
 import pytest
 
 from ajgdata.store import provenance
-from ajgdata.store.provenance import LAYERS, PACKAGE, layer_hash
+from ajgdata.store.provenance import LAYERS, layer_hash
 
 
 @pytest.fixture
@@ -62,23 +57,3 @@ def test_a_new_version_of_a_library_concerns_the_layers_that_use_it(
         monkeypatch.setattr(provenance, "version", newer)
 
     assert changed_layers(upgrade) == set(LAYERS) - unchanged
-
-
-def test_a_layer_names_all_that_its_files_import():
-    for layer, patterns in LAYERS.items():
-        files = {file for one in patterns for file in PACKAGE.glob(one) if file.suffix == ".py"}
-        imported = {name for file in files for name in _imports(file)}
-        missing = {
-            name
-            for name in imported - {"paths", "report"}  # no result is drawn
-            if not any(fnmatch(f"{name}/x.py", one.replace("**/", "")) for one in patterns)
-        }
-        assert not missing, layer
-
-
-@cache
-def _imports(file: Path) -> set[str]:
-    """Return the packages of ajgdata that a module imports, at any depth."""
-    nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
-    names = [n.module for n in nodes if isinstance(n, ast.ImportFrom) and n.module]
-    return {name.split(".")[1] for name in names if name.startswith("ajgdata.")}

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from worlds import RATE_HZ, tone, write_tone
+from worlds import RATE_HZ, Project, tone, write_tone
 
 import ajgdata
 from ajgdata.experiments import cross_validation
 from ajgdata.experiments.base import Inputs
+from ajgdata.paths import Paths
 from ajgdata.store.audio import read_audio, resample, write_pcm24
 from ajgdata.store.features import read_store
 from ajgdata.types import AudioSettings, Recording
@@ -96,9 +97,10 @@ TASKS = {
 }
 
 
-@pytest.fixture
-def evaluated(project):
+@pytest.fixture(scope="module")
+def evaluated(tmp_path_factory):
     """Four sessions of six tones, two of a grasp; features merged, tasks declared."""
+    project = Project(Paths(tmp_path_factory.mktemp("evaluated")))
     project.declare(targets=TARGETS, tasks=TASKS)
     sessions = [f"s{n}" for n in range(4)]
     for number, session in enumerate(sessions):
