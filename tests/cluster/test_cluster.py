@@ -52,6 +52,8 @@ def processes_of(job: str) -> list[int]:
 
 
 def kill(job: str) -> None:
+    """Kill all processes of a job, when the first has started."""
+    wait_until(lambda: processes_of(job), "the processes of a job")
     for pid in processes_of(job):
         try:
             os.kill(pid, signal.SIGKILL)
