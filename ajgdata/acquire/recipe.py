@@ -149,45 +149,19 @@ class _Varied(NamedTuple):
         return {**setup, "grasp": grasp, "assembly": assembly, "session": offsets}
 
 
-def new_grasp(recipe: Recipe, dataset: str, name: str, number: int, look: int, code: str) -> Grasp:
-    """Return a grasp of the object `name` that no session of the recipe has.
-
-    `number` counts placements from 1; what `vary` draws is drawn for each, from a seed of the
-    session "new", which no recipe makes. `look` counts the grasps of one placement, from 1: each
-    has nuisances and noise of its own, and a bed that remembers the looks before, if the recipe's
-    does. Raises NotPossibleError as `new_setup` does.
-    """
-    names = (recipe.seed, recipe.grasps_of or dataset, NEW)
-    seed = derive_seed(*names, name, number)
-    again = seed if look == 1 else derive_seed(seed, "look", look)
-    setup = new_setup(recipe, name, seed, again, names, (*names, name, number), look - 1)
-    held = next(one for one in recipe.objects if one.name == name)
-    grasp = setup["grasp"]
-    return Grasp(
-        grasp_id=f"{NEW}_{name}_{number:02d}_look_{look}",
-        object=name,
-        samples=1,
-        targets={key: grasp[key] for key in sorted(recipe.vary)} | held.targets,
-        setup=setup,
-        digest=_digest({"setup": setup, "signal": recipe.signal, "code": code}),
-    )
-
-
 def new_setup(
     recipe: Recipe,
     name: str,
     pose_seed: int,
     seed: int,
     session: tuple[str | int, ...] = (NEW,),
-    bed: tuple[str | int, ...] | None = None,
-    before: int = 0,
 ) -> dict[str, Any]:
     """Return the setup of a grasp of the object `name`, or of nothing (""), in the pose that
     `pose_seed` draws, with the nuisances of `seed`.
 
-    `session` are names of a session that is none of the recipe's, `bed` those of a bed that
-    `before` grasps went through (default: one that is poured anew). Raises NotPossibleError for an
-    object that the recipe lacks, and for a recipe of variants, whose scenes differ.
+    `session` are names of a session that is none of the recipe's; the bed is poured anew. Raises
+    NotPossibleError for an object that the recipe lacks, and for a recipe of variants, whose scenes
+    differ.
     """
     if recipe.variants:
         raise NotPossibleError("it needs a recipe without variants: new grasps are of one scene")
@@ -198,7 +172,7 @@ def new_setup(
     setup = _setup(recipe.scene, recipe, held, pose_seed)
     setup = {**setup, "grasp": {**setup["grasp"], "seed": seed}}
     varied = _Varied.of(recipe, recipe.scene, *session)
-    return varied.setup(setup, (*session, pose_seed), bed or (*session, seed), before)
+    return varied.setup(setup, (*session, pose_seed), (*session, seed), 0)
 
 
 def shares_scenes(name: str, recipe: Recipe, other: str, others: Recipe) -> bool:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from scipy.special import softmax
@@ -42,44 +41,28 @@ def combined(probability: np.ndarray) -> np.ndarray:
     return np.asarray(softmax(np.log(np.maximum(probability, _TINIEST)).sum(axis=0)))
 
 
-class Decided(NamedTuple):
-    """Decisions on n placements: numbers of classes (n,), STOP if none was probable enough; how
-    many looks each took (n,), and the probabilities (n, n_classes) decided by."""
+def decisions(probability: np.ndarray, threshold: float) -> np.ndarray:
+    """Return the number of the class that each grasp is sorted into (n,), or STOP.
 
-    taken: np.ndarray
-    looks: np.ndarray
-    probability: np.ndarray
-
-    def shares(self, label: np.ndarray) -> dict[str, float]:
-        """Return accuracy, share of accepted placements, accuracy of those (NaN if there are none),
-        share in a wrong bin, and the mean number of looks; `label` (n,) are true classes."""
-        passed = self.taken != STOP
-        right = float(np.mean(self.taken[passed] == label[passed])) if passed.any() else np.nan
-        return {
-            "accuracy": float(np.mean(self.probability.argmax(axis=1) == label)),
-            "accepted": float(passed.mean()),
-            "right": right,
-            "wrong": float(np.mean(passed & (self.taken != label))),
-            "mean_looks": float(self.looks.mean()),
-        }
-
-
-def look(probability: np.ndarray, threshold: float, most: int = 1) -> Decided:
-    """Decide on placements (n, at least `most` looks, n_classes).
-
-    There is another look, `most` in all, while no class reaches `threshold`.
+    `probability` (n, n_classes); see `decide`.
     """
-    taken, looks, together = [], [], []
-    for placement in probability:
-        for used in range(1, most + 1):
-            joint = combined(placement[:used])
-            number = decide(joint, threshold)
-            if number is not None:
-                break
-        taken.append(STOP if number is None else number)
-        looks.append(used)
-        together.append(joint)
-    return Decided(np.array(taken), np.array(looks), np.array(together))
+    numbers = (decide(row, threshold) for row in probability)
+    return np.array([STOP if number is None else number for number in numbers])
+
+
+def shares(probability: np.ndarray, taken: np.ndarray, label: np.ndarray) -> dict[str, float]:
+    """Return the accuracy of all grasps, the share that is sorted, and of those the accuracy.
+
+    `probability` (n, n_classes), `taken` (n,) decisions, `label` (n,) true classes. The accuracy of
+    no grasps is NaN.
+    """
+    is_sorted = taken != STOP
+    right = float(np.mean(taken[is_sorted] == label[is_sorted])) if is_sorted.any() else np.nan
+    return {
+        "accuracy": float(np.mean(probability.argmax(axis=1) == label)),
+        "accepted": float(is_sorted.mean()),
+        "right": right,
+    }
 
 
 @dataclass(frozen=True)
@@ -118,8 +101,3 @@ def stream(label: np.ndarray, seed: int) -> np.ndarray:
     first = np.cumsum(of_class) - of_class
     coming = generator.integers(len(of_class), size=LONGEST_RUN)
     return order[first[coming] + generator.integers(of_class[coming])]
-
-
-def orders(count: int, runs: int, seed: int) -> list[np.ndarray]:
-    """Return for each run the order (count,) in which placements come, each of them once."""
-    return [np.random.default_rng([seed, run]).permutation(count) for run in range(runs)]

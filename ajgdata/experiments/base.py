@@ -48,12 +48,6 @@ SCORES = "scores"  #: name of the tables whose rows go into `results/metrics.csv
 #: simulated.
 Render = Callable[[Sequence[str], Sequence[np.ndarray]], Iterator[list[np.ndarray]]]
 
-#: Hand that places simulated objects anew, and senses them: name of the object, number of the
-#: placement and of the look at it, both from 1 -> samples (n,) of grasps that the data set does not
-#: have; looks at one placement differ as grasps of one pose do. Raises NotPossibleError for a data
-#: set that was not simulated, and for an object that its recipe lacks.
-NewGrasps = Callable[[Iterable[tuple[str, int, int]]], Iterator[np.ndarray]]
-
 
 class Recordings(Protocol):
     """The recordings themselves, of the data set and of those that the settings name."""
@@ -74,11 +68,10 @@ class Inputs:
 
     `store` holds the recordings of the data set; `others` those of the data sets that the settings
     name as `test_on`, or that of an embedding's `base`. `recordings` are the recordings
-    themselves, where the experiment `reads_recordings`; `render` makes
-    them again with other sounds, `new_grasps` makes more of them, where the data set is simulated
-    and the experiment `renders`. Of an embedding, `task` is its name; `latents` are what its
-    encoders made, `training_cost` what training these took, and `kinds` are of the columns that
-    are targets.
+    themselves, where the experiment `reads_recordings`; `render` makes them again with other
+    sounds, where the data set is simulated and the experiment `renders`. Of an embedding, `task`
+    is its name; `latents` are what its encoders made, `training_cost` what training these took,
+    and `kinds` are of the columns that are targets.
     """
 
     dataset: str
@@ -100,7 +93,6 @@ class Inputs:
     features: FeatureSettings = field(default_factory=FeatureSettings)
     recordings: Recordings | None = None
     render: Render | None = None
-    new_grasps: NewGrasps | None = None
     latents: Latents | None = None
     training_cost: Mapping[str, float] = field(default_factory=dict)
     kinds: Mapping[str, Kind] = field(default_factory=dict)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from ajgdata.experiments.base import (
     Inputs,
     Lookup,
     Outcome,
-    Result,
     ScoreRow,
     TaskResults,
     score_table,
@@ -29,20 +27,12 @@ from ajgdata.types.table import Table, table_of
 
 Row = dict[str, Any]
 RUNS = 500  #: simulated runs of sorting, each with its own seed
-LONGEST_RUN = 1000  #: objects after which a run ends
-PARTS = ("plain", "scaled")  #: probabilities as they are, and scaled by a temperature
+PLAIN = "plain"  #: probabilities as the model gives them; the others are scaled by a temperature
 #: Results of a run, the main result first: its metric, and its name.
 RUN_METRICS = {
     "before_error": ("sorted_before_error", "before the first error"),
     "sorts": ("sorts_in_a_row", "by the paper's rule"),
 }
-SHARE_COLUMNS = {
-    "accuracy": "Accuracy", "accepted": "Accepted", "right": "Correct of those",
-    "wrong": "In a wrong bin", "mean_looks": "Looks",
-}  # fmt: skip
-RUN_COLUMNS = {"run": "Run", "sorts": "Objects sorted by the paper's rule"}
-RUN_COLUMNS |= {"before_error": "Objects sorted before the first error"}
-RUN_COLUMNS |= {"mistakes": "In a wrong bin"}
 
 
 class Settings(Strict):
@@ -56,43 +46,48 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return the calibration of `model`, and runs of sorting the objects of the task."""
     from ajgdata.evaluate.calibration import calibration_error, reliability
     from ajgdata.evaluate.in_use import calibrated
-    from ajgdata.evaluate.sorting import look, run_of, stream
+    from ajgdata.evaluate.sorting import decisions, run_of, shares, stream
 
     data = inputs.data()
-    found = calibrated(
+    result = calibrated(
         data.feature, data.value, data.group, model=model, folds=inputs.folds, seed=inputs.seed,
         limits=inputs.most_recordings,
     )  # fmt: skip
-    label = np.searchsorted(found.classes, data.value)
+    label = np.searchsorted(result.classes, data.value)
     scores: list[ScoreRow] = []
     bins, conditions, runs = [], [], []
-    for name, probability in zip(PARTS, (found.plain, found.scaled), strict=True):
+    for name, probability in ((PLAIN, result.plain), ("scaled", result.scaled)):
         reliable = reliability(probability.max(axis=1), probability.argmax(axis=1) == label)
         bins += [{"part": name, **dataclasses.asdict(one)} for one in reliable]
-        decided = look(probability[:, np.newaxis], settings.threshold)
-        condition = {"part": name, **decided.shares(label)}
+        taken = decisions(probability, settings.threshold)
+        conditions.append({"part": name, **shares(probability, taken, label)})
         orders = (stream(label, inputs.seed + n) for n in range(RUNS))
-        own = [run_of(decided.taken, label, order) for order in orders]
-        own_rows = [{"part": name, "run": n, **vars(one)} for n, one in enumerate(own)]
+        own_runs = [
+            {"part": name, "run": n, **vars(run_of(taken, label, order))}
+            for n, order in enumerate(orders)
+        ]
         part, error = f"sorting, {name}", calibration_error(reliable)
         scores += [(model, part, "calibration_error", "pooled", error)]
-        scores += sorting_scores(model, part, condition, own_rows)
-        conditions.append(condition)
-        runs += own_rows
-    columns = {"part": "Probabilities"}
+        scores += _scores(model, part, conditions[-1], own_runs)
+        runs += own_runs
+    part_column = {"part": "Probabilities"}
     fields = {key: key for key in bins[0]} | {"confidence": "Probability", "accuracy": "Correct"}
+    of_grasps = {"accuracy": "Accuracy", "accepted": "Accepted", "right": "Correct of those"}
+    of_runs = {"run": "Run", "sorts": "Objects sorted by the paper's rule"}
+    of_runs |= {"before_error": "Objects sorted before the first error"}
+    of_runs |= {"mistakes": "In a wrong bin"}
     return Outcome(
         (
             score_table(scores, "Sorting"),
-            table_of("reliability", "Reliability", bins, **fields | columns),
-            table_of("conditions", "Decisions", conditions, **columns, **SHARE_COLUMNS),
-            table_of("runs", "Simulated runs", runs, **columns, **RUN_COLUMNS),
+            table_of("reliability", "Reliability", bins, **fields | part_column),
+            table_of("conditions", "Decisions", conditions, **part_column, **of_grasps),
+            table_of("runs", "Simulated runs", runs, **part_column, **of_runs),
         )
     )
 
 
-def sorting_scores(
-    model: str, part: str, condition: Mapping[str, Any], runs: Iterable[Row]
+def _scores(
+    model: str, part: str, condition: Mapping[str, Any], runs: Sequence[Row]
 ) -> Iterator[ScoreRow]:
     """Yield the scores of decisions, and of the runs that they lead to."""
     yield model, part, "accuracy", "pooled", condition["accuracy"]
@@ -104,40 +99,39 @@ def sorting_scores(
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
-    """Yield the runs of each model with its plain probabilities; the paper mentions no scaling."""
-    for result in results.results:
-        yield from run_comparison(results, result, LONGEST_RUN, "held-out grasps", part=PARTS[0])
+    """Yield the runs of each model with its plain probabilities; the paper mentions no scaling.
 
+    What is sorted before the first error is compared with the published count.
+    """
+    from ajgdata.evaluate.sorting import LONGEST_RUN
 
-def run_comparison(
-    results: TaskResults, result: Result, longest: int, label: str, **which: Any
-) -> Iterator[PaperComparison]:
-    """Yield both results of the runs `which`, that end at `longest`; the first is compared."""
     paper = results.paper
     if paper is None or paper.value is None:
         return
-    (condition,) = result.tables["conditions"].where(**which).rows
-    runs = result.tables["runs"].where(**which)
-    low, middle, high = map(float, np.percentile(runs.numbers("before_error"), PERCENTILES))
-    ours = Mark("ours", middle, low, high)
-    if middle >= longest:  # a longer run was not tried
-        ours = ours._replace(value=np.inf, low=float(longest))
-    yield results.compared(
-        paper, _text(runs, condition, paper.unit, longest), result.label,
-        verdict_on_count(middle, low, high, paper.value), marks=(ours,), label=label,
-    )  # fmt: skip
+    for result in results.results:
+        (condition,) = result.tables["conditions"].where(part=PLAIN).rows
+        runs = result.tables["runs"].where(part=PLAIN)
+        low, middle, high = map(float, np.percentile(runs.numbers("before_error"), PERCENTILES))
+        ours = Mark("ours", middle, low, high)
+        if middle >= LONGEST_RUN:  # a longer run was not tried
+            ours = ours._replace(value=np.inf, low=float(LONGEST_RUN))
+        text = _text(runs, condition, paper.unit)
+        if runs.numbers("sorts").max() >= LONGEST_RUN:
+            text += f"; runs end at {number(LONGEST_RUN, 4)}"
+        verdict = verdict_on_count(middle, low, high, paper.value)
+        label = "held-out grasps"
+        yield results.compared(paper, text, result.label, verdict, marks=(ours,), label=label)
 
 
-def _text(runs: Table, condition: Row, unit: str, longest: int) -> str:
+def _text(runs: Table, condition: Row, unit: str) -> str:
     """Return both results of runs, with the share of accepted objects in a wrong bin."""
-    said = []
+    parts = []
     for key, (_, name) in RUN_METRICS.items():
         low, middle, high = map(number, np.percentile(runs.numbers(key), PERCENTILES))
-        said.append(f"{with_unit(f'{middle} ({low} to {high})', unit)} {name}")
+        parts.append(f"{with_unit(f'{middle} ({low} to {high})', unit)} {name}")
         unit = ""
     wrong = 1 - condition["right"] if condition["accepted"] else 0.0
-    ends = f"; runs end at {number(longest, 4)}" if runs.numbers("sorts").max() >= longest else ""
-    return f"{'; '.join(said)}, {number(100 * wrong, 2)} % in a wrong bin{ends}"
+    return f"{'; '.join(parts)}, {number(100 * wrong, 2)} % in a wrong bin"
 
 
 LENGTHS = Plot(
@@ -151,13 +145,6 @@ LENGTHS = Plot(
     over="runs",
     better="high",
     published="value",
-)
-RULE = replace(
-    LENGTHS,
-    about=f"objects sorted by the paper's rule in the same runs, {LONGEST_RUN:,} at most",
-    value="sorts",
-    name="rule",
-    folded="Sorted by the paper's rule",
 )
 RELIABILITY = Plot(
     "lines",
@@ -179,7 +166,7 @@ EXPERIMENT = Experiment(
     title="Sorting",
     settings=Settings,
     measure=measure,
-    plots=(LENGTHS, RULE, RELIABILITY),
+    plots=(LENGTHS, RELIABILITY),
     paper_comparison=paper_comparison,
     by_model=True,
     kinds=("classification",),

@@ -77,13 +77,13 @@ def run_experiment(
     `split` is what every measurement must know of the task, see `DatasetSpec.task_settings`;
     `others` are further data sets; `paths` says where recordings are; `encoders` are the latents
     of an embedding and the cost of training, or nothing; if `rendered` is not empty, the experiment
-    simulates sounds and grasps by the recipe of the data set. What is the same for the same
+    simulates sounds by the recipe of the data set. What is the same for the same
     inputs is written to `tables`, what is measured to `cost`. A task that lacks what the experiment
     needs is written as skipped, with the reason: the rest of the run goes on.
     """
     # SciPy and the simulation, which Snakemake does not need
     from ajgdata.pipeline.recordings import RecordingReader
-    from ajgdata.pipeline.rendering import new_grasps_of, renderer
+    from ajgdata.pipeline.rendering import renderer
 
     name, _, model = kind.partition("-")
     one, shard = EXPERIMENTS[name], read_store(store)
@@ -104,7 +104,6 @@ def run_experiment(
         **_encoded(*encoders),
         recordings=RecordingReader(paths, read),
         render=renderer(paths, dataset) if rendered else None,
-        new_grasps=new_grasps_of(paths, dataset) if rendered else None,
     )
     try:
         about["left_out"] = dict(inputs.classes_of_task[1])

@@ -1,18 +1,17 @@
-"""Simulated recordings made again with another sound, and of new grasps, for experiments."""
+"""Play other sounds in the scenes of simulated recordings, for experiments."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ajgdata.acquire.recipe import new_grasp, session_names
-from ajgdata.acquire.source import Grasp, GraspError
+from ajgdata.acquire.recipe import session_names
+from ajgdata.acquire.source import Grasp
 from ajgdata.acquire.virtual import VirtualGripper
-from ajgdata.experiments.base import NewGrasps, Render
+from ajgdata.experiments.base import Render
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps
-from ajgdata.store.provenance import layer_hash
 from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import NotPossibleError
@@ -46,25 +45,3 @@ def renderer(paths: Paths, dataset: str) -> Render:
             yield [take.samples for take in source.record(*planned[name], sounds)]
 
     return render
-
-
-def new_grasps_of(paths: Paths, dataset: str) -> NewGrasps:
-    """Return what grasps the objects of a data set's recipe anew (see `NewGrasps`), with its
-    scenes, excitation and signal chain, and the kept responses of scenes that were solved before.
-    """
-    spec = read_dataset(paths, dataset)
-    recipe, solver = spec.recipe, ResponseStore(paths.responses)
-
-    def sensed(wanted: Iterable[tuple[str, int, int]]) -> Iterator[np.ndarray]:
-        if recipe is None or recipe.source != "virtual":
-            raise NotPossibleError(f"it needs a virtual data set: {dataset} was not simulated")
-        code, source = layer_hash("gripper"), None
-        for one in wanted:
-            grasp = new_grasp(recipe, dataset, *one, code)
-            source = source or VirtualGripper(grasp.setup, solver, recipe.signal, spec.excitation)
-            try:
-                yield source.take(grasp, 0).samples
-            except GraspError as error:
-                raise NotPossibleError(f"a new grasp cannot be made: {error}") from None
-
-    return sensed

@@ -29,7 +29,7 @@ TASKS = [(name, task) for name in MADE for task in SPECS[name].tasks]
 #: Each experiment of each task, and those that need recordings, which are not made up here.
 ALL = asked_for(SPECS, TASKS)
 COMPARED = [one for one in ALL if one.experiment.name == "comparison"]
-ASKED = [one for one in ALL if one.experiment.name not in ("comparison", "live_sorting")]
+ASKED = [one for one in ALL if one.experiment.name != "comparison"]
 
 
 def _branches(one: Asked) -> tuple[str, bool, bool]:

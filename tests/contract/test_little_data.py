@@ -57,7 +57,6 @@ SETTINGS: dict[str, dict] = {
     }}, "test_on": ["whole"]},
     "shortcut": {"test_on": ["whole"], "models": ["knn"]},
     "repeated_fits": {"test_on": ["whole"], "repeats": 3, "models": ["ridge_plain"]},
-    "live_sorting": {"placements": 2, "runs": 2, "models": ["linear_plain"]},
     "across_sessions": {"models": ["knn_plain"], "draws": 1},
     "conformal_intervals": {"models": ["linear_plain"]},
 }  # fmt: skip
@@ -117,12 +116,6 @@ def played(names, sounds) -> Iterator[list[np.ndarray]]:
         yield [sound + noise[: len(sound)] for sound in sounds]
 
 
-def grasped(wanted) -> Iterator[np.ndarray]:
-    """New grasps, all of the same noise."""
-    for _ in wanted:
-        yield np.random.default_rng(0).normal(0, 0.1, 2_000)
-
-
 def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
     """Run every job of `little`; returns why each was skipped ("" if it was not), by task and
     kind."""
@@ -173,7 +166,6 @@ def report(paths: Paths, kinds: list[tuple[str, str]]) -> dict[str, str]:
 def test_what_cannot_be_measured_is_told_and_the_report_comes_out(tmp_path, monkeypatch, case):
     monkeypatch.setattr("ajgdata.report.canvas.FIGURE_FORMATS", ("svg",))  # three times as fast
     monkeypatch.setattr("ajgdata.pipeline.rendering.renderer", lambda *_: played)
-    monkeypatch.setattr("ajgdata.pipeline.rendering.new_grasps_of", lambda *_: grasped)
     paths = Paths(tmp_path)
     made(paths, "whole", WHOLE)
     made(paths, "little", CASES[case])

@@ -11,7 +11,7 @@ from ajgdata.evaluate.in_use import calibration, half_width
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.experiments import EXPERIMENTS, asked_of
 from ajgdata.experiments.base import Outcome
-from ajgdata.experiments.sorting import PARTS
+from ajgdata.experiments.sorting import PLAIN
 from ajgdata.models import fit_model, make_model
 from ajgdata.report.canvas import draw
 from ajgdata.report.paper import PaperFigure
@@ -59,10 +59,10 @@ def sorting_results(paper):
     """Half of what a run sorts is sorted before the first error."""
     runs = [
         {"part": part, "run": n, "sorts": n, "before_error": n // 2}
-        for part in PARTS
+        for part in (PLAIN, "scaled")
         for n in range(101)
     ]
-    conditions = [{"part": part, "accepted": 0.75, "right": 0.9} for part in PARTS]
+    conditions = [{"part": part, "accepted": 0.75, "right": 0.9} for part in (PLAIN, "scaled")]
     named = {"conditions": conditions, "runs": runs}
     tables = [table_of(n, n, rows, **{k: k for k in rows[0]}) for n, rows in named.items()]
     return task_results(

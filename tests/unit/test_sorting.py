@@ -15,8 +15,9 @@ from ajgdata.evaluate.calibration import (
 from ajgdata.evaluate.in_use import calibrated, calibration
 from ajgdata.evaluate.sorting import (
     LONGEST_RUN,
-    look,
+    decisions,
     run_of,
+    shares,
     stream,
 )
 from ajgdata.evaluate.splits import grouped_folds
@@ -88,34 +89,25 @@ def test_runs_end_where_nothing_is_probable_enough():
     """Class 0 is always right, class 1 always doubtful: a run is as long as a coin shows heads."""
     p = np.array([[0.9, 0.1], [0.9, 0.1], [0.45, 0.55]])
     label = np.array([0, 0, 1])
-    decided = look(p[:, None], 0.6)
-    assert decided.taken.tolist() == [0, 0, -1]
-    sorts = [run_of(decided.taken, label, stream(label, seed)).sorts for seed in range(2000)]
+    taken = decisions(p, 0.6)
+    assert taken.tolist() == [0, 0, -1]
+    sorts = [run_of(taken, label, stream(label, seed)).sorts for seed in range(2000)]
     # geometric with mean 1 and variance 2: three standard deviations of the mean
     assert abs(np.mean(sorts) - 1) < 3 * math.sqrt(2 / 2000)
     assert np.array_equal(stream(label, 5), stream(label, 5))
-    shares = decided.shares(label)
-    assert (shares["accepted"], shares["right"], shares["wrong"]) == (2 / 3, 1, 0)
-    assert math.isnan(look(p[:, None], 0.95).shares(label)["right"])
+    found = shares(p, taken, label)
+    assert (found["accepted"], found["right"]) == (2 / 3, 1)
+    assert math.isnan(shares(p, decisions(p, 0.95), label)["right"])
 
 
 def test_mistakes_are_counted_and_end_nothing():
     p, label = np.array([[0.9, 0.1], [0.8, 0.2]]), np.array([0, 1])
-    decided = look(p[:, None], 0.6)
-    run = run_of(decided.taken, label, stream(label, 0))
+    taken = decisions(p, 0.6)
+    run = run_of(taken, label, stream(label, 0))
     assert run.sorts == LONGEST_RUN
     assert abs(run.mistakes - 500) < 3 * math.sqrt(250)
     assert run.before_error < 20
-    assert decided.shares(label)["right"] == decided.shares(label)["wrong"] == 0.5
+    assert shares(p, taken, label)["right"] == 0.5
     in_order = run_of(np.array([0, 1, 0, -1]), np.array([0, 1, 1, 0]), [1, 2, 0, 3])
     assert (in_order.sorts, in_order.mistakes, in_order.before_error) == (3, 1, 1)
     assert run_of(np.array([-1, 0]), label, [0, 1]).sorts == 0
-
-
-def test_another_look_is_had_while_nothing_is_probable_enough():
-    unsure_then_sure = np.array([[[0.5, 0.5], [0.8, 0.2]], [[0.7, 0.3], [0.1, 0.9]]])
-    once = look(unsure_then_sure, 0.6, 1)
-    assert once.taken.tolist() == [-1, 0] and once.looks.tolist() == [1, 1]
-    twice = look(unsure_then_sure, 0.6, 2)
-    assert twice.taken.tolist() == [0, 0] and twice.looks.tolist() == [2, 1]
-    assert twice.probability[0] == pytest.approx([0.8, 0.2])

@@ -1,13 +1,9 @@
 """What a recipe's variation draws: by gripper, by session, by placement, in any order."""
 
-import itertools
-
 import pytest
 
 from ajgdata.acquire.recipe import (
-    new_grasp,
     plan_session,
-    session_names,
     shares_scenes,
 )
 from ajgdata.gripper import Scene
@@ -95,27 +91,6 @@ def test_scenes_are_shared_where_the_bed_went_through_the_same():
     assert shares_scenes("d", one, "e", same)
     assert not shares_scenes("d", one, "e", longer)
     assert not shares_scenes("d", one, "e", still)
-
-
-def test_new_grasps_are_of_the_same_gripper_and_of_a_session_of_their_own():
-    varied = VARIED | {"variation": {"session": {"one_sitting": True}}}
-    recipe = Recipe.model_validate(varied)
-    first, again, other = (
-        new_grasp(recipe, "d", "10p0", number, look, "code").setup
-        for number, look in ((1, 1), (1, 2), (2, 1))
-    )
-    recorded = [g.setup for name in session_names(recipe) for g in planned(varied, name)]
-    assert {str(s["assembly"]) for s in (first, again, other)} == {str(recorded[0]["assembly"])}
-    assert first["session"] == again["session"] == other["session"]
-    # Of one sitting.
-    assert recorded[0]["session"] == recorded[-1]["session"] != first["session"]
-    # Looks of one placement: put down once, loosened in between.
-    assert first["grasp"]["placed_mm"] == again["grasp"]["placed_mm"] != other["grasp"]["placed_mm"]
-    beds = [s["grasp"]["history"] for s in (first, again, other)]
-    assert [bed["number"] for bed in beds] == [0, 1, 0]
-    assert beds[0]["seed"] == beds[1]["seed"] != beds[2]["seed"]
-    for one, two in itertools.combinations((first, again, other), 2):
-        assert Scene.model_validate(one) != Scene.model_validate(two)
 
 
 def test_a_variation_that_cannot_be_is_said_with_its_line(project):
