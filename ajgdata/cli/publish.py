@@ -36,11 +36,6 @@ def publish(
     left_out = f", {done.left_out} left out (see its README.md)" if done.left_out else ""
     size = f"{done.bytes / 1e6:.1f} MB"
     say(f"{escape(str(done.folder))}: {done.recordings} recordings, {size}{left_out}")
-    if done.unsealed:
-        say(
-            f"[yellow]{done.unsealed} recordings were not sealed[/yellow]: the hash of their "
-            f"present bytes was taken; next time `ajgdata seal {dataset}` first"
-        )
     if done.is_unlicensed:
         say(
             "[yellow]no licence is stated[/yellow]: nobody may use it; state `licence` in "
@@ -116,15 +111,17 @@ def _fetch_by_name(paths: Paths, dataset: str, mirror: str, *, copy: bool) -> No
 
 
 def _fetch_published(paths: Paths, source: str, name: str, sha256: str) -> None:
-    from ajgdata.pipeline.fetch import fetch as bring
+    from ajgdata.pipeline.fetch import fetch as fetch_published
 
-    done = bring(paths, source, name=name, sha256=sha256, each=lambda f: tracked(f, "fetching"))
-    for line in done.removed:
-        say(f"[yellow]removed[/yellow] {escape(line)}")
+    done = fetch_published(
+        paths, source, name=name, sha256=sha256, each=lambda files: tracked(files, "fetching")
+    )
+    if done.removed:
+        say(f"[yellow]not taken over[/yellow] from its dataset.yaml: {', '.join(done.removed)}")
+    if done.dropped:
+        say(f"[yellow]not tested on[/yellow] {', '.join(done.dropped)}: not in this project")
     say(
         f"{done.recordings} recordings in {done.sessions} session(s) are data set [b]{done.name}"
         f"[/b]; its SHA256SUMS has sha256 {done.sums_sha256}; next: ajgdata run {done.name}, which "
         "computes the features"
     )
-    if done.dropped:
-        say(f"[yellow]not tested on[/yellow] {', '.join(done.dropped)}: not in this project")

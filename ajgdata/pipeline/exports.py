@@ -1,35 +1,31 @@
-"""Results and a report -> CSV files beside its figures."""
+"""Results and a report -> CSV files in the folder of the report."""
 
 from __future__ import annotations
 
-import csv
-import io
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from ajgdata.experiments.base import SCORES, STATISTICS, TaskResults
+from ajgdata.experiments.base import SCORES, TaskResults
 from ajgdata.paths import TABLES
-from ajgdata.pipeline.collect import IN_UNITS
 from ajgdata.report.comparison import PaperComparison
 from ajgdata.report.page import spectra_name
 from ajgdata.report.render import Picture
 from ajgdata.report.report_data import Report, Spectra
-from ajgdata.store.files import replacing_folder, spreadsheet_cell, write_bytes
-from ajgdata.types.table import Column, Table, Value, table_of
+from ajgdata.store.files import csv_bytes, replacing_folder, spreadsheet_cell, write_bytes
+from ajgdata.types.table import Column, Table, table_of
 
-#: Tables of a whole report: all results, and those beside the paper.
-RESULTS, BESIDE_PAPER = "results", "beside-paper"
-RESULT_KEYS = ("dataset", "task", "source", "experiment", "model", "part", "metric", "unit")
+#: Tables of a whole report: comparison with the paper.
+BESIDE_PAPER = "beside-paper"
+#: Results of all tasks, relative to the report's folder.
+METRICS = "../metrics.csv"
 PAPER_KEYS = (
     "figure", "where", "paper", "unit", "paper_text", "dataset", "task", "source", "model",
     "result", "split", "agrees", "train_s", "inference_ms_per_recording",
 )  # fmt: skip
-#: What is measured of a model, by its name in the results.
-COSTS = ("train_s", "latency_s", "peak_rss_mb")
 
 
 def write_exports(report: Report, results: Sequence[TaskResults], folder: Path) -> tuple[str, ...]:
@@ -37,34 +33,26 @@ def write_exports(report: Report, results: Sequence[TaskResults], folder: Path) 
 
     `results` are those that the report shows. Returns the names of the files without suffix.
     """
-    tables = [*report_tables(report, results)]
-    for one in results:
-        tables += table_files(one).items()
+    tables = report_tables(report)
+    for result in results:
+        tables |= table_files(result)
     with replacing_folder(folder) as new:
-        for name, table in tables:
+        for name, table in tables.items():
             write_csv(new / f"{name}.csv", table)
-    return tuple(name for name, _ in tables)
+    return tuple(tables)
 
 
 def write_csv(path: Path, table: Table) -> None:
-    """Write one table as CSV: also those of studies and ablations, beside the figures of a page."""
-    write_bytes(path, csv_of(table).encode())
+    """Write a table as CSV. Columns are headed by their keys, with the unit in brackets unless the
+    key has it; numbers keep every digit."""
+    heads = {column.key: spreadsheet_cell(_head(column)) for column in table.columns}
+    rows = [{heads[key]: spreadsheet_cell(row[key]) for key in heads} for row in table.rows]
+    write_bytes(path, csv_bytes(list(heads.values()), rows))
 
 
-def csv_of(table: Table) -> str:
-    """Return a table as CSV with Unix line ends. Columns are headed by their keys, with the unit
-    in brackets unless the key has it; numbers keep every digit."""
-    heads = [_keyed(column) for column in table.columns]
-    rows = [[row[column.key] for column in table.columns] for row in table.rows]
-    text = io.StringIO(newline="")
-    cells = [[spreadsheet_cell(cell) for cell in row] for row in (heads, *rows)]
-    csv.writer(text, lineterminator="\n").writerows(cells)
-    return text.getvalue()
-
-
-def _keyed(column: Column) -> str:
-    own = not column.unit or column.key.lower().endswith(f"_{column.unit.lower()}")
-    return column.key if own else f"{column.key} ({column.unit})"
+def _head(column: Column) -> str:
+    has_unit = not column.unit or column.key.lower().endswith(f"_{column.unit.lower()}")
+    return column.key if has_unit else f"{column.key} ({column.unit})"
 
 
 def table_files(results: TaskResults) -> dict[str, Table]:
@@ -73,48 +61,45 @@ def table_files(results: TaskResults) -> dict[str, Table]:
     Those of scores and costs are one, named like the experiment's main figure; others end in their
     own name.
     """
-    base, parted = results.named(), len(results.results) > 1
-    kept: dict[str, list[Table]] = {}
-    for one in results.results:
-        for table in (*one.tables.values(), *one.cost.values()):
+    base, has_models = results.named(), len(results.results) > 1
+    parts: dict[str, list[Table]] = {}
+    for result in results.results:
+        for table in (*result.tables.values(), *result.cost.values()):
             if table.rows:
-                kept.setdefault(table.name, []).append(_of_model(table, one.model, parted))
+                own = _of_model(table, result.model, has_models)
+                parts.setdefault(table.name, []).append(own)
     files: dict[str, Table] = {}
-    for name, parts in kept.items():
-        rows = tuple(row for part in parts for row in part.rows)
-        files[base if name == SCORES else f"{base}--{_safe(name)}"] = replace(parts[0], rows=rows)
+    for name, tables in parts.items():
+        rows = tuple(row for table in tables for row in table.rows)
+        safe = re.sub(r"[^A-Za-z0-9_]+", "-", name)
+        files[base if name == SCORES else f"{base}--{safe}"] = replace(tables[0], rows=rows)
     return files
 
 
 def with_tables(shown: Picture, names: Iterable[str]) -> Picture:
     """Return a picture that also links its table: the longest of `names` that its name begins
-    with, else all results."""
+    with, else the metrics of all tasks."""
     own = [name for name in names if re.match(rf"{re.escape(name)}(-|$)", shown.name)]
-    table = max(own, key=len, default=RESULTS)
-    return shown._replace(links={**shown.links, "csv": f"{TABLES}/{table}.csv"})
+    link = f"{TABLES}/{max(own, key=len)}.csv" if own else METRICS
+    return shown._replace(links={**shown.links, "csv": link})
 
 
-def _of_model(table: Table, model: str, parted: bool) -> Table:
-    """Return a table with a column for the model, where several models have such a table."""
-    if not parted or any(column.key == "model" for column in table.columns):
+def _of_model(table: Table, model: str, has_models: bool) -> Table:
+    """Return a table with a column for the model, if several models have the table."""
+    if not has_models or any(column.key == "model" for column in table.columns):
         return table
     rows = tuple({"model": model, **row} for row in table.rows)
     return replace(table, columns=(Column("model", "Model"), *table.columns), rows=rows)
 
 
-def _safe(name: str) -> str:
-    return re.sub(r"[^A-Za-z0-9_]+", "-", name)
-
-
-def report_tables(report: Report, results: Sequence[TaskResults]) -> Iterator[tuple[str, Table]]:
-    """Yield the tables of a whole report by file name without suffix: all results, those beside
-    the paper and the spectra, named like the figures of these."""
-    yield RESULTS, results_table(results)
-    if report.comparisons:
-        yield BESIDE_PAPER, paper_table(report.comparisons)
-    for one in report.datasets:
-        if one.spectra is not None:
-            yield spectra_name(one.name), _spectra_table(one.spectra)
+def report_tables(report: Report) -> dict[str, Table]:
+    """Return the tables of a whole report by file name without suffix: comparison with the paper,
+    and mean spectra, named like their figures."""
+    tables = {BESIDE_PAPER: paper_table(report.comparisons)} if report.comparisons else {}
+    for dataset in report.datasets:
+        if dataset.spectra is not None:
+            tables[spectra_name(dataset.name)] = _spectra_table(dataset.spectra)
+    return tables
 
 
 def _spectra_table(spectra: Spectra) -> Table:
@@ -128,49 +113,8 @@ def _spectra_table(spectra: Spectra) -> Table:
     return table_of("spectra", "Mean feature", rows, **heads)
 
 
-def results_table(results: Sequence[TaskResults]) -> Table:
-    """Return every score that has a mean over folds, runs or draws: one a row, with its cost.
-
-    Accuracies are shares, errors in the unit of the target; the cost is that of the grouped split,
-    or of the same part where this has one of its own.
-    """
-    rows = []
-    for one in results:
-        for result in one.results:
-            costs = _values(result.cost.get(SCORES))
-            for (model, part, metric), found in _values(result.tables.get(SCORES)).items():
-                if "mean" not in found:
-                    continue
-                paid = {name: _cost(costs, model, part, name) for name in COSTS}
-                where = {"dataset": one.dataset, "task": one.task, "source": one.source}
-                where |= {"experiment": one.experiment, "model": model, "part": part}
-                unit = one.unit if metric in IN_UNITS else ""
-                statistics = {name: found.get(name) for name in STATISTICS}
-                rows.append({**where, "metric": metric, "unit": unit, **statistics, **paid})
-    heads = {key: key for key in (*RESULT_KEYS, *STATISTICS, *COSTS)}
-    return table_of(RESULTS, "All results", rows, **heads)
-
-
-def _values(scores: Table | None) -> dict[tuple[str, str, str], dict[str, Value]]:
-    """Return the values of a table of scores by statistic, by model, part and metric."""
-    found: dict[tuple[str, str, str], dict[str, Value]] = {}
-    for row in scores.rows if scores else ():
-        key = row["model"], row["part"], row["metric"]
-        found.setdefault(key, {})[row["statistic"]] = row["value"]
-    return found
-
-
-def _cost(
-    costs: Mapping[tuple[str, str, str], Mapping[str, Value]], model: str, part: str, name: str
-) -> Value:
-    for paid in (part, "grouped"):
-        if measured := costs.get((model, f"cost of {paid}", name)):
-            return measured.get("measured")
-    return None
-
-
 def paper_table(rows: Sequence[PaperComparison]) -> Table:
-    """Return what stands beside the paper, a row for each of its figures and each data set."""
+    """Return the comparison with the paper: a row per published value and data set."""
     cells = (
         {
             "figure": row.paper.id,

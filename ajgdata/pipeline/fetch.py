@@ -1,25 +1,22 @@
 """`ajgdata fetch`: register a published data set, from a folder or the web, in this project.
 
 A published data set is untrusted input: hashes and names are checked before anything is written
-into the project, nothing of it is run, and whatever would start a program is removed.
+into the project, nothing of it is run, and settings that could start a program are not taken over.
 It is registered completely or not at all. Spectra are not fetched: the next run computes them.
 """
 
 from __future__ import annotations
 
-import json
 import shutil
-from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
+import zipfile
+import zlib
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 from zipfile import ZipFile
 
-from pydantic import ValidationError
-
-from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, Paths, Tree
+from ajgdata.paths import EXCITATION_FILE, SESSION_FILE, Paths, Tree
 from ajgdata.pipeline.importing import import_folder
 from ajgdata.pipeline.progress import Started
 from ajgdata.store.audio import file_sha256
@@ -33,23 +30,30 @@ from ajgdata.store.files import (
     write_bytes,
 )
 from ajgdata.store.importing import Imported
-from ajgdata.store.publishing import archive
-from ajgdata.store.publishing.archive import DISTRUST, download, is_web, read_checksums
-from ajgdata.store.publishing.table import FILE_NAME, read_table, recordings_of
+from ajgdata.store.publishing.archive import (
+    DISTRUST,
+    download,
+    is_web,
+    open_archive,
+    read_checksums,
+)
 from ajgdata.store.scan import Scan
 from ajgdata.store.sessions import (
     list_datasets,
+    read_recordings,
     read_session,
     write_dataset,
     write_session,
 )
 from ajgdata.store.sources import bring, list_sources, read_source
-from ajgdata.types import NAME, DataError, DatasetSpec, Recording, checked_name, describe
+from ajgdata.types import NAME, DataError, DatasetSpec, Session, checked_name
 
 #: Stored with the recordings, because the licence may require it.
 KEPT = (Tree.README, Tree.LICENCE, Tree.CITATION, Tree.SUMS)
-#: Longest text of a removed setting that is shown.
-_SHOWN = 200
+#: Keys of dataset.yaml that are not taken over: they can start a program or name other files.
+NOT_TAKEN_OVER = ("recipe", "protocol", "imports")
+#: What to do about a published data set with an error.
+AGAIN = "publish the data set again"
 
 Each = Callable[[list[str]], Iterable[str]]
 
@@ -59,7 +63,7 @@ class Fetched:
     """The data set that was registered.
 
     `dropped` are data sets that its tasks are tested on and that this project does not have;
-    `removed` are settings that were not taken over, one line each.
+    `removed` are keys of its dataset.yaml that were not taken over.
     """
 
     name: str
@@ -68,6 +72,28 @@ class Fetched:
     sessions: int
     dropped: tuple[str, ...]
     removed: tuple[str, ...]
+
+
+def fetch_source(
+    paths: Paths,
+    dataset: str,
+    *,
+    mirror: str = "",
+    copy: bool = False,
+    each: Each = iter,
+    started: Started = lambda total: lambda: None,
+) -> tuple[Scan, Imported]:
+    """Download the public recordings of `dataset` and import them by the rules of its dataset.yaml.
+
+    They stay in a cache outside the project, unless `copy`. `mirror` replaces the source's host.
+    `each` iterates over the parts, `started` is that of `import_folder`. Raises DataError, and
+    imports nothing, unless every byte is the right one.
+    """
+    folder = bring(dataset, read_source(paths, dataset), mirror=mirror, each=each)
+    _, found, result = import_folder(
+        paths, dataset, folder, settings=None, copy=copy, started=started
+    )
+    return found, result
 
 
 def fetch(
@@ -83,195 +109,89 @@ def fetch(
     """
     if name:
         checked_name(name)
-    tree = Tree(Path(source))
-    with ExitStack() as locks:
-        if is_web(source):
-            tree = Tree(paths.fetched / sha256_of(source.encode())[:16])
-            locks.enter_context(alone(tree.root, f"fetching {source}"))
-            hashes = _downloaded(paths, source.removesuffix(Tree.SUMS), tree, name, sha256, each)
-        else:
-            hashes = _checked(paths, tree, sha256)
-        spec, dropped, removed = _declared(paths, tree, name)
-        locks.enter_context(alone(paths.recordings(spec.name), BRINGING))
-        rows = _registered(paths, tree, hashes, spec)
-    if is_web(source):
+    if not is_web(source):
+        return _register(paths, Tree(Path(source)), name, sha256)
+    address = source.removesuffix(Tree.SUMS)
+    tree = Tree(paths.fetched / sha256_of(source.encode())[:16])
+    with alone(tree.root, f"fetching {source}"):
+        download(address, tree.root, {Tree.SUMS: sha256})
+        hashes = _required(tree)
+        download(address, tree.root, {Tree.DECLARATION: hashes[Tree.DECLARATION]})
+        _check_free(paths, name or _config(tree)[0].name, tree)
+        download(address, tree.root, hashes, each=each)
+        result = _register(paths, tree, name, sha256)
         shutil.rmtree(tree.root, ignore_errors=True)
-    digest = file_sha256(paths.fetched_sums(spec.name))
-    sessions = len({session for _, session, _ in rows})
-    return Fetched(spec.name, digest, len(rows), sessions, dropped, removed)
+    return result
 
 
-def _registered(
-    paths: Paths, tree: Tree, hashes: Mapping[str, str], spec: DatasetSpec
-) -> list[tuple[str, str, Recording]]:
-    """Write a fetched data set into the project; return its rows."""
-    rows = _rows(tree, hashes)
-    _check_free(paths, spec.name, tree)
-    sessions: dict[str, list[tuple[str, Recording]]] = defaultdict(list)
-    for file, session, recording in rows:
-        sessions[session].append((file, recording))
-    with (
-        archive.reading(tree / tree.ARCHIVE) as packed,
-        replacing_folder(paths.recordings(spec.name)) as folder,
-    ):
-        for session, members in sorted(sessions.items()):
-            _write_session(tree, hashes, packed, folder / "sessions" / session, members)
-        for kept in KEPT:
-            write_bytes(folder / "published" / kept, (tree / kept).read_bytes())
-    write_dataset(paths, spec)  # the last step: a data set without it is not registered
-    return rows
-
-
-def fetch_source(
-    paths: Paths,
-    dataset: str,
-    *,
-    mirror: str = "",
-    copy: bool = False,
-    each: Each = iter,
-    started: Started = lambda total: lambda: None,
-) -> tuple[Scan, Imported]:
-    """Download the public recordings of `dataset` and import them by the rules of its dataset.yaml.
-
-    They stay in a cache outside the project, unless `copy`. `mirror` replaces the source's host.
-    `each` iterates over the files, `started` is that of `import_folder`. Raises DataError, and
-    imports nothing, unless every byte is the right one.
-    """
-    folder = bring(dataset, read_source(paths, dataset), mirror=mirror, each=each)
-    _, found, result = import_folder(
-        paths, dataset, folder, settings=None, copy=copy, started=started
-    )
-    return found, result
-
-
-def _downloaded(
-    paths: Paths, address: str, tree: Tree, name: str, sha256: str, each: Each
-) -> dict[str, str]:
-    """Download the required files of a published data set, checked by pooch; return all hashes.
-
-    Raises DataError for a name that exists before the recordings are downloaded.
-    """
-    download(address, tree.root, {Tree.SUMS: sha256})
-    hashes = read_checksums(tree / tree.SUMS)
-    required = {file: hashes[file] for file in _required(tree / tree.SUMS, hashes)}
-    download(address, tree.root, {tree.DECLARATION: hashes[tree.DECLARATION]})
-    _check_free(paths, name or _declaration(tree)[0].name, tree)
-    download(address, tree.root, required, each=each)
-    return hashes
-
-
-def _checked(paths: Paths, tree: Tree, sha256: str) -> dict[str, str]:
-    """Check every required file of a folder; return all hashes."""
+def _register(paths: Paths, tree: Tree, name: str, sha256: str) -> Fetched:
+    """Check the published data set in a folder and write it into the project."""
     if not (tree / tree.SUMS).is_file():
         known = ", ".join(list_sources(paths)) or "none"
         fix = f"name the folder or the web address of one, or public recordings ({known})"
         raise DataError(tree.root, f"has no {tree.SUMS}: not a published data set", fix)
-    if sha256 and file_sha256(tree / tree.SUMS) != sha256:
+    digest = file_sha256(tree / tree.SUMS)
+    if sha256 not in ("", digest):
         raise DataError(tree / tree.SUMS, "is not the one with this --sha256", DISTRUST)
-    hashes = read_checksums(tree / tree.SUMS)
-    for name in _required(tree / tree.SUMS, hashes):
-        if file_sha256(tree / name) != hashes[name]:
+    hashes = _required(tree)
+    for file, expected in hashes.items():
+        if file_sha256(tree / file) != expected:
             problem = f"its bytes are not those of {tree.SUMS} (sha256 differs)"
-            raise DataError(tree / name, problem, "fetch or copy it again")
-    return hashes
+            raise DataError(tree / file, problem, "fetch or copy it again")
+    spec, removed = _config(tree)
+    spec, dropped = _without_absent(spec, list_datasets(paths))
+    spec = spec.model_copy(update={"name": name or spec.name})
+    with alone(paths.recordings(spec.name), BRINGING):
+        _check_free(paths, spec.name, tree)
+        with replacing_folder(paths.recordings(spec.name)) as folder:
+            counts = _write_sessions(tree, read_checksums(tree / tree.SUMS), folder / "sessions")
+            for kept in KEPT:
+                write_bytes(folder / "published" / kept, (tree / kept).read_bytes())
+        write_dataset(paths, spec)  # the last step: a data set without it is not registered
+    return Fetched(spec.name, digest, sum(counts), len(counts), dropped, removed)
 
 
-def _declaration(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...]]:
-    """Return the published declaration and `removed` of `Fetched`.
+def _required(tree: Tree) -> dict[str, str]:
+    """Return the hashes of the files to fetch, by name; the archive contains the recordings."""
+    hashes = read_checksums(tree / tree.SUMS)
+    required = {Tree.DECLARATION, Tree.ARCHIVE, *KEPT} - {Tree.SUMS}
+    if missing := sorted(required - set(hashes)):
+        raise DataError(tree / tree.SUMS, f"does not name {missing[0]}", AGAIN)
+    return {
+        name: digest
+        for name, digest in hashes.items()
+        if name in required or name.startswith("sessions/")
+    }
 
-    Settings are removed before the check, which knows only the robots that are installed here.
-    """
+
+def _config(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...]]:
+    """Return the published data set config, and its keys that are not taken over."""
     path = tree / tree.DECLARATION
     content = read_yaml(path)
     if "from" in content:
         raise DataError(path, "is derived from another one", DISTRUST)
-    removed = tuple(_removed(content))
+    removed = tuple(key for key in NOT_TAKEN_OVER if content.pop(key, None))
     return read_model(path, DatasetSpec, content), removed
 
 
-def _removed(content: dict[str, Any]) -> Iterator[str]:
-    """Remove from the declaration `content` whatever starts a program, names a device or leaves the
-    folder, and the recipe; yield one line per removed setting."""
-    if content.pop("recipe", None):
-        yield "recipe (the published recordings take its place)"
-    protocol = content.get("protocol")
-    if isinstance(protocol, dict):
-        for key, harmless in (("robot", "manual"), ("robot_settings", {})):
-            if (value := protocol.pop(key, harmless)) != harmless:
-                text = json.dumps(value, default=str)[:_SHOWN]
-                yield f"protocol.{key}: {text} (may start a program or use a device)"
-    imports = content.get("imports")
-    if isinstance(imports, dict):
-        join = imports.get("join")
-        tables = list(join) if isinstance(join, dict) else []
-        for file in map(str, filter(None, (imports.get("table"), imports.get("file"), *tables))):
-            if problem := archive.bad_name(file):
-                content.pop("imports", None)
-                yield f"imports (its file {file[:_SHOWN]!r} {problem})"
-
-
-def _required(sums: Path, hashes: Mapping[str, str]) -> list[str]:
-    """Return the names of the files to fetch; the archive contains the recordings."""
-    required = {Tree.METADATA, Tree.ARCHIVE, Tree.DECLARATION, *KEPT} - {Tree.SUMS}
-    if missing := sorted(required - set(hashes)):
-        raise DataError(sums, f"does not name {missing[0]}", "publish the data set again")
-    return sorted(required | {name for name in hashes if name.startswith("sessions/")})
-
-
-def _declared(
-    paths: Paths, tree: Tree, name: str
-) -> tuple[DatasetSpec, tuple[str, ...], tuple[str, ...]]:
-    """Return the declaration as it is registered, and `dropped` and `removed` of `Fetched`."""
-    spec, removed = _declaration(tree)
-    content = spec.model_dump(mode="json", exclude_defaults=True)
-    content["name"] = name or spec.name
-    present, dropped = set(list_datasets(paths)), set()
-    for task in content.get("tasks", {}).values():
-        absent = set(task.get("test_on", ())) - present
-        dropped |= absent
-        for key in ("test_on", "paper"):
-            if isinstance(value := task.get(key), list):
-                task[key] = [other for other in value if other not in absent]
-            elif isinstance(value, dict):
-                task[key] = {part: row for part, row in value.items() if part not in absent}
-    try:
-        return DatasetSpec.model_validate(content), tuple(sorted(dropped)), removed
-    except ValidationError as error:
-        raise describe(error, tree / tree.DECLARATION) from None
-
-
-def _rows(tree: Tree, hashes: Mapping[str, str]) -> list[tuple[str, str, Recording]]:
-    """Return name in the tree, session and recording of each row of metadata.csv."""
-    _, lines = read_table(tree)
-    found = []
-    for line, row in lines:
-        where, file = f"{tree / tree.METADATA}:{line}", row[FILE_NAME]
-        if not file.startswith(f"{AUDIO_FOLDER}/") or file not in hashes:
-            raise DataError(where, f"{file!r} is no recording of this data set", DISTRUST)
-        if row["sha256"] != hashes[file]:
-            raise DataError(where, f"sha256 is not that of {file}", "publish the data set again")
-        if not NAME.fullmatch(row["session_id"]):
-            raise DataError(where, f"no session can be named {row['session_id']!r}", DISTRUST)
-        try:
-            ((session, recording),) = recordings_of([row])
-        except ValidationError as error:
-            raise describe(error, where) from None
-        except ValueError as error:
-            raise DataError(where, str(error), "publish the data set again") from None
-        found.append((file, session, recording))
-    for what, names in (
-        ("recording", [f"{session}/{one.recording_id}" for _, session, one in found]),
-        ("file", [file.lower() for file, _, _ in found]),
-        ("file", [f"{session}/{PurePosixPath(file).name.lower()}" for file, session, _ in found]),
-    ):
-        if doubled := [name for name, count in Counter(names).items() if count > 1]:
-            problem = f"{what} {doubled[0]!r} stands in two rows"
-            raise DataError(tree / tree.METADATA, problem, "publish the data set again")
-    return found
+def _without_absent(
+    spec: DatasetSpec, present: Iterable[str]
+) -> tuple[DatasetSpec, tuple[str, ...]]:
+    """Return a data set config without tests on data sets that are not `present`, and these."""
+    absent = {name for task in spec.tasks.values() for name in task.test_on} - set(present)
+    tasks = {}
+    for name, task in spec.tasks.items():
+        update: dict[str, Any] = {
+            "test_on": tuple(other for other in task.test_on if other not in absent)
+        }
+        if isinstance(paper := task.paper, dict):
+            update["paper"] = {part: row for part, row in paper.items() if part not in absent}
+        tasks[name] = task.model_copy(update=update)
+    return spec.model_copy(update={"tasks": tasks}), tuple(sorted(absent))
 
 
 def _check_free(paths: Paths, name: str, tree: Tree) -> None:
-    """Raise DataError if something is there, unless an interrupted `fetch` of the same left it."""
+    """Raise DataError if the name exists, unless an interrupted `fetch` of the same left it."""
     recordings, sums = paths.recordings(name), paths.fetched_sums(name)
     if paths.dataset(name).exists():
         raise DataError(paths.dataset(name), "there is a data set of this name", "give --name")
@@ -280,39 +200,54 @@ def _check_free(paths: Paths, name: str, tree: Tree) -> None:
         raise DataError(recordings, "there are recordings of this name", "give --name")
 
 
-def _write_session(
-    tree: Tree,
-    hashes: Mapping[str, str],
-    packed: ZipFile,
-    folder: Path,
-    members: Sequence[tuple[str, Recording]],
-) -> None:
-    session_file = Tree.session(folder.name)
-    if session_file not in hashes:
-        raise DataError(
-            tree / tree.SUMS, f"does not name {session_file}", "publish the data set again"
-        )
-    session = read_session((tree / session_file).parent)
+def _write_sessions(tree: Tree, hashes: Mapping[str, str], folder: Path) -> list[int]:
+    """Write all sessions below `folder`; return the number of recordings of each."""
+    files = [PurePosixPath(name) for name in hashes if name.startswith("sessions/")]
+    names = [file.parts[1] for file in files if file.parts[2:] == (SESSION_FILE,)]
+    try:
+        with open_archive(tree / tree.ARCHIVE) as packed:
+            return [_write_session(tree, hashes, packed, folder / name) for name in names]
+    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, LookupError) as error:
+        problem = f"is damaged or lacks a recording ({error})"
+        raise DataError(tree / tree.ARCHIVE, problem, AGAIN) from None
+
+
+def _write_session(tree: Tree, hashes: Mapping[str, str], packed: ZipFile, folder: Path) -> int:
+    """Write one session; return the number of its recordings. Raises DataError for a name, file or
+    hash that is not one of the data set."""
+    name, source = folder.name, (tree / tree.session(folder.name)).parent
+    if not NAME.fullmatch(name):
+        raise DataError(source, f"no session can be named {name!r}", DISTRUST)
+    session = read_session(source)
     if session.audio_root is not None:
-        raise DataError(tree / session_file, "audio_root leaves the folder", DISTRUST)
-    if played := session.excitation:
-        file = f"sessions/{folder.name}/{played.file}"
-        if hashes.get(file) != played.sha256:
-            raise DataError(tree / session_file, f"{played.file!r} is not its excitation", DISTRUST)
-        suffix = PurePosixPath(played.file).suffix
-        target = str(PurePosixPath(EXCITATION_FILE).with_suffix(suffix))
-        write_bytes(folder / target, (tree / file).read_bytes())
-        session = session.model_copy(
-            update={"excitation": played.model_copy(update={"file": target})}
-        )
-    recordings = []
-    for file, recording in members:
-        content = archive.content_of(packed, file)
-        if sha256_of(content) != hashes[file]:
-            problem = f"its {file} is not the one of {tree.SUMS} (sha256 differs)"
-            raise DataError(tree / tree.ARCHIVE, problem, "publish the data set again")
-        own = f"{AUDIO_FOLDER}/{PurePosixPath(file).name}"
-        (folder / own).parent.mkdir(parents=True, exist_ok=True)
-        (folder / own).write_bytes(content)
-        recordings.append(recording.model_copy(update={"file": own}))
-    write_session(folder, session, sorted(recordings, key=lambda r: r.recording_id))
+        raise DataError(tree / tree.session(name), "audio_root leaves the folder", DISTRUST)
+    recordings, issues = read_recordings(source)
+    if issues:
+        raise DataError(source, issues[0].problem, AGAIN)
+    for recording in recordings:
+        file = PurePosixPath(recording.file)
+        published = tree.audio(name, file.name)
+        if recording.file != f"audio/{file.name}" or hashes.get(published) != recording.sha256:
+            raise DataError(source, f"{recording.file!r} is not one of its recordings", DISTRUST)
+        content = packed.read(published)
+        if sha256_of(content) != recording.sha256:
+            problem = f"its {published} is not the one of {tree.SUMS} (sha256 differs)"
+            raise DataError(tree / tree.ARCHIVE, problem, AGAIN)
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
+        (folder / file).write_bytes(content)
+    write_session(folder, _with_sound(tree, hashes, session, folder), recordings)
+    return len(recordings)
+
+
+def _with_sound(tree: Tree, hashes: Mapping[str, str], session: Session, folder: Path) -> Session:
+    """Copy the played sound of a session; return the session with its new name."""
+    if (played := session.excitation) is None:
+        return session
+    file = f"sessions/{folder.name}/{played.file}"
+    if hashes.get(file) != played.sha256:
+        problem = f"{played.file!r} is not its excitation"
+        raise DataError(tree / tree.session(folder.name), problem, DISTRUST)
+    target = PurePosixPath(EXCITATION_FILE).with_suffix(PurePosixPath(file).suffix).name
+    write_bytes(folder / target, (tree / file).read_bytes())
+    changed = played.model_copy(update={"file": target})
+    return session.model_copy(update={"excitation": changed})

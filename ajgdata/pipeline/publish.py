@@ -1,38 +1,30 @@
-"""`ajgdata publish`: write a data set as a folder that others can use."""
+"""`ajgdata publish`: write a data set as a folder that other people can use."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from zipfile import ZipFile
 
 from ajgdata.paths import Paths, Tree
 from ajgdata.store.audio import file_sha256
-from ajgdata.store.features import Shard, read_labels, spectra_blocks
-from ajgdata.store.files import (
-    alone,
-    copy,
-    json_bytes,
-    replacing_folder,
-    sha256_of,
-    yaml_bytes,
-)
+from ajgdata.store.features import Shard, read_store
+from ajgdata.store.files import alone, copy, json_bytes, replacing_folder, sha256_of, yaml_bytes
 from ajgdata.store.provenance import commit_date, layer_hash, settings_digest, software
 from ajgdata.store.publishing import archive
-from ajgdata.store.publishing.about import About
-from ajgdata.store.publishing.archive import checksums_bytes
-from ajgdata.store.publishing.documents import croissant, datapackage
+from ajgdata.store.publishing.documents import About, croissant, datapackage
 from ajgdata.store.publishing.table import FILE_NAME, Table, table_of
-from ajgdata.store.sessions import audio_path, inside, read_dataset, read_recordings, read_session
-from ajgdata.types import DataError, DatasetSpec, Session
-
-if TYPE_CHECKING:
-    from ajgdata.report.report_data import DatasetSummary
-
-#: Nobody of a recorded data set was named: the people who can be asked are whoever hands it on.
-UNNAMED = {"simulated": "The ajgdata developers", "recorded": "Authors not named"}
+from ajgdata.store.sessions import (
+    audio_path,
+    inside,
+    read_dataset,
+    read_recordings,
+    read_session,
+    write_session,
+)
+from ajgdata.types import DataError, DatasetSpec, Recording, Session
 
 
 @dataclass(frozen=True)
@@ -43,17 +35,17 @@ class Published:
     recordings: int
     bytes: int
     left_out: int
-    unsealed: int
     is_unlicensed: bool
 
 
 @dataclass(frozen=True)
-class Source:
-    """A recording's file, and whether its hash was written down when it was recorded."""
+class _Contents:
+    """What is published: features, and recordings with their files by `<session>/<recording_id>`,
+    in the order of the feature file."""
 
-    path: Path
-    sha256: str
-    is_sealed: bool
+    store: Shard
+    sessions: Mapping[str, Session]
+    recordings: Mapping[str, tuple[Recording, Path]]
 
 
 def publish(
@@ -62,15 +54,14 @@ def publish(
     out: str | Path,
     *,
     store: Path | None = None,
-    each: Callable[[Sequence[Source]], Any] = iter,
+    each: Callable[[Sequence[str]], Any] = iter,
 ) -> Published:
     """Write the data set `dataset` with its features into the folder `out`, all or nothing.
 
-    Its version is that of dataset.yaml, its date the day of the commit. `store` are its features
-    (default: those that `ajgdata.load_features` gives); what they hold is what is published. `each`
-    goes through the recordings, and may show how far it is. Raises DataError, and leaves what was
-    there, when the features are missing or not of the recordings as they are now, and while another
-    process publishes there.
+    Its version is that of dataset.yaml, its date the day of the commit. It contains the recordings
+    of the feature file `store` (default: that of `ajgdata.load_features`). `each` iterates over the
+    recordings and may show progress. Raises DataError, and keeps the old folder, if the features
+    are missing or outdated, or if another process publishes there.
 
     >>> from pathlib import Path
     >>> from ajgdata.paths import find_project
@@ -87,64 +78,53 @@ def publish(
     for needed in (features, paths.quarantine(dataset)):
         if not needed.is_file():
             raise DataError(needed, "does not exist yet", f"run `ajgdata run {dataset}` first")
-    content = read_labels(features)
-    for _ in spectra_blocks(features):  # damage is found before anything is written
-        pass
-    sessions = _sessions(paths, dataset, content)
-    sources = _sources(paths, dataset, sessions, content)
-    table = table_of(content, [s.path.suffix.lower() for s in sources], features)
+    contents = _contents(paths, dataset, read_store(features))
+    suffixes = [path.suffix.lower() for _, path in contents.recordings.values()]
+    table = table_of(contents.store, suffixes, features)
     with alone(out, "publishing into it"), replacing_folder(out) as folder:
         tree = Tree(folder)
-        _write_audio(tree, table, sources, each)
-        _write(tree, tree.METADATA, table.encoded())
         copy(features, tree / tree.FEATURES)
+        _write(tree, tree.METADATA, table.encoded())
         _write(tree, tree.DECLARATION, declaration_bytes(spec))
-        _write_sessions(tree, paths, dataset, sessions)
-        unsealed = sum(not source.is_sealed for source in sources)
-        made = _describe(tree, paths, spec, content, table, sessions, unsealed)
-        (tree / tree.SUMS).write_bytes(checksums_bytes(folder))
+        _write_audio(tree, table, contents, each)
+        _write_sessions(tree, paths, dataset, table, contents)
+        left_out, is_unlicensed = _describe(tree, paths, spec, table, contents)
+        _write(tree, tree.SUMS, archive.checksums_bytes(folder))
         size = sum(p.stat().st_size for p in folder.rglob("*") if p.is_file())
-    return Published(out, len(table.rows), size, *made)
+    return Published(out, len(table.rows), size, left_out, is_unlicensed)
 
 
 def declaration_bytes(spec: DatasetSpec) -> bytes:
-    """Return dataset.yaml with everything that the declaration takes over from another one."""
+    """Return dataset.yaml with everything that the data set config takes over from another one."""
     # Settings of a robot are the laboratory's own: hosts, tokens.
     private = {"protocol": {"robot_settings"}}
     return yaml_bytes(spec.model_dump(mode="json", exclude_defaults=True, exclude=private))
 
 
 def _check_target(out: Path) -> None:
-    """Raise DataError unless `out` is free or holds a published data set, whole or not."""
-    if out.is_dir() and any(out.iterdir()) and not (out / Tree.CROISSANT).is_file():
-        raise DataError(out, "is a folder that holds something else", "name another folder")
-    if out.exists() and not out.is_dir():
-        raise DataError(out, "is a file", "name a folder")
+    """Raise DataError unless `out` is free or contains a published data set, whole or not."""
+    if out.is_file() or (
+        out.is_dir() and any(out.iterdir()) and not (out / Tree.CROISSANT).is_file()
+    ):
+        raise DataError(out, "is not a published data set", "name another folder")
 
 
-def _sessions(paths: Paths, dataset: str, store: Shard) -> dict[str, Session]:
-    names = sorted({str(name) for name in store.columns["session_id"].values})
-    return {name: read_session(paths.session(dataset, name)) for name in names}
-
-
-def _sources(
-    paths: Paths, dataset: str, sessions: Mapping[str, Session], store: Shard
-) -> list[Source]:
-    """Return the file of each row of the store, in its order."""
-    known: dict[str, tuple[Path, bool]] = {}
+def _contents(paths: Paths, dataset: str, store: Shard) -> _Contents:
+    """Return the sessions and recordings of a feature file."""
+    names = sorted(set(store.columns["session_id"].values.tolist()))
+    sessions = {name: read_session(paths.session(dataset, name)) for name in names}
+    known = {}
     for name, session in sessions.items():
         folder = paths.session(dataset, name)
-        for one in read_recordings(folder)[0]:
-            path = audio_path(folder, session, one)
-            known[f"{name}/{one.recording_id}"] = path, bool(one.sha256)
-    sources = []
-    columns = (store.columns["recording"].values, store.columns["sha256"].values)
-    for recording, digest in zip(*(map(str, column) for column in columns), strict=True):
+        for row in read_recordings(folder)[0]:
+            known[f"{name}/{row.recording_id}"] = row, audio_path(folder, session, row)
+    recordings = {}
+    for recording in store.columns["recording"].values.tolist():
         if recording not in known:
-            raise DataError(recording, "has features but is no recording", "run `snakemake` again")
-        path, is_sealed = known[recording]
-        sources.append(Source(path, digest, is_sealed))
-    return sources
+            problem = "has features but is not a recording"
+            raise DataError(recording, problem, "run `snakemake` again")
+        recordings[recording] = known[recording]
+    return _Contents(store, sessions, recordings)
 
 
 def _write(tree: Tree, name: str, content: bytes) -> None:
@@ -154,28 +134,33 @@ def _write(tree: Tree, name: str, content: bytes) -> None:
 
 
 def _write_audio(
-    tree: Tree, table: Table, sources: Sequence[Source], each: Callable[[Sequence[Source]], Any]
+    tree: Tree, table: Table, contents: _Contents, each: Callable[[Sequence[str]], Any]
 ) -> None:
     """Copy every recording, once as a file and once into the archive, in one reading."""
     with ZipFile(tree / tree.ARCHIVE, "w") as packed:
-        for row, source in zip(table.rows, each(sources), strict=True):
+        for row, name in zip(table.rows, each(list(contents.recordings)), strict=True):
+            path = contents.recordings[name][1]
             try:
-                content = source.path.read_bytes()
+                content = path.read_bytes()
             except OSError as error:
                 fix = "restore it, or run `snakemake` again"
-                raise DataError(source.path, f"cannot be read ({error.strerror})", fix) from None
-            if sha256_of(content) != source.sha256:
-                problem = "its bytes changed since its features were made"
-                raise DataError(source.path, problem, "run `snakemake` again")
+                raise DataError(path, f"cannot be read ({error.strerror})", fix) from None
+            if sha256_of(content) != row["sha256"]:
+                problem = "its bytes changed since its features were computed"
+                raise DataError(path, problem, "run `snakemake` again")
             _write(tree, row[FILE_NAME], content)
             archive.add(packed, row[FILE_NAME], content)
 
 
 def _write_sessions(
-    tree: Tree, paths: Paths, dataset: str, sessions: Mapping[str, Session]
+    tree: Tree, paths: Paths, dataset: str, table: Table, contents: _Contents
 ) -> None:
-    """Return the sessions' descriptions, without the places of their files on this machine."""
-    for name, session in sessions.items():
+    """Write session.yaml, recordings.csv and the played sound of each session.
+
+    `file` in recordings.csv is `audio/<name>` of the file that is published as
+    `audio/<session>/<name>`.
+    """
+    for name, session in contents.sessions.items():
         changed: dict[str, Any] = {"audio_root": None}
         if played := session.excitation:
             source = inside(paths.session(dataset, name), played.file)
@@ -185,77 +170,60 @@ def _write_sessions(
                 raise DataError(source, problem, "restore it, or `ajgdata seal`")
             _write(tree, target, source.read_bytes())
             changed["excitation"] = played.model_copy(update={"file": Path(target).name})
-        content = session.model_copy(update=changed).model_dump(mode="json", exclude_none=True)
-        _write(tree, tree.session(name), yaml_bytes(content))
+        recordings = []
+        for row in table.rows:
+            if row["session_id"] == name:
+                file = row[FILE_NAME].replace(f"/{name}/", "/", 1)
+                recording, _ = contents.recordings[row["recording"]]
+                update = {"file": file, "sha256": row["sha256"]}
+                recordings.append(recording.model_copy(update=update))
+        write_session(
+            (tree / tree.session(name)).parent, session.model_copy(update=changed), recordings
+        )
 
 
 def _describe(
-    tree: Tree,
-    paths: Paths,
-    spec: DatasetSpec,
-    store: Shard,
-    table: Table,
-    sessions: Mapping[str, Session],
-    unsealed: int,
-) -> tuple[int, int, bool]:
+    tree: Tree, paths: Paths, spec: DatasetSpec, table: Table, contents: _Contents
+) -> tuple[int, bool]:
     """Write the description, metadata and figures; return the last fields of `Published`."""
     from ajgdata.pipeline.dataset_summary import summary
     from ajgdata.report import card
     from ajgdata.report.canvas import encode
     from ajgdata.report.spectra import spectra_figure
 
-    about_data = summary(paths, spec, tree / tree.FEATURES)
-    about = About(
-        name=spec.name,
-        title=about_data.title,
-        description=spec.description,
-        licence=spec.licence,
-        authors=spec.authors or (UNNAMED[about_data.source],),
-        citation=spec.citation,
-        url=spec.url,
-        version=spec.version,
-        date=commit_date(),
-        source=about_data.source,
-        task_kinds=frozenset(spec.targets[task.target].kind for task in spec.tasks.values()),
-        has_gripper=card.has_gripper(list(sessions.values())),
-    )
+    about_data = summary(paths, spec, contents.store)
+    grippers = sorted({session.gripper for session in contents.sessions.values()})
+    about = About(spec, about_data.source, commit_date(), grippers != ["unknown"])
     if about_data.spectra:
         _write(tree, tree.SPECTRA, encode(spectra_figure(about_data), "png"))
-    held = (tree.METADATA, tree.FEATURES, tree.ARCHIVE)
-    sizes = {name: (tree / name).stat().st_size for name in held}
-    hashes = {name: file_sha256(tree / name) for name in held}
-    documents = (about, table, hashes, sizes)
-    _write(tree, tree.CROISSANT, json_bytes(croissant(*documents)))
-    _write(tree, tree.DATAPACKAGE, json_bytes(datapackage(*documents)))
+    described = (tree.METADATA, tree.FEATURES, tree.ARCHIVE)
+    sizes = {name: (tree / name).stat().st_size for name in described}
+    hashes = {name: file_sha256(tree / name) for name in described}
+    _write(tree, tree.CROISSANT, json_bytes(croissant(about, table, hashes, sizes)))
+    _write(tree, tree.DATAPACKAGE, json_bytes(datapackage(about, table, hashes, sizes)))
     _write(tree, tree.CITATION, yaml_bytes(card.citation(about)))
     _write(tree, tree.LICENCE, card.licence_text(about).encode())
-    front = yaml_bytes(card.front_matter(about, len(table.rows))).decode()
-    facts = _provenance(spec, about_data, store, sessions)
-    groups = sorted({task.groups for task in spec.tasks.values()})
-    text = card.render_card(about, about_data, table, groups, unsealed, sizes, facts, front, paths)
+    facts = _provenance(spec, contents.store, grippers)
+    text = card.render_card(about, about_data, table, sizes, facts, paths)
     _write(tree, tree.README, text.encode())
-    return about_data.n_left_out, unsealed, about.is_unlicensed
+    return about_data.n_left_out, about.is_unlicensed
 
 
-def _provenance(
-    spec: DatasetSpec,
-    summary: DatasetSummary,
-    store: Shard,
-    sessions: Mapping[str, Session],
-) -> dict[str, str]:
-    """Return the software, settings and gripper that made it, by topic."""
-    made = software()
+def _provenance(spec: DatasetSpec, store: Shard, grippers: Sequence[str]) -> dict[str, str]:
+    """Return the software, settings and grippers of a published data set, by topic."""
+    publisher, attrs = software(), store.attrs
     facts = {
-        "simulated or recorded": summary.source,
-        "gripper": ", ".join(sorted({s.gripper for s in sessions.values()})),
+        "simulated or recorded": str(attrs["source"]),
+        "gripper": ", ".join(grippers),
         "version of the data set": spec.version,
-        "published by": f"ajgdata {made['ajgdata_version']}, commit {made['git_commit'] or '–'}",
-        "features made by": f"ajgdata {summary.provenance.version}, "
-        f"commit {summary.provenance.commit or '–'}",
+        "published by": f"ajgdata {publisher['ajgdata_version']}, "
+        f"commit {publisher['git_commit'] or '–'}",
+        "features made by": f"ajgdata {attrs['ajgdata_version']}, "
+        f"commit {attrs['git_commit'] or '–'}",
         "digest of the declaration": settings_digest(spec),
-        "digest of the feature settings": str(store.attrs["settings_digest"]),
-        "digest of the recordings": summary.provenance.inputs_hash,
+        "digest of the feature settings": str(attrs["settings_digest"]),
+        "digest of the recordings": str(attrs["inputs_sha256"]),
     }
-    if summary.source == "simulated":
+    if attrs["source"] == "simulated":
         facts["digest of the code of the virtual gripper"] = layer_hash("gripper")
     return facts

@@ -36,6 +36,7 @@ from ajgdata.report.report_data import (
     TaskSection,
 )
 from ajgdata.report.study_page import holds
+from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.provenance import software
 from ajgdata.store.report_files import read_experiment_text, read_paper
@@ -110,7 +111,9 @@ def _assembled(
         title="Acoustic sensing with jamming grippers",
         version=software()["ajgdata_version"],
         commit=software()["git_commit"],
-        datasets=tuple(summary(paths, spec, paths.features(name)) for name, spec in specs.items()),
+        datasets=tuple(
+            summary(paths, spec, read_store(paths.features(name))) for name, spec in specs.items()
+        ),
         sections=tuple(_sections(paths, results, page)),
         pages=tuple(pages_of(paths, specs, tasks)),
         comparisons=tuple(comparisons(results, paper, reasons)),

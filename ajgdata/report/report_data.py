@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -41,7 +41,7 @@ class Provenance:
 
 @dataclass(frozen=True, eq=False)
 class DatasetSummary:
-    """One data set. `facts` are further lines of provenance, e.g. the solver's `dx` in mm."""
+    """One data set: what the report and the dataset card show of it."""
 
     name: str
     title: str
@@ -57,7 +57,6 @@ class DatasetSummary:
     url: str = ""
     findings: tuple[Finding, ...] = ()
     spectra: Spectra | None = None
-    facts: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def n_left_out(self) -> int:

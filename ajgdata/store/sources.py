@@ -20,11 +20,11 @@ from ajgdata.types import DataError, GitPart, Source
 
 Each = Callable[[list[str]], Iterable[str]]
 #: Files are stored unchanged: line ends are not converted and no filter of the user is run.
-_UNCHANGED = b"* -text !eol -ident -filter -working-tree-encoding\n"
+_ATTRIBUTES = b"* -text !eol -ident -filter -working-tree-encoding\n"
 _SETTINGS = (
-    "core.autocrlf=false", "core.symlinks=false", "core.hooksPath=", "gc.auto=0",
-    "maintenance.auto=false", "http.lowSpeedLimit=1000", "http.lowSpeedTime=30",
-)  # fmt: skip
+    *("core.autocrlf=false", "core.symlinks=false", "core.hooksPath="),
+    *("gc.auto=0", "http.lowSpeedLimit=1000", "http.lowSpeedTime=30"),
+)
 
 
 def list_sources(paths: Paths) -> list[str]:
@@ -50,8 +50,8 @@ def address_of(source: Source, mirror: str = "") -> str:
 def bring(dataset: str, source: Source, *, mirror: str, each: Each) -> Path:
     """Return the folder with the recordings of a source, each part as in its commit.
 
-    `each` goes through the parts. Complete parts are left unchanged, so the same call resumes after
-    an interruption.
+    `each` goes through the parts. Git downloads only missing files, so the same call resumes after
+    an interruption, and a complete part needs no network.
     """
     folder, address = brought(dataset).absolute(), address_of(source, mirror)
     objects = folder.with_name(f"{folder.name}.git")
@@ -61,7 +61,7 @@ def bring(dataset: str, source: Source, *, mirror: str, each: Each) -> Path:
         for stale in objects.glob("*.lock"):  # of a git that was killed
             stale.unlink()
         _git(objects, "config", "remote.origin.url", address)
-        write_if_changed(objects / "info" / "attributes", _UNCHANGED)
+        write_if_changed(objects / "info" / "attributes", _ATTRIBUTES)
         for name in each(list(names)):
             _check_out(objects, folder, names[name])
     return folder
@@ -69,34 +69,30 @@ def bring(dataset: str, source: Source, *, mirror: str, each: Each) -> Path:
 
 def _check_out(objects: Path, folder: Path, part: GitPart) -> None:
     """Write the files of a part, which git downloads now."""
-    words = ("rev-list", "--max-count=1", "--missing=print", part.commit)
-    if _git(objects, *words, may_fail=True) != part.commit:
-        options = ("--quiet", "--no-tags", "--no-write-fetch-head", "--depth=1")
-        _git(objects, "fetch", *options, "--filter=blob:none", "origin", part.commit)
+    present = ("rev-list", "--max-count=1", "--missing=print", part.commit)
+    if _git(objects, *present, may_fail=True) != part.commit:
+        options = ("--quiet", "--no-tags", "--depth=1", "--filter=blob:none")
+        _git(objects, "fetch", *options, "origin", part.commit)
     target = folder / part.into
     target.mkdir(parents=True, exist_ok=True)
-    index = f"{part.into.replace('/', '%') or 'all'}.index"
     tree = f"{part.commit}:{part.folder}"
-    _git(objects, "read-tree", "--reset", "-u", tree, folder=target, index=index)
+    index = str(objects / f"{part.into.replace('/', '%') or 'all'}.index")
+    place = ("--work-tree", str(target))
+    _git(objects, *place, "read-tree", "--reset", "-u", tree, GIT_INDEX_FILE=index)
 
 
-def _git(
-    objects: Path, *words: str, may_fail: bool = False, folder: Path | None = None, index: str = ""
-) -> str:
+def _git(objects: Path, *words: str, may_fail: bool = False, **variables: str) -> str:
     """Return what git prints about the repository `objects`. Raises DataError with git's own words
     if it fails, unless it `may_fail`."""
-    program = shutil.which("git")
-    if program is None:
+    if (program := shutil.which("git")) is None:
         fix = "install git, then run it again"
         raise DataError("git", "this program downloads the recordings, and is missing", fix)
     settings = [word for setting in _SETTINGS for word in ("-c", setting)]
-    places = ["--git-dir", str(objects), *(["--work-tree", str(folder)] if folder else [])]
-    variables = {"GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C"}
-    variables |= {"GIT_INDEX_FILE": str(objects / index)} if index else {}
     done = subprocess.run(
-        [program, *settings, *places, *words],
+        [program, *settings, "--git-dir", str(objects), *words],
         stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", check=False,
-        env=os.environ | variables, cwd=folder or objects.parent,
+        env={**os.environ, "GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C", **variables},
+        cwd=objects.parent,
     )  # fmt: skip
     if done.returncode and not may_fail:
         reason = " ".join(done.stderr.split())[:400] or "it gives no reason"

@@ -86,7 +86,8 @@ def sample_site(folder: Path) -> Site:
     pages[plot.link] = render_explorer(one, here=plot.link, nav=nav)
     for name, html in pages.items():
         write_bytes(index.parent / name, html.encode())
-    for name, table in report_tables(report, []):
+    write_bytes(folder / "metrics.csv", b"dataset\n")
+    for name, table in report_tables(report).items():
         write_csv(index.parent / TABLES / f"{name}.csv", table)
     for dataset in report.datasets:
         write_bytes(folder / "quarantine" / f"{dataset.name}.csv", b"session_id\n")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import zipfile
 from pathlib import Path
 
@@ -76,28 +74,16 @@ def published(project: Project, out: Path) -> Published:
 
 
 def reseal(tree: Tree) -> None:
-    """Make every hash right again, as somebody would who changes a file and hides it."""
-    for name, key, files in (
-        (tree.CROISSANT, "sha256", "distribution"),
-        (tree.DATAPACKAGE, "hash", "resources"),
-    ):
-        document = json.loads((tree / name).read_text())
-        for one in document[files]:
-            path = one.get("contentUrl", one.get("path"))
-            if path and (tree / path).is_file():
-                digest = hashlib.sha256((tree / path).read_bytes()).hexdigest()
-                one[key] = f"sha256:{digest}" if key == "hash" else digest
-                if "bytes" in one:
-                    one["bytes"] = (tree / path).stat().st_size
-        (tree / name).write_text(json.dumps(document))
+    """Make the hashes right again, as somebody would who changes a file and hides it."""
     write_bytes(tree / tree.SUMS, checksums_bytes(tree.root))
 
 
 def edit_rows(tree: Tree, change) -> None:
-    """Change the list of rows of metadata.csv in place."""
-    header, rows = read_csv(tree / tree.METADATA)
+    """Change the list of rows of recordings.csv of session s1 in place."""
+    path = tree / "sessions/s1/recordings.csv"
+    header, rows = read_csv(path)
     change(rows)
-    write_bytes(tree / tree.METADATA, csv_bytes(header, rows))
+    write_bytes(path, csv_bytes(header, rows))
 
 
 def repack(tree: Tree, change) -> None:

@@ -96,7 +96,7 @@ def sample_report() -> Report:
     problem = Finding("s1", "r7", f"audio/{SCRIPT}.wav", "error", "truncated", SCRIPT, "repeat it")
     flagged = Finding("s1", "r8", "audio/r8.wav", "warning", "clipped", "clips", "lower the gain")
     datasets = (
-        dataset("size", "simulated", title="Cube size", facts={"grid spacing (mm)": 2.0}),
+        dataset("size", "simulated", title="Cube size"),
         dataset("stones", "recorded", title=SCRIPT, findings=(problem, flagged)),
     )
     pages = (

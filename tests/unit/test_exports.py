@@ -2,14 +2,13 @@
 
 import csv
 import dataclasses
-import io
 
 from report_samples import PAPER, sample_report
 from result_samples import two_tasks
 
 from ajgdata.pipeline.exports import (
-    csv_of,
     table_files,
+    write_csv,
     write_exports,
 )
 from ajgdata.report.comparison import Cost, PaperComparison
@@ -18,16 +17,17 @@ from ajgdata.types.table import table_of
 THIRD = 1 / 3
 
 
-def read(text: str) -> list[dict[str, str]]:
-    return list(csv.DictReader(io.StringIO(text)))
+def read(path) -> list[dict[str, str]]:
+    return list(csv.DictReader(path.open(encoding="utf-8")))
 
 
-def test_numbers_keep_every_digit_and_columns_their_units():
+def test_numbers_keep_every_digit_and_columns_their_units(tmp_path):
     table = table_of(
         "t", "t", [{"model": "a, b", "width": THIRD, "low_hz": 1e-30, "on": None}],
         model="Model", width="Width, mm", low_hz="Low, Hz", on="On",
     )  # fmt: skip
-    (row,) = read(csv_of(table))
+    write_csv(tmp_path / "t.csv", table)
+    (row,) = read(tmp_path / "t.csv")
     assert list(row) == ["model", "width (mm)", "low_hz", "on"]
     assert float(row["width (mm)"]) == THIRD and float(row["low_hz"]) == 1e-30
     assert (row["model"], row["on"]) == ("a, b", "")
@@ -38,17 +38,14 @@ def test_tables_of_all_models_are_one_file():
     files = table_files(sizes)
     base = "cross-validation--size--edge"
     assert list(files) == [base, f"{base}--predictions"]
-    scores = read(csv_of(files[base]))
+    scores = files[base].rows
     found = {(r["model"], r["part"], r["metric"], r["statistic"]): r["value"] for r in scores}
-    assert found["cnn", "grouped", "rmse", "fold 1"] == "2.5"
-    assert found["knn", "grouped", "rmse", "mean"] == "4.0"
-    assert found["cnn", "cost of grouped", "train_s", "measured"] == "3.2"
-    predicted = read(csv_of(files[f"{base}--predictions"]))
-    assert [row["model"] for row in predicted] == ["cnn"] * 12 + ["knn"] * 12
-    assert (
-        "model"
-        not in read(csv_of(table_files(kinds)["cross-validation--stones--kind--predictions"]))[0]
-    )
+    assert found["cnn", "grouped", "rmse", "fold 1"] == 2.5
+    assert found["knn", "grouped", "rmse", "mean"] == 4.0
+    assert found["cnn", "cost of grouped", "train_s", "measured"] == 3.2
+    assert files[f"{base}--predictions"].column("model") == ["cnn"] * 12 + ["knn"] * 12
+    predictions = table_files(kinds)["cross-validation--stones--kind--predictions"]
+    assert "model" not in [column.key for column in predictions.columns]
 
 
 def test_a_report_is_written_whole(tmp_path):
@@ -61,9 +58,9 @@ def test_a_report_is_written_whole(tmp_path):
     (tables / "of-before.csv").touch()
     names = write_exports(report, two_tasks(), tables)
     assert {path.stem for path in tables.iterdir()} == set(names) and len(names) == len(set(names))
-    (row,) = read((tables / "beside-paper.csv").read_text(encoding="utf-8"))
+    (row,) = read(tables / "beside-paper.csv")
     assert (row["paper"], row["agrees"], row["train_s"]) == ("2.6", "no: lower", "3.2")
-    spectra = read((tables / "spectra--size.csv").read_text(encoding="utf-8"))
+    spectra = read(tables / "spectra--size.csv")
     assert len(spectra) == 2 * 33 and spectra[33]["group"] == "<b>granite</b>"
     assert float(spectra[1]["frequency_hz"]) == report.datasets[0].spectra.frequency_hz[1]
     before = {path: path.read_bytes() for path in tables.iterdir()}

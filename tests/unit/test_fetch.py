@@ -110,33 +110,16 @@ def test_another_name_and_tests_on_sets_that_are_not_here(tree, elsewhere):
     assert list(plan(elsewhere.paths, check=True)) == ["mine"]
 
 
-ARM = {"command": ["sh", "-c", "touch pwned", "/dev/ttyUSB0"]}
-#: What a declaration may not bring along: its change, and what is reported of it.
-REMOVED = [
-    (
-        {"protocol": {"objects": [{"name": "cube"}], "robot": "command", "robot_settings": ARM}},
-        ['protocol.robot: "command"', 'protocol.robot_settings: {"command": ["sh", "-c", "touch'],
-    ),
-    (
-        {"imports": {"table": "a.csv", "file": "{x}.wav", "join": {"/etc/passwd": "x"}}},
-        ["imports (its file '/etc/passwd' leaves the folder)"],
-    ),
-]
-
-
-@pytest.mark.parametrize(("changes", "lines"), REMOVED)
-def test_programs_and_paths_outside_are_removed_and_reported(tree, elsewhere, changes, lines):
-    content = yaml.safe_load((tree / tree.DECLARATION).read_text()) | changes
+def test_settings_that_may_start_a_program_or_leave_the_folder_are_not_taken_over(tree, elsewhere):
+    content = yaml.safe_load((tree / tree.DECLARATION).read_text())
+    arm = {"robot": "command", "robot_settings": {"command": ["sh", "-c", "touch pwned"]}}
+    content["protocol"] = {"objects": [{"name": "cube"}], **arm}
+    content["imports"] = {"table": "/etc/passwd", "file": "{x}.wav"}
     (tree / tree.DECLARATION).write_text(yaml.safe_dump(content))
     reseal(tree)
-    removed = fetch(elsewhere.paths, str(tree.root)).removed
-    assert len(removed) == len(lines)
-    for line, expected in zip(removed, lines, strict=True):
-        assert line.startswith(expected)
+    assert fetch(elsewhere.paths, str(tree.root)).removed == ("protocol", "imports")
     registered = yaml.safe_load(elsewhere.paths.dataset("d").read_text())
-    assert "recipe" not in registered and "imports" not in registered
-    expected = {"objects": [{"name": "cube"}]}
-    assert registered.get("protocol", expected) == expected
+    assert not {"recipe", "protocol", "imports"} & set(registered)
 
 
 def test_a_cut_download_keeps_complete_files(tree, server, elsewhere):
@@ -189,20 +172,14 @@ def named(**cells):
 
 #: What an attacker may try, hashes being right, and what is said.
 ATTACKS = {
-    "archive: lacks one": (lambda t: repack(t, lambda p: p.pop()), "audio.zip: lacks audio/s2"),
+    "archive: lacks one": (lambda t: repack(t, lambda p: p.pop()), "lacks a recording .*audio/s2"),
     "archive: other audio": (
         lambda t: repack(t, lambda p: p.__setitem__(0, (p[0][0], p[1][1]))),
         "is not the one of SHA256SUMS",
     ),
-    "table: parent": (named(file_name="../../evil.wav"), "'../../evil.wav' is no recording"),
-    "table: session": (
-        named(session_id="../s1", recording="../s1/x", grasp_id="../s1/0"),
-        "no session can be named '../s1'",
-    ),
-    "table: other hash": (named(sha256="0" * 64), "sha256 is not that of audio/s1"),
-    "table: twice": (
-        lambda t: edit_rows(t, lambda rows: rows.append(rows[0])), "stands in two rows",
-    ),
+    "table: parent": (named(file="../../evil.wav"), "'../../evil.wav' is not one of"),
+    "table: other hash": (named(sha256="0" * 64), "'audio/.*' is not one of its recordings"),
+    "table: twice": (lambda t: edit_rows(t, lambda rows: rows.append(rows[0])), "2 rows share"),
     "session: parent": (
         edit_text("sessions/s1/session.yaml", "file: excitation.wav", "file: ../../README.md"),
         "'../../README.md' is not its excitation",
@@ -233,7 +210,8 @@ def test_attacks_are_refused_in_one_line_and_nothing_is_changed(tree, elsewhere,
     ("line", "said"),
     [
         ("{0}  ../evil", "'../evil' leaves the folder"),
-        ("{0}  readme.MD", "stands twice"),
+        ("{0}  sessions/../../x/session.yaml", "leaves the folder"),
+        ("{0}  C:\\\\evil", "leaves the folder"),
     ],
 )
 def test_sums_are_not_believed(tree, server, elsewhere, line, said):

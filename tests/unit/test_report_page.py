@@ -74,7 +74,7 @@ def test_links_stay_in_the_report_and_the_results(pages):
             there = posixpath.normpath(folder / path) if path else name
             assert not anchor or anchor in ids[there], link
             found.add(there)
-    elsewhere = {"accuracy.html", "../quarantine/stones.csv", "tables/results.csv"}
+    elsewhere = {"accuracy.html", "../quarantine/stones.csv", "../metrics.csv"}
     assert found == set(pages) | files | elsewhere
 
 

@@ -1,48 +1,104 @@
-"""croissant.json (Croissant 1.0) and datapackage.json (Frictionless)
-of a published data set, by the libraries of these formats."""
+"""Description of a published data set: croissant.json (Croissant 1.0) and datapackage.json
+(Frictionless), by the libraries of these formats."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from ajgdata.paths import AUDIO_FOLDER, Tree
-from ajgdata.store.publishing.about import About
 from ajgdata.store.publishing.table import FILE_NAME, PublishedColumn, Table
+from ajgdata.types import DatasetSpec
 
 #: Record sets of croissant.json.
 RECORDINGS, AUDIO = "recordings", "audio"
-#: Resource of datapackage.json that contains the labels.
-LABELS = "metadata"
+NO_LICENCE = ("", "not stated", "none stated")
 _AUDIO_FILES = "audio-files"
 _AUDIO_TYPES = {".flac": "audio/flac", ".ogg": "audio/ogg"}
 #: Files that both documents describe: name in the data package, format, type and description.
 _FILES = {
-    Tree.METADATA: (LABELS, "csv", "text/csv", "labels of every recording"),
+    Tree.METADATA: ("metadata", "csv", "text/csv", "labels of every recording"),
     Tree.FEATURES: ("features", "nc", "application/x-netcdf", "spectrum and labels"),
     Tree.ARCHIVE: ("audio", "zip", "application/zip", "the recordings"),
 }
 
 
+@dataclass(frozen=True)
+class About:
+    """Data set config, source, date (`2026-01-31`) and kind of device of a published data set."""
+
+    spec: DatasetSpec
+    source: Literal["simulated", "recorded"]
+    date: str
+    has_gripper: bool = True
+
+    @property
+    def title(self) -> str:
+        """Title of the data set."""
+        return self.spec.title or self.spec.name
+
+    @property
+    def description(self) -> str:
+        """Description of the data set; its title if it has none."""
+        return self.spec.description or self.title
+
+    @property
+    def authors(self) -> tuple[str, ...]:
+        """Names of the authors; a placeholder if dataset.yaml has none."""
+        unnamed = {"simulated": "The ajgdata developers", "recorded": "Authors not named"}
+        return self.spec.authors or (unnamed[self.source],)
+
+    @property
+    def spdx(self) -> str:
+        """SPDX identifier of the licence; empty if the licence is not written as one."""
+        is_identifier = re.fullmatch(r"[A-Za-z0-9.+-]+", self.spec.licence)
+        return self.spec.licence if is_identifier else ""
+
+    @property
+    def licence_url(self) -> str:
+        """Address of the licence's text; empty if unknown."""
+        return f"https://spdx.org/licenses/{self.spdx}.html" if self.spdx else ""
+
+    @property
+    def is_unlicensed(self) -> bool:
+        """True if dataset.yaml states no licence."""
+        return self.spec.licence.strip().lower() in NO_LICENCE
+
+    @property
+    def keywords(self) -> list[str]:
+        """Keywords for search."""
+        gripper = ["jamming gripper", "soft robotics", "tactile"] if self.has_gripper else []
+        return ["acoustic sensing", *gripper, self.source]
+
+    @property
+    def reference(self) -> str:
+        """Citation on one line."""
+        year = f" ({self.date[:4]})" if self.date else ""
+        names, version = ", ".join(self.authors), self.spec.version
+        return self.spec.citation or f"{names}{year}. {self.title}, version {version}. Data set."
+
+
 def croissant(
     about: About, table: Table, hashes: Mapping[str, str], sizes: Mapping[str, int]
 ) -> dict[str, Any]:
-    """Return the document; `hashes` and `sizes` (bytes) are those of the files that it names."""
+    """Return croissant.json; `hashes` and `sizes` (bytes) are those of the files it names."""
     import mlcroissant as mlc
 
     metadata = mlc.Metadata(
-        name=about.name,
-        description=about.description or about.title,
+        name=about.spec.name,
+        description=about.description,
         cite_as=about.reference,
         conforms_to="http://mlcommons.org/croissant/1.0",
         creators=[mlc.Person(name=name) for name in about.authors],
         date_published=about.date or None,
         in_language=["en"],
         keywords=about.keywords,
-        license=[about.licence_url or about.licence],
-        url=about.url or "https://arxiv.org/abs/2603.00351",
-        version=about.version,
+        license=[about.licence_url or about.spec.licence],
+        url=about.spec.url or "https://arxiv.org/abs/2603.00351",
+        version=about.spec.version,
         distribution=_distribution(table, hashes, sizes),
         record_sets=[_recordings(table), _audio()],
     )
@@ -134,7 +190,7 @@ def _record_set(
 def datapackage(
     about: About, table: Table, hashes: Mapping[str, str], sizes: Mapping[str, int]
 ) -> dict[str, Any]:
-    """Return the descriptor; `hashes` and `sizes` (bytes) are those of the files that it names."""
+    """Return datapackage.json; `hashes` and `sizes` (bytes) are those of the files it names."""
     import frictionless
 
     resources = [
@@ -153,13 +209,13 @@ def datapackage(
         {"fields": [_field(column) for column in table.columns], "primaryKey": ["recording"]}
     )
     package = frictionless.Package(
-        name=about.name.lower(),
+        name=about.spec.name.lower(),
         title=about.title,
-        description=about.description or about.title,
-        version=about.version,
+        description=about.description,
+        version=about.spec.version,
         keywords=about.keywords,
         created=f"{about.date}T00:00:00Z" if about.date else None,
-        homepage=about.url or None,
+        homepage=about.spec.url or None,
         licenses=[{"name": about.spdx, "path": about.licence_url}] if about.spdx else [],
         contributors=[{"title": name, "role": "author"} for name in about.authors],
         resources=resources,

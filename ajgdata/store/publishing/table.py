@@ -1,10 +1,10 @@
-"""Rows of a feature store <-> metadata.csv, the table that every view of a data set shares."""
+"""Rows of a feature file -> metadata.csv, the table that every view of a data set shares."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -12,9 +12,9 @@ import numpy as np
 
 from ajgdata.paths import Tree
 from ajgdata.store.features import Shard
-from ajgdata.store.files import csv_bytes, numbered_rows
+from ajgdata.store.files import csv_bytes
 from ajgdata.store.labels import MEANINGS
-from ajgdata.types import RECORDING_COLUMNS, SESSION_COLUMNS, STORE_NAMES, DataError, Recording
+from ajgdata.types import DataError
 
 FILE_NAME = "file_name"
 #: Columns that lead, in this order; targets follow, then the others by name.
@@ -27,9 +27,12 @@ MEANING = MEANINGS | {
     "setup_sha256": "digest of the scene and of the settings it was simulated with",
     "sha256": "SHA-256 of the file",
 }
-UNDECLARED = "as whoever recorded it wrote it down: dataset.yaml says nothing of it"
-_LONGEST_NAME = 100
-_AUDIO_COLUMNS = ("file_name", "file_names")
+UNDECLARED = "label from recordings.csv; dataset.yaml does not describe it"
+_KINDS: dict[str, Literal["string", "integer", "number"]] = {
+    "U": "string",
+    "i": "integer",
+    "f": "number",
+}
 
 
 @dataclass(frozen=True)
@@ -50,53 +53,43 @@ class Table:
     columns: tuple[PublishedColumn, ...]
     rows: tuple[Mapping[str, str], ...]
 
-    @property
-    def names(self) -> list[str]:
-        """Names of the columns."""
-        return [column.name for column in self.columns]
-
     def encoded(self) -> bytes:
         """Return the bytes of metadata.csv."""
-        return csv_bytes(self.names, self.rows)
+        return csv_bytes([column.name for column in self.columns], self.rows)
 
 
-def table_of(store: Shard, suffixes: Sequence[str], where: object) -> Table:
-    """Return the table of a store; `suffixes` (with the dot) are those of the recordings' files.
+def table_of(store: Shard, suffixes: Sequence[str], location: object) -> Table:
+    """Return the table of a feature file; `suffixes` (with the dot) are those of the recordings.
 
     Raises DataError for a column that Hugging Face would take for audio.
     """
-    if taken := [n for n in store.columns if n == "audio" or n.endswith(_AUDIO_COLUMNS)]:
+    reserved = ("file_name", "file_names")
+    if taken := [n for n in store.columns if n == "audio" or n.endswith(reserved)]:
         problem = f"a label is named {min(taken)!r}, which Hugging Face takes for the audio"
-        raise DataError(where, problem, "rename it in recordings.csv and dataset.yaml")
-    names = [n for n in FIRST if n in store.columns]
+        raise DataError(location, problem, "rename it in recordings.csv and dataset.yaml")
     targets = [n for n, c in sorted(store.columns.items()) if c.attrs.get("role") == "target"]
-    names += [n for n in targets if n not in names]
-    names += sorted(set(store.columns) - {*names, *LAST}) + [n for n in LAST if n in store.columns]
-    columns = [PublishedColumn(FILE_NAME, "string", description=MEANING[FILE_NAME])]
-    columns += [_column(name, store) for name in names]
+    others = sorted(set(store.columns) - {*FIRST, *targets, *LAST})
+    order = dict.fromkeys((*FIRST, *targets, *others, *LAST))
+    names = [name for name in order if name in store.columns]
     cells = {name: _texts(store.columns[name].values) for name in names}
-    files = file_names(cells["recording"], suffixes)
+    hashes = cells["sha256"]
     rows = [
-        {FILE_NAME: file} | {name: cells[name][row] for name in names}
-        for row, file in enumerate(files)
+        {FILE_NAME: file_name(recording, hashes[row], suffixes[row])}
+        | {name: cells[name][row] for name in names}
+        for row, recording in enumerate(cells["recording"])
     ]
-    return Table(tuple(columns), tuple(rows))
+    first = PublishedColumn(FILE_NAME, "string", description=MEANING[FILE_NAME])
+    return Table((first, *(_column(name, store) for name in names)), tuple(rows))
 
 
 def _column(name: str, store: Shard) -> PublishedColumn:
     column = store.columns[name]
-    kinds = {"U": "string", "i": "integer", "f": "number"}
     is_target = column.attrs.get("role") == "target"
     meaning = MEANING.get(name, "" if is_target else UNDECLARED)
     if is_target:
         meaning = column.attrs.get("long_name", meaning)
-    return PublishedColumn(
-        name,
-        kinds[column.values.dtype.kind],  # type: ignore[arg-type]  # the values above
-        column.attrs.get("units", "").removeprefix("1"),
-        meaning,
-        is_target,
-    )
+    unit = column.attrs.get("units", "").removeprefix("1")
+    return PublishedColumn(name, _KINDS[column.values.dtype.kind], unit, meaning, is_target)
 
 
 def _texts(values: np.ndarray) -> list[str]:
@@ -106,52 +99,14 @@ def _texts(values: np.ndarray) -> list[str]:
     return [str(value) for value in values.tolist()]
 
 
-def file_names(recordings: Sequence[str], suffixes: Sequence[str]) -> list[str]:
-    """Return names in the tree of recordings `<session>/<recording_id>`, fit for every file system
-    and web address: letters, digits, `.`, `_` and `-`; what would then be equal is numbered."""
-    taken: set[str] = set()
-    names = []
-    for recording, suffix in zip(recordings, suffixes, strict=True):
-        session, _, identity = recording.partition("/")
-        stem = (
-            re.sub(r"[^A-Za-z0-9._-]+", "_", identity).strip("._-")[:_LONGEST_NAME] or "recording"
-        )
-        name, number = Tree.audio(session, f"{stem}{suffix}"), 1
-        while name.lower() in taken:
-            number += 1
-            name = Tree.audio(session, f"{stem}-{number}{suffix}")
-        taken.add(name.lower())
-        names.append(name)
-    return names
+def file_name(recording: str, sha256: str, suffix: str) -> str:
+    """Return the published file of a recording `<session>/<recording_id>`.
 
-
-def read_table(tree: Tree) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
-    """Return the header of metadata.csv, and its rows with their lines. Raises DataError."""
-    needed = (FILE_NAME, "recording", "session_id", "grasp_id", "sample", "sha256")
-    return numbered_rows(tree / tree.METADATA, required=needed)
-
-
-def recordings_of(rows: Sequence[Mapping[str, str]]) -> Iterator[tuple[str, Recording]]:
-    """Yield the session and row of recordings.csv for each row of metadata.csv: the way back.
-
-    Raises ValueError (pydantic's included) for a row that no recording can be made of.
+    The name has letters, digits, `.`, `_` and `-`. If the recording_id has other characters, the
+    begin of the hash keeps the name unique.
     """
-    standard = {FILE_NAME, *RECORDING_COLUMNS, *SESSION_COLUMNS, *STORE_NAMES}
-    for row in rows:
-        session = row["session_id"]
-        own = {name: row[name].partition("/") for name in ("recording", "grasp_id")}
-        if any(before != session for before, _, _ in own.values()):
-            raise ValueError(f"recording and grasp_id do not begin with {session}/")
-        known = {name: row[name] for name in ("object", "quality") if row.get(name)}
-        yield (
-            session,
-            Recording(
-                recording_id=own["recording"][2],
-                file=row[FILE_NAME],
-                sha256=row["sha256"],
-                grasp_id=own["grasp_id"][2],
-                sample=int(row["sample"]),
-                labels={name: text for name, text in row.items() if name not in standard},
-                **known,
-            ),
-        )
+    session, _, identity = recording.partition("/")
+    if re.fullmatch(r"[A-Za-z0-9_-][A-Za-z0-9._-]{0,99}", identity):
+        return Tree.audio(session, f"{identity}{suffix}")
+    plain = re.sub(r"[^A-Za-z0-9._-]+", "_", identity).strip("._-")[:90]
+    return Tree.audio(session, f"{plain}-{sha256[:8]}{suffix}")
