@@ -18,7 +18,7 @@ THIRD = 1 / 3
 
 
 def read(path) -> list[dict[str, str]]:
-    return list(csv.DictReader(path.open(encoding="utf-8")))
+    return list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
 
 
 def test_numbers_keep_every_digit_and_columns_their_units(tmp_path):
