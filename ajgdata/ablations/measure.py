@@ -17,8 +17,7 @@ from ajgdata.acquire.source import Grasp
 from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.evaluate.crossval import ExtraTestSet, cross_validate
 from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data
-from ajgdata.features.bands import within
-from ajgdata.features.spectrum import spectrum
+from ajgdata.features.spectrum import spectrum, within
 from ajgdata.gripper import SAMPLE_RATE_HZ
 from ajgdata.gripper.scene import Nuisance
 from ajgdata.gripper.variation import Variation

@@ -57,7 +57,7 @@ def trial_table(name: str, ablation: Ablation, measured: Measured) -> Table:
 
 def _trial(ablation: Ablation, why: Why, model: str, measured: Measured) -> dict[str, Any]:
     """Return a row; a gain that cannot be tested has no interval and no p."""
-    from ajgdata.evaluate.paired_fold_test import paired_fold_test
+    from ajgdata.evaluate.fold_tests import paired_fold_test
 
     before, after = (measured.folds[model][side] for side in (why.before, why.after))
     sides = (ablation.variants[side.partition(" on:")[0]] for side in (why.before, why.after))
@@ -110,7 +110,7 @@ def with_verdicts(tables: Sequence[Table]) -> list[Table]:
 
     p values are corrected for the number of tests on the page (Holm).
     """
-    from ajgdata.evaluate.paired_fold_test import LEVEL, holm, verdict
+    from ajgdata.evaluate.fold_tests import LEVEL, holm, verdict
 
     tested = [row for table in tables if _is_tested(table) for row in table.rows]
     corrected = holm([math.nan if row["p"] is None else row["p"] for row in tested])

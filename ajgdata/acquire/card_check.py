@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.sound_card import SoundCard
-from ajgdata.features.bands import third_octaves
+from ajgdata.features.spectrum import third_octaves
 from ajgdata.types import LogSweep
 
 SWEEP = LogSweep(length_s=1.0, low_hz=20.0, high_hz=20_000.0, amplitude=0.9)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ajgdata.evaluate.agreement import UNDEFINED, Interval
 from ajgdata.evaluate.intervals import MIN_GRASPS, resampled_counts, spread_interval
-from ajgdata.features.bands import third_octaves
+from ajgdata.features.spectrum import third_octaves
 from ajgdata.types import NotPossibleError
 
 

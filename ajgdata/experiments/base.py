@@ -183,7 +183,7 @@ class TaskResults:
 
     def corrected(self, p: Sequence[float]) -> list[float]:
         """Return p values of tests of these results, corrected for all tests on the page (Holm)."""
-        from ajgdata.evaluate.paired_fold_test import holm  # SciPy
+        from ajgdata.evaluate.fold_tests import holm  # SciPy
 
         return holm([*p, *self.other_p])[: len(p)]
 

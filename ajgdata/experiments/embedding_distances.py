@@ -39,8 +39,8 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
 
     Distances are in units of the space. Raises ValueError where nothing could be trained.
     """
-    from ajgdata.evaluate.distances import mean_distances
     from ajgdata.evaluate.embedding_data import runs_by_space
+    from ajgdata.evaluate.neighbours import mean_distances
 
     data, latents = trained(inputs, settings)
     category = data.column(settings.category or settings.target).astype(str)

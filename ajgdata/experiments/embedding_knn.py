@@ -162,7 +162,7 @@ def relative_gain(latent: Score, raw: Score) -> tuple[Score, Interval]:
     The interval is that of the mean over folds; each fold is the mean of its initialisations, which
     are one after another in `latent`.
     """
-    from ajgdata.evaluate.resampling import corrected_interval
+    from ajgdata.evaluate.fold_tests import corrected_interval
 
     folds = len(raw.per_fold)
     gains = np.reshape(latent.per_fold, (folds, -1)) - np.array(raw.per_fold)[:, np.newaxis]

@@ -93,8 +93,8 @@ def _silhouettes(
     data: EmbeddingData, latents: Latents, settings: Embedding
 ) -> Iterator[dict[str, Any]]:
     """Yield the silhouettes of validation points by space and column of labels."""
-    from ajgdata.evaluate.distances import silhouette
     from ajgdata.evaluate.embedding_data import runs_by_space
+    from ajgdata.evaluate.neighbours import silhouette
 
     seen = latents.latent[settings.shown], latents.validation_fold
     for space, runs in runs_by_space(data, *seen):

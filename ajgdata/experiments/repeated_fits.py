@@ -45,7 +45,7 @@ class Settings(Strict):
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return the error of `model` on each data set: of each fit, the median, and the interval."""
     from ajgdata.evaluate.crossval import ExtraTestSet, cross_validate
-    from ajgdata.evaluate.resampling import grasp_errors, repeat_seed, robust_error
+    from ajgdata.evaluate.fold_tests import grasp_errors, repeat_seed, robust_error
 
     own = inputs.data()
     tests = {name: inputs.data(name) for name in settings.test_on}

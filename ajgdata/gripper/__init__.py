@@ -15,8 +15,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from ajgdata.gripper.objects import SceneError
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene, derive_seed, scene_digest
-from ajgdata.gripper.scene_model import SceneError
 from ajgdata.gripper.signal_settings import SignalChain
 
 if TYPE_CHECKING:

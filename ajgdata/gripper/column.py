@@ -21,7 +21,7 @@ from scipy.linalg import eigh
 
 from ajgdata.gripper.bending import PlateModes
 from ajgdata.gripper.contact import Frame, Spring
-from ajgdata.gripper.object_materials import Material
+from ajgdata.gripper.objects import Material
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ajgdata.gripper.object_materials import Material
+from ajgdata.gripper.objects import Material
 
 Real = NDArray[np.floating]
 #: m/s².

@@ -14,10 +14,10 @@ from scipy.fft import irfft2, next_fast_len, rfft2
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.optimize import brentq
 
+from ajgdata.gripper.objects import MM, SceneError
 from ajgdata.gripper.random_fields import RandomField, normals
 from ajgdata.gripper.relief import RASTER_M, Relief, draped, relief
 from ajgdata.gripper.scene import Scene, as_met, derive_seed
-from ajgdata.gripper.scene_model import MM, SceneError
 
 Real = NDArray[np.floating]
 

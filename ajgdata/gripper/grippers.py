@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
-from ajgdata.gripper.scene_model import MM, NonNegative, Positive, SceneModel
+from ajgdata.gripper.objects import MM, NonNegative, Positive, SceneModel
 
 #: First root of the Bessel function J0, of a clamped membrane.
 DRUM = 2.405

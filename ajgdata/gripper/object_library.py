@@ -12,9 +12,18 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from ajgdata.gripper.object_materials import MATERIALS, MaterialName
-from ajgdata.gripper.scene_model import SceneModel
-from ajgdata.gripper.shapes import Box, Compound, Cube, Ellipsoid, Object, Rod, Sphere
+from ajgdata.gripper.objects import (
+    MATERIALS,
+    Box,
+    Compound,
+    Cube,
+    Ellipsoid,
+    MaterialName,
+    Object,
+    Rod,
+    SceneModel,
+    Sphere,
+)
 
 Category = Literal["cube", "sphere", "plate", "bar", "spherical", "cylindrical", "other"]
 PAPER = "paper"

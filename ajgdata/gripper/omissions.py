@@ -16,10 +16,16 @@ from typing import Any, Literal
 import numpy as np
 import yaml
 
-from ajgdata.gripper.object_materials import Support
+from ajgdata.gripper.objects import (
+    NonNegative,
+    Object,
+    ObjectPart,
+    PartName,
+    Positive,
+    SceneModel,
+    Support,
+)
 from ajgdata.gripper.scene import Scene
-from ajgdata.gripper.scene_model import NonNegative, ObjectPart, PartName, Positive, SceneModel
-from ajgdata.gripper.shapes import Object
 
 TABLE = "omissions.yaml"
 #: Of a scene that was not measured, over the largest change of those that were: stated beforehand.

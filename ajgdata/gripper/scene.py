@@ -17,9 +17,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.gripper.object_library import OBJECTS
-from ajgdata.gripper.object_materials import Support
-from ajgdata.gripper.scene_model import ObjectPart, SceneModel
-from ajgdata.gripper.shapes import Object
+from ajgdata.gripper.objects import Object, ObjectPart, SceneModel, Support
 
 #: Raised whenever the same scene would give other numbers; part of every digest.
 PHYSICS_VERSION = 4

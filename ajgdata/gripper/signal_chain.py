@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
-from ajgdata.gripper.external_noise import REFERENCE_PA, external_noise_pa
-from ajgdata.gripper.motor import motor_sound
+from ajgdata.gripper.noise import REFERENCE_PA, external_noise_pa, motor_sound
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, derive_seed
 from ajgdata.gripper.signal_settings import SignalChain
 

@@ -6,14 +6,14 @@ from typing import Annotated
 
 from pydantic import Field
 
-from ajgdata.gripper.scene_model import Finite, Positive, SceneModel
+from ajgdata.gripper.objects import Finite, Positive, SceneModel
 
 #: In the band of the converter, whose rate is 44.1 kHz.
 Frequency = Annotated[float, Field(gt=0, lt=22_050)]
 
 
 class Motor(SceneModel):
-    """Servo that holds the gripper at the grasp's angle; see `ajgdata.gripper.motor`."""
+    """Servo that holds the gripper at the grasp's angle; see `ajgdata.gripper.noise`."""
 
     level_db_spl: Finite = Field(
         60.0, description="rms at the microphone, over all angles; estimate: a holding servo nearby"

@@ -14,15 +14,14 @@ from ajgdata.gripper.grasped_object import grasped, rigid, where_grasped
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.membrane import membrane_walls
-from ajgdata.gripper.modes import ModeList
+from ajgdata.gripper.objects import MM, SceneError
 from ajgdata.gripper.omissions import Part
 from ajgdata.gripper.outside import Skin, skin
 from ajgdata.gripper.random_fields import RandomField
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, Scheme, as_met, derive_seed
-from ajgdata.gripper.scene_model import MM, SceneError
 from ajgdata.gripper.solver import Probe
 from ajgdata.gripper.system import Packed, System, assemble
-from ajgdata.gripper.walls import NO_WALLS, WallList
+from ajgdata.gripper.walls import NO_WALLS, ModeList, WallList
 
 Real = NDArray[np.floating]
 #: Where the wide scheme has no dispersion along an axis.

@@ -16,8 +16,17 @@ from numpy.typing import DTypeLike, NDArray
 
 from ajgdata.gripper.grid import LANES, Cells
 from ajgdata.gripper.medium import Fluid
-from ajgdata.gripper.modes import NO_MODES, ModeList, Modes, coupled
-from ajgdata.gripper.walls import NO_WALLS, WEAKEST, WallList, Walls, connected
+from ajgdata.gripper.walls import (
+    NO_MODES,
+    NO_WALLS,
+    WEAKEST,
+    ModeList,
+    Modes,
+    WallList,
+    Walls,
+    connected,
+    coupled,
+)
 
 Real = NDArray[np.floating]
 Integer = NDArray[np.int64]

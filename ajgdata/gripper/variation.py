@@ -12,8 +12,8 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
+from ajgdata.gripper.objects import SceneModel
 from ajgdata.gripper.scene import derive_seed
-from ajgdata.gripper.scene_model import SceneModel
 
 Amount = Annotated[float, Field(ge=0, le=20)]
 Drawn = dict[str, Any]

@@ -33,7 +33,7 @@ from ajgdata.types import (
 if TYPE_CHECKING:
     from ajgdata.acquire.source import Grasp
     from ajgdata.gripper import Scene
-    from ajgdata.gripper.pressure_slices import Film
+    from ajgdata.gripper.simulation import Film
     from ajgdata.report.opening import Opening
     from ajgdata.store.features import Shard
     from ajgdata.types.table import Table
@@ -210,7 +210,7 @@ def field_of(scene: Scene) -> tuple[Film, tuple[float, ...]]:
     """
     from ajgdata.gripper import build_plan
     from ajgdata.gripper.medium import Air
-    from ajgdata.gripper.pressure_slices import pulse, slices
+    from ajgdata.gripper.simulation import ricker_wavelet, slices
     from ajgdata.report.scenes import section
 
     cut, gripper = section(scene), scene.gripper
@@ -226,7 +226,7 @@ def field_of(scene: Scene) -> tuple[Film, tuple[float, ...]]:
     fine = scene.numerics.model_copy(update={"dx_mm": FIELD_MM})
     plan = build_plan(scene.model_copy(update={"numerics": fine}))
     dt = plan.system.dt
-    leaves_s = len(pulse(dt, PULSE_HZ)) // 2 * dt
+    leaves_s = len(ricker_wavelet(dt, PULSE_HZ)) // 2 * dt
     every = max(1, round(FRAME_S / dt))
     frames = int(np.ceil((leaves_s + moments_s[-1]) / (every * dt)))
     film = slices(plan, every, frames, PULSE_HZ)

@@ -15,7 +15,7 @@ from typing import Any
 
 from ajgdata.acquire.recipe import session_names, shares_scenes
 from ajgdata.experiments import all_asked
-from ajgdata.features.axes import RATE, differing_axes
+from ajgdata.features.maker import RATE, differing_axes
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.report.paper import parse_paper

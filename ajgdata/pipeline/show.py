@@ -11,7 +11,7 @@ import numpy as np
 from ajgdata.gripper import Plan, Scene, SceneError, build_plan, simulate
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.gripper.object_library import OBJECTS
-from ajgdata.gripper.object_materials import Material
+from ajgdata.gripper.objects import Material
 from ajgdata.gripper.omissions import Part
 from ajgdata.report.format import number
 from ajgdata.store.responses import read_scene

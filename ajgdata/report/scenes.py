@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_closing, zoom
 
 from ajgdata.gripper.geometry import cavity
-from ajgdata.gripper.pressure_slices import Film
 from ajgdata.gripper.relief import RASTER_M, relief
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Numerics, Scene
-from ajgdata.gripper.simulation import ImpulseResponse
+from ajgdata.gripper.simulation import Film, ImpulseResponse
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.format import number
 

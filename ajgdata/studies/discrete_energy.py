@@ -14,9 +14,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper.modes import Modes
 from ajgdata.gripper.solver import State, at_rest, march
 from ajgdata.gripper.system import System
+from ajgdata.gripper.walls import Modes
 from ajgdata.studies.domains import SILENT
 
 Real = NDArray[np.floating]

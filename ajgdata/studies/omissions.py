@@ -26,9 +26,9 @@ from ajgdata.gripper import (
     simulate,
 )
 from ajgdata.gripper.object_library import MATERIAL_SET, OBJECTS, PLATE_MM
+from ajgdata.gripper.objects import ObjectPart
 from ajgdata.gripper.omissions import MARGIN
 from ajgdata.gripper.scene import Numerics
-from ajgdata.gripper.scene_model import ObjectPart
 from ajgdata.gripper.variation import Variation
 from ajgdata.studies import TIMED
 from ajgdata.types import FeatureSettings

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import yaml
 
-from ajgdata.gripper.motor import harmonic_amplitudes
+from ajgdata.gripper.noise import harmonic_amplitudes
 from ajgdata.gripper.signal_settings import Motor
 from ajgdata.pipeline.acquire import acquire_all, acquire_virtual
 from ajgdata.pipeline.recipes import declare_from, planned_grasps, recipe_sessions

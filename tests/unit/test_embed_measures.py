@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ajgdata.evaluate.distances import mean_distances, silhouette
+from ajgdata.evaluate.neighbours import mean_distances, silhouette
 
 
 def test_mean_distances_by_hand():

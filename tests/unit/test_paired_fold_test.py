@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
-from ajgdata.evaluate.paired_fold_test import holm, paired_fold_test, verdict
+from ajgdata.evaluate.fold_tests import holm, paired_fold_test, verdict
 
 FIVE = (0.70, 0.72, 0.66, 0.74, 0.68)
 NOISE = np.array([0.0, 0.01, -0.01, 0.02, -0.02])

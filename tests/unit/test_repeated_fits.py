@@ -7,7 +7,7 @@ import pytest
 from experiment_samples import measured, small_inputs, small_store, task_results
 
 from ajgdata.evaluate.crossval import ExtraTestSet, Predictions, cross_validate
-from ajgdata.evaluate.resampling import grasp_errors, robust_error
+from ajgdata.evaluate.fold_tests import grasp_errors, robust_error
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.report.paper import PaperFigure
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from ajgdata.evaluate.agreement import why_undefined
-from ajgdata.evaluate.resampling import (
+from ajgdata.evaluate.fold_tests import (
     corrected_deviation,
     corrected_interval,
 )

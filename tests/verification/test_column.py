@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper.column import Body, cone_slope, solve, stack
-from ajgdata.gripper.object_materials import MATERIALS
+from ajgdata.gripper.objects import MATERIALS
 
 FOAM = MATERIALS["styrofoam"]
 WIDE = 4e-4

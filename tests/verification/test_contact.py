@@ -14,7 +14,7 @@ from ajgdata.gripper.contact import (
     spread_compliance,
 )
 from ajgdata.gripper.membrane import pinned, strip
-from ajgdata.gripper.object_materials import MATERIALS, Material
+from ajgdata.gripper.objects import MATERIALS, Material
 
 PLASTIC = MATERIALS["plastic"]
 PACK = Pack(6e-3, 0.40, PLASTIC)

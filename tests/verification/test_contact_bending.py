@@ -5,7 +5,7 @@ import pytest
 
 from ajgdata.gripper.bending import Plate, Ring, plate_modes, ring_modes
 from ajgdata.gripper.contact import Spring
-from ajgdata.gripper.object_materials import MATERIALS
+from ajgdata.gripper.objects import MATERIALS
 
 FREE = Spring(0.0, 0.0)
 STEEL = MATERIALS["steel"]

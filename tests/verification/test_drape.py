@@ -4,8 +4,7 @@ import numpy as np
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from ajgdata.gripper.drape import bridged
-from ajgdata.gripper.relief import STEEPEST
+from ajgdata.gripper.relief import STEEPEST, bridged
 
 STEP = 0.5e-3
 #: T/p, as of 43 N/m against 3.6 kPa.

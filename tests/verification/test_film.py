@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper import Scene
-from ajgdata.gripper.film import Film, Skin, film_spring, gap_m
 from ajgdata.gripper.medium import Air
+from ajgdata.gripper.membrane import Film, Skin, film_spring, gap_m
 
 AIR = Air(22.0)
 

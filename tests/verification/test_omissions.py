@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from ajgdata.gripper import Scene, build_plan, simulate
-from ajgdata.gripper.object_materials import MATERIALS
+from ajgdata.gripper.objects import MATERIALS
 from ajgdata.gripper.omissions import MARGIN, bounds, measured_table
 from ajgdata.gripper.scene import PHYSICS_VERSION, as_met
 from ajgdata.studies.omissions import (

@@ -8,10 +8,10 @@ from ajgdata.gripper import Scene
 from ajgdata.gripper.column import pad_stiffness, solve
 from ajgdata.gripper.contact import layer_stiffness
 from ajgdata.gripper.geometry import cavity
+from ajgdata.gripper.grasped_object import body_of, imprint, stack_of
 from ajgdata.gripper.grid import cut_cells
-from ajgdata.gripper.mechanics import body_of, imprint, stack_of
 from ajgdata.gripper.object_library import OBJECTS
-from ajgdata.gripper.object_materials import MATERIALS, Support
+from ajgdata.gripper.objects import MATERIALS, Support
 from ajgdata.gripper.rest import lies_on_rim, rest_on, rim_of
 
 RUBBER, STEEL = MATERIALS["rubber"], MATERIALS["steel"]

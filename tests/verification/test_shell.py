@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ajgdata.gripper.object_materials import MATERIALS
-from ajgdata.gripper.shell import DEGREES, shell_modes
+from ajgdata.gripper.bending import DEGREES, shell_modes
+from ajgdata.gripper.objects import MATERIALS
 
 RADIUS = 39e-3
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from ajgdata.gripper.dispersion import undisperse
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ
-from ajgdata.gripper.simulation import lowpass
+from ajgdata.gripper.simulation import lowpass, undisperse
 from ajgdata.gripper.solver_plan import ACCURATE_HZ, wide_weight
 
 

@@ -11,10 +11,9 @@ import numpy as np
 from ajgdata.gripper import Scene, build_plan
 from ajgdata.gripper.grid import cut_cells
 from ajgdata.gripper.medium import Packing, air_fluid, fit_fluid
-from ajgdata.gripper.modes import NO_MODES, ModeList
-from ajgdata.gripper.object_materials import MATERIALS
+from ajgdata.gripper.objects import MATERIALS
 from ajgdata.gripper.system import Packed, assemble
-from ajgdata.gripper.walls import NO_WALLS, WallList
+from ajgdata.gripper.walls import NO_MODES, NO_WALLS, ModeList, WallList
 from ajgdata.studies.domains import AIR, BOWL, PLASTIC, bowl, time_step, two_probes
 from ajgdata.studies.stability.trial import Ends, Trial
 

@@ -17,9 +17,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ajgdata.gripper.modes import NO_MODES, coupled
 from ajgdata.gripper.system import Capacities, Faces, System
-from ajgdata.gripper.walls import Walls
+from ajgdata.gripper.walls import NO_MODES, Walls, coupled
 from ajgdata.studies.discrete_energy import (
     dissipated,
     energy,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ajgdata.gripper.motor import harmonic_amplitudes, motor_sound
+from ajgdata.gripper.noise import harmonic_amplitudes, motor_sound
 from ajgdata.gripper.signal_chain import ImpulseResponse, excitation_sweep, record
 from ajgdata.gripper.signal_settings import Motor, SignalChain
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper import Scene, build_plan
-from ajgdata.gripper.pressure_slices import pulse, slices
+from ajgdata.gripper.simulation import ricker_wavelet, slices
 from ajgdata.gripper.solver import at_rest, march
 
 SCENE = Scene.model_validate(
@@ -22,7 +22,7 @@ def test_a_film_is_the_marched_field_whatever_the_chunks(plan):
     np.testing.assert_array_equal(film.frames, fine.frames[5::6])
     np.testing.assert_allclose(film.times_s, fine.times_s[5::6])
     state = at_rest(plan.system)
-    drive = pulse(plan.system.dt, 4_000.0)[:30]
+    drive = ricker_wavelet(plan.system.dt, 4_000.0)[:30]
     march(plan.system, state, plan.speaker, plan.microphone, drive, 30)
     middle = int(np.argmin(np.abs(plan.cells.y)))
     expected = state.p.reshape(plan.system.shape)[:, middle]

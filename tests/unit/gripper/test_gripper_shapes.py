@@ -5,7 +5,7 @@ import math
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from ajgdata.gripper.shapes import Object
+from ajgdata.gripper.objects import Object
 
 SHAPE = TypeAdapter(Object)
 BALL = {"kind": "sphere", "diameter_mm": 40.0}

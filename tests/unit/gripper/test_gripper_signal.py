@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from scipy.signal import sosfilt
 
-from ajgdata.gripper.external_noise import (
+from ajgdata.gripper.medium import Air
+from ajgdata.gripper.noise import (
     a_weighting,
     external_noise_pa,
 )
-from ajgdata.gripper.medium import Air
 from ajgdata.gripper.signal_chain import (
     excitation_sweep,
     record,

@@ -7,12 +7,11 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper.grid import cut_cells
 from ajgdata.gripper.medium import air_fluid, fit_fluid
-from ajgdata.gripper.modes import ModeList
 from ajgdata.gripper.scene import Scheme
 from ajgdata.gripper.solver import State, at_rest, march
 from ajgdata.gripper.solver_plan import stencil_weight
 from ajgdata.gripper.system import Packed, System, assemble
-from ajgdata.gripper.walls import WallList
+from ajgdata.gripper.walls import ModeList, WallList
 from ajgdata.studies.discrete_energy import energies, random_state
 from ajgdata.studies.domains import AIR, BOWL, PLASTIC, bowl, time_step, two_probes
 from known_cases.case import Identity

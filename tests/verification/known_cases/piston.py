@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper.grid import cut_cells
 from ajgdata.gripper.medium import air_fluid
-from ajgdata.gripper.modes import NO_MODES, ModeList
 from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.system import assemble
-from ajgdata.gripper.walls import NO_WALLS, WallList
+from ajgdata.gripper.walls import NO_MODES, NO_WALLS, ModeList, WallList
 from ajgdata.studies.domains import AIR, time_step
 from known_cases.case import Identity, Refinement
 from known_cases.domains import box

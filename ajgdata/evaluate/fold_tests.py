@@ -1,4 +1,4 @@
-"""Intervals of repeated fits and of overlapping folds.
+"""Statistics of fold values: intervals of repeated fits, and tests of a change.
 
 One split of few recordings says as much of the split as of the model. Repeats of it agree with each
 other more than new recordings would, since they share them: the plain standard error over all folds
@@ -10,16 +10,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
 
 import numpy as np
+from scipy.special import stdtr
 from scipy.stats import t as student
 
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.agreement import UNDEFINED, Interval
 from ajgdata.evaluate.crossval import Predictions
 from ajgdata.evaluate.intervals import CONFIDENCE, ROUNDING
-from ajgdata.evaluate.metrics import wrapped
+from ajgdata.evaluate.metrics import LOWER_IS_BETTER, RANGES, wrapped
+from ajgdata.types import NotPossibleError
 
 
 def corrected_deviation(variance: float, count: int, test_share: float) -> float:
@@ -42,7 +45,7 @@ def corrected_interval(values: Sequence[float], folds: int, metric: str = "") ->
     It ends at the range of the metric: no share is above 1 or below 0, no error below 0. It is
     undefined if a fold has no value, or if all folds have the same: no deviation is then known.
 
-    >>> from ajgdata.evaluate.resampling import corrected_interval
+    >>> from ajgdata.evaluate.fold_tests import corrected_interval
     >>> low, high = corrected_interval([1.0, 2.0, 3.0, 4.0, 5.0], folds=5)
     >>> f"{low:.3f} {high:.3f}"  # 3 ± 2.776 sqrt((1/5 + 1/4) 2.5)
     '0.055 5.945'
@@ -121,3 +124,92 @@ def robust_error(squared: np.ndarray, seed: int = 0) -> RobustError:
     low, high = np.percentile(medians, (tail, 100 - tail))
     per_fit = np.sqrt(squared.mean(axis=1))
     return RobustError(float(np.median(per_fit)), float(low), float(high), per_fit)
+
+
+Expected = Literal["better", "worse"]
+Verdict = Literal["supported", "refuted", "not supported", "not testable"]
+LEVEL = 0.05  #: of significance, for all tests of a page together
+
+
+@dataclass(frozen=True)
+class FoldDifference:
+    """By how much the second of two is better than the first, in the metric's unit: mean over
+    folds, the ends of its 95 % interval, and the two-sided p value.
+
+    Ends and p are NaN if all folds differ by the same amount: without a variance nothing can be
+    tested.
+    """
+
+    gain: float
+    low: float
+    high: float
+    p: float
+
+
+def verdict(gain: float, p: float, expected: Expected = "better") -> Verdict:
+    """Return the verdict on the hypothesis that the second is better (or worse).
+
+    `p` is NaN without a test; correct it first (`holm`) if there are several tests. `refuted`: the
+    opposite is significant.
+    """
+    if math.isnan(p):
+        return "not testable"
+    if p >= LEVEL:
+        return "not supported"
+    return "supported" if (gain > 0) == (expected == "better") else "refuted"
+
+
+def holm(p: Sequence[float]) -> list[float]:
+    """Return p values corrected for their number (Holm 1979, Scand. J. Statist. 6, 65).
+
+    The chance that any true null hypothesis of the family is rejected at a level is at most that
+    level. NaN, where nothing was tested, stays NaN and does not count.
+
+    >>> from ajgdata.evaluate.fold_tests import holm
+    >>> holm([0.04, 0.01, 0.03])
+    [0.06, 0.03, 0.06]
+    """
+    values = np.asarray(p, float)
+    order = np.argsort(values)  # NaN last
+    tests = int(np.isfinite(values).sum())
+    factor = np.arange(tests, 0, -1)
+    corrected = np.full(len(values), np.nan)
+    ranked = np.maximum.accumulate(values[order[:tests]] * factor)
+    corrected[order[:tests]] = np.minimum(ranked, 1.0)
+    return [float(value) for value in corrected]
+
+
+def paired_fold_test(
+    before: Sequence[float], after: Sequence[float], *, metric: str, paired: bool
+) -> FoldDifference:
+    """Compare fold values (k,) of a metric in two cross-validations with as many folds.
+
+    `paired`: fold i of both tests the same groups. Folds share most of their training rows, so
+    their plain standard error is too small. The variance of the mean difference of k folds is
+    taken as (1/k + 1/(k-1)) s², its tests being 1/(k-1) of its training rows, with k-1 degrees of
+    freedom (Nadeau & Bengio 2003, Machine Learning 52, 239). Unpaired, s² is the sum of both.
+
+    The interval contains no gain that would take the mean of `before` beyond the range of the
+    metric (`metrics.RANGES`): no share can rise above 1.
+
+    Raises ValueError for other than two or more finite values of each, as many of both.
+    """
+    first, second = np.asarray(before, float), np.asarray(after, float)
+    folds = len(first)
+    if first.shape != second.shape or first.ndim != 1 or folds < 2:
+        raise ValueError(f"need as many folds of both, two or more: {first.shape}, {second.shape}")
+    if not (np.isfinite(first).all() and np.isfinite(second).all()):
+        raise NotPossibleError("a fold has no value: give folds more groups")
+    least, most = RANGES.get(metric, (-math.inf, math.inf))
+    mean = float(first.mean())
+    lower_is_better = metric in LOWER_IS_BETTER
+    gains = first - second if lower_is_better else second - first
+    variance = gains.var(ddof=1) if paired else first.var(ddof=1) + second.var(ddof=1)
+    gain = float(gains.mean())
+    if math.sqrt(variance) <= ROUNDING * max(np.abs(first).max(), np.abs(second).max()):
+        return FoldDifference(gain, math.nan, math.nan, math.nan)
+    reach = corrected_reach(float(variance), folds, 1 / (folds - 1))
+    t = abs(gain) / corrected_deviation(float(variance), folds, 1 / (folds - 1))
+    loss, room = (most - mean, mean - least) if lower_is_better else (mean - least, most - mean)
+    p = float(2 * stdtr(folds - 1, -t))
+    return FoldDifference(gain, max(gain - reach, -loss), min(gain + reach, room), p)
