@@ -1,42 +1,122 @@
-"""`ajgdata export`: write a trained model as an ONNX file, and compare it with the package."""
+"""`ajgdata export`: write a trained network as an ONNX file, and compare it with the package."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 
 from ajgdata.cli.console import say
-from ajgdata.pipeline.progress import bar
+from ajgdata.pipeline.progress import tracked
+from ajgdata.types import DataError, NotPossibleError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from ajgdata.export import Difference
+    from ajgdata.live.predictor import Predictor
+    from ajgdata.paths import Paths
 
 
 def export(
     dataset: Annotated[str, typer.Argument(help="data set")],
     task: Annotated[str, typer.Argument(help="task that the model was trained for")],
-    model: Annotated[str, typer.Argument(help="its name, e.g. cnn")],
+    model: Annotated[str, typer.Argument(help="cnn or cnn_one_scale")] = "cnn",
     folder: Annotated[
         Path | None, typer.Option("--out", help="folder to write into; default: results/exported")
     ] = None,
 ) -> None:
-    """Write a trained model as one ONNX file: waveform in, calibrated prediction out.
+    """Write a trained CNN as one ONNX file: waveform in, calibrated prediction out.
 
     Compares the file with the package for every recording of the data set. Exit code 1 if they
     differ by more than rounding.
     """
+    from ajgdata.loading import load_predictor
     from ajgdata.paths import find_project
-    from ajgdata.pipeline.export_model import check_export, export_model
 
     paths = find_project()
-    file = export_model(paths, dataset, task, model, folder=folder or paths.exported)
-    with bar("comparing") as started:
-        differences = check_export(paths, file, (dataset, task, model), started)
-    for one in differences:
-        verdict = "differs" if one.is_beyond else "agrees"
-        numbers = f"largest difference {one.largest:.2g}, allowed {one.allowed:.2g}"
-        say(f"{one.quantity:12} {numbers}: {verdict}")
-    is_wrong = any(one.is_beyond for one in differences)
+    predictor = load_predictor(dataset, task, model, paths.root)
+    file = export_model(paths, predictor, folder or paths.exported)
+    differences = check_export(paths, file, predictor)
+    for difference in differences:
+        verdict = "differs" if difference.is_beyond else "agrees"
+        numbers = f"largest difference {difference.largest:.2g}, allowed {difference.allowed:.2g}"
+        say(f"{difference.quantity:12} {numbers}: {verdict}")
+    is_wrong = any(difference.is_beyond for difference in differences)
     result = "differs from the package" if is_wrong else "agrees with the package"
     say(escape(f"{file}: {file.stat().st_size / 1e3:.0f} kB, {result}"))
     raise typer.Exit(is_wrong)
+
+
+def export_model(paths: Paths, predictor: Predictor, folder: Path) -> Path:
+    """Write a trained network into `folder`; return the file.
+
+    Raises DataError for other models, and if a package is missing.
+    """
+    from ajgdata.store.files import write_bytes
+    from ajgdata.store.models import read_about
+
+    for package in ("onnx", "onnxruntime", "onnxscript"):
+        if find_spec(package) is None:
+            raise DataError(package, "is not installed", "pip install 'ajgdata[export]'")
+    from ajgdata.export import onnx_bytes
+
+    names = (predictor.dataset, predictor.task, predictor.model)
+    trained = paths.model(*names)
+    try:
+        content = onnx_bytes(predictor, _description(predictor, read_about(trained)))
+    except NotPossibleError as error:
+        raise DataError(trained, str(error), "export cnn or cnn_one_scale") from None
+    file = folder / f"{'-'.join(names)}.onnx"
+    write_bytes(file, content)
+    return file
+
+
+def _description(predictor: Predictor, trained: dict[str, Any]) -> dict[str, Any]:
+    """Return the metadata of the file; `trained` describes the training."""
+    from ajgdata.export import VERDICTS
+
+    training = {key: trained[key] for key in ("seed", "target", "recordings")}
+    return {
+        "data_set": predictor.dataset,
+        "task": predictor.task,
+        "model": predictor.model,
+        "kind": predictor.kind,
+        "unit": predictor.unit,
+        "period": trained["period"],
+        "classes": list(predictor.classes),
+        "sample_rate_hz": predictor.sample_rate_hz,
+        "channel": predictor.audio.channel,
+        "features": predictor.features.model_dump(mode="json"),
+        "calibration": predictor.calibration.plain(),
+        "verdicts": list(VERDICTS),
+        "provenance": trained["provenance"] | training,
+    }
+
+
+def check_export(paths: Paths, file: Path, predictor: Predictor) -> list[Difference]:
+    """Compare an exported file with the trained model over the recordings of the data set."""
+    import numpy as np
+
+    from ajgdata.export import compare, onnx_outputs
+    from ajgdata.features.spectrum import spectrum
+    from ajgdata.loading import load_recordings
+    from ajgdata.pipeline.recordings import examine
+
+    with load_recordings(predictor.dataset, paths.root) as recordings:
+        files = [Path(str(path)) for path in recordings.file.values]
+    features: list[np.ndarray] = []
+
+    def usable() -> Iterator[np.ndarray]:
+        for path in tracked(files, "comparing"):
+            samples = examine(path, predictor.audio, predictor.features.window).samples
+            if samples is not None:
+                features.append(spectrum(samples, predictor.sample_rate_hz, predictor.features))
+                yield samples
+
+    outputs = list(onnx_outputs(file, usable()))
+    return compare(predictor, np.array(features), outputs)

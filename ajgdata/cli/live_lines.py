@@ -11,7 +11,7 @@ from rich.markup import escape
 from ajgdata.live.control import Control, Mode
 from ajgdata.live.decision import percent
 from ajgdata.live.events import Event
-from ajgdata.live.prediction import Prediction, Verdict
+from ajgdata.live.predictor import Prediction, Verdict
 from ajgdata.live.run_state import RunState
 from ajgdata.live.sort import EndedByPerson
 

@@ -9,7 +9,7 @@ from enum import StrEnum
 import numpy as np
 
 from ajgdata.evaluate.sorting import combined, decide
-from ajgdata.live.prediction import Prediction, Verdict
+from ajgdata.live.predictor import Prediction, Verdict
 from ajgdata.types.plan import SortPlan
 
 

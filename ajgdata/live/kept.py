@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from ajgdata.acquire.card import Capture
 from ajgdata.acquire.live_session import REJECTED, LiveSession
 from ajgdata.acquire.protocol import PlannedGrasp
-from ajgdata.live.prediction import Prediction
+from ajgdata.live.predictor import Prediction
 from ajgdata.types import Recording
 from ajgdata.types.plan import NOTHING
 from ajgdata.types.protocol import Reference

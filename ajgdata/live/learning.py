@@ -10,7 +10,7 @@ from ajgdata.acquire.live_session import REJECTED
 from ajgdata.acquire.session_setup import recording_alone
 from ajgdata.live.events import Event, read_events
 from ajgdata.live.kept import SORT, VERDICT
-from ajgdata.live.prediction import Verdict
+from ajgdata.live.predictor import Verdict
 from ajgdata.paths import RECORDINGS_FILE, Paths
 from ajgdata.store.sessions import read_dataset, read_recordings, read_session, write_session
 from ajgdata.types import DataError, DatasetSpec, Recording

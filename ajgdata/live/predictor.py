@@ -1,4 +1,4 @@
-"""A trained model in use: one recording in, what it says and how far that may be believed out.
+"""A trained model in use: one recording in, a prediction with its uncertainty out.
 
 Checks and features are those of the workflow: a recording that the workflow would not use is
 refused in its words, and one that it did use gives the feature of the store.
@@ -6,8 +6,9 @@ refused in its words, and one that it did use gives the feature of the store.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -19,7 +20,6 @@ from ajgdata.evaluate.in_use import Calibration
 from ajgdata.evaluate.novelty import Guard
 from ajgdata.features.checks import BEYOND, check_audio
 from ajgdata.features.spectrum import frequencies_hz, spectrum
-from ajgdata.live.prediction import Prediction, Verdict
 from ajgdata.store.audio import Audio, AudioInfo, check_layout, read_audio, resample
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, Kind, NotPossibleError
 
@@ -30,6 +30,46 @@ if TYPE_CHECKING:
 MAX_PEAK = 100.0
 #: What samples that came from no file are called in complaints.
 HERE = Path("this recording")
+
+
+class Verdict(StrEnum):
+    """Whether a prediction is about something that the model knows."""
+
+    KNOWN = "known"
+    NOTHING = "nothing"  #: nearer to recordings of an empty gripper, or of silence, than to any
+    UNKNOWN = "unknown"  #: further from what was trained on than recordings of new grasps are
+    NOT_CHECKED = "not checked"  #: the model has no threshold for novel objects
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """One recording as a trained model sees it.
+
+    `value` is the most probable class, or the number in `unit`; it is given for every verdict, and
+    meaningless for NOTHING and UNKNOWN. `probability` is calibrated, by class in the order of
+    the model's classes (empty for numbers, and for models without probabilities). `interval` holds
+    the true number with the model's stated coverage (None for classes). `novelty` is the distance
+    to the nearest training grasp in units of the threshold: above 1 is UNKNOWN; None if it was NOT
+    CHECKED. `detection_rate` is the share of novel objects that this check detects (None if it was
+    not measured): if it is small, KNOWN says little. `remarks` are the warnings of the workflow's
+    own checks of the recording, one line each.
+    """
+
+    kind: Kind
+    value: str | float
+    unit: str
+    verdict: Verdict
+    novelty: float | None
+    probability: Mapping[str, float]
+    interval: tuple[float, float] | None = None
+    remarks: Sequence[str] = ()
+    detection_rate: float | None = None
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as JSON can hold it."""
+        interval = None if self.interval is None else list(self.interval)
+        plain = {"verdict": str(self.verdict), "probability": dict(self.probability)}
+        return vars(self) | plain | {"interval": interval, "remarks": list(self.remarks)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +121,6 @@ class Predictor:
         return self.calibration.temperature
 
     @property
-    def coverage(self) -> float | None:
-        """Return the share of truths that intervals hold; None where there are no intervals."""
-        return self.calibration.coverage
-
-    @property
     def has_probabilities(self) -> bool:
         """Return whether predictions come with calibrated probabilities, as sorting needs them."""
         return self.temperature is not None
@@ -106,7 +141,8 @@ class Predictor:
 
     def feature(self, waveform: ArrayLike, sample_rate_hz: float) -> NDArray[np.float32]:
         """Return the feature (f,) of one recording, as `predict` makes it."""
-        return self._heard(_audio(waveform, sample_rate_hz, self.audio), HERE)[0]
+        audio = _audio(waveform, sample_rate_hz, self.audio)
+        return self._feature_and_remarks(audio, HERE)[0]
 
     def predict(self, waveform: ArrayLike, sample_rate_hz: float) -> Prediction:
         """Return what the model says of one recording.
@@ -121,22 +157,6 @@ class Predictor:
     def predict_file(self, path: str | Path) -> Prediction:
         """Return the prediction for one audio file. Raises DataError as `predict` does."""
         return self._predicted(read_audio(Path(path), self.audio), Path(path))
-
-    def predict_many(
-        self, waveforms: Iterable[ArrayLike], sample_rate_hz: float
-    ) -> list[Prediction]:
-        """Return `predict` of each, in one call of the model.
-
-        Raises DataError for the first that cannot be used, with its number (from 0).
-        """
-        heard = [
-            self._heard(_audio(waveform, sample_rate_hz, self.audio), Path(f"recording {number}"))
-            for number, waveform in enumerate(waveforms)
-        ]
-        if not heard:
-            return []
-        said = self.of_features(np.array([feature for feature, _ in heard]))
-        return [replace(one, remarks=told) for one, (_, told) in zip(said, heard, strict=True)]
 
     def of_features(self, features: np.ndarray) -> list[Prediction]:
         """Return what the model says of features (m, f), as `feature` or a store gives them."""
@@ -175,10 +195,12 @@ class Predictor:
         return None if half is None else (value - half, value + half)
 
     def _predicted(self, audio: Audio, where: Path) -> Prediction:
-        feature, told = self._heard(audio, where)
-        return replace(self.of_features(feature[np.newaxis])[0], remarks=told)
+        feature, remarks = self._feature_and_remarks(audio, where)
+        return replace(self.of_features(feature[np.newaxis])[0], remarks=remarks)
 
-    def _heard(self, audio: Audio, where: Path) -> tuple[NDArray[np.float32], Sequence[str]]:
+    def _feature_and_remarks(
+        self, audio: Audio, where: Path
+    ) -> tuple[NDArray[np.float32], Sequence[str]]:
         """Return the feature (f,) of a recording, and warnings about it. Raises DataError."""
         remarks = check_audio(audio, self.features.window)
         for remark in remarks:
@@ -188,8 +210,8 @@ class Predictor:
             feature = spectrum(audio.samples, self.sample_rate_hz, self.features)
         except ValueError as error:  # not normalised, and beyond float32
             raise DataError(where, str(error), "change features in dataset.yaml") from None
-        shown = [one for one in remarks if one.level == "warning" or one.code == BEYOND]
-        return feature, [f"{one.problem}; {one.fix}" for one in shown]
+        shown = [remark for remark in remarks if remark.level == "warning" or remark.code == BEYOND]
+        return feature, [f"{remark.problem}; {remark.fix}" for remark in shown]
 
 
 def _verdict(nothing: bool, novelty: float | None) -> Verdict:
@@ -224,17 +246,10 @@ def _audio(waveform: ArrayLike, sample_rate_hz: float, wanted: AudioSettings) ->
 
 
 def _check_scale(array: np.ndarray) -> None:
-    """Raise DataError for samples that are not real numbers of full scale ±1."""
-    if array.dtype.kind in "iu":
-        full = 2 ** (8 * array.dtype.itemsize - 1)
-        how = f"divide them by {full}" if array.dtype.kind == "i" else "convert them to floats"
-        problem = f"samples are integers ({array.dtype}), not floats"
-        raise DataError(HERE, problem, f"{how}, so that full scale is ±1")
-    if array.dtype.kind == "c":
-        fix = "give the real waveform, not its spectrum or analytic signal"
-        raise DataError(HERE, f"samples are complex ({array.dtype})", fix)
+    """Raise DataError for samples that are not real floating-point numbers of full scale ±1."""
     if array.dtype.kind != "f":
-        raise DataError(HERE, f"samples are {array.dtype}, not numbers", "give an array of floats")
+        fix = "give real floats, with full scale ±1 (divide 16-bit integers by 32768)"
+        raise DataError(HERE, f"samples are {array.dtype}, not floats", fix)
     finite = array[np.isfinite(array)]
     if finite.size and (peak := float(np.abs(finite).max())) > MAX_PEAK:
         fix = "divide by full scale (32768 for 16-bit samples), so that full scale is ±1"

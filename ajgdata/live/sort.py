@@ -18,7 +18,7 @@ from ajgdata.live.decision import Action, Decision, judge
 from ajgdata.live.drift import DriftWatch
 from ajgdata.live.events import EventLog, shown_spectrum
 from ajgdata.live.kept import KeptRun
-from ajgdata.live.prediction import Prediction
+from ajgdata.live.predictor import Prediction
 from ajgdata.live.run_state import RunState
 from ajgdata.live.steps import Steps
 from ajgdata.types.plan import NOTHING, SortPlan

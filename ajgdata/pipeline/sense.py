@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ajgdata.acquire.card import Card
 from ajgdata.acquire.robot import Placement, Robot
-from ajgdata.live.prediction import Prediction
+from ajgdata.live.predictor import Prediction
 from ajgdata.loading import load_predictor
 from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire_live import VIRTUAL, excitation_of, open_hands

@@ -14,9 +14,9 @@ from recorded import make_features
 
 import ajgdata
 from ajgdata.acquire.robot import Placement, RobotError, grasp_once
+from ajgdata.cli.export import export_model
 from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire import acquire_all
-from ajgdata.pipeline.export_model import export_model
 from ajgdata.pipeline.recipes import recipe_sessions
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.sessions import read_dataset
@@ -191,14 +191,17 @@ def test_ros2_robot():
 
 def test_onnx_predict(in_project, example_project, monkeypatch, capsys):
     pytest.importorskip("onnxruntime")
-    folder = example_project.exported
-    file = export_model(example_project, "size", "size", "ridge", folder=folder)
+    asked = read_dataset(example_project, "size").training("size")
+    trained = example_project.model("size", "size", "cnn")
+    train_model(example_project.features("size"), **asked, model="cnn", seed=0, folder=trained)
+    predictor = ajgdata.load_predictor("size", "size", "cnn")
+    file = export_model(example_project, predictor, example_project.exported)
     first = ajgdata.load_recordings("size").file.values[0]
     monkeypatch.setattr("sys.argv", ["onnx_predict.py", str(file), str(first)])
     run("onnx_predict")
     with ajgdata.load_features("size") as features:
         feature = features.feature.values[:1]
-    (edge_mm,) = ajgdata.load_model("size", "size", "ridge").predict(feature)
+    (edge_mm,) = ajgdata.load_model("size", "size", "cnn").predict(feature)
     assert f"{edge_mm:.4g} mm, " in capsys.readouterr().out
 
 

@@ -15,7 +15,7 @@ from ajgdata.acquire.robot import Placement, RobotError
 from ajgdata.live.control import Control
 from ajgdata.live.events import EventLog, read_events
 from ajgdata.live.kept import KeptRun
-from ajgdata.live.prediction import Prediction, Verdict
+from ajgdata.live.predictor import Prediction, Verdict
 from ajgdata.live.sort import Sorter, arrivals
 from ajgdata.types import LogSweep
 from ajgdata.types.plan import SortPlan

@@ -11,9 +11,10 @@ from typer.testing import CliRunner
 from worlds import Project
 
 import ajgdata
+from ajgdata.cli.export import check_export
 from ajgdata.cli.main import app
+from ajgdata.evaluate import in_use
 from ajgdata.paths import Paths
-from ajgdata.pipeline.export_model import check_export
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.audio import file_sha256, write_pcm24
 from ajgdata.types import Recording, Target
@@ -22,16 +23,15 @@ onnx = pytest.importorskip("onnx")
 pytest.importorskip("onnxscript")
 pytest.importorskip("onnxruntime")
 EXAMPLE = Path(__file__).resolve().parents[2] / "docs/examples/onnx_predict.py"
-TARGETS = {"pitch": Target(kind="regression", unit="Hz"), "object": Target(kind="classification")}
-TASKS = {"size": {"target": "pitch"}, "what": {"target": "object"}}
+TARGETS = {"object": Target(kind="classification")}
 
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory):
-    """24 tones, and 2 of noise in which nothing is held; two models trained on them."""
+    """24 tones, and 2 of noise in which nothing is held; a model trained on them."""
     project = Project(Paths(tmp_path_factory.mktemp("export") / "project"))
     targets = {name: target.model_dump(mode="json") for name, target in TARGETS.items()}
-    project.declare(targets=targets, tasks=TASKS)
+    project.declare(targets=targets, tasks={"what": {"target": "object"}})
     rows = []
     noise = 0.1 * np.random.default_rng(1).standard_normal((2, 400))
     for number, sound in enumerate([*tones(24), *noise]):
@@ -40,37 +40,30 @@ def trained(tmp_path_factory):
         row = {"recording_id": path.stem, "file": f"audio/{path.name}", "sha256": file_sha256(path)}
         held = number < 24
         row |= {"grasp_id": f"g{number // 2}", "object": "abcd"[number % 4] if held else ""}
-        labels = {"pitch": str(600 + 800 * (number % 4)) if held else ""}
-        rows.append(Recording(**row, labels=labels))
+        rows.append(Recording(**row))
     project.write(rows)
     project.shard()
     project.merge("s1", targets=TARGETS)
-    train(project, "size", "ridge")
-    train(project, "what", "linear")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(in_use, "FOLDS", 2)
+        train_model(
+            project.paths.features("d"), target="object", kind="classification", unit="",
+            groups="grasp_id", model="cnn", seed=0, folder=project.paths.model("d", "what", "cnn"),
+        )  # fmt: skip
     return project
-
-
-def train(project, task, model):
-    target = TASKS[task]["target"]
-    train_model(
-        project.paths.features("d"), target=target, kind=TARGETS[target].kind,
-        unit=TARGETS[target].unit, groups="grasp_id", model=model, seed=0,
-        folder=project.paths.model("d", task, model),
-    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
 def exported(trained, tmp_path_factory):
-    """The folder with both models, exported by the command, which compares them."""
+    """The folder with the model, exported by the command, which compares it."""
     folder = tmp_path_factory.mktemp("exported")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(trained.root)
-        for task, model, row in (("what", "linear", "probability"), ("size", "ridge", "value")):
-            words = ["export", "d", task, model, "--out", str(folder)]
-            done = CliRunner().invoke(app, words, catch_exceptions=False)
-            assert done.exit_code == 0, done.output
-            assert "agrees with the package" in done.output
-            assert f"\n{row:12} " in done.output
+        words = ["export", "d", "what", "cnn", "--out", str(folder)]
+        done = CliRunner().invoke(app, words, catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    assert "agrees with the package" in done.output
+    assert "\nprobability  largest" in done.output
     return folder
 
 
@@ -87,11 +80,11 @@ def changed(path, folder, weight):
 
 
 def test_a_file_with_other_weights_is_found(trained, exported, tmp_path):
-    names = ("d", "what", "linear")
-    for weight, wrong in ((1.0, False), (1.001, True)):
-        path = changed(exported / "d-what-linear.onnx", tmp_path, weight)
-        found = check_export(trained.paths, path, names, lambda total: lambda: None)
-        assert any(one.is_beyond for one in found) is wrong
+    predictor = ajgdata.load_predictor("d", "what", "cnn", trained.root)
+    for weight, wrong in ((1.0, False), (1.01, True)):
+        path = changed(exported / "d-what-cnn.onnx", tmp_path, weight)
+        differences = check_export(trained.paths, path, predictor)
+        assert any(difference.is_beyond for difference in differences) is wrong
 
 
 def test_the_example_with_onnx_runtime(exported, trained, tmp_path):
@@ -103,14 +96,9 @@ def test_the_example_with_onnx_runtime(exported, trained, tmp_path):
         done = subprocess.run(command, check=False, capture_output=True, text=True)
         return done.stdout + done.stderr
 
-    verdict, *lines = example("d-what-linear.onnx", sound).splitlines()
+    verdict, *lines = example("d-what-cnn.onnx", sound).splitlines()
     assert verdict.startswith("known (novelty 0.")
     assert lines[0].endswith("% b")
-    with ajgdata.load_features("d", trained.root) as features:
-        feature = features.feature.sel(recording="s1/r01").values
-    (pitch,) = ajgdata.load_model("d", "size", "ridge", trained.root).predict(feature[np.newaxis])
-    said = example("d-size-ridge.onnx", sound)
-    assert f"\n{pitch:.4g} Hz, " in said
-    assert example("d-size-ridge.onnx", trained.folder() / "audio/r25.wav").startswith("nothing ")
-    said = example("d-size-ridge.onnx", tmp_path / "fast.wav")
+    assert example("d-what-cnn.onnx", trained.folder() / "audio/r25.wav").startswith("nothing ")
+    said = example("d-what-cnn.onnx", tmp_path / "fast.wav")
     assert "sampled at 16000 Hz, the model needs 8000 Hz" in said

@@ -1,7 +1,7 @@
-"""A trained model as one ONNX graph (waveform in, calibrated answer out), and how to run it.
+"""A trained network as one ONNX graph (waveform in, calibrated answer out), for other computers.
 
 The transform is in float64: in float32, ONNX Runtime has errors of 3e-5 where the window is not a
-power of two.
+power of two. The network computes in float32.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ from __future__ import annotations
 import json
 import logging
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
@@ -19,15 +19,16 @@ from torch import Tensor, nn
 
 from ajgdata.evaluate.calibration import TINIEST
 from ajgdata.evaluate.novelty import Guard
-from ajgdata.export.torch_model import Compress, Standardise, squared_distances, torch_model
 from ajgdata.features.checks import TOO_QUIET
 from ajgdata.features.spectrum import periodic_window
-from ajgdata.live.predictor import Predictor
-from ajgdata.types import DataError, FeatureSettings
+from ajgdata.live.predictor import Prediction, Predictor
+from ajgdata.types import FeatureSettings, NotPossibleError
 
 METADATA = "ajgdata"  #: key of the metadata that hold the description of the model, as JSON
 VERDICTS = ("known", "nothing", "unknown", "not checked")
 OPSET = 20
+#: Largest difference of an output, relative to its largest value: both compute in float32.
+TOLERANCE = 1e-4
 
 
 class Feature(nn.Module):
@@ -75,21 +76,22 @@ class Novelty(nn.Module):
 
     grasps: Tensor
     references: Tensor
+    mean: Tensor
+    std: Tensor
 
     def __init__(self, guard: Guard) -> None:
         super().__init__()
-        self.points = nn.Sequential(
-            Compress(float(guard.scale)), Standardise(guard.mean, guard.std)
-        )
-        self.threshold = guard.threshold
+        self.scale, self.threshold = float(guard.scale), guard.threshold
         self.has_references = len(guard.references) > 0
-        self.register_buffer("grasps", torch.tensor(guard.grasps))
-        self.register_buffer("references", torch.tensor(guard.references))
+        for name in ("grasps", "references", "mean", "std"):
+            self.register_buffer(name, torch.tensor(getattr(guard, name), dtype=torch.float64))
 
     def forward(self, feature: Tensor) -> dict[str, Tensor]:
         """Return novelty (n,), if there is a threshold, and the number of the verdict (n,)."""
-        z = self.points(feature.double())
-        near = squared_distances(z, self.grasps).amin(1)
+        x = feature.double() / self.scale
+        # ONNX Runtime has asinh for float32 only
+        z = (torch.log(x + torch.sqrt(x * x + 1)) - self.mean) / self.std
+        near = _squared_distances(z, self.grasps).amin(1)
         outputs = {}
         verdict = torch.full_like(near, 3, dtype=torch.int64)
         if self.threshold:
@@ -97,13 +99,22 @@ class Novelty(nn.Module):
             outputs["novelty"] = novelty.float()
             verdict = torch.where(novelty > 1, 2, 0)
         if self.has_references:
-            nothing = squared_distances(z, self.references).amin(1) < near
+            nothing = _squared_distances(z, self.references).amin(1) < near
             verdict = torch.where(nothing, 1, verdict)
         return outputs | {"verdict": verdict}
 
 
+def _squared_distances(x: Tensor, rows: Tensor) -> Tensor:
+    """Return |x - row|^2 (n, rows) of x (n, f) and rows (rows, f), float64."""
+    squares = x.square().sum(1, keepdim=True) + rows.square().sum(1)
+    return (squares - 2 * x @ rows.T).clamp(min=0)
+
+
 class Deployed(nn.Module):
-    """All steps from waveforms to what `Predictor.predict` returns, as named tensors."""
+    """All steps from waveforms to what `Predictor.predict` returns, as named tensors.
+
+    Raises NotPossibleError for a model that is not a network.
+    """
 
     def __init__(self, predictor: Predictor) -> None:
         super().__init__()
@@ -111,7 +122,11 @@ class Deployed(nn.Module):
         frequency = predictor.frequency_hz
         first = round(frequency[0] * settings.window / rate)
         self.feature = Feature(settings, first, len(frequency))
-        self.model = torch_model(predictor.estimator)
+        self.period = getattr(predictor.estimator, "period", None)
+        network: Any = getattr(predictor.estimator, "estimator_", predictor.estimator)
+        if not hasattr(network, "module_"):
+            raise NotPossibleError(f"{type(network).__name__} cannot be exported, only the CNN can")
+        self.network = network.module_
         self.novelty = Novelty(predictor.guard) if len(predictor.guard.grasps) else None
         self.is_number = predictor.kind == "regression"
         self.temperature = predictor.temperature
@@ -121,23 +136,30 @@ class Deployed(nn.Module):
         """Return the outputs of the file by name, see docs/export.md."""
         usable, feature = self.feature(waveform)
         outputs = {"usable": usable, "feature": feature}
-        score = self.model(feature)
+        score = self.network(feature).double()
         if self.is_number:
-            value, half = score[:, 0], np.inf if self.half_width is None else self.half_width
+            value = score[:, 0] if self.period is None else self._target(score)
+            half = np.inf if self.half_width is None else self.half_width
             outputs |= {"value": value.float()}
             outputs |= {"low": (value - half).float(), "high": (value + half).float()}
         else:
             outputs["class"] = score.argmax(1)
         if self.temperature is not None:
-            scaled = torch.log(score.clamp(min=TINIEST)) / self.temperature
+            scaled = torch.log(score.softmax(1).clamp(min=TINIEST)) / self.temperature
             outputs["probability"] = scaled.softmax(1).float()
         return outputs | (self.novelty(feature) if self.novelty else {})
 
+    def _target(self, point: Tensor) -> Tensor:
+        """Return targets (n,) in [0, period) for points (n, 2), see `models.scaling.Circular`."""
+        # ONNX Runtime has the arc tangent for float32 only
+        turns = torch.atan2(point[:, 0].float(), point[:, 1].float()).double() / (2 * np.pi)
+        return (turns - torch.floor(turns)) * self.period
+
 
 def onnx_bytes(predictor: Predictor, about: Mapping[str, Any]) -> bytes:
-    """Return the ONNX file of a model; `about` is stored in its metadata.
+    """Return the ONNX file of a network; `about` is stored in its metadata.
 
-    Raises NotPossibleError for models without a torch module.
+    Raises NotPossibleError for other models.
     """
     from onnx.helper import set_model_props
 
@@ -166,33 +188,63 @@ def onnx_bytes(predictor: Predictor, about: Mapping[str, Any]) -> bytes:
     return model.SerializeToString(deterministic=True)
 
 
-class OnnxModel:
-    """An exported file in ONNX Runtime. `about` describes the model."""
+def onnx_outputs(file: Path, recordings: Iterable[np.ndarray]) -> Iterator[dict[str, Any]]:
+    """Yield what ONNX Runtime computes for each of some recordings (n,), by name."""
+    import onnxruntime
 
-    def __init__(self, path: Path) -> None:
-        """Raise DataError for a file that is missing, damaged, or not written by `onnx_bytes`."""
-        import onnxruntime
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = 1
+    options.log_severity_level = 4  # errors are raised as well
+    session = onnxruntime.InferenceSession(file, options, providers=["CPUExecutionProvider"])
+    names = [output.name for output in session.get_outputs()]
+    for samples in recordings:
+        values = session.run(None, {"waveform": np.asarray(samples, np.float32)[np.newaxis]})
+        yield {name: value[0] for name, value in zip(names, values, strict=True)}
 
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = 1
-        options.log_severity_level = 4  # errors are raised as well
-        if not path.is_file():
-            raise DataError(path, "there is no such file", "correct the name")
-        try:
-            self._session = onnxruntime.InferenceSession(
-                path, options, providers=["CPUExecutionProvider"]
-            )
-        except Exception as error:  # the exceptions of the runtime have no common type
-            problem = f"not a readable ONNX file ({' '.join(str(error).split())})"
-            raise DataError(path, problem, "export it again") from None
-        text = self._session.get_modelmeta().custom_metadata_map.get(METADATA)
-        if text is None:
-            raise DataError(path, "was not made by `ajgdata export`", "export it again")
-        self.about = json.loads(text)
 
-    def __call__(self, samples: np.ndarray) -> dict[str, Any]:
-        """Return the outputs of the file for samples (n,), by name."""
-        waveform = np.asarray(samples, np.float32)[np.newaxis]
-        names = [output.name for output in self._session.get_outputs()]
-        values = self._session.run(None, {"waveform": waveform})
-        return {name: value[0] for name, value in zip(names, values, strict=True)}
+class Difference(NamedTuple):
+    """The largest difference of one quantity over all recordings, and the largest allowed."""
+
+    quantity: str
+    largest: float
+    allowed: float
+
+    @property
+    def is_beyond(self) -> bool:
+        """True if the difference is too large; NaN is."""
+        return not self.largest <= self.allowed
+
+
+def compare(
+    predictor: Predictor, features: np.ndarray, outputs: Sequence[Mapping[str, Any]]
+) -> list[Difference]:
+    """Return the differences of a file's outputs; for classes and verdicts, how many differ.
+
+    `features` (m, f) are the package's. All other quantities are compared for the features of the
+    file, so that a vote that the rounding of a feature turns is not an error of the file.
+    """
+    exported = np.array([output["feature"] for output in outputs], np.float32)
+    predictions = predictor.of_features(exported)
+    differences = []
+    for name in ("feature", "novelty", "probability", "value"):
+        if name not in outputs[0]:
+            continue
+        reference = features if name == "feature" else _values(predictions, name)
+        error = np.abs(np.array([output[name] for output in outputs], float) - reference)
+        if name == "value" and (period := getattr(predictor.estimator, "period", None)):
+            error = np.minimum(error, np.abs(period - error))
+        allowed = TOLERANCE * float(np.abs(reference).max())
+        differences.append(Difference(name, float(error.max()), allowed))
+    wrong = sum(
+        ("class" in output and predictor.classes[int(output["class"])] != p.value)
+        or VERDICTS[int(output.get("verdict", 3))] != str(p.verdict)
+        for p, output in zip(predictions, outputs, strict=True)
+    )
+    return [*differences, Difference("decisions", wrong, 0)]
+
+
+def _values(predictions: Sequence[Prediction], name: str) -> np.ndarray:
+    """Return novelties or numbers (m,), or probabilities (m, classes), of predictions."""
+    if name == "probability":
+        return np.array([list(prediction.probability.values()) for prediction in predictions])
+    return np.array([getattr(prediction, name) for prediction in predictions], np.float64)

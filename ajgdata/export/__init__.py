@@ -1,1 +1,0 @@
-"""Trained models as ONNX files for computers without this package."""
