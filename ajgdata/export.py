@@ -122,7 +122,7 @@ class Deployed(nn.Module):
         frequency = predictor.frequency_hz
         first = round(frequency[0] * settings.window / rate)
         self.feature = Feature(settings, first, len(frequency))
-        self.period = getattr(predictor.estimator, "period", None)
+        self.period: Any = getattr(predictor.estimator, "period", None)
         network: Any = getattr(predictor.estimator, "estimator_", predictor.estimator)
         if not hasattr(network, "module_"):
             raise NotPossibleError(f"{type(network).__name__} cannot be exported, only the CNN can")
