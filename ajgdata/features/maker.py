@@ -9,7 +9,6 @@ from typing import Any
 from numpy.typing import NDArray
 
 from ajgdata.features.spectrum import Float32, spectrum
-from ajgdata.features.transfer_function import Deconvolution
 from ajgdata.types import FeatureSettings, NotPossibleError
 
 #: Of a spectrum; the rest of the feature settings moves no bin and scales none.
@@ -43,6 +42,8 @@ def feature_maker(
     """
     if settings.kind == "stft":
         return partial(spectrum, sample_rate_hz=sample_rate_hz, settings=settings)
+    from ajgdata.features.transfer_function import Deconvolution  # scipy: not while planning
+
     if excitation is None:
         raise NotPossibleError(f"features.kind {settings.kind} needs the played sound")
     solver = Deconvolution(excitation, settings.window)
