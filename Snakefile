@@ -20,15 +20,15 @@ from ajgdata.pipeline.experiments import asked_for, models_of
 from ajgdata.pipeline.opening import subject_of
 from ajgdata.pipeline.plan import (
     Declared,
-    errors_stop_snakemake,
+    errors_in_one_line,
     plan,
     published,
-    solved_by,
+    session_files,
 )
 from ajgdata.pipeline.run_summary import end_run, modified_ns
 from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.studies import STUDIES, ablation_hash, study_hash
-from ajgdata.report.navigation import FIXED, plain
+from ajgdata.report.navigation import FIXED
 from ajgdata.store.files import read_yaml
 from ajgdata.store.provenance import layer_hash, settings_digest
 from ajgdata.store.report_files import report_files_digest
@@ -52,11 +52,12 @@ except WorkflowError as error:  # one line instead of the whole schema
 PATHS = Paths(run=run_name(config["datasets"] or ()) if config["alone"] else "")
 REPORT_FILES = report_files_digest(PATHS)
 
-with errors_stop_snakemake("project"):
+with errors_in_one_line():
     # Jobs use what the main process has checked.
     PLANS = Declared(plan(PATHS, config["datasets"], check=workflow.is_main_process))
-    PUBLISHED = published(PLANS, config["publish"])
     SPECS = Declared({name: one.spec for name, one in PLANS.items()})
+    SESSION_FILES = session_files(PATHS, PLANS)
+    PUBLISHED = published(PLANS, config["publish"])
     # Tasks and embeddings, as data set and name.
     MEASURED = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
     MEASURED += [(name, one) for name, spec in SPECS.items() for one in spec.embeddings]
@@ -73,7 +74,7 @@ with errors_stop_snakemake("project"):
     if config["pages"] is not None:
         PAGES = [name for name in PAGES if name in config["pages"]]
     LATENTS = list(dict.fromkeys(key[:2] for key in ASKED if ASKED[key].of_latents))
-    NAVIGATION = plain(navigation_of(PATHS, SPECS, MEASURED, PAGES, LATENTS))
+    NAVIGATION = navigation_of(PATHS, SPECS, MEASURED, PAGES, LATENTS)
     # Data set and task of the opening picture.
     OPENING = subject_of(SPECS) if PAGES else None
 

@@ -175,20 +175,6 @@ def new_setup(
     return varied.setup(setup, (*session, pose_seed), (*session, seed), 0)
 
 
-def shares_scenes(name: str, recipe: Recipe, other: str, others: Recipe) -> bool:
-    """Return True if sessions of one name of two recipes, of data sets `name` and `other`, have
-    scenes in common: then the second to be recorded finds the responses of the first."""
-
-    def drawn(of: str, by: Recipe) -> tuple[object, ...]:
-        of_all = by.seed, by.grasps_of or of, by.scene, by.variants, by.same_grasps, by.vary
-        # The bed remembers what came before.
-        return *of_all, by.variation, list(_in_order(by)) if by.variation is not None else None
-
-    mine, theirs = ({m.name: (m.shape, m.grasp) for m in r.objects} for r in (recipe, others))
-    common = any(theirs.get(thing) == settings for thing, settings in mine.items())
-    return common and drawn(name, recipe) == drawn(other, others)
-
-
 def yaml_place(
     recipe: Recipe, session: str, made: str, place: tuple[int | str, ...]
 ) -> tuple[int | str, ...]:

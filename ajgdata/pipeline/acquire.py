@@ -10,21 +10,25 @@ from ajgdata.acquire.recipe import session_names
 from ajgdata.acquire.source import Source
 from ajgdata.acquire.writer import Acquired, acquire_session
 from ajgdata.paths import Paths
-from ajgdata.pipeline.progress import Started
+from ajgdata.pipeline.progress import Started, progress_lines
 from ajgdata.pipeline.recipes import planned_grasps, recipe_of
 from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
 from ajgdata.types import SOURCES, DataError
 from ajgdata.types.registry import resolve
 
 
-def acquire_virtual(
-    paths: Paths, dataset: str, session: str, started: Started = lambda total: lambda: None
-) -> Acquired:
-    """Record what is missing of one session, in this process.
+def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
+    """Record the missing recordings of one session in this process, and print the outcome.
 
-    `started(total)` returns what is called once a recording.
+    Prints ten lines of progress on the terminal: jobs run side by side, so that bars would
+    overwrite each other.
     """
+    started = progress_lines(f"recording {dataset}/{session}")
     ((_, _, acquired),) = acquire_all(paths, [(dataset, session)], started)
+    counts = f"{acquired.recorded} recorded, {acquired.kept} already there"
+    print(f"{counts}, {acquired.solved} scenes solved")
+    for grasp, reason in acquired.skipped.items():
+        print(f"skipped {grasp}: {reason}")
     return acquired
 
 

@@ -8,47 +8,41 @@ from contextlib import contextmanager
 from typing import TypeVar
 
 Item = TypeVar("Item")
-#: Takes the number of items, returns the function to call when one is done.
+#: Takes the number of items, returns the function to call when an item is done.
 Started = Callable[[int], Callable[[], object]]
 
 
 @contextmanager
-def bar(what: str) -> Iterator[Started]:
+def bar(text: str) -> Iterator[Started]:
     """Yield a function to call with the number of items when it is known.
 
     It returns the function to call when an item is done. A bar shows the progress if standard error
     is a terminal.
     """
-    if not sys.stderr.isatty():
-        yield lambda total: lambda: None
-        return
     from rich.console import Console
     from rich.progress import Progress  # 0.1 s
 
     console = Console(stderr=True, emoji=False, highlight=False)
-    with Progress(console=console, transient=True) as progress:
+    with Progress(console=console, transient=True, disable=not sys.stderr.isatty()) as progress:
 
         def started(total: int) -> Callable[[], object]:
-            task = progress.add_task(what, total=total)
+            task = progress.add_task(text, total=total)
             return lambda: progress.advance(task)
 
         yield started
 
 
-def tracked(items: Sequence[Item], what: str) -> Iterator[Item]:
-    """Yield the items one by one, with a bar."""
-    with bar(what) as started:
+def tracked(items: Sequence[Item], text: str) -> Iterator[Item]:
+    """Yield the items in turn, with a bar."""
+    with bar(text) as started:
         advance = started(len(items))
         for item in items:
             yield item
             advance()
 
 
-def lines(what: str, parts: int = 10) -> Started:
-    """Return a function like that of `bar`, which writes `parts` lines in all to the terminal.
-
-    Jobs of the workflow run side by side: their bars would overwrite one another.
-    """
+def progress_lines(text: str, parts: int = 10) -> Started:
+    """Return a function like that of `bar`, which prints `parts` lines in total."""
 
     def started(total: int) -> Callable[[], object]:
         done = 0
@@ -57,7 +51,7 @@ def lines(what: str, parts: int = 10) -> Started:
             nonlocal done
             done += 1
             if done * parts // total > (done - 1) * parts // total:
-                tell(f"{what}: {done} of {total}")
+                tell(f"{text}: {done} of {total}")
 
         return advance
 

@@ -10,7 +10,7 @@ from ajgdata.acquire.recipe import session_names
 from ajgdata.experiments import all_asked
 from ajgdata.paths import AUDIO_FOLDER, DATASET_FILE, Paths
 from ajgdata.pipeline.label_counts import label_issues
-from ajgdata.pipeline.plan import declaration_problems
+from ajgdata.pipeline.plan import config_problems
 from ajgdata.pipeline.progress import Started
 from ajgdata.pipeline.recordings import (
     examine,
@@ -65,7 +65,7 @@ def _check_declaration(
 ) -> Iterator[Finding]:
     """Yield problems of the declaration, and an error if simulated and recorded sessions meet."""
     virtual = session_names(spec.recipe) if spec.recipe else ()
-    for problem, fix in declaration_problems(paths, spec, virtual):
+    for problem, fix in config_problems(paths, spec, virtual):
         yield Finding(DATASET_FILE, "*", "", "error", "declaration", problem, fix)
     try:
         check_one_kind(paths, spec, sessions)

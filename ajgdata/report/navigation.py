@@ -102,8 +102,3 @@ def navigation(
     listed.append(Group("The virtual gripper", tuple(page_links(pages, ("The virtual gripper",)))))
     listed.append(Group("This run", (FIXED["datasets"], FIXED["run"])))
     return [group for group in listed if group.links]
-
-
-def plain(groups: Iterable[Group]) -> list:
-    """Return a navigation as lists of text, which a rule can have as a parameter."""
-    return [[group.title, [list(link) for link in group.links]] for group in groups]

@@ -10,10 +10,10 @@ from experiment_samples import small_store
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import run_experiment
-from ajgdata.pipeline.plan import declaration_problems, plan
+from ajgdata.pipeline.plan import plan
 from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.features import write_store
-from ajgdata.store.sessions import read_dataset, write_session
+from ajgdata.store.sessions import write_session
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, Recording, Session
 
 TARGETS = {"label": {"kind": "classification"}}
@@ -33,40 +33,8 @@ def declare(paths: Paths, name: str, *sessions: str, **keys) -> Paths:
     return paths
 
 
-def problems(paths: Paths, name: str) -> list[str]:
-    return [
-        f"{what}; {fix}" for what, fix in declaration_problems(paths, read_dataset(paths, name), ())
-    ]
-
-
 def task(**keys) -> dict:
     return {"t": {"target": "label", **keys}}
-
-
-@pytest.mark.parametrize(
-    ("theirs", "said"),
-    [
-        ({"audio": {"sample_rate_hz": 48_000}}, "audio.sample_rate_hz is 48000, not 44100"),
-        ({"features": {"normalisation": "l2"}}, "features.normalisation is l2, not l1"),
-    ],
-)
-@pytest.mark.parametrize("asked", ["test_on", "cross_gripper"])
-def test_spectra_that_do_not_compare_are_refused_before_the_work(tmp_path, theirs, said, asked):
-    """A model of 44.1 kHz once scored 72 instead of 97 % on 48 kHz, without a word."""
-    declare(Paths(tmp_path), "b", "s1", **theirs)
-    declared = {
-        "test_on": {"tasks": task(test_on=["b"])},
-        "cross_gripper": {"tasks": task(experiments={"cross_gripper": {"test_on": ["b"]}})},
-    }[asked]
-    paths = declare(Paths(tmp_path), "a", "s1", **declared)
-    (found,) = problems(paths, "a")
-    assert "'b'" in found and said in found and "give both the same" in found
-    with pytest.raises(DataError) as caught:
-        plan(paths, ["a"], check=True)
-    assert said in str(caught.value) and str(caught.value).startswith(str(paths.dataset("a")))
-    declare(paths, "b", "s1")
-    assert problems(paths, "a") == []
-    assert set(plan(paths, ["a"], check=True)) == {"a", "b"}
 
 
 @pytest.mark.parametrize(
@@ -74,7 +42,8 @@ def test_spectra_that_do_not_compare_are_refused_before_the_work(tmp_path, their
     [
         ({"tasks": task(groups="nocol")}, "task t: groups: no session has a column 'nocol'"),
         ({"tasks": task(test_on=["nope"])}, "task t: tested on 'nope', no such data set"),
-        ({"imports": {"pattern": "(?P<label>["}}, "imports.pattern: not a regular expression"),
+        ({"tasks": task(test_on=["a"])}, "task t: tested on 'a', the data set itself"),
+        ({"tasks": task(paper="nope")}, "task t: the paper has no figure 'nope'"),
         (
             {"embeddings": {"e": {"supervision": "x", "target": "label", "instance": "thing"}}},
             "embedding e: instance: no session has a column 'thing'",

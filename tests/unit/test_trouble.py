@@ -4,7 +4,7 @@ import errno
 
 import pytest
 
-from ajgdata.pipeline.log import logged
+from ajgdata.pipeline.jobs import logged
 from ajgdata.store.trouble import machine_trouble
 
 

@@ -2,10 +2,7 @@
 
 import pytest
 
-from ajgdata.acquire.recipe import (
-    plan_session,
-    shares_scenes,
-)
+from ajgdata.acquire.recipe import plan_session
 from ajgdata.gripper import Scene
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps
@@ -80,17 +77,11 @@ def test_grasps_that_come_later_change_none_that_came_before():
         assert {**one.setup, "grasp": 0} == {**other.setup, "grasp": 0}
 
 
-def test_scenes_are_shared_where_the_bed_went_through_the_same():
-    one = Recipe.model_validate(VARIED)
+def test_a_recipe_with_grasps_of_another_draws_its_grasps():
     same = Recipe.model_validate(VARIED | {"grasps_of": "d", "samples_per_grasp": 3})
-    longer = Recipe.model_validate(VARIED | {"grasps_of": "d", "grasps_per_object": 4})
-    still = Recipe.model_validate(BASE | {"grasps_of": "d", "order": "blocks"})
     assert [g.setup for g in planned(VARIED)] == [
         g.setup for g in plan_session(same, "e", "virtual-01", "")
     ]
-    assert shares_scenes("d", one, "e", same)
-    assert not shares_scenes("d", one, "e", longer)
-    assert not shares_scenes("d", one, "e", still)
 
 
 def test_a_variation_that_cannot_be_is_said_with_its_line(project):

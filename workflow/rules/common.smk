@@ -6,16 +6,6 @@ def setting(name):
     )[name]
 
 
-def session_files(wildcards):
-    """Description and table of a session if they exist: the job reports missing files."""
-    name = wildcards.dataset, wildcards.session
-    files = [PATHS.session_file(*name), PATHS.recordings_file(*name)]
-    if wildcards.session in PLANS[wildcards.dataset].virtual:
-        return [*files, PATHS.acquired(*name)]
-    with errors_stop_snakemake(wildcards.dataset):
-        return [file for file in files if file.is_file()]
-
-
 def of_sessions(path):
     """Files of all sessions of a data set."""
     return lambda wildcards: [
@@ -30,9 +20,12 @@ def asked(wildcards):
 
 
 def solved_before(wildcards):
-    """The session with the same scenes that is recorded first: each scene is solved once."""
-    first = solved_by(PLANS, wildcards.dataset, wildcards.session)
-    return [PATHS.acquired(first, wildcards.session)] if first else []
+    """The same session of the data set whose grasps the recipe draws: its scenes are solved once."""
+    name, session = wildcards.dataset, wildcards.session
+    origin = SPECS[name].recipe.grasps_of
+    if origin in (None, name) or origin not in PLANS:
+        return []
+    return [PATHS.acquired(origin, session)] if session in PLANS[origin].virtual else []
 
 
 def recipe_of_session(wildcards):

@@ -12,13 +12,14 @@ rule embed:
     conda:
         "../../environment.yml"
     params:
+        function="embed:train_embedding",
         settings=embedding_settings,
         seed=config["seed"],
         code=layer_hash("evaluate", "pipeline/embed.py"),
     message:
         "Training encoders for {wildcards.embedding} of {wildcards.dataset}"
     script:
-        "../scripts/embed.py"
+        "../scripts/run.py"
 
 
 rule explorer:
@@ -33,6 +34,7 @@ rule explorer:
     conda:
         "../../environment.yml"
     params:
+        function="pages:build_explorer",
         code=layer_hash("report"),
         declared=lambda wildcards: settings_digest(SPECS[wildcards.dataset]),
         nav=NAVIGATION,
@@ -41,4 +43,4 @@ rule explorer:
     message:
         "Scatter plot of {wildcards.embedding} of {wildcards.dataset}"
     script:
-        "../scripts/explorer.py"
+        "../scripts/run.py"

@@ -18,6 +18,7 @@ rule experiment:
     conda:
         "../../environment.yml"
     params:
+        function="experiments:run_experiment",
         settings=lambda wildcards: asked(wildcards).job_settings(wildcards.kind),
         split=lambda wildcards: SPECS[wildcards.dataset].task_settings(wildcards.task),
         others=lambda wildcards: list(asked(wildcards).others),
@@ -30,7 +31,7 @@ rule experiment:
     message:
         "Measuring {wildcards.kind} of {wildcards.task} of {wildcards.dataset}"
     script:
-        "../scripts/experiment.py"
+        "../scripts/run.py"
 
 
 rule collect:
@@ -48,10 +49,11 @@ rule collect:
     conda:
         "../../environment.yml"
     params:
+        function="collect:collect",
         documents=list(ASKED),
         run=PATHS.run,
         code=layer_hash("report"),
     message:
         "All results in one table"
     script:
-        "../scripts/collect.py"
+        "../scripts/run.py"

@@ -5,7 +5,7 @@ FEATURES_CODE = layer_hash(
 
 rule features:
     input:
-        session_files,
+        lambda wildcards: SESSION_FILES[wildcards.dataset, wildcards.session],
     output:
         # Kept while the job runs: rows of unchanged recordings are used again. A file that Snakemake
         # restores after a failure looks new: the labels, which it deletes, make the job run again.
@@ -19,6 +19,7 @@ rule features:
     conda:
         "../../environment.yml"
     params:
+        function="extract_features:extract_features",
         folder=str(PATHS.session("{dataset}", "{session}")),
         audio=setting("audio"),
         features=setting("features"),
@@ -26,7 +27,7 @@ rule features:
     message:
         "Spectra of session {wildcards.session} of {wildcards.dataset}"
     script:
-        "../scripts/features.py"
+        "../scripts/run.py"
 
 
 rule merge:
@@ -44,9 +45,10 @@ rule merge:
     conda:
         "../../environment.yml"
     params:
+        function="merge:merge",
         targets=setting("targets"),
         code=layer_hash("features", "pipeline/merge.py"),
     message:
         "Features and labels of {wildcards.dataset}"
     script:
-        "../scripts/merge.py"
+        "../scripts/run.py"

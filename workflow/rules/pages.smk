@@ -15,6 +15,7 @@ rule study:
     conda:
         "../../environment.yml"
     params:
+        function="studies:run_study",
         quick=config["quick"],
         tests=str(HERE / "tests/verification"),
         code=study_hash(
@@ -23,7 +24,7 @@ rule study:
     message:
         "Studying the virtual gripper: {wildcards.study}"
     script:
-        "../scripts/study.py"
+        "../scripts/run.py"
 
 
 rule ablate:
@@ -40,6 +41,7 @@ rule ablate:
     conda:
         "../../environment.yml"
     params:
+        function="studies:run_ablation",
         recipes=lambda wildcards: [
             settings_digest(PLANS[name].spec.recipe, PLANS[name].spec.excitation)
             for name in ABLATED[wildcards.ablation].datasets
@@ -51,7 +53,7 @@ rule ablate:
     message:
         "Why simulation and paper differ: {wildcards.ablation}"
     script:
-        "../scripts/ablate.py"
+        "../scripts/run.py"
 
 
 rule page:
@@ -67,6 +69,7 @@ rule page:
     conda:
         "../../environment.yml"
     params:
+        function="pages:build_page",
         name="{page}",
         nav=NAVIGATION,
         code=layer_hash("report"),
@@ -74,7 +77,7 @@ rule page:
     message:
         "Page on {wildcards.page}"
     script:
-        "../scripts/page.py"
+        "../scripts/run.py"
 
 
 # The opening picture of the report: a simulated grasp and its prediction.
@@ -96,9 +99,10 @@ if OPENING:
         conda:
             "../../environment.yml"
         params:
+            function="opening:build_opening",
             audio=SPECS[OPENING.dataset].audio.model_dump(mode="json"),
             code=layer_hash("report"),
         message:
             "The gripper in pictures"
         script:
-            "../scripts/opening.py"
+            "../scripts/run.py"

@@ -16,6 +16,7 @@ rule publish_dataset:
     conda:
         "../../environment.yml"
     params:
+        function="publish:publish",
         out=str(PATHS.published("{dataset}")),
         declared=lambda wildcards: settings_digest(SPECS[wildcards.dataset]),
         texts=report_files_digest(PATHS, "templates/card.md.j2"),
@@ -23,4 +24,4 @@ rule publish_dataset:
     message:
         "Publishing {wildcards.dataset}"
     script:
-        "../scripts/publish.py"
+        "../scripts/run.py"

@@ -27,6 +27,7 @@ rule report:
     conda:
         "../../environment.yml"
     params:
+        function="report:build_report",
         datasets=list(PLANS),
         tasks=MEASURED,
         run=PATHS.run,
@@ -42,4 +43,4 @@ rule report:
     message:
         "Report on {params.datasets}"
     script:
-        "../scripts/report.py"
+        "../scripts/run.py"

@@ -11,6 +11,7 @@ rule train:
     conda:
         "../../environment.yml"
     params:
+        function="train:train_models",
         tasks=lambda wildcards: SPECS[wildcards.dataset].trainings(),
         seed=config["seed"],
         code=layer_hash("evaluate", "pipeline/train.py"),
@@ -18,4 +19,4 @@ rule train:
     message:
         "Training every model of {wildcards.dataset} on all of it"
     script:
-        "../scripts/train.py"
+        "../scripts/run.py"

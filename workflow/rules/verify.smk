@@ -11,12 +11,13 @@ rule verify:
     conda:
         "../../environment.yml"
     params:
+        function="verify:verify",
         run=PATHS.run,
         code=layer_hash("report"),
     message:
         "Checking the results"
     script:
-        "../scripts/verify.py"
+        "../scripts/run.py"
 
 
 # Minutes of runs too long for the test suite: they wait for no result, so that the end of a run
@@ -34,11 +35,12 @@ rule verify_solver:
     conda:
         "../../environment.yml"
     params:
+        function="verify:verify_solver",
         code=layer_hash("studies", "pipeline/verify.py"),
     message:
         "Checking the solver on runs too long for the test suite"
     script:
-        "../scripts/verify_solver.py"
+        "../scripts/run.py"
 
 
 # The last job of a whole run. If a task was skipped, `end_run` removes the summary and sets exit
@@ -53,6 +55,7 @@ rule complete:
     conda:
         "../../environment.yml"
     params:
+        function="run_summary:complete",
         datasets=list(PLANS),
         measurements=list(ASKED),
         run=PATHS.run,
@@ -61,4 +64,4 @@ rule complete:
     message:
         "Was everything made that was asked for?"
     script:
-        "../scripts/complete.py"
+        "../scripts/run.py"

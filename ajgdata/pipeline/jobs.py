@@ -5,9 +5,10 @@ from __future__ import annotations
 import inspect
 import sys
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 from pydantic import validate_call
@@ -17,12 +18,14 @@ from ajgdata.store.trouble import machine_trouble
 from ajgdata.types import DataError
 
 
-def run_job(function: Callable[..., object], job: Any) -> None:
-    """Call a function with the inputs, outputs, wildcards and params that it takes, by name.
+def run_job(job: Any) -> None:
+    """Call the function that a rule names in its parameter `function` (`module:function`).
 
-    `job` is Snakemake's object of the same name in scripts. Values become what the function's
-    annotations ask for, e.g. paths and settings. Further arguments: `paths` of the run, and `log`.
+    It gets the inputs, outputs, wildcards and params that it takes, by name. `job` is the object
+    `snakemake` of scripts. Values become what the function's annotations require, e.g. paths and
+    settings. Other arguments: `paths` of the run, and `log`.
     """
+    function = resolve_name(f"{__package__}.{job.params.function}")
     values = {"paths": Paths(run=job.params.get("run", "")), "log": job.log[0]}
     for named in (job.input, job.output, job.wildcards, job.params):
         values |= {key: [*one] if isinstance(one, list) else one for key, one in named.items()}
