@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -15,7 +14,6 @@ from ajgdata.types import SOURCES, DataError
 
 SOUNDCARD = "soundcard"
 _CARD = "sound card"
-_RECIPE = "recipes"
 
 
 def acquire(
@@ -36,14 +34,6 @@ def acquire(
             help="one session; default: all of the recipe, or the one that is not complete"
         ),
     ] = "",
-    recipe: Annotated[
-        Path | None,
-        typer.Option(
-            help="declaration (like dataset.yaml) with a recipe: made a data set of the project and"
-            " recorded",
-            rich_help_panel=_RECIPE,
-        ),
-    ] = None,
     device: Annotated[
         str,
         typer.Option(help="exact name, as `ajgdata device list` has it", rich_help_panel=_CARD),
@@ -75,10 +65,9 @@ def acquire(
 ) -> None:
     """Record the missing grasps of a recipe or protocol. Safe to interrupt."""
     if source != SOUNDCARD:
-        _refuse_options_of(_CARD, context, f"add --source {SOUNDCARD}")
-        _by_recipe(dataset or [], source, session, recipe)
+        _refuse_card_options(context)
+        _by_recipe(dataset or [], source, session)
         return
-    _refuse_options_of(_RECIPE, context, f"leave out --source {SOUNDCARD}")
     if len(dataset or []) != 1 or not device:
         fix = f'ajgdata acquire NAME --source {SOUNDCARD} --device "…" (see `ajgdata device list`)'
         raise DataError(f"--source {SOUNDCARD}", "needs one data set and a device", fix)
@@ -92,13 +81,14 @@ def acquire(
     _by_protocol((dataset or [""])[0], session, card, yes, about)
 
 
-def _refuse_options_of(panel: str, context: typer.Context, fix: str) -> None:
-    """Raise DataError if an option of another source was given: it would do nothing."""
+def _refuse_card_options(context: typer.Context) -> None:
+    """Raise DataError for an option of the sound card: it would have no effect."""
     for option in context.command.params:
-        given = context.get_parameter_source(option.name or "")
-        typed = given is not None and given.name == "COMMANDLINE"
-        if typed and getattr(option, "rich_help_panel", None) == panel:
-            raise DataError(option.opts[0], f"is for a {panel}".removesuffix("s"), fix)
+        origin = context.get_parameter_source(option.name or "")
+        typed = origin is not None and origin.name == "COMMANDLINE"
+        if typed and getattr(option, "rich_help_panel", None) == _CARD:
+            fix = f"add --source {SOUNDCARD}"
+            raise DataError(option.opts[0], f"is for a {_CARD}", fix)
 
 
 def _by_protocol(
@@ -140,10 +130,10 @@ def _allowed(text: str, ask: bool) -> bool:
         return False
 
 
-def _by_recipe(datasets: list[str], source: str, session: str, recipe: Path | None) -> None:
+def _by_recipe(datasets: list[str], source: str, session: str) -> None:
     from ajgdata.paths import find_project
     from ajgdata.pipeline.acquire import acquire_all
-    from ajgdata.pipeline.recipes import declare_from, recipe_sessions, with_recipe
+    from ajgdata.pipeline.recipes import recipe_sessions, with_recipe
 
     if source:
         try:
@@ -151,10 +141,9 @@ def _by_recipe(datasets: list[str], source: str, session: str, recipe: Path | No
         except ValueError as error:
             raise DataError("--source", str(error), f"or {SOUNDCARD}") from None
     paths = find_project()
-    names = [*datasets, *([declare_from(paths, recipe)] if recipe else [])]
     wanted = [
         (name, one)
-        for name in names or with_recipe(paths, source)
+        for name in datasets or with_recipe(paths, source)
         for one in ([session] if session else recipe_sessions(paths, name, source))
     ]
     said, skipped = [], 0

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import csv
-import io
 import os
 import platform
 import shlex
 import shutil
 import subprocess
 import sys
-from collections import defaultdict
+from collections import Counter
 from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import typer
 from rich.markup import escape
@@ -24,66 +23,41 @@ from ajgdata.paths import Paths, find_project
 from ajgdata.types import DataError
 
 GB = 1e9
-#: Disk space that a run of all data sets of this repository needs.
-ROOM_BYTES = 3 * GB
 #: Snakemake's options that set a configuration.
 CONFIG = ("--config", "-C")
-#: Snakemake's status of a file that is outdated only because an input will be made again.
-FOLLOWS = ("ok", "no update")
 #: Columns of Snakemake's summary: file, date, rule, log files, status, plan.
 COLUMNS = 6
 
 
 def doctor() -> None:
-    """Print diagnostics for a bug report. Exit code 1 if there is a problem."""
+    """Print diagnostics for a bug report."""
     try:
         paths = find_project()
     except FileNotFoundError:
         paths = None
-    facts, problems = diagnostics(paths)
-    print_facts(facts)
-    for problem in problems:
-        say(f"[red]wrong[/red] {escape(problem)}")
-    raise typer.Exit(bool(problems))
+    print_facts(diagnostics(paths))
 
 
-def diagnostics(
-    paths: Paths | None, room_bytes: float = ROOM_BYTES
-) -> tuple[dict[str, str], list[str]]:
-    """Return facts by topic, and problems, each with its fix.
-
-    `paths` is None outside a project. Less than `room_bytes` free on its disk is a problem.
-    """
+def diagnostics(paths: Paths | None) -> dict[str, str]:
+    """Return versions and resources by topic; `paths` is None outside a project."""
     import h5py
     import soundfile
 
-    from ajgdata.store.files import bytes_below
     from ajgdata.store.provenance import environment, software
 
     versions, packages = software(), environment()["packages"]
     libraries = {"HDF5": h5py.version.hdf5_version, "libsndfile": soundfile.__libsndfile_version__}
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    facts = {
+    free = shutil.disk_usage(paths.root if paths else Path.cwd()).free
+    return {
         "ajgdata": f"{versions['ajgdata_version']}, commit {versions['git_commit'] or 'unknown'}",
         "python": f"{platform.python_version()} ({sys.executable})",
         "system": f"{platform.platform()}, {platform.machine()}",
         "packages": ", ".join(f"{n} {version}" for n, version in (packages | libraries).items()),
-        "cores": f"{cores} of {os.cpu_count()} usable, {memory / GB:.1f} GB of memory",
+        "resources": f"{os.cpu_count()} cores, {memory / GB:.1f} GB of memory, "
+        f"{free / GB:.1f} GB of disk space free",
         "project": str(paths.root) if paths else "none here or above",
     }
-    problems = []
-    if paths:
-        sizes = [f"{p.name} {bytes_below(p) / GB:.2f} GB" for p in (paths.data, paths.results)]
-        sizes.append(f"{paths.cache.name} {bytes_below(paths.cache) / GB:.2f} GB")
-        free = shutil.disk_usage(paths.root).free
-        facts["disk"] = f"{free / GB:.1f} GB free; {', '.join(sizes)}"
-        if free < room_bytes:
-            problem = f"{free / GB:.1f} GB free on disk"
-            problems.append(f"{problem}; `make clean` removes what can be made again")
-        if not os.access(paths.root, os.W_OK):
-            problems.append(f"{paths.root} cannot be written; correct its permissions")
-    return facts, problems
 
 
 def status(
@@ -101,29 +75,25 @@ def status(
     names, options = split_arguments(more or ())
     for line in data_status(paths, names or None):
         say(escape(line))
-    current, groups = workflow_status(paths, with_datasets(names, options))
-    for group in groups:
-        first, others = group.files[0], len(group.files) - 1
-        files = f"{first} and {others} more" if others else first
-        reason = escape(f"({group.reason}): {files}")
-        say(f"[yellow]{group.rule}[/yellow] would run {reason}")
-    stale = sum(len(group.files) for group in groups)
+    results = workflow_status(paths, with_datasets(names, options))
+    outdated = Counter(
+        # Snakemake's status is "ok" if only an input will be written again.
+        (row["rule"], row["status"].replace("ok", "outdated inputs"))
+        for row in reversed(results)  # Snakemake begins with the last job
+        if row["plan"] != "no update"
+    )
+    for (rule, reason), count in outdated.items():
+        say(f"[yellow]{rule}[/yellow] would write {count} files ({escape(reason)})")
+    stale = outdated.total()
     command = f"`ajgdata run {' '.join(names)}`" if names else "`snakemake`, or `ajgdata run NAME`"
-    say(f"{current} results are current, {stale} are not" + (f"; {command}" if stale else ""))
+    text = f"{len(results) - stale} results are current, {stale} are not"
+    say(text + (f"; {command}" if stale else ""))
 
 
-class Group(NamedTuple):
-    """Results of one rule that would be made again for the same reason."""
+def workflow_status(paths: Paths, more: Sequence[str] = ()) -> list[dict[str, str]]:
+    """Return the rows of Snakemake's summary, one per result, see COLUMNS.
 
-    rule: str
-    reason: str
-    files: tuple[str, ...]
-
-
-def workflow_status(paths: Paths, more: Sequence[str] = ()) -> tuple[int, list[Group]]:
-    """Return the number of current results, and the outdated ones in groups, in the order of work.
-
-    `snakemake --summary` lists them, with the arguments `more`; as a dry run it writes no log.
+    `snakemake --summary` prints them, with the arguments `more`; as a dry run it writes no log.
     Raises DataError with Snakemake's message.
     """
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile_of(paths))]
@@ -134,20 +104,8 @@ def workflow_status(paths: Paths, more: Sequence[str] = ()) -> tuple[int, list[G
     if done.returncode:
         problem = lines[-1].strip() if lines else "snakemake stopped without a message"
         raise DataError(paths.root, problem, "`snakemake --dry-run` prints more")
-    return summarised("\n".join(line for line in lines if line.count("\t") == COLUMNS - 1))
-
-
-def summarised(table: str) -> tuple[int, list[Group]]:
-    """Return the number of current files in Snakemake's summary, and the other files in groups."""
-    current, grouped = 0, defaultdict(list)
-    for row in csv.DictReader(io.StringIO(table), delimiter="\t"):
-        if row["plan"] == "no update":
-            current += 1
-        else:
-            reason = "what it is made from" if row["status"] in FOLLOWS else row["status"]
-            grouped[row["rule"], reason].append(row["output_file"])
-    groups = [Group(rule, reason, tuple(files)) for (rule, reason), files in grouped.items()]
-    return current, groups[::-1]  # Snakemake begins at the end
+    table = (line for line in lines if line.count("\t") == COLUMNS - 1)
+    return list(csv.DictReader(table, delimiter="\t"))
 
 
 def data_status(paths: Paths, names: Sequence[str] | None = None) -> list[str]:

@@ -1,4 +1,4 @@
-"""Recipes in a file: the grasps that they ask for, and the line on which they are wrong.
+"""Recipes of data sets: the grasps that they plan, and the lines of their errors.
 
 Called while Snakemake parses: light imports only.
 """
@@ -15,9 +15,9 @@ from ajgdata.acquire.recipe import plan_session, session_names, yaml_place
 from ajgdata.acquire.source import Grasp
 from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
-from ajgdata.store.files import line_of, write_bytes
+from ajgdata.store.files import line_of
 from ajgdata.store.provenance import layer_hash
-from ajgdata.store.sessions import list_datasets, read_dataset, read_declaration
+from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.types import SOURCES, DataError, DatasetSpec, Recipe, describe, location
 
 
@@ -90,20 +90,3 @@ def _check_scenes(path: Path, recipe: Recipe, planned: Mapping[str, Sequence[Gra
                 where = yaml_place(recipe, session, grasp.object, location(error))
                 problem = f"{path}:{line_of(path, where)}: recipe, {grasp.object}"
                 raise describe(error, problem) from None
-
-
-def declare_from(paths: Paths, file: Path) -> str:
-    """Make the declaration `file`, which has a recipe, a data set of the project; return its name.
-
-    Raises DataError, and declares nothing, when the file is no such declaration, when its recipe
-    is wrong, and when another declaration has its name.
-    """
-    spec = read_declaration(file)
-    planned_grasps(file, spec, session_names(recipe_of(file, spec)))
-    target, content = paths.dataset(spec.name), file.read_bytes()
-    if not target.is_file():
-        write_bytes(target, content)
-    elif target.read_bytes() != content:
-        problem = f"name = {spec.name!r}, and {target} declares something else of this name"
-        raise DataError(file, problem, "give it another name, or edit that file instead")
-    return spec.name

@@ -7,7 +7,7 @@ import yaml
 from ajgdata.gripper.noise import harmonic_amplitudes
 from ajgdata.gripper.signal_settings import Motor
 from ajgdata.pipeline.acquire import acquire_all, acquire_virtual
-from ajgdata.pipeline.recipes import declare_from, planned_grasps, recipe_sessions
+from ajgdata.pipeline.recipes import planned_grasps, recipe_sessions
 from ajgdata.store.audio import read_audio
 from ajgdata.store.sessions import read_dataset, read_recordings, read_session
 from ajgdata.types import AudioSettings, DataError
@@ -80,31 +80,6 @@ def test_noise_gain_and_excitation_need_no_new_response(project, solved):
     assert np.std(noise) > 100 * 2.0**-23
 
 
-def test_a_recipe_elsewhere_becomes_a_data_set(project, tmp_path):
-    file = tmp_path / "my.yaml"
-    text = "# mine\n" + yaml.safe_dump({"name": "mine", "recipe": RECIPE})
-    file.write_text(text)
-    assert declare_from(project.paths, file) == "mine"
-    assert project.paths.dataset("mine").read_text() == text
-    assert declare_from(project.paths, file) == "mine"
-    assert declare_from(project.paths, project.paths.dataset("mine")) == "mine"
-    file.write_text(text + "title: other\n")
-    with pytest.raises(DataError, match=r"my.yaml: name = 'mine', and .*dataset.yaml declares som"):
-        declare_from(project.paths, file)
-    file.write_text("name: other\nrecipe:\n  sessions: 0\n")
-    with pytest.raises(DataError, match=r"my.yaml:3: recipe.sessions = 0: .*greater than"):
-        declare_from(project.paths, file)
-    shapes = [{"name": "a", "shape": {"kind": "cube", "edge_mm": -1}}]
-    for wrong, message in (
-        ({"objects": shapes}, r"my.yaml:\d+: recipe, a: .*edge_mm = -1"),
-        ({"vary": {"angel_deg": [0, 1]}}, r"unknown key grasp.angel_deg"),
-    ):
-        file.write_text(yaml.safe_dump({"name": "other", "recipe": RECIPE | wrong}))
-        with pytest.raises(DataError, match=message):
-            declare_from(project.paths, file)
-    assert not project.paths.dataset("other").exists()
-
-
 def test_a_silent_speaker_leaves_no_excitation_and_the_motor_alone(project, solved):
     """With the gripper's angle as drawn: the motor that is heard is that of the grasp's angle."""
     signal_chain = {"level_db_spl": None, "noise_db_spl": None, "motor": {"drift": 0}}
@@ -127,9 +102,7 @@ def test_a_silent_speaker_leaves_no_excitation_and_the_motor_alone(project, solv
         np.testing.assert_allclose(heard / heard[0], wanted / wanted[0], rtol=1e-2)
 
 
-def test_the_command(ajgdata, tmp_path):
-    file = tmp_path / "my.yaml"
-    recipe = {**RECIPE, "sessions": 1, "grasps_per_object": 1}
-    file.write_text(yaml.safe_dump({"name": "mine", "recipe": recipe}))
-    ended = ajgdata("acquire", "--source", "virtual", "--recipe", file)
-    assert ended == (0, "mine/virtual-01: 4 recorded, 0 already there\n", "")
+def test_the_command(ajgdata, project):
+    project.declare(recipe={**RECIPE, "sessions": 1, "grasps_per_object": 1})
+    ended = ajgdata("acquire", "--source", "virtual")
+    assert ended == (0, "d/virtual-01: 4 recorded, 0 already there\n", "")
