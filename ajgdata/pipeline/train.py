@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, task_data
-from ajgdata.pipeline.progress import lines
+from ajgdata.pipeline.progress import progress_lines
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.models import write_about, write_estimator, write_guard, write_network
 from ajgdata.store.tables import plain
@@ -29,7 +29,7 @@ def train_models(
     `folder`/task/model."""
     shard = read_store(store)
     pairs = [(task, model) for task, declared in tasks.items() for model in declared["models"]]
-    advance = lines(f"models of {store.stem}", parts=4)(len(pairs))
+    advance = progress_lines(f"models of {store.stem}", parts=4)(len(pairs))
     for task, model in pairs:
         print(f"{task}: {model}")
         settings = tasks[task]["settings"]
