@@ -49,11 +49,10 @@ class Scores:
     `mean` and `sd` are over folds, each fold counting once; `sd` is the sample standard deviation
     (ddof = 1). A metric undefined in a fold (NaN) is undefined in the mean: `pooled`, from all
     out-of-fold predictions together, is then the one to read. `chance` is the mean over the same
-    folds of a model that ignores its input. `confusion` (rows true, columns predicted, in order
-    of `classes`) is over all out-of-fold predictions; both are empty for regression.
+    folds of a model that ignores its input. `classes` is empty for regression.
 
     Of extra rows, `folds` counts those that could predict some of them, and a row that several
-    folds predicted counts as often in `pooled` and `confusion`.
+    folds predicted counts as often in `pooled`.
     """
 
     kind: Kind
@@ -68,7 +67,6 @@ class Scores:
     pooled: dict[str, float]
     chance: dict[str, float]
     classes: tuple[Any, ...]
-    confusion: tuple[tuple[int, ...], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -328,7 +326,6 @@ def _scores(
     classes = np.array([])
     if kind == "classification":
         classes = np.unique(np.concatenate([y, *(p.y_train for p in parts)]))
-    confusion = metrics.confusion(y_true, y_pred, classes).tolist() if len(classes) else []
     return Scores(
         kind=kind,
         split=split,
@@ -342,7 +339,6 @@ def _scores(
         pooled=metrics.score(y_true, y_pred, kind, period),
         chance={name: float(np.mean([fold[name] for fold in chance])) for name in names},
         classes=tuple(classes.tolist()),
-        confusion=tuple(tuple(row) for row in confusion),
     )
 
 

@@ -103,11 +103,6 @@ def classification(y_true: np.ndarray, y_pred: np.ndarray) -> dict[str, float]:
     }
 
 
-def confusion(y_true: np.ndarray, y_pred: np.ndarray, classes: np.ndarray) -> np.ndarray:
-    """Return counts (n_classes, n_classes): rows true, columns predicted, as `classes`."""
-    return metrics.confusion_matrix(y_true, y_pred, labels=classes)
-
-
 def chance(
     y_train: np.ndarray, y_test: np.ndarray, kind: Kind, period: float | None = None
 ) -> dict[str, float]:

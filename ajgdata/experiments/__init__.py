@@ -35,7 +35,7 @@ from ajgdata.types.registry import Registry
 
 FOLDER = Path(__file__).parent
 #: Modules of this package that experiments share.
-SHARED = ("base", "embedding", "plots")
+SHARED = ("base", "cross_validation_results", "embedding", "plots")
 
 
 def _built_in() -> dict[str, Experiment]:

@@ -8,7 +8,6 @@ experiments while it parses, so matplotlib, torch and scikit-learn are imported 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -20,7 +19,7 @@ from ajgdata.evaluate.agreement import NO_BETTER, UNDEFINED, Verdict, is_better_
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
 from ajgdata.experiments.plots import Plot, illustrations, result_rows, shown_tables
 from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
-from ajgdata.report.comparison import Cost, PaperComparison
+from ajgdata.report.comparison import PaperComparison
 from ajgdata.report.format import Source
 from ajgdata.report.paper import PaperFigure
 from ajgdata.types import AudioSettings, FeatureSettings, Kind, Level, Strict
@@ -179,17 +178,6 @@ class TaskResults:
     period_deg: float | None = None
     left_out: Mapping[str, int] = field(default_factory=dict)  #: groups of classes too rare
     page: str = ""  #: of the report, by name
-    other_p: tuple[float, ...] = ()  #: p values of all other tests on the page
-
-    def corrected(self, p: Sequence[float]) -> list[float]:
-        """Return p values of tests of these results, corrected for all tests on the page (Holm)."""
-        from ajgdata.evaluate.fold_tests import holm  # SciPy
-
-        return holm([*p, *self.other_p])[: len(p)]
-
-    def tests_on_page(self, p: Sequence[float]) -> int:
-        """Return how many tests the page has, with the tests of these results."""
-        return sum(not math.isnan(value) for value in (*p, *self.other_p))
 
     @property
     def title(self) -> str:
@@ -261,14 +249,12 @@ class Experiment:
     `plots` name its marks; figures, tables of their values and rows of the table of results follow
     from them, unless a function of its own is given.
 
-    `summary` is said above the figures of a task, `across` draws figures of all tasks of a report
-    together, `training_cost` is what training the model of a label costs. `measure(inputs,
-    settings, model)` raises NotPossibleError for a task that lacks what it needs. `test_on` of the
-    settings model, if it has one, names further data sets; its `models`, if `by_model`, are
-    measured in jobs of their own. `check(settings, kind, features)` raises ValueError for settings
+    `summary` stands above the figures of a task. `measure(inputs, settings, model)` raises
+    NotPossibleError for a task that lacks what it needs. `test_on` of the settings model, if it has
+    one, names further data sets; its `models`, if `by_model`, are measured in jobs of their own.
+    `check(settings, kind, features)` raises ValueError for settings
     that the task cannot have.
 
-    `p_values` are those of its significance tests, which a page corrects for their number.
     An experiment with its `own_page` does not stand on that of its task.
 
     Those `of_embedding` are made of embeddings, whose declaration is their settings;
@@ -285,10 +271,7 @@ class Experiment:
     tables: Callable[[TaskResults], Iterable[ShownTable]] = from_plots
     rows: Callable[[TaskResults], Iterable[ResultRow]] = from_plots
     paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = lambda *_: ()
-    p_values: Callable[[TaskResults], Sequence[float]] = lambda results: ()
     summary: Callable[[TaskResults], str] = lambda results: ""
-    across: Callable[[Sequence[TaskResults]], Iterable[Illustration]] = lambda results: ()
-    training_cost: Callable[[TaskResults, str], Cost | None] = lambda results, label: None
     check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
     by_model: bool = False
     order: int = 50  #: place in the report

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from ajgdata.evaluate.agreement import together
 from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
-from ajgdata.experiments.cross_validation.results import PAPER_MODEL
+from ajgdata.experiments.cross_validation_results import PAPER_MODEL
 from ajgdata.experiments.plots import Plot, chance_for, points_for, table_for
 from ajgdata.report.comparison import Mark, PaperComparison, holds, mark_of
 from ajgdata.report.format import Score, mean_sd, words

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from ajgdata.experiments.base import Experiment, Inputs, Outcome, Result, TaskResults, score_table
 from ajgdata.experiments.cross_validation import evaluate
-from ajgdata.experiments.cross_validation.results import GROUPED, elsewhere
+from ajgdata.experiments.cross_validation_results import GROUPED, elsewhere
 from ajgdata.experiments.plots import Plot, points_for
 from ajgdata.report.format import mean_sd, number
 from ajgdata.types import ModelName, Name, Strict
@@ -114,22 +114,17 @@ def errors_of(results: TaskResults) -> Table:
 def tests_of(results: TaskResults) -> list[tuple[Result, dict]]:
     """Return the tests on silence, rows of the table `silence`, each with its model's result.
 
-    p values are corrected for all tests on the page, and decide which model is flagged.
+    p values are corrected for the tests of the task (Holm), and decide which model is flagged.
     """
+    from ajgdata.evaluate.fold_tests import holm  # SciPy
     from ajgdata.evaluate.shortcut_test import LEVEL
 
-    corrected = results.corrected(p_values(results))
     rows = [(result, row) for result in results.results for row in result.tables["silence"].rows]
+    corrected = holm([float(row["p"]) for _, row in rows])
     return [
         (result, row | {"p": p, "flagged": p < LEVEL})
         for (result, row), p in zip(rows, corrected, strict=True)
     ]
-
-
-def p_values(results: TaskResults) -> list[float]:
-    """Return the p value of each test, without correction."""
-    tables = [result.tables["silence"] for result in results.results]
-    return [float(p) for table in tables for p in table.numbers("p")]
 
 
 def finding(results: TaskResults) -> str:
@@ -154,8 +149,7 @@ def verdicts(results: TaskResults) -> str:
             f"truth {number(row['value'], 2)}, {number(row['null'], 2)} with labels exchanged, "
             f"p = {number(row['p'], 2)}: {verdict}."
         )
-    count = results.tests_on_page(p_values(results))
-    return f"{' '.join(lines)} p is corrected for the {count} tests on this page (Holm)."
+    return f"{' '.join(lines)} p is corrected for {len(lines)} tests (Holm)."
 
 
 ERRORS = Plot(
@@ -175,5 +169,4 @@ EXPERIMENT = Experiment(
     summary=verdicts,
     by_model=True,
     order=15,
-    p_values=p_values,
 )

@@ -5,7 +5,6 @@ Called while Snakemake parses, too: light imports only.
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -197,20 +196,3 @@ def _papers(
         return spec.tasks[asked.task].papers
     named = [task.papers for task in spec.tasks.values()]
     return {one.name: one.paper} if one.paper in paper and any(named) else {}
-
-
-def with_page_tests(results: Sequence[TaskResults]) -> list[TaskResults]:
-    """Return results with the p values of all other tests on their page."""
-    own = [EXPERIMENTS[one.experiment].p_values(one) for one in results]
-    return [
-        dataclasses.replace(
-            one,
-            other_p=tuple(
-                value
-                for j, p in enumerate(own)
-                if own[i] and j != i and results[j].page == one.page
-                for value in p
-            ),
-        )
-        for i, one in enumerate(results)
-    ]

@@ -15,7 +15,7 @@ import numpy as np
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.experiments import asked_of
-from ajgdata.experiments.cross_validation.results import GROUPED, PAPER_MODEL
+from ajgdata.experiments.cross_validation_results import GROUPED, PAPER_MODEL
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.store.files import json_bytes, write_bytes

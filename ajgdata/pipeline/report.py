@@ -9,6 +9,7 @@ from pathlib import Path
 from ajgdata.ablations.verdicts import reasons_of, with_verdicts
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Lookup, TaskResults
+from ajgdata.experiments.cross_validation_results import training_cost
 from ajgdata.paths import (
     ABLATIONS_PAGE,
     EXPERIMENT_PAGES,
@@ -18,12 +19,11 @@ from ajgdata.paths import (
     Paths,
 )
 from ajgdata.pipeline.dataset_summary import summary
-from ajgdata.pipeline.experiments import asked_for, models_of, read_results, with_page_tests
+from ajgdata.pipeline.experiments import asked_for, models_of, read_results
 from ajgdata.pipeline.exports import with_tables, write_exports
 from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import pages_of
-from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import PaperComparison, Reason, in_papers_order, tally
 from ajgdata.report.navigation import Group, experiment_link
 from ajgdata.report.paper import PaperFigure, parse_paper
@@ -42,7 +42,7 @@ from ajgdata.store.provenance import software
 from ajgdata.store.report_files import read_experiment_text, read_paper
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
-from ajgdata.types import DatasetSpec
+from ajgdata.types import CROSS_VALIDATION, DatasetSpec
 from ajgdata.types.table import Table
 
 
@@ -106,7 +106,6 @@ def _assembled(
     """Return what the report says of results on tasks."""
     tables = [table for name in ablations for table in read_tables(paths.ablation(name))[1]]
     reasons = reasons_of(with_verdicts(tables), ABLATIONS_PAGE)
-    names = dict.fromkeys(["", *(one.page for one in results)])  # "": all pages together
     return Report(
         title="Acoustic sensing with jamming grippers",
         version=software()["ajgdata_version"],
@@ -117,7 +116,6 @@ def _assembled(
         sections=tuple(_sections(paths, results, page)),
         pages=tuple(pages_of(paths, specs, tasks)),
         comparisons=tuple(comparisons(results, paper, reasons)),
-        across={page: tuple(_across(results, page)) for page in names},
         paper=tuple(paper.values()),
     )
 
@@ -137,7 +135,7 @@ def _read(
         for one, reasons in read
         for label, reason in reasons
     )
-    return with_page_tests([one for one, _ in read if one.results]), tuple(skipped)
+    return [one for one, _ in read if one.results], tuple(skipped)
 
 
 def _opening(path: Path, folder: Path) -> OpeningPicture | None:
@@ -147,15 +145,6 @@ def _opening(path: Path, folder: Path) -> OpeningPicture | None:
         return None
     image = path.with_name("opening.svg").relative_to(folder).as_posix()
     return OpeningPicture(image, about["alt"])
-
-
-def _across(results: Sequence[TaskResults], page: str) -> Iterator[Illustration]:
-    """Yield the figures of several tasks together, of a page ("": of all), which names them."""
-    shown = [one for one in results if page in ("", one.page)]
-    for name in dict.fromkeys(one.experiment for one in shown):
-        own = [one for one in shown if one.experiment == name]
-        for drawing in EXPERIMENTS[name].across(own):
-            yield drawing._replace(name=f"{drawing.name}--{page}" if page else drawing.name)
 
 
 def _lower(title: str) -> str:
@@ -233,11 +222,7 @@ def comparisons(
 
 def _with_cost(row: PaperComparison, lookup: Lookup) -> PaperComparison:
     """Return the row, with the cost of its model on the task where it does not say one."""
-    if row.cost is not None or not row.model:
+    results = lookup(CROSS_VALIDATION, row.dataset, row.task)
+    if row.cost is not None or not row.model or results is None:
         return row
-    for name in EXPERIMENTS.names():
-        found = lookup(name, row.dataset, row.task)
-        cost = EXPERIMENTS[name].training_cost(found, row.model) if found else None
-        if cost is not None:
-            return dataclasses.replace(row, cost=cost)
-    return row
+    return dataclasses.replace(row, cost=training_cost(results, row.model))

@@ -92,7 +92,7 @@ class PaperComparison:
     the page gives that of training the paper's model on the task. `marks` are drawn, in `unit`
     (default: the paper's), if chance is among them. `label` names the
     row among others of one figure, `page` is where all is told. Where the
-    same values stand there by several splits, `split` says by which, and `note` what that makes.
+    same values stand there by several splits, `split` says by which.
     """
 
     paper: PaperFigure
@@ -107,7 +107,6 @@ class PaperComparison:
     marks: tuple[Mark, ...] = ()
     label: str = ""
     split: str = ""
-    note: str = ""
     shown_unit: str | None = None
     page: str = ""
 

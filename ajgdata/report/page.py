@@ -29,8 +29,6 @@ def illustrations(report: Report) -> Iterator[Illustration]:
 
     if first := skill_figure(report.comparisons):
         yield first
-    for drawings in report.across.values():
-        yield from drawings
     for d in report.datasets:
         if d.spectra is not None:
             yield Illustration(spectra_name(d.name), spectra_caption(d), partial(spectra_figure, d))
@@ -97,7 +95,6 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
         "sections": sections,
         "first": [one for s in sections for part in s.parts for one in part.figures][:1],
         "comparisons": [one for one in report.comparisons if one.page == link],
-        "across": report.across.get(page.name, ()),
         "sources": sorted({section.source for section in sections}),
         "texts": [one for one in dict.fromkeys(told) if one[1]],
         "datasets": [d for d in report.datasets if d.name in names],

@@ -5,7 +5,7 @@ The report knows a list of experiments and none by name: what one has to show is
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -165,7 +165,6 @@ class Report:
     pages: tuple[ExperimentPage, ...] = ()
     comparisons: tuple[PaperComparison, ...] = ()
     #: figures of several tasks together, by the page that they stand on ("": of all)
-    across: Mapping[str, Sequence[Illustration]] = field(default_factory=dict)
     opening: OpeningPicture | None = None
     checks: tuple[Checks, ...] = ()
     skipped: tuple[Skipped, ...] = ()

@@ -105,5 +105,4 @@ def sample_report() -> Report:
         ),
         ExperimentPage("stones", SCRIPT, f"Is {SCRIPT} told?", "snakemake report_stones", "Beyond"),
     )
-    across = {"": (illustration("random-against-grouped"),), "size": (illustration("cost--size"),)}
-    return Report("Results", "0.1.0", "abc1234", datasets, sections(), pages=pages, across=across)
+    return Report("Results", "0.1.0", "abc1234", datasets, sections(), pages=pages)

@@ -1,0 +1,400 @@
+"""Results of cross-validation: figures, rows of the table of results, comparison with the paper."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ajgdata.evaluate.agreement import (
+    GRASP_INTERVAL,
+    NO_BETTER,
+    Interval,
+    Verdict,
+    compare,
+    is_better_than_chance,
+    together,
+)
+from ajgdata.experiments.base import SCORES, Lookup, Result, TaskResults
+from ajgdata.experiments.plots import Plot
+from ajgdata.report.blocks import ResultRow
+from ajgdata.report.comparison import NEAR_CHANCE, Cost, Mark, PaperComparison, holds, mark_of
+from ajgdata.report.format import Score, column_title, mean_sd, number, words
+from ajgdata.report.paper import PaperFigure
+from ajgdata.types.table import Table, table_of
+
+GROUPED, RANDOM = "grouped", "random"
+WITHHELD = "withheld"  #: part of the recordings that no fold trains on
+OVERALL = "overall"  #: known and withheld recordings together
+#: Parts of a task: key in dataset.yaml under `paper`, and heading in the table of results.
+PARTS = {
+    GROUPED: ("known", ""),
+    RANDOM: ("known_by_recording", "split by recording: grasps are in training and test data"),
+    WITHHELD: ("unknown", "values withheld from training"),
+    OVERALL: ("overall", "known and withheld values together"),
+}  # fmt: skip
+#: The paper's model, and its baseline with a number.
+PAPER_MODEL, BASELINE = "cnn", "knn_plain"
+#: Row of the paper on a task of many models: its number is that of the baseline.
+BASELINES = "baselines"
+#: Metrics of rows without a number: a model fails on data that it was not trained on.
+FAILS = ("limit", "lesson")
+#: Row of the paper that also counts the classes with at least this accuracy.
+COUNTED, MIN_ACCURACY = "ycb", 0.9
+MAX_VALUES = 30  #: more true values than this are put into bins
+SHORTEST_S = 1e-3  #: shorter times are drawn as this on a logarithmic axis
+
+
+def elsewhere(dataset: str) -> str:
+    """Return the part of the results that is of another data set."""
+    return f"on:{dataset}"
+
+
+@dataclass(frozen=True, eq=False)
+class ModelResult:
+    """Results of one model on one task; scores are in the unit of the table, not as shown."""
+
+    task: TaskResults
+    result: Result
+
+    @property
+    def label(self) -> str:
+        """Return the model's name for people."""
+        return self.result.label
+
+    @cached_property
+    def _values(self) -> Mapping[str, Mapping[str, float]]:
+        """Return values of the metric that is read first, by part and statistic; missing: NaN."""
+        tables = self.result.tables[SCORES].where(metric=self.task.metric).parted("part")
+        return {
+            part: dict(zip(table.column("statistic"), table.numbers("value").tolist(), strict=True))
+            for part, table in tables.items()
+        }
+
+    def has(self, part: str) -> bool:
+        """Return whether a part was evaluated."""
+        return part in self._values
+
+    def folds(self, part: str = GROUPED) -> list[float]:
+        """Return the metric that is read first of each fold of a part."""
+        return [v for name, v in self._values[part].items() if name.startswith("fold ")]
+
+    def score(self, part: str = GROUPED) -> Score:
+        """Return mean and deviation over folds of the metric that is read first."""
+        return Score(self._values[part]["mean"], self._values[part]["sd"])
+
+    def interval(self, part: str = GROUPED) -> Interval:
+        """Return the 95 % interval over grasps of the metric that is read first."""
+        return Interval(*(self._values[part].get(end, math.nan) for end in GRASP_INTERVAL))
+
+    def with_interval(self, part: str = GROUPED) -> Score:
+        """Return the metric that is read first with its interval over grasps, if it is known."""
+        return Score(*self.score(part)[:2], (), *self.interval(part))
+
+    def chance(self, part: str = GROUPED) -> float:
+        """Return the metric of a guess that ignores the sound; NaN if it is unknown."""
+        return self._values[part].get("chance", math.nan)
+
+    @property
+    def perfect(self) -> float:
+        """Return the best possible value of the metric that is read first."""
+        return 0.0 if self.task.kind == "regression" else 1.0
+
+    def error(self, part: str = GROUPED) -> float:
+        """Return the distance of the metric from its best value: RMSE, or 1 - accuracy."""
+        return abs(self.score(part).mean - self.perfect)
+
+    def beats_chance(self, part: str = GROUPED) -> bool:
+        """Return whether the interval over grasps is better than chance."""
+        mean, interval = self.score(part).mean, self.interval(part)
+        return is_better_than_chance(mean, interval, self.chance(part), self.perfect)
+
+    @cached_property
+    def measured(self) -> Mapping[str, float]:
+        """Return the cost on the grouped split, by the name of what was measured."""
+        rows = self.result.cost[SCORES].where(part=f"cost of {GROUPED}").rows
+        return {str(row["metric"]): float(row["value"] or 0) for row in rows}
+
+    @property
+    def cost(self) -> Cost:
+        """Return the cost of the model on the grouped split."""
+        return Cost(self.measured["train_s"], 1e3 * self.measured["latency_s"])
+
+    def predictions(self, part: str = GROUPED) -> tuple[np.ndarray, np.ndarray]:
+        """Return true and predicted values (n,) of a part: numbers, or labels of classes.
+
+        Predictions of a target with a period are given at the repetition nearest to the truth.
+        """
+        from ajgdata.evaluate.metrics import wrapped
+
+        table = self.result.tables["predictions"].where(split=part)
+        true, predicted = np.array(table.column("y_true")), np.array(table.column("y_pred"))
+        if self.task.period_deg:
+            predicted = true + wrapped(predicted - true, self.task.period_deg)
+        return true, predicted
+
+    @property
+    def parts(self) -> list[tuple[str, PaperFigure | None]]:
+        """Return the parts that were tested, the grouped split first, with the paper's rows."""
+        papers = self.task.papers
+        parts = [(part, papers.get(key)) for part, (key, _) in PARTS.items()]
+        parts += [(elsewhere(name), papers.get(name)) for name in self.task.settings.test_on]
+        return [(part, paper) for part, paper in parts if self.has(part)]
+
+    def shown(self, score: Score, part: str = "") -> str:
+        """Return a score with its unit; of a `part` with a note if it is not better than chance."""
+        text = mean_sd(score, self.task.shown_unit, self.task.scale)
+        return text if not part or self.beats_chance(part) else f"{text}, {NO_BETTER}"
+
+
+def models_of(results: TaskResults) -> list[ModelResult]:
+    """Return the models of a task in the order in which the task names them."""
+    return [ModelResult(results, result) for result in results.results]
+
+
+def best_of(models: Sequence[ModelResult]) -> ModelResult:
+    """Return the model of lowest error; of equals, the first."""
+    return min(models, key=ModelResult.error)
+
+
+def training_cost(results: TaskResults, label: str) -> Cost | None:
+    """Return the cost of the model with a label, if the task has it."""
+    return next((model.cost for model in models_of(results) if model.label == label), None)
+
+
+# Figures
+
+
+def finding(results: TaskResults) -> str:
+    """Return the score of the best model with chance."""
+    model = best_of(models_of(results))
+    chance = model.shown(Score(model.chance(), 0.0))
+    score = model.shown(model.score(), GROUPED)
+    return f"{model.label}: {results.metric_title} {score} (chance {chance})"
+
+
+def class_shares(results: TaskResults) -> Table:
+    """Return the share of each predicted class in the recordings of each true class, best model."""
+    from sklearn.metrics import confusion_matrix
+
+    rows = []
+    if results.kind == "classification":
+        model = best_of(models_of(results))
+        classes = [str(name) for name in model.result.about["classes"]]
+        shares = confusion_matrix(*model.predictions(), labels=classes, normalize="true")
+        rows = [
+            {"true": true, "predicted": predicted, "share": shares[i, j]}
+            for i, true in enumerate(classes)
+            for j, predicted in enumerate(classes)
+        ]
+    columns = {"true": "True class", "predicted": "Predicted class", "share": "Share"}
+    return table_of("shares", "Predictions", rows, **columns)
+
+
+def numbers(results: TaskResults) -> Table:
+    """Return true and predicted values of each model; `mean` is that of the known true values."""
+    parts, rows = {"known values": GROUPED, "withheld values": WITHHELD}, []
+    for model in models_of(results) if results.kind == "regression" else ():
+        mean = float(model.predictions()[0].mean())
+        for values, part in parts.items():
+            if model.has(part):
+                true, predicted = model.predictions(part)
+                row = {"model": model.label, "values": values, "mean": mean}
+                pairs = zip(binned(true), predicted, strict=True)
+                rows += [{**row, "true": t, "predicted": p} for t, p in pairs]
+    suffix = "deg" if results.unit == "°" else results.unit
+    name = column_title(words(results.target.removesuffix(f"_{suffix}")), results.unit)
+    columns = {"model": "Model", "values": "Values", "true": f"True {name}"}
+    return table_of(
+        "values", "Predictions", rows, **columns, predicted=f"Predicted {name}", mean=""
+    )
+
+
+def binned(y_true: np.ndarray, max_values: int = MAX_VALUES) -> np.ndarray:
+    """Return true values (n,); more than `max_values` distinct ones are put into as many bins of
+    equal width, and each becomes the mean of its bin."""
+    import pandas as pd
+
+    if len(np.unique(y_true)) <= max_values:
+        return y_true
+    numbers = pd.Series(y_true)
+    return numbers.groupby(pd.cut(numbers, max_values), observed=True).transform("mean").to_numpy()
+
+
+def run_times(results: TaskResults) -> Table:
+    """Return error and training time of each model and fold; none of a single model."""
+    models = models_of(results) if len(results.results) > 1 else []
+    rows = [
+        {"model": model.label, "train_s": max(model.cost.train_s, SHORTEST_S)}
+        | {"error": results.scale * abs(value - model.perfect)}
+        | {"chance": results.scale * abs(model.chance() - model.perfect)}
+        for model in models
+        for value in model.folds()
+    ]
+    columns = {"model": "Model", "train_s": "Time to train all folds, s", "chance": "Chance"}
+    error = column_title("Error", results.shown_unit)
+    return table_of("run times", "Error and run time", rows, **columns, error=error)
+
+
+PLOTS = (
+    Plot(
+        "matrix", class_shares, "held-out predictions of the best model, grasps are never split",
+        value="share", x="true", series=("predicted",), over="recordings of a true class",
+        title=finding, name="predictions",
+    ),
+    Plot(
+        "lines", numbers, "held-out predictions of each model, grasps are never split; predictions "
+        "of a target with a period are at the repetition nearest to the true value",
+        value="predicted", x="true", series=("values",), panel="model",
+        over="predictions of a true value", chance="mean", ideal=True, title=finding,
+        name="predictions",
+    ),
+    Plot(
+        "scatter", run_times, "error against training time; filled: no model is better in both",
+        value="error", x="train_s", chance="chance", name="run-time",
+    ),
+)  # fmt: skip
+
+
+# Rows and words
+
+
+def rows(results: TaskResults) -> Iterator[ResultRow]:
+    """Yield a row for each model on the grouped split, then on each further part."""
+    models = models_of(results)
+    top = best_of(models)
+    for model in models:
+        yield ResultRow(
+            model.label,
+            results.metric_title,
+            model.shown(model.score(), GROUPED),
+            model.shown(Score(model.chance(), 0.0)),
+            number(model.cost.train_s),
+            number(model.cost.inference_ms_per_recording),
+            number(model.measured["peak_rss_mb"]),
+            best=model is top,
+            paper=results.papers.get(PARTS[GROUPED][0]),
+            answer=model.shown(model.with_interval(), GROUPED) if model is top else "",
+        )
+    for part in dict.fromkeys(part for model in models for part, _ in model.parts[1:]):
+        name = part.removeprefix("on:")
+        key, heading = PARTS.get(part) or (name, f"tested on {results.others[name].title}")
+        for model in (model for model in models if model.has(part)):
+            yield ResultRow(
+                model.label,
+                f"{results.metric_title}, {words(key)}",
+                model.shown(model.score(part), part),
+                model.shown(Score(model.chance(part), 0.0)),
+                part=heading,
+                paper=results.papers.get(key),
+            )
+
+
+def summary(results: TaskResults) -> str:
+    """Return what was evaluated, and which model is best, in two sentences."""
+    models = models_of(results)
+    top, counts = best_of(models), models[0].result.about["parts"][GROUPED]
+    unit = f" in {results.unit}" if results.unit else ""
+    return (
+        f"{results.kind.capitalize()} of {results.target}{unit} from "
+        f"{counts['recordings']:,} recordings in {counts['groups']:,} groups ({results.groups}), "
+        f"{counts['folds']} folds. "
+        f"Lowest error: {top.label}, {results.metric_title} {top.shown(top.score())}."
+    )
+
+
+# Comparison with the paper
+
+
+def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
+    """Yield known, unknown and overall values, and other data sets, by the paper's model."""
+    models = models_of(results)
+    by_name = {model.result.model: model for model in models}
+    for part, paper in models[0].parts:
+        if paper is None:
+            continue
+        name = BASELINE if paper.id == BASELINES else PAPER_MODEL
+        model = by_name.get(name, by_name.get(PAPER_MODEL, models[0]))
+        if paper.metric in FAILS:
+            yield _failing(paper, model, part, lookup)
+        else:
+            yield _compared(paper, model, models, part)
+
+
+def _compared(
+    paper: PaperFigure, model: ModelResult, models: Sequence[ModelResult], part: str
+) -> PaperComparison:
+    """Return a model on a part and the paper's number, with the interval that decides."""
+    text = model.shown(model.with_interval(part), part)
+    if paper.id == BASELINES:
+        best = best_of(models)
+        text += f"; lowest error of {len(models)}: {best.label}, {best.shown(best.score())}"
+    if paper.id == COUNTED:
+        true, predicted = model.predictions()
+        shares = [np.mean(predicted[true == name] == name) for name in np.unique(true)]
+        count = sum(share >= MIN_ACCURACY for share in shares)
+        text += f"; {count} of {len(shares)} classes at 90 % or more"
+    published, chance = paper.value, model.chance(part)
+    if paper.text == NEAR_CHANCE:
+        published = model.task.scale * chance
+    verdict: Verdict = "inconclusive"
+    if published is not None:
+        published /= model.task.scale
+        mean, interval = model.score(part).mean, model.interval(part)
+        verdict = compare(mean, interval, published, chance=chance, perfect=model.perfect)
+    split = _split_of(model, part)
+    return model.task.compared(
+        paper, text, model.label, verdict, cost=model.cost, marks=_marks(models, model, part),
+        split=split, label=f"known, {split}" if split else "", shown_unit=model.task.shown_unit,
+    )  # fmt: skip
+
+
+def _split_of(model: ModelResult, part: str) -> str:
+    """Return the split of known values, if the paper is compared with both splits: "" else."""
+    papers = dict(model.parts)
+    if part not in (GROUPED, RANDOM) or not (papers.get(GROUPED) and papers.get(RANDOM)):
+        return ""
+    group = words(model.task.groups.removesuffix("_id"))
+    return f"by {group}" if part == GROUPED else "by recording"
+
+
+def _marks(models: Sequence[ModelResult], first: ModelResult, part: str) -> tuple[Mark, ...]:
+    """Return a model, the best of the others and chance on a part of a task, as they are drawn."""
+    scale = first.task.scale
+    marks = [mark_of("ours", first.with_interval(part), scale)]
+    if others := [m for m in models if m.result.model != first.result.model and m.has(part)]:
+        best = min(others, key=lambda model: model.error(part))
+        marks.append(mark_of("baseline", best.with_interval(part), scale))
+    if math.isfinite(chance := first.chance(part)):
+        marks.append(mark_of("chance", Score(chance, 0.0), scale))
+    return tuple(marks)
+
+
+def _failing(paper: PaperFigure, model: ModelResult, part: str, lookup: Lookup) -> PaperComparison:
+    """Return a model where it was trained and where it fails, and whether silence flags it."""
+    score, scale = model.score(part), model.task.scale
+    verdicts = {holds(Score(model.error(part) - model.error(), model.score().sd))}
+    text = f"{model.shown(model.score())} where it was trained, {model.shown(score)} elsewhere"
+    if flags := _flags(model, lookup):
+        verdicts.add("agrees" if any(flags) else "disagrees")
+        text += f"; from silence {'flagged' if any(flags) else 'not flagged'}"
+    marks = mark_of("ours", score, scale), mark_of("chance", Score(model.chance(), 0.0), scale)
+    return model.task.compared(
+        paper, text, model.label, together(verdicts), cost=model.cost, marks=marks,
+        shown_unit=model.task.shown_unit,
+    )  # fmt: skip
+
+
+def _flags(model: ModelResult, lookup: Lookup) -> list[bool]:
+    """Return whether the test on silence flags the model, for each data set that it is asked."""
+    from ajgdata.experiments.shortcut import tests_of  # imports this module
+
+    task = model.task.dataset, model.task.task
+    results = lookup("shortcut", *task)
+    if results is None or (results.dataset, results.task) != task:
+        return []
+    tests = tests_of(results)
+    return [row["flagged"] for result, row in tests if result.model == model.result.model]
