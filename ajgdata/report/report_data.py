@@ -5,8 +5,7 @@ The report knows a list of experiments and none by name: what one has to show is
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
