@@ -9,21 +9,19 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import logging
 import os
 from pathlib import Path
 
 import numpy as np
 
 from ajgdata import gripper
-from ajgdata.store.files import read_model, remove_stale, sha256_of, write_bytes
+from ajgdata.store.files import remove_stale, sha256_of, write_bytes
 from ajgdata.store.provenance import layer_hash
 
-log = logging.getLogger(__name__)
-#: Room for about 45,000 responses of the default gripper, 7,000 where it holds no grains.
+#: Room for about 45,000 responses of the default gripper, 7,000 without granulate.
 LIMIT_BYTES = 500_000_000
 SUFFIX = ".npz"
-#: Writes of one process between two looks at the size of the folder.
+#: Writes of one process between two checks of the size of the folder.
 WRITES_PER_TRIM = 100
 _ARRAYS = ("samples", "outside")
 
@@ -31,48 +29,36 @@ _ARRAYS = ("samples", "outside")
 class ResponseStore:
     """Folder of impulse responses, safe to share between processes.
 
-    It is kept to about LIMIT_BYTES; the least recently used files are removed.
+    Its size is limited to about LIMIT_BYTES; the least recently used files are removed.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._is_writable = True
         self._code = layer_hash("gripper")
         self._writes = 0
-        self.solved = 0  #: scenes that were simulated, since they were not in the folder
+        self.solved = 0  #: scenes that were simulated, because they were not in the folder
 
     def solve(self, scene: gripper.Scene) -> gripper.ImpulseResponse:
-        """Return the response of `scene`: the one that is kept, else simulated now and kept.
+        """Return the response of `scene`: the stored one, else simulated now and stored.
 
         Raises gripper.SceneError.
         """
-        known = self.read(scene)
-        if known is None:
-            known = gripper.simulate(scene)
+        path = self.path(scene)
+        response = read_response(path)
+        if response is None:
+            response = gripper.simulate(scene)
             self.solved += 1
-            self.write(scene, known)
-        return known
+            self.write(scene, response)
+        return response
 
     def path(self, scene: gripper.Scene) -> Path:
-        """Return the file in which the response of `scene` is kept."""
-        text = f"{gripper.scene_digest(scene)} {self._code}"
-        key = sha256_of(text.encode())
+        """Return the file of the response of `scene`."""
+        key = sha256_of(f"{gripper.scene_digest(scene)} {self._code}".encode())
         return self.folder / key[0] / f"{key}{SUFFIX}"
 
-    def read(self, scene: gripper.Scene) -> gripper.ImpulseResponse | None:
-        """Return the kept response of `scene`; None if there is none that can be read."""
-        return read_response(self.path(scene))
-
     def write(self, scene: gripper.Scene, response: gripper.ImpulseResponse) -> None:
-        """Keep `response`, unless the folder cannot be written."""
-        if not self._is_writable:
-            return
-        try:
-            write_bytes(self.path(scene), _encode(response))
-        except OSError as error:
-            log.warning("%s cannot be written (%s): unused", self.folder, error.strerror)
-            self._is_writable = False
-            return
+        """Store the response of `scene`."""
+        write_bytes(self.path(scene), _encode(response))
         if self._writes % WRITES_PER_TRIM == 0:
             self._trim()
         self._writes += 1
@@ -90,17 +76,14 @@ class ResponseStore:
 
 
 def read_response(path: Path) -> gripper.ImpulseResponse | None:
-    """Return the response in a file, which counts as used now; None if there is none that can be
-    read."""
+    """Return the response in a file, which counts as used now; None if there is no file."""
     try:
-        response = _decode(path.read_bytes())
-    except (FileNotFoundError, NotADirectoryError):
-        return None
-    except Exception as error:  # zipfile and numpy raise many errors for damaged files
-        log.warning("%s cannot be read (%s): simulated again and replaced", path, error)
-        return None
-    with contextlib.suppress(OSError):
+        with np.load(path) as file:
+            arrays = {key: file.get(key) for key in _ARRAYS}
+            response = gripper.ImpulseResponse(**json.loads(str(file["about"])), **arrays)
         os.utime(path)
+    except FileNotFoundError:
+        return None
     return response
 
 
@@ -113,14 +96,3 @@ def _encode(response: gripper.ImpulseResponse) -> bytes:
     text = json.dumps(about, sort_keys=True, allow_nan=False)
     np.savez(stream, about=np.array(text), **present)
     return stream.getvalue()
-
-
-def _decode(content: bytes) -> gripper.ImpulseResponse:
-    with np.load(io.BytesIO(content)) as file:
-        arrays = {key: file.get(key) for key in _ARRAYS}
-        return gripper.ImpulseResponse(**json.loads(str(file["about"])), **arrays)
-
-
-def read_scene(path: Path) -> gripper.Scene:
-    """Return the scene in a YAML or JSON file. Raises DataError with file, line, key and fix."""
-    return read_model(path, gripper.Scene)
