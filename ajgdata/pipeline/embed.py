@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,7 +17,7 @@ from ajgdata.evaluate.embedding_data import (
     train_on,
     validation_folds,
 )
-from ajgdata.store.features import read_store, settings_text
+from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.latents import Latents, write_latents
 from ajgdata.types import Embedding, NotPossibleError
@@ -35,8 +36,8 @@ def train_embedding(
     reason.
     """
     shard = read_store(store)
-    told = settings_text(settings.model_dump(mode="json"))
-    attrs: Mapping[str, str | float | int] = {**shard.attrs, "embedding": told, "seed": seed}
+    text = json.dumps(settings.model_dump(mode="json"), sort_keys=True)
+    attrs: Mapping[str, str | float | int] = {**shard.attrs, "embedding": text, "seed": seed}
     spent: dict[str, Any] = {}
     try:
         found = _trained(embedding_data(shard, settings), settings, seed, attrs, spent)

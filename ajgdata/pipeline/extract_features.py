@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -24,9 +25,7 @@ from ajgdata.pipeline.recordings import (
 from ajgdata.store.features import (
     Column,
     Shard,
-    feature_attrs,
     read_store,
-    settings_text,
     text_column,
     write_store,
 )
@@ -211,9 +210,13 @@ def _write(
         "audio": audio.model_dump(mode="json"),
         "features": features.model_dump(mode="json"),
     }
-    attrs = {"settings": settings_text(settings), SETTINGS_ATTRIBUTE: digest, **software()}
+    attrs = {
+        "settings": json.dumps(settings, sort_keys=True),
+        SETTINGS_ATTRIBUTE: digest,
+        **software(),
+    }
     shard = Shard(feature.reshape(len(rows), len(frequency)), frequency, columns, attrs)
-    write_store(path, shard, feature_attrs(attrs))
+    write_store(path, shard)
 
 
 def _codes(findings: Iterable[Finding]) -> dict[str, str]:

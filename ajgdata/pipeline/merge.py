@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ajgdata.pipeline.progress import tell
-from ajgdata.store.features import Shard, concatenate, feature_attrs, read_store, write_store
+from ajgdata.store.features import Shard, concatenate, read_store, write_store
 from ajgdata.store.files import read_csv, sha256_of
 from ajgdata.store.findings import read_findings, rejected, without_rejected, write_findings
 from ajgdata.store.labels import labelled, select, with_columns, without_copies
@@ -45,7 +45,7 @@ def merge(
     merged = concatenate([with_columns(part, columns, targets) for part in parts])
     merged, told = without_copies(merged, [*targets])
     found = [*without_rejected(found, notes), *told]
-    write_store(store, with_attributes(merged, dataset), feature_attrs(merged.attrs))
+    write_store(store, with_attributes(merged, dataset))
     write_findings(quarantine, found)
     if excluded := left_out(found):
         tell(f"left out  {len(excluded)} of {dataset}: {quarantine} says why")

@@ -1,30 +1,22 @@
-"""Latents: one netCDF-4 file for an embedding, every recording as every network sees it."""
+"""Latents: one netCDF-4 file per embedding, every recording as every network encodes it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ajgdata.store.features import (
     CONVENTIONS,
-    DAMAGE,
     Column,
     as_coordinates,
     attributes_of,
-    check_room,
     columns_of,
     open_netcdf,
     write_netcdf,
 )
-from ajgdata.store.files import replacing
-from ajgdata.types import DataError
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 LATENT, VALIDATION_FOLD = "latent_", "validation_fold"
 
@@ -49,40 +41,25 @@ def write_latents(path: Path, latents: Latents) -> None:
 
     fold = Column(latents.validation_fold.astype(np.int32))
     arrays = {
-        f"{LATENT}{dimension}": _variable(values)
+        f"{LATENT}{dimension}": xr.Variable(
+            ("fold", "init", "recording", f"dimension_{dimension}"),
+            values.astype(np.float32),
+            {"long_name": "latent", "units": "1"},
+        )
         for dimension, values in sorted(latents.latent.items())
     }
-    dataset = xr.Dataset(
-        arrays,
-        as_coordinates({**latents.columns, VALIDATION_FOLD: fold}),
-        {"Conventions": CONVENTIONS, **latents.attrs},
-    )
-    with replacing(path) as temporary:
-        check_room(path, dataset.nbytes)
-        write_netcdf(temporary, dataset)
-
-
-def _variable(values: np.ndarray) -> xr.Variable:
-    import xarray as xr
-
-    dimensions = ("fold", "init", "recording", f"dimension_{values.shape[-1]}")
-    return xr.Variable(dimensions, values.astype(np.float32), {"long_name": "latent", "units": "1"})
+    coordinates = as_coordinates({**latents.columns, VALIDATION_FOLD: fold})
+    attrs = {"Conventions": CONVENTIONS, **latents.attrs}
+    write_netcdf(path, xr.Dataset(arrays, coordinates, attrs))
 
 
 def read_latents(path: Path) -> Latents:
-    """Return the latents in a file. Raises DataError for any other file."""
-    try:
-        with open_netcdf(path) as dataset:
-            dataset.load()
-            columns = columns_of(dataset)
-            fold = columns.pop(VALIDATION_FOLD).values
-            arrays = {str(name): array.values for name, array in dataset.data_vars.items()}
-            attrs = attributes_of(dataset)
-    except DAMAGE:
-        raise DataError(path, "not a readable file of latents", "delete it, run again") from None
-    latent = {
-        int(name.removeprefix(LATENT)): values
-        for name, values in arrays.items()
-        if name.startswith(LATENT)
-    }
-    return Latents(dict(sorted(latent.items())), fold, columns, attrs)
+    """Return the latents in a file. Raises DataError for a file of another kind."""
+    with open_netcdf(path) as dataset:
+        columns = columns_of(dataset)
+        fold = columns.pop(VALIDATION_FOLD).values
+        latent = {
+            int(str(name).removeprefix(LATENT)): array.values
+            for name, array in dataset.data_vars.items()
+        }
+        return Latents(dict(sorted(latent.items())), fold, columns, attributes_of(dataset))

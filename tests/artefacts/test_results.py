@@ -16,7 +16,7 @@ from ajgdata.paths import RUN_VARIABLE, Paths, Tree
 from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
 from ajgdata.report.study_page import holds
 from ajgdata.store.audio import read_audio
-from ajgdata.store.features import read_labels, read_store
+from ajgdata.store.features import read_store
 from ajgdata.store.publishing.archive import checksums_bytes
 from ajgdata.store.sessions import audio_path, read_dataset, read_recordings, read_session
 from ajgdata.store.tables import read_tables
@@ -85,7 +85,7 @@ def test_every_recording_is_in_the_store_or_in_the_quarantine(path):
     for table in PATHS.shard_labels(name, "x").parent.glob("*.labels.csv"):
         session = table.name.removesuffix(".labels.csv")
         declared |= {f"{session}/{row['recording_id']}" for row in rows_of(table)}
-    stored = set(read_labels(path).columns["recording"].values.tolist())
+    stored = set(read_store(path).columns["recording"].values.tolist())
     listed = {
         f"{row['session_id']}/{row['recording_id']}" for row in rows_of(PATHS.quarantine(name))
     }
@@ -134,7 +134,7 @@ def test_reported_errors_follow_from_the_predictions(key):
 
 
 def groups_of(dataset: str, column: str) -> dict[str, object]:
-    columns = read_labels(PATHS.features(dataset)).columns
+    columns = read_store(PATHS.features(dataset)).columns
     names = columns["recording"].values.tolist()
     return dict(zip(names, columns[column].values.tolist(), strict=True))
 
@@ -250,7 +250,7 @@ def evenly(rows: np.ndarray) -> np.ndarray:
 def samples_of(dataset: str) -> dict[str, np.ndarray]:
     """Samples (n,) of the recordings that are asked about, by name."""
     audio, found = read_dataset(PATHS, dataset).audio, {}
-    rows = read_labels(PATHS.features(dataset)).columns["recording"].values
+    rows = read_store(PATHS.features(dataset)).columns["recording"].values
     names = [name.partition("/") for name in rows[evenly(rows)].tolist()]
     for session in sorted({name[0] for name in names}):
         folder = PATHS.session(dataset, session)

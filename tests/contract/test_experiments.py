@@ -100,7 +100,7 @@ def write(path: Path, name: str) -> Path:
     level += [shape_of(str(row["grasp_id"])) for row in rows]
     level += [0.02 * shape_of(str(row["recording"])) for row in rows]
     attrs = {"data_set": name, "source": "simulated", "git_commit": "", "settings": "{}"}
-    write_store(path, Shard(np.exp(level).astype(np.float32), HZ, columns, attrs), {})
+    write_store(path, Shard(np.exp(level).astype(np.float32), HZ, columns, attrs))
     return path
 
 

@@ -70,7 +70,7 @@ def test_a_model_comes_back_from_disk_as_it_was(name, tmp_path, monkeypatch):
         "object": text_column(["thing"] * 24),
         "shape": text_column(y["shape"]),
     }
-    write_store(store, Shard(x, np.arange(64.0), columns, SETTINGS), {"units": "1"})
+    write_store(store, Shard(x, np.arange(64.0), columns, SETTINGS))
     train_model(store, target="shape", kind="classification", unit="", groups="grasp_id",
                 model=name, seed=3, folder=tmp_path / "model")  # fmt: skip
     loaded, about = read_model(tmp_path / "model")

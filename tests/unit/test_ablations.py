@@ -49,7 +49,7 @@ def test_variants_are_evaluations_of_the_same_grasps(tmp_path):
         targets = {"object": {"kind": "classification"}}
         content = {"name": name, "targets": targets, "tasks": {"kind": task}}
         paths.dataset(name).write_text(yaml.safe_dump(content))
-        write_store(paths.features(name), store, {})
+        write_store(paths.features(name), store)
     variants = {
         "plain": {},
         "both": {"train": ["here", "there"]},

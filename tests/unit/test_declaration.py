@@ -67,7 +67,7 @@ def test_stores_that_do_not_compare_are_refused_when_they_are_read(tmp_path):
     for name, rate_hz in (("a", 44_100), ("b", 48_000)):
         told = {"audio": {"sample_rate_hz": rate_hz}, "features": {}}
         attrs = {**shard.attrs, "settings": json.dumps(told)}
-        write_store(Paths(tmp_path).features(name), replace(shard, attrs=attrs), {})
+        write_store(Paths(tmp_path).features(name), replace(shard, attrs=attrs))
     asked = EXPERIMENTS["cross_validation"].settings(models=["ridge"], test_on=["b"])
     with pytest.raises(DataError, match="do not compare") as caught:
         run_experiment(

@@ -95,7 +95,7 @@ def read(folder: Path, name: str) -> dict:
 
 def train(folder: Path, made: Shard) -> Latents:
     store, path = folder / "store.nc", folder / "latents.nc"
-    write_store(store, made, {"units": "1"})
+    write_store(store, made)
     train_embedding(store, settings=SETTINGS, seed=0, latents=path, cost=folder / "cost.json")
     return read_latents(path)
 

@@ -50,7 +50,7 @@ def run(paths: Paths, asked: Asked, **changes) -> None:
 @pytest.fixture(scope="module")
 def paths(tmp_path_factory):
     made = Paths(tmp_path_factory.mktemp("project"))
-    write_store(made.features("d"), small_store(), {})
+    write_store(made.features("d"), small_store())
     for asked in asked_for({"d": SPEC}, [("d", "t")]):
         run(made, asked)
     return made

@@ -77,7 +77,7 @@ def trained(tmp_path_factory):
     attrs = {"settings": json.dumps(settings)}
     frequency_hz = frequencies_hz(44_100, spec.features)
     shard = Shard(np.array(features, np.float32), frequency_hz, columns, attrs)
-    write_store(paths.features("d"), shard, {"units": "1"})
+    write_store(paths.features("d"), shard)
     train_model(
         paths.features("d"), **spec.training("what"), model="linear", seed=0, task="what",
         folder=paths.model("d", "what", "linear"),

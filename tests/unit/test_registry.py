@@ -107,9 +107,7 @@ def store(tmp_path):
         "edge_mm": Column(np.array([1.0, 2, 3, 7, 8, 9]), {"units": "mm"}),
     }
     feature = np.ones((6, 4), np.float32)
-    write_store(
-        tmp_path / "d.nc", Shard(feature, np.arange(4.0), columns, SETTINGS), {"units": "1"}
-    )
+    write_store(tmp_path / "d.nc", Shard(feature, np.arange(4.0), columns, SETTINGS))
     return tmp_path / "d.nc"
 
 

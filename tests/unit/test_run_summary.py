@@ -33,7 +33,7 @@ def spec(**keys) -> DatasetSpec:
 def paths(tmp_path) -> Paths:
     """A data set with two recordings left out, and two tasks: of `t` one of three is there."""
     made = Paths(tmp_path)
-    write_store(made.features("d"), small_store(), {})
+    write_store(made.features("d"), small_store())
     finding = Finding("s", "1", "", "error", "silent", "p", "f")
     found = [finding, Finding("s", "1", "", "error", "short", "p", "f")]
     found += [Finding("s", "2", "", "warning", "copy", "p", "f")]

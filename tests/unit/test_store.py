@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,17 +11,13 @@ from ajgdata.store.features import (
     Column,
     Shard,
     concatenate,
-    open_store,
-    read_labels,
     read_store,
-    spectra_blocks,
     text_column,
     write_store,
 )
 from ajgdata.store.latents import Latents, read_latents, write_latents
 from ajgdata.types import DataError
 
-FEATURE_ATTRS = {"long_name": "spectrum", "units": "1"}
 NOTES = ["", "größe", "日本語", "a,b 'c'", "  "]
 
 
@@ -56,15 +51,15 @@ def assert_same(one: Shard, other: Shard) -> None:
 
 def test_equal_content_gives_equal_bytes(tmp_path):
     for name in ("a", "b"):
-        write_store(tmp_path / name, sample(), FEATURE_ATTRS)
+        write_store(tmp_path / name, sample())
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
     shuffled = replace(sample(), columns=dict(reversed(sample().columns.items())))
-    write_store(tmp_path / "c", shuffled, FEATURE_ATTRS)
+    write_store(tmp_path / "c", shuffled)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "c").read_bytes()
 
 
 def test_read_back(tmp_path):
-    write_store(tmp_path / "x.nc", sample(), FEATURE_ATTRS)
+    write_store(tmp_path / "x.nc", sample())
     read = read_store(tmp_path / "x.nc")
     assert_same(sample(), read)
     assert read.feature.dtype == np.float32
@@ -75,7 +70,7 @@ def test_read_back(tmp_path):
 def test_xarray_reads_it(tmp_path):
     path = tmp_path / "results" / "features" / "d.nc"
     (tmp_path / "datasets").mkdir()
-    write_store(path, sample(), FEATURE_ATTRS)
+    write_store(path, sample())
     with ajgdata.load_features("d", tmp_path) as opened:
         features = opened.load()
     assert features["feature"].dims == ("recording", "frequency")
@@ -92,25 +87,13 @@ def test_xarray_reads_it(tmp_path):
     np.testing.assert_array_equal(chosen, sample().feature[3, 4:10])
 
 
-def test_labels_and_blocks_of_spectra(tmp_path, monkeypatch):
-    monkeypatch.setattr("ajgdata.store.features.BLOCK_ROWS", 2)
-    path = tmp_path / "x.nc"
-    write_store(path, sample(), FEATURE_ATTRS)
-    labels = read_labels(path)
-    assert labels.feature.shape == (5, 0)
-    assert_same(replace(sample(), feature=labels.feature), labels)
-    blocks = list(spectra_blocks(path))
-    assert [len(block) for block in blocks] == [2, 2, 1]
-    np.testing.assert_array_equal(np.concatenate(blocks), sample().feature)
-
-
 def test_no_store_holds_anything_that_is_not_finite(tmp_path):
-    write_store(tmp_path / "x.nc", sample(), FEATURE_ATTRS)
+    write_store(tmp_path / "x.nc", sample())
     before = (tmp_path / "x.nc").read_bytes()
     spoilt = sample()
     spoilt.feature[2, 3] = np.inf
     with pytest.raises(ValueError, match="NaN or infinite"):
-        write_store(tmp_path / "x.nc", spoilt, FEATURE_ATTRS)
+        write_store(tmp_path / "x.nc", spoilt)
     assert (tmp_path / "x.nc").read_bytes() == before
     assert len(list(tmp_path.iterdir())) == 1
 
@@ -121,12 +104,8 @@ def test_concatenation():
     np.testing.assert_array_equal(both.feature[3:], sample(4, start=10).feature)
     assert both.columns["recording"].values[3] == "s1/010"
     assert both.columns["edge_mm"].attrs == {"units": "mm"}
-    with pytest.raises(ValueError, match="'s1/002' stands in two shards"):
+    with pytest.raises(ValueError, match="'s1/002' is in two shards"):
         concatenate([sample(3), sample(3, start=2)])
-    with pytest.raises(ValueError, match="differ in their columns"):
-        concatenate([sample(3), sample(3, start=9, more=text_column(["x"] * 3))])
-    with pytest.raises(ValueError, match="frequencies"):
-        concatenate([sample(3), replace(sample(3, 9), frequency_hz=np.arange(17.0))])
     with pytest.raises(ValueError, match="settings"):
         concatenate([sample(3), replace(sample(3, 9), attrs={"settings": "{1}"})])
 
@@ -134,24 +113,8 @@ def test_concatenation():
 def test_what_is_no_store(tmp_path):
     path = tmp_path / "x.nc"
     path.write_bytes(b"\x89HDF\r\n\x1a\n")
-    with pytest.raises(DataError, match="not a readable feature store"):
+    with pytest.raises(DataError, match="not a readable netCDF file"):
         read_store(path)
-    with h5py.File(path, "w") as other:
-        other["something"] = 1
-    for read in (read_store, open_store):
-        with pytest.raises(DataError, match="not a readable feature store"):
-            read(path)
-
-
-def test_a_changed_spectrum_is_noticed(tmp_path):
-    path = tmp_path / "x.nc"
-    write_store(path, sample(), FEATURE_ATTRS)
-    content = bytearray(path.read_bytes())
-    content[content.index(sample().feature[1].tobytes())] ^= 1
-    path.write_bytes(content)
-    with pytest.raises(DataError, match="not a readable feature store"):
-        read_store(path)
-    assert_same(replace(sample(), feature=read_labels(path).feature), read_labels(path))
 
 
 def test_latents(tmp_path):
@@ -171,6 +134,3 @@ def test_latents(tmp_path):
     assert read.columns["recording"].values.tolist() == ["a", "b"]
     assert read.columns["edge_mm"].attrs == {"units": "m"}
     assert read.attrs["settings"] == "of it"
-    path.write_bytes(path.read_bytes()[:2000])
-    with pytest.raises(DataError, match="not a readable file of latents"):
-        read_latents(path)

@@ -49,7 +49,7 @@ def store(tmp_path):
     settings = {"audio": {"sample_rate_hz": 8000}, "features": {"window": 126, "hop": 32}}
     attrs = {"data_set": "d", "settings": json.dumps(settings)}
     shard = Shard(feature.astype(np.float32), np.arange(64.0), columns, attrs)
-    write_store(path, shard, {"units": "1"})
+    write_store(path, shard)
     return path
 
 
@@ -108,7 +108,7 @@ def test_a_model_of_some_classes_knows_no_others(store):
     shard = read_store(store)
     kinds = np.repeat(["a", "b", "c", "c"], 6)
     columns = {**shard.columns, "kind": text_column(kinds)}
-    write_store(store, Shard(shard.feature, shard.frequency_hz, columns, shard.attrs), {})
+    write_store(store, Shard(shard.feature, shard.frequency_hz, columns, shard.attrs))
     about = {"target": "kind", "kind": "classification", "unit": "", "groups": "grasp_id"}
     for name, classes in (("all", []), ("two", ["c", "a"])):
         train_model(store, **about, classes=classes, model="linear", seed=0,
