@@ -9,7 +9,6 @@ import numpy as np
 
 from ajgdata.evaluate.agreement import UNDEFINED, Interval
 from ajgdata.evaluate.intervals import MIN_GRASPS, resampled_counts, spread_interval
-from ajgdata.features.spectrum import third_octaves
 from ajgdata.types import NotPossibleError
 
 
@@ -41,21 +40,6 @@ def band_energy(
     if not inside.any():
         raise NotPossibleError(f"no frequency lies within {low:g} to {high:g} Hz")
     return np.asarray(power, np.float64)[:, inside].sum(axis=1)
-
-
-def third_octave_bands(frequency_hz: np.ndarray) -> list[tuple[float, tuple[float, float]]]:
-    """Return centre and edges (Hz) of the third octaves that hold a frequency (f,) and end below
-    the highest: 1000 · 10^(k/10), edges 10^(±1/20) about it (IEC 61260-1, base 10).
-
-    A spectrum of n bins has none below its spacing.
-    """
-    frequency = np.asarray(frequency_hz, np.float64)
-    bands = []
-    for centre in third_octaves(10.0, frequency.max()).tolist():
-        low, high = centre * 10**-0.05, centre * 10**0.05
-        if high <= frequency.max() and ((frequency >= low) & (frequency <= high)).any():
-            bands.append((centre, (low, high)))
-    return bands
 
 
 def relative_energies(

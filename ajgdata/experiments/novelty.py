@@ -12,7 +12,7 @@ rounds test the same grasps.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -20,25 +20,15 @@ from pydantic import Field
 
 from ajgdata.evaluate.agreement import GRASP_INTERVAL
 from ajgdata.evaluate.task_data import TaskData
-from ajgdata.experiments.base import Experiment, Inputs, Outcome, TaskResults, score_table
+from ajgdata.experiments.base import Experiment, Inputs, Outcome, ScoreRow, score_table
 from ajgdata.experiments.plots import Plot
-from ajgdata.report.format import number
 from ajgdata.types import NotPossibleError, Strict
-from ajgdata.types.table import Table, table_of
+from ajgdata.types.table import table_of
 
 TITLE = "Unlike anything seen"
 #: Of the stated rates, the one that is shown by class.
 SHOWN = 0.05
-ROUND_COLUMNS = {
-    "stated": "Stated", "left_out": "Left out", "detected": "Unknown noticed",
-    "false_alarm": "Known alarmed",
-}  # fmt: skip
-SHARE_COLUMNS = {
-    "stated": "Stated", "metric": "Share of", "share": "Share", "low": "95 % from", "high": "to",
-}  # fmt: skip
-NOTHING_COLUMNS = {
-    "fold": "Fold", "recognised": "Nothing recognised", "mistaken": "Taken for nothing",
-}  # fmt: skip
+METRICS = ("detected", "false_alarm")
 
 
 class Settings(Strict):
@@ -62,18 +52,13 @@ class Round(NamedTuple):
     known: np.ndarray
     group: np.ndarray
 
-    def row(self) -> dict[str, Any]:
-        """Return the shares of the round."""
-        shares = {"detected": float(self.new.mean()), "false_alarm": float(self.known.mean())}
-        return {"stated": self.stated, "left_out": self.left_out, **shares}
-
 
 def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
     """Return the shares of recordings of unknown and known classes that raise the alarm."""
     from threadpoolctl import threadpool_limits
 
     data = inputs.data()
-    grasps = _grasps(inputs, data)
+    grasp = _grasps(inputs, data)
     if len(classes := np.unique(data.value)) < 3:
         raise NotPossibleError("one class is left out and two must be left: record at least three")
     begun = time.process_time()
@@ -81,28 +66,38 @@ def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
         tests = [
             test
             for n, left_out in enumerate(classes.tolist())
-            for test in _round(inputs, settings, data, grasps, n, left_out)
+            for test in _round(inputs, settings, data, grasp, n, left_out)
         ]
-        spent = time.process_time() - begun
-        nothing = list(_nothing(inputs, data, grasps))
-    rounds = [test.row() for test in tests]
+        cpu_s = time.process_time() - begun
+        empty = list(_empty_gripper(inputs, data, grasp))
+    rounds = [
+        {"stated": test.stated, "left_out": test.left_out}
+        | {"detected": float(test.new.mean()), "false_alarm": float(test.known.mean())}
+        for test in tests
+    ]
     shares = [
         row
         for stated in settings.false_alarms
-        for row in _shares(stated, [one for one in tests if one.stated == stated], inputs.seed)
+        for row in _shares(stated, [test for test in tests if test.stated == stated], inputs.seed)
     ]
+    of_rounds = {"stated": "Stated", "left_out": "Left out", "detected": "Unknown noticed"}
+    of_rounds |= {"false_alarm": "Known alarmed"}
+    of_shares = {"stated": "Stated", "metric": "Share of", "share": "Share"}
+    of_shares |= {"low": "95 % from", "high": "to"}
     tables = [
-        score_table(_scores(rounds, shares, nothing), TITLE),
-        table_of("rounds", TITLE, rounds, **ROUND_COLUMNS),
-        table_of("shares", TITLE, shares, **SHARE_COLUMNS),
+        score_table(_scores(rounds, shares, empty), TITLE),
+        table_of("rounds", TITLE, rounds, **of_rounds),
+        table_of("shares", TITLE, shares, **of_shares),
     ]
-    if nothing:
-        tables.append(table_of("nothing", "Nothing held", nothing, **NOTHING_COLUMNS))
-    cost = [("", "cost of novelty", "train_cpu_s", "measured", spent)]
+    if empty:
+        of_empty = {"recognised": "Nothing recognised", "mistaken": "Taken for nothing"}
+        tables.append(table_of("nothing", "Nothing held", empty, fold="Fold", **of_empty))
+    cost = [("", "cost of novelty", "train_cpu_s", "measured", cpu_s)]
     return Outcome(tuple(tables), (score_table(cost, TITLE),))
 
 
 def _grasps(inputs: Inputs, data: TaskData) -> np.ndarray:
+    """Return the grasp of each recording of `data` (n,)."""
     columns = inputs.store.columns
     names, grasps = columns["recording"].values.tolist(), columns["grasp_id"].values.tolist()
     grasp_of = dict(zip(names, grasps, strict=True))
@@ -110,7 +105,7 @@ def _grasps(inputs: Inputs, data: TaskData) -> np.ndarray:
 
 
 def _round(
-    inputs: Inputs, settings: Settings, data: TaskData, grasps: np.ndarray, n: int, left_out: str
+    inputs: Inputs, settings: Settings, data: TaskData, grasp: np.ndarray, n: int, left_out: str
 ) -> Iterator[Round]:
     """Yield for each stated rate what is flagged of the class `left_out`, and of held-out grasps of
     the others: round `n` holds out fold `n`, and the first again after the last."""
@@ -123,11 +118,11 @@ def _round(
     parts = grouped_folds(y, group, *split)
     train, test = (others[part] for part in parts[n % len(parts)])
     x, known = data.feature, data.group[train]
-    held = held_out_distances(x[train], grasps[train], known, seed=inputs.seed)
+    held_out = held_out_distances(x[train], grasp[train], known, seed=inputs.seed)
     new = np.flatnonzero(data.value == left_out)
-    distance = Guard.of(x[train], grasps[train]).distance(x[np.concatenate([new, test])])
+    distance = Guard.of(x[train], grasp[train]).distance(x[np.concatenate([new, test])])
     for stated in settings.false_alarms:
-        flagged = distance > threshold_at(held, known, stated)
+        flagged = distance > threshold_at(held_out, known, stated)
         yield Round(left_out, stated, flagged[: len(new)], flagged[len(new) :], data.group[test])
 
 
@@ -139,17 +134,14 @@ def _shares(stated: float, tests: list[Round], seed: int) -> Iterator[dict[str, 
     detected = np.array([test.new.mean() for test in tests])
     known = np.concatenate([test.known for test in tests]).astype(float)
     group = np.concatenate([test.group for test in tests])
-    over_classes = mean_interval(detected, np.arange(len(tests)), is_share=True, seed=seed)
-    over_grasps = mean_interval(known, group, is_share=True, seed=seed)
-    for metric, share, interval in (
-        ("detected", detected.mean(), over_classes),
-        ("false_alarm", known.mean(), over_grasps),
-    ):
-        row = {"stated": stated, "metric": metric, "share": float(share)}
-        yield row | {"low": interval.low, "high": interval.high}
+    units = np.arange(len(tests)), group
+    for metric, values, unit in zip(METRICS, (detected, known), units, strict=True):
+        low, high = mean_interval(values, unit, is_share=True, seed=seed)
+        row = {"stated": stated, "metric": metric, "share": float(values.mean())}
+        yield row | {"low": low, "high": high}
 
 
-def _nothing(inputs: Inputs, data: TaskData, grasps: np.ndarray) -> Iterator[dict[str, Any]]:
+def _empty_gripper(inputs: Inputs, data: TaskData, grasp: np.ndarray) -> Iterator[dict[str, Any]]:
     """Yield for each fold the share of held-out references that are recognised as such, and of
     held-out grasps that are taken for nothing; none where fewer than two references are known."""
     from ajgdata.evaluate.novelty import Guard
@@ -164,43 +156,31 @@ def _nothing(inputs: Inputs, data: TaskData, grasps: np.ndarray) -> Iterator[dic
         return
     parts = grouped_folds(data.value, data.group, inputs.kind, folds, inputs.seed)
     for fold, (train, test) in enumerate(parts):
-        held = number_of % folds == fold
-        guard = Guard.of(data.feature[train], grasps[train]).with_references(empty[~held])
+        held_out = number_of % folds == fold
+        guard = Guard.of(data.feature[train], grasp[train]).with_references(empty[~held_out])
         yield {
             "fold": fold,
-            "recognised": float(guard.is_nothing(empty[held]).mean()),
+            "recognised": float(guard.is_nothing(empty[held_out]).mean()),
             "mistaken": float(guard.is_nothing(data.feature[test]).mean()),
         }
 
 
 def _scores(
-    rounds: Iterable[dict[str, Any]],
-    shares: Iterable[dict[str, Any]],
-    nothing: Iterable[dict[str, Any]],
-) -> Iterator[tuple[str, str, str, str, float]]:
+    rounds: list[dict[str, Any]], shares: list[dict[str, Any]], empty: list[dict[str, Any]]
+) -> Iterator[ScoreRow]:
     def part(row: dict[str, Any]) -> str:
         return f"novelty:distance {100 * row['stated']:g} %"
 
     for row in rounds:
-        for metric in ("detected", "false_alarm"):
+        for metric in METRICS:
             yield "", part(row), metric, f"without {row['left_out']}", row[metric]
     for row in shares:
         values = (row["share"], row["low"], row["high"])
         for statistic, value in zip(("mean", *GRASP_INTERVAL), values, strict=True):
             yield "", part(row), row["metric"], statistic, value
-    for row in nothing:
+    for row in empty:
         for metric in ("recognised", "mistaken"):
             yield "", "novelty:nothing", metric, f"fold {row['fold']}", row[metric]
-
-
-def shown_rate(results: TaskResults) -> float:
-    """Return the stated rate that is shown by class."""
-    return min(results.settings.false_alarms, key=lambda rate: abs(rate - SHOWN))
-
-
-def by_class(results: TaskResults) -> Table:
-    """Return the rounds at the stated rate that is shown by class."""
-    return results.results[0].tables["rounds"].where(stated=shown_rate(results))
 
 
 SHARES = Plot(
@@ -219,30 +199,18 @@ SHARES = Plot(
 )
 CLASSES = Plot(
     "rows",
-    by_class,
-    "share of recordings that raise the alarm, for each class that was left out",
+    "rounds",
+    f"share of recordings that raise the alarm at a stated rate of {SHOWN:.0%}, for each class "
+    "that was left out",
     value="detected",
     x="left_out",
     series=(),
     over="rounds",
+    where={"stated": SHOWN},
     headline="range",
     percent=True,
     name="classes",
 )
-
-
-def references(results: TaskResults) -> str:
-    """Return how well held-out references of the empty gripper are recognised; "" without any."""
-    if "nothing" not in results.results[0].tables:
-        return ""
-    nothing = results.results[0].tables["nothing"]
-    recognised, mistaken = (100 * nothing.numbers(key).mean() for key in ("recognised", "mistaken"))
-    return (
-        f"Empty gripper: {number(recognised)} % of held-out references are recognised as such, "
-        f"{number(mistaken)} % of held-out grasps are taken for one."
-    )
-
-
 EXPERIMENT = Experiment(
     name="novelty",
     order=45,
@@ -250,7 +218,6 @@ EXPERIMENT = Experiment(
     settings=Settings,
     measure=measure,
     plots=(SHARES, CLASSES),
-    summary=references,
     own_page=True,
     kinds=("classification",),
 )

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from ajgdata.evaluate.agreement import GRASP_INTERVAL, Interval, statement
-from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
+from ajgdata.experiments.base import (
+    Experiment,
+    Inputs,
+    Lookup,
+    Outcome,
+    ScoreRow,
+    TaskResults,
+    score_table,
+)
 from ajgdata.experiments.plots import Plot
 from ajgdata.report.comparison import PaperComparison
 from ajgdata.report.format import number, words
 from ajgdata.types import FeatureSettings, Kind, Strict
 from ajgdata.types.table import Table, table_of
 
-if TYPE_CHECKING:
-    from ajgdata.evaluate.energy import RelativeEnergy
+ENDS = {"low": "From", "high": "To"}  #: columns of the 95 % interval over grasps
 
 
 class Settings(Strict):
@@ -43,46 +49,29 @@ def check(_: Settings, __: Kind, features: FeatureSettings) -> None:
 
 def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
     """Return the energy of each class within the band against that of the reference."""
-    from ajgdata.evaluate.energy import band_energy, relative_energies, third_octave_bands
+    from ajgdata.evaluate.energy import band_energy, relative_energies
 
     data, columns = inputs.all_data(), inputs.store.columns
     names = columns["recording"].values, columns["object"].values
-    held = dict(zip(*names, strict=True))
-    objects = np.array([held[name] for name in data.name])
-
-    def within(band_hz: tuple[float, float]) -> list[RelativeEnergy]:
-        energy = band_energy(data.feature, inputs.store.frequency_hz, band_hz)
-        return relative_energies(energy, data.value, data.group, objects, settings.reference)
-
-    found = within(settings.band_hz)
-    bands = [
-        {"label": one.label, "centre_hz": centre_hz, "mean": one.mean, "sd": one.sd}
-        for centre_hz, band_hz in third_octave_bands(inputs.store.frequency_hz)
-        for one in within(band_hz)
-    ]
+    object_of = dict(zip(*names, strict=True))
+    objects = np.array([object_of[name] for name in data.name])
+    energy = band_energy(data.feature, inputs.store.frequency_hz, settings.band_hz)
     metric = f"energy relative to {settings.reference}"
-    scores, classes = [], []
-    for one in found:
+    scores: list[ScoreRow] = []
+    classes = []
+    for one in relative_energies(energy, data.value, data.group, objects, settings.reference):
+        statistics = {"mean": one.mean, "sd": one.sd}
+        statistics |= dict(zip(GRASP_INTERVAL, one.interval, strict=True))
+        statistics |= {f"mean of {name}": value for name, value in one.by_object.items()}
         part = f"energy:{one.label}"
-        scores += [("", part, metric, name, getattr(one, name)) for name in ("mean", "sd")]
-        ends = zip(GRASP_INTERVAL, one.interval, strict=True)
-        scores += [("", part, metric, name, end) for name, end in ends]
-        by_object = one.by_object.items()
-        scores += [("", part, metric, f"mean of {name}", value) for name, value in by_object]
+        scores += [("", part, metric, name, value) for name, value in statistics.items()]
         low, high = one.interval
         row = {"label": one.label, "grasps": one.groups, "mean": one.mean, "sd": one.sd}
         classes.append(row | {"low": low, "high": high})
     title = "Energy by class"
-    titles = {"label": "Class", "mean": "Mean", "sd": "Over grasps"}
-    further = {"grasps": "Grasps", "low": "From", "high": "To"}
-    return Outcome(
-        (
-            score_table(scores, title),
-            table_of("classes", title, classes, **titles, **further),
-            table_of("bands", f"{metric}, by third octave", bands, **titles, centre_hz="Hz"),
-        ),
-        about={"seed": None},  # nothing is drawn
-    )
+    titles = {"label": "Class", "grasps": "Grasps", "mean": "Mean", "sd": "Over grasps"}
+    tables = score_table(scores, title), table_of("classes", title, classes, **titles, **ENDS)
+    return Outcome(tables, about={"seed": None})  # nothing is drawn
 
 
 def by_class(results: TaskResults) -> Table:
@@ -90,9 +79,8 @@ def by_class(results: TaskResults) -> Table:
     table, reference = results.results[0].tables["classes"], results.settings.reference
     title = f"Energy relative to {words(reference)}"
     others = [row | {"value": row["mean"]} for row in table.rows if row["label"] != reference]
-    columns = {"label": "Class", "value": title, "sd": "Over grasps", "low": "From", "high": "To"}
     loudest = sorted(others, key=lambda row: -row["mean"])
-    return table_of("energy", title, loudest, **columns)
+    return table_of("energy", title, loudest, label="Class", value=title, sd="Over grasps", **ENDS)
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
@@ -108,19 +96,6 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     yield results.compared(paper, f"lost: {', '.join(listed)}", "", agrees)
 
 
-def by_band(results: TaskResults) -> Table:
-    """Return the level of each class but the reference, by third octave."""
-    reference = results.settings.reference
-    rows = [
-        row | {"level": 10 * np.log10(row["mean"])}
-        for row in results.results[0].tables["bands"].rows
-        if row["label"] != reference
-    ]
-    title = f"Energy relative to {words(reference)}, dB"
-    columns = {"label": "Class", "centre_hz": "Third octave, Hz", "level": title}
-    return table_of("bands", "Energy by third octave", rows, **columns)
-
-
 CLASSES = Plot(
     "rows",
     by_class,
@@ -132,24 +107,13 @@ CLASSES = Plot(
     percent=True,
     listed=True,
 )
-BANDS = Plot(
-    "lines",
-    by_band,
-    "energy of the recordings of each class by third octave, on the same objects",
-    value="level",
-    x="centre_hz",
-    series=("label",),
-    over="grasps",
-    headline="trend",
-    name="bands",
-)
 EXPERIMENT = Experiment(
     name="reflected_energy",
     order=10,
     title="Reflected energy",
     settings=Settings,
     measure=measure,
-    plots=(CLASSES, BANDS),
+    plots=(CLASSES,),
     paper_comparison=paper_comparison,
     check=check,
     kinds=("classification",),

@@ -1,11 +1,10 @@
 """Energies against those of a reference: made-up ones, and of a sound that is a sum of sines."""
 
-from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from ajgdata.evaluate.energy import band_energy, relative_energies, third_octave_bands
+from ajgdata.evaluate.energy import band_energy, relative_energies
 from ajgdata.features.spectrum import spectrum
 from ajgdata.types import FeatureSettings
 
@@ -63,17 +62,6 @@ def test_half_the_amplitude_is_a_quarter_of_the_energy_and_the_band_selects():
     assert alone / loud == pytest.approx(1, rel=1e-6)
     with pytest.raises(ValueError, match="no frequency lies within 1 to 2 Hz"):
         band_energy(power, frequency, (1, 2))
-
-
-def test_third_octaves_are_those_of_the_standard_and_hold_a_frequency():
-    bands = third_octave_bands(np.fft.rfftfreq(2048, 1 / 44_100))
-    centres = [centre for centre, _ in bands]
-    # 10^(18/10) = 63.1 Hz to 10^(43/10) = 19,953 Hz, whose edge is above the highest bin.
-    assert 1_000.0 in centres and max(centres) == pytest.approx(15_848.9, rel=1e-5)
-    for (_, (_, high)), (_, (low, _)) in pairwise(bands[5:]):
-        assert high == pytest.approx(low)
-    # 21.5 Hz apart: none lies between 28.2 and 35.5 Hz.
-    assert not any(30 < centre < 33 for centre in centres)
 
 
 def test_a_missing_reference_is_said():

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from result_samples import sizes
-from test_cross_validation import folds_of, inputs, score, store
+from test_cross_validation import inputs, score, store
 
-from ajgdata.experiments import cross_validation, shortcut
+from ajgdata.experiments import shortcut
 from ajgdata.experiments.base import Other, Result, TaskResults
 from ajgdata.experiments.shortcut import TEST_COLUMNS, Settings
 from ajgdata.store.features import Shard, text_column
@@ -47,26 +47,8 @@ def test_a_model_that_hears_the_target_is_flagged_and_one_that_hears_noise_is_no
     assert set(tables["scores"].column("model")) == {"linear"}
 
 
-def test_errors_where_something_is_played_stand_beside_those_of_cross_validation():
-    settings = Settings(test_on=("loud", "quiet"), sounding=("loud",))
-    tables = measured(settings=settings, withhold=[15.0])
-    assert tables["silence"].column("data_set") == ["quiet"]
-    assert set(tables["scores"].column("part")) == {"silent:quiet"}
-    same = cross_validation.measure(
-        inputs(others={"loud": elsewhere(quiet=False)}, withhold=[15.0]),
-        cross_validation.Settings(test_on=("loud",)),
-        "linear",
-    )
-    (scores,) = (table for table in same.tables if table.name == "scores")
-    for name, part in {"": "grouped", "loud": "on:loud"}.items():
-        errors = tables["errors"].where(data_set=name)
-        assert errors.column("value") == folds_of({"scores": scores}, part, "rmse")
-        chance = score({"scores": scores}, part, "rmse", "chance")
-        assert set(errors.column("chance")) == {chance}
-
-
 def silence(**flagged: bool) -> TaskResults:
-    """Results of models by name, flagged or not; the bar's data set is not silent."""
+    """Results of models by name, flagged or not."""
     results = []
     for model, flag in flagged.items():
         value, p = (0.8, 0.001) if flag else (0.1, 0.7)
@@ -76,8 +58,7 @@ def silence(**flagged: bool) -> TaskResults:
         results.append(Result(model, model, {"folds": 2}, tables, {}))
     return sizes(
         results=tuple(results), experiment="shortcut", papers={},
-        settings=Settings(test_on=("bar", "quiet"), sounding=("bar",)),
-        others={"bar": Other("Bar turned"), "quiet": Other("Silence")},
+        settings=Settings(test_on=("quiet",)), others={"quiet": Other("Silence")},
     )  # fmt: skip
 
 
