@@ -17,12 +17,17 @@ from ajgdata.experiments.base import (
     TaskResults,
     score_table,
 )
-from ajgdata.experiments.embedding import scores_by, trained, with_space_titles
+from ajgdata.experiments.embedding import (
+    SPACES,
+    score_of,
+    scores_by,
+    trained,
+    with_space_titles,
+)
 from ajgdata.experiments.embedding_knn import encoder_cost
 from ajgdata.experiments.plots import Plot
 from ajgdata.report.comparison import PaperComparison, holds
 from ajgdata.report.format import Score, mean_sd, number, words
-from ajgdata.report.projections import SPACES
 from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 
@@ -68,30 +73,25 @@ def _scores(categories: Table) -> Iterator[ScoreRow]:
     """Yield mean, sample deviation and values over the runs that have such pairs."""
     keys = ("space", "pairs", "first", "second")
     for (space, pairs, first, second), score in scores_by(categories, keys, "distance").items():
-        known = np.array(score.per_fold)[np.isfinite(score.per_fold)]
+        known = score_of(np.array(score.per_fold)[np.isfinite(score.per_fold)])
         named = space, PARTS[pairs], f"{first} to {second}"
-        yield *named, "mean", float(known.mean()) if len(known) else np.nan
-        yield *named, "sd", float(known.std(ddof=1)) if len(known) > 1 else np.nan
+        yield *named, "mean", known.mean
+        yield *named, "sd", known.sd
         for run, value in enumerate(score.per_fold):
             yield *named, f"run {run}", value
 
 
 class Category(NamedTuple):
-    """Distances (runs,) within a category, and from it to the others, their mean."""
+    """Distances (runs,) within a category, and by how much its distance to the others is larger,
+    their mean."""
 
     within: np.ndarray
-    others: np.ndarray
-
-    @property
-    def gaps(self) -> np.ndarray:
-        """Return the distance to other categories minus the one within, of each run with both."""
-        gaps = self.others - self.within
-        return gaps[np.isfinite(gaps)]
+    gaps: np.ndarray
 
     @property
     def gap(self) -> Score | None:
-        """Return mean and sd of `gaps` over runs; None for fewer than two runs."""
-        gaps = self.gaps
+        """Return mean and sd of `gaps` over the runs that have both; None for fewer than two."""
+        gaps = self.gaps[np.isfinite(self.gaps)]
         return Score(float(gaps.mean()), float(gaps.std(ddof=1))) if len(gaps) > 1 else None
 
 
@@ -100,21 +100,21 @@ def categories_of(results: TaskResults, space: str) -> dict[str, Category]:
     table = results.results[0].tables["categories"].where(space=space, pairs=ALL)
     scores = scores_by(table, ("first", "second"), "distance")
     runs = {pair: np.array(score.per_fold) for pair, score in scores.items()}
-    found = {}
+    categories = {}
     for name in dict.fromkeys(map(str, table.column("first"))):
         others = [values for pair, values in runs.items() if name in pair and pair != (name, name)]
         within = runs[name, name]
         known = np.ma.masked_invalid(others or np.full((1, len(within)), np.nan))
-        found[name] = Category(within, known.mean(axis=0).filled(np.nan))
-    return found
+        categories[name] = Category(within, known.mean(axis=0).filled(np.nan) - within)
+    return categories
 
 
 def finding(results: TaskResults) -> str:
     """Return in each space how many categories are nearer within than to others."""
     counts = []
     for space in sorted(results.results[0].tables["categories"].parted("space")):
-        gaps = [one.gaps for one in categories_of(results, space).values()]
-        near = sum(len(gap) > 0 and float(gap.mean()) > 0 for gap in gaps)
+        gaps = [one.gap for one in categories_of(results, space).values()]
+        near = sum(gap is not None and gap.mean > 0 for gap in gaps)
         counts.append(f"{near} of {len(gaps)} in {SPACES[space]}")
     return f"Categories whose members lie nearer to one another than to others: {', '.join(counts)}"
 

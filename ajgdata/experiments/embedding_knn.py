@@ -1,4 +1,4 @@
-"""Embedding: k-NN on latents, raw features, PCA and UMAP against dimension and run time."""
+"""Embedding: k-NN on latents, raw features, PCA and UMAP against the dimension."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ajgdata.experiments.base import (
     TaskResults,
     score_table,
 )
-from ajgdata.experiments.embedding import by_run, run_scores, scores_by, trained, with_space_titles
+from ajgdata.experiments.embedding import run_scores, scores_by, trained, with_space_titles
 from ajgdata.experiments.plots import Plot, value_range
 from ajgdata.report.comparison import Cost, PaperComparison
 from ajgdata.report.format import Score, mean_sd, number
@@ -26,7 +26,6 @@ from ajgdata.types.table import Table, table_of
 
 NAME = "embedding_knn"
 TITLE = "Embedding: nearest neighbours"
-TRAINING = "cost of training"  #: part of the scores of what training all encoders cost
 TIMES = ("fit_s", "transform_s", "query_s")
 
 
@@ -41,23 +40,29 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     data, latents = trained(inputs, settings)
     value = data.column(settings.target)
     scored = list(scores_by_space(data, latents, value, settings.dimensions, inputs.seed))
-    rows = [
-        {"space": space, "dimension": dimension, "values": [run.accuracy for run in runs]}
-        for space, dimension, runs in scored
-    ]
     chance = np.unique(value[value != ""], return_counts=True)[1].max() / np.sum(value != "")
-    columns = {"space": "Space", "dimension": "Dimension", "run": "Run", "accuracy": "Accuracy"}
-    tables = (
-        score_table(_score_rows(rows, float(chance)), TITLE),
-        table_of("knn", TITLE, by_run(rows, "accuracy"), **columns),
+    scores = (
+        row
+        for space, dimension, runs in scored
+        for row in run_scores(
+            space, _part(dimension), "accuracy", [run.accuracy for run in runs], float(chance)
+        )
     )
+    accuracies = (
+        {"space": space, "dimension": dimension, "run": number, "accuracy": run.accuracy}
+        for space, dimension, runs in scored
+        for number, run in enumerate(runs)
+    )
+    columns = {"space": "Space", "dimension": "Dimension", "run": "Run", "accuracy": "Accuracy"}
+    tables = score_table(scores, TITLE), table_of("knn", TITLE, accuracies, **columns)
     tested = len(data.feature) / len({*latents.validation_fold.tolist()})
     times = list(_times(scored, inputs.training_cost, tested))
     cost_scores: list[ScoreRow] = [
-        ("", TRAINING, name, "measured", spent) for name, spent in inputs.training_cost.items()
+        ("", "cost of training", name, "measured", value)
+        for name, value in inputs.training_cost.items()
     ]
     cost_scores += [
-        (row["space"], f"cost of {_part(row)}", name, "measured", row[name])
+        (row["space"], f"cost of {_part(row['dimension'])}", name, "measured", row[name])
         for row in times
         for name in TIMES
     ]
@@ -73,6 +78,10 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     return Outcome(tables, cost, about | data.thinned)
 
 
+def _part(dimension: int | None) -> str:
+    return "knn" if dimension is None else f"knn:{dimension}"
+
+
 def _times(
     scored: Sequence[tuple[str, int | None, list[Any]]], spent: Any, tested: float
 ) -> Iterator[dict[str, Any]]:
@@ -83,15 +92,6 @@ def _times(
             seconds["fit_s"] = spent["cpu_s"] / spent["networks"]
             seconds["transform_s"] = spent["encode_s_per_recording"] * tested
         yield {"space": space, "dimension": dimension, **seconds, "recordings": tested}
-
-
-def _part(row: dict[str, Any]) -> str:
-    return "knn" if row["dimension"] is None else f"knn:{row['dimension']}"
-
-
-def _score_rows(rows: Sequence[dict[str, Any]], chance: float) -> Iterator[ScoreRow]:
-    for row in rows:
-        yield from run_scores(row["space"], _part(row), "accuracy", row["values"], chance)
 
 
 def at_shown(results: TaskResults, space: str) -> tuple[Score, dict[str, Any]]:
@@ -116,21 +116,6 @@ def by_dimension(results: TaskResults) -> Table:
     return table_of("knn", TITLE, rows, **columns, chance="Chance")
 
 
-def by_time(results: TaskResults) -> Table:
-    """Return the errors of each run with the time of its space for one fold."""
-    result = results.results[0]
-    seconds = {
-        (row["space"], row["dimension"]): sum(row[name] for name in TIMES)
-        for row in with_space_titles(result.cost["times"]).rows
-    }
-    rows = [
-        {"space": row["space"], "error": 1 - row["accuracy"]}
-        | {"time_s": seconds[row["space"], row["dimension"]]}
-        for row in with_space_titles(result.tables["knn"]).rows
-    ]
-    return table_of("time", TITLE, rows, space="Space", error="Error", time_s="Time of one fold, s")
-
-
 def finding(results: TaskResults) -> str:
     """Return the accuracy of k-NN on the latent and on raw features."""
     latent, raw = (at_shown(results, space)[0] for space in ("latent", "raw"))
@@ -142,18 +127,14 @@ def finding(results: TaskResults) -> str:
 
 
 def encoder_cost(results: TaskResults, lookup: Lookup) -> Cost | None:
-    """Return what the encoders of the shown dimension cost, where k-NN was measured on them."""
+    """Return the cost of the encoders of the shown dimension in all folds, one network each, if
+    k-NN was measured on them; a recording is placed with others."""
     measured = lookup(NAME, results.dataset, results.task)
-    if measured is None or measured.task != results.task or not measured.results:
+    if measured is None or measured.task != results.task:
         return None
-    return _cost(measured)
-
-
-def _cost(results: TaskResults) -> Cost:
-    """Return the cost of all folds, one network each; a recording is placed with others."""
-    (raw, _), (_, times) = (at_shown(results, space) for space in ("raw", "latent"))
-    ask_s = times["transform_s"] + times["query_s"]
-    return Cost(len(raw.per_fold) * times["fit_s"], 1e3 * ask_s / times["recordings"])
+    (raw, _), (_, times) = (at_shown(measured, space) for space in ("raw", "latent"))
+    predict_s = times["transform_s"] + times["query_s"]
+    return Cost(len(raw.per_fold) * times["fit_s"], 1e3 * predict_s / times["recordings"])
 
 
 def relative_gain(latent: Score, raw: Score) -> tuple[Score, Interval]:
@@ -173,7 +154,7 @@ def relative_gain(latent: Score, raw: Score) -> tuple[Score, Interval]:
     return Score(float(relative.mean()), float(relative.std(ddof=1)), (), *interval), interval
 
 
-def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
+def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
     """Yield by how much k-NN on the latent is better than on raw features, relative to these."""
     paper = results.paper
     latent, raw = (at_shown(results, space)[0] for space in ("latent", "raw"))
@@ -190,7 +171,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     )
     perfect = 100 * (1 - raw.mean) / raw.mean
     verdict = compare(score.mean, interval, paper.value, chance=0.0, perfect=perfect)
-    cost = _cost(results)
+    cost = encoder_cost(results, lookup)
     yield results.compared(paper, result, "k-NN on the latent", verdict, cost=cost)
 
 
@@ -207,24 +188,12 @@ ACCURACY = Plot(
     title=finding,
     percent=True,
 )
-RUN_TIME = Plot(
-    "scatter",
-    by_time,
-    "recordings that k-NN predicts wrongly against the time of one fold, a point per dimension",
-    value="error",
-    x="time_s",
-    series=("space",),
-    over="folds and initialisations",
-    percent=True,
-    name="run-time",
-    folded="Error against run time",
-)
 EXPERIMENT = Experiment(
     name=NAME,
     title=TITLE,
     settings=Embedding,
     measure=measure,
-    plots=(ACCURACY, RUN_TIME),
+    plots=(ACCURACY,),
     paper_comparison=paper_comparison,
     of_embedding=True,
     order=81,

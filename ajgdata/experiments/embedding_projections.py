@@ -6,22 +6,12 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ajgdata.experiments.base import (
-    Experiment,
-    Inputs,
-    Lookup,
-    Outcome,
-    ScoreRow,
-    TaskResults,
-    score_table,
-)
+from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
 from ajgdata.experiments.embedding import (
-    by_run,
+    SPACES,
     run_scores,
     scores_by,
-    supervision,
     trained,
     with_space_titles,
 )
@@ -29,12 +19,11 @@ from ajgdata.experiments.embedding_knn import encoder_cost
 from ajgdata.experiments.plots import Plot
 from ajgdata.report.comparison import PaperComparison, holds
 from ajgdata.report.format import mean_sd, words
-from ajgdata.report.projections import PLANE, Projection, Projections
 from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    import pandas as pd
 
     from ajgdata.evaluate.embedding_data import EmbeddingData
     from ajgdata.store.latents import Latents
@@ -43,6 +32,11 @@ NAME = "embedding_projections"
 TITLE = "Embedding: projections"
 #: The run that is looked at.
 FOLD, INIT = 0, 0
+#: The method of a space that has two dimensions and is shown as it is.
+PLANE = "plane"
+METHODS = {"pca": "PCA", "umap": "UMAP", "tsne": "t-SNE", PLANE: "2-D"}
+#: Of more recordings, this many are shown, so that the page opens quickly.
+MAX_SHOWN = 1000
 
 
 def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
@@ -68,21 +62,31 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     first = settings.instance, settings.category or settings.target
     targets = [name for name in inputs.kinds if name in data.columns]
     names = dict.fromkeys((*first, *targets, "session_id", settings.groups))
-    known = {"recording": data.column("recording"), "training": training}
-    known |= {name: data.column(name) for name in names}
-    recordings = (dict(zip(known, row, strict=True)) for row in zip(*known.values(), strict=True))
+    columns = {"recording": data.column("recording"), "training": training}
+    columns |= {name: data.column(name) for name in names}
+    values = zip(*columns.values(), strict=True)
+    recordings = (dict(zip(columns, row, strict=True)) for row in values)
     points = (
         {"space": space, "method": method, "x": _seven_digits(x), "y": _seven_digits(y)}
         for (space, method), plane in planes.items()
         for x, y in plane
     )
     note = "The points of each space and method are in the order of the recordings."
-    silhouettes = list(_silhouettes(data, latents, settings))
-    labels = {"space": "Space", "label": "Labels", "run": "Run", "silhouette": "Silhouette"}
+    titles = {"space": "Space", "label": "Labels", "run": "Run", "silhouette": "Silhouette"}
+    silhouettes = table_of(
+        "silhouettes", "Silhouettes", _silhouettes(data, latents, settings), **titles
+    )
+    scores = (
+        row
+        for (space, label), score in scores_by(
+            silhouettes, ("space", "label"), "silhouette"
+        ).items()
+        for row in run_scores(space, "silhouette", f"silhouette of {label}", score.per_fold)
+    )
     tables = (
-        score_table(_silhouette_scores(silhouettes), TITLE),
-        table_of("silhouettes", "Silhouettes", by_run(silhouettes, "silhouette"), **labels),
-        table_of("recordings", "Recordings", recordings, **{name: words(name) for name in known}),
+        score_table(scores, TITLE),
+        silhouettes,
+        table_of("recordings", "Recordings", recordings, **{name: words(name) for name in columns}),
         table_of("points", TITLE, points, note, space="Space", method="Method", x="x", y="y"),
     )
     about = {"fold": FOLD, "init": INIT, "dimension": settings.shown, **data.thinned}
@@ -92,22 +96,17 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
 def _silhouettes(
     data: EmbeddingData, latents: Latents, settings: Embedding
 ) -> Iterator[dict[str, Any]]:
-    """Yield the silhouettes of validation points by space and column of labels."""
+    """Yield the silhouette of validation points by space, column of labels and run."""
     from ajgdata.evaluate.embedding_data import runs_by_space
     from ajgdata.evaluate.neighbours import silhouette
 
-    seen = latents.latent[settings.shown], latents.validation_fold
-    for space, runs in runs_by_space(data, *seen):
+    shown = latents.latent[settings.shown], latents.validation_fold
+    for space, runs in runs_by_space(data, *shown):
         for label in dict.fromkeys([settings.instance, settings.category or settings.target]):
             value = data.column(label).astype(str)
-            values = [silhouette(points[test], value[test]) for points, _, test in runs]
-            yield {"space": space, "label": label, "values": values}
-
-
-def _silhouette_scores(rows: Iterable[dict[str, Any]]) -> Iterator[ScoreRow]:
-    for row in rows:
-        metric = f"silhouette of {row['label']}"
-        yield from run_scores(row["space"], "silhouette", metric, row["values"])
+            for run, (points, _, test) in enumerate(runs):
+                score = silhouette(points[test], value[test])
+                yield {"space": space, "label": label, "run": run, "silhouette": score}
 
 
 def _seven_digits(value: float) -> float:
@@ -115,50 +114,36 @@ def _seven_digits(value: float) -> float:
     return float(f"{value:.7g}")
 
 
-def projections_of(tables: Mapping[str, Table]) -> Projections:
-    """Return the projections, the latent of two dimensions first, as the tables hold them."""
-    recordings, points = tables["recordings"], tables["points"]
-    columns = {
-        column.key: _column(recordings, column.key)
-        for column in recordings.columns
-        if column.key not in ("recording", "training")
+def point_table(tables: Iterable[Table], most: int = MAX_SHOWN) -> pd.DataFrame:
+    """Return a row per space and recording for `report.explorer.scatters`.
+
+    Places x and y of each space are from -1 to 1, because a projection has no unit. At most `most`
+    recordings, evenly drawn from their order.
+    """
+    import pandas as pd
+
+    frames = {
+        one.name: pd.DataFrame(one.rows, columns=[column.key for column in one.columns])
+        for one in tables
     }
-    return Projections(
-        recording=np.array(recordings.column("recording"), np.str_),
-        training=np.array(recordings.column("training"), bool),
-        columns=columns,
-        projections=tuple(
-            Projection(space, method, np.column_stack([part.numbers("x"), part.numbers("y")]))
-            for space, of_space in points.parted("space").items()
-            for method, part in of_space.parted("method").items()
-        ),
-    )
+    recordings = frames["recordings"]
+    shown = np.linspace(0, len(recordings) - 1, min(most, len(recordings))).round().astype(int)
+    part = np.where(recordings.pop("training"), "training", "validation")
+    recordings.insert(1, "part", part)
+    spaces = []
+    for space_and_method, points in frames["points"].groupby(["space", "method"], sort=False):
+        space, method = map(str, space_and_method)
+        place = points[["x", "y"]].to_numpy(float)
+        place = place - (place.min(axis=0) + place.max(axis=0)) / 2
+        x, y = (place / (np.abs(place).max() or 1.0))[shown].T
+        label = f"{SPACES[space]} · {METHODS[method]}"
+        spaces.append(recordings.iloc[shown].assign(space=label, x=x, y=y))
+    return pd.concat(spaces)
 
 
-def _column(table: Table, key: str) -> NDArray[Any]:
-    """Return text or float64."""
-    values = table.column(key)
-    if any(isinstance(value, str) for value in values):
-        return np.array(values, np.str_)
-    return table.numbers(key)
-
-
-def by_label(results: TaskResults) -> Table:
+def with_titles(results: TaskResults) -> Table:
     """Return the silhouettes of each run."""
     return with_space_titles(results.results[0].tables["silhouettes"])
-
-
-SILHOUETTES = Plot(
-    "rows",
-    by_label,
-    "silhouette (Rousseeuw 1987) of validation points by object and by category",
-    value="silhouette",
-    x="label",
-    series=("space",),
-    over="folds and initialisations",
-    better="high",
-    name="silhouettes",
-)
 
 
 def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
@@ -167,15 +152,36 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
     scores = scores_by(table, ("space", "label"), "silhouette")
     if results.paper is None or ("latent", column) not in scores:
         return
-    score, raw = scores["latent", column], scores["raw", column]
-    result = (
-        f"silhouette of objects {mean_sd(score)} (raw features {mean_sd(raw)}) "
+    latent, raw = scores["latent", column], scores["raw", column]
+    text = (
+        f"silhouette of objects {mean_sd(latent)} (raw features {mean_sd(raw)}) "
         f"in {results.settings.shown}-D"
     )
     cost = encoder_cost(results, lookup)
-    yield results.compared(results.paper, result, "latent", holds(score), cost=cost)
+    yield results.compared(results.paper, text, "latent", holds(latent), cost=cost)
 
 
+def supervision(results: TaskResults) -> str:
+    """Return what the pairs that the encoders learned from had to know, and how many recordings
+    were used if not all were."""
+    about = results.results[0].about
+    count = ""
+    if "available" in about:
+        count = " Recordings used: {recordings:,} of {available:,}.".format(**about)
+    return f"What the pairs are made from: {results.settings.supervision}{count}"
+
+
+SILHOUETTES = Plot(
+    "rows",
+    with_titles,
+    "silhouette (Rousseeuw 1987) of validation points by object and by category",
+    value="silhouette",
+    x="label",
+    series=("space",),
+    over="folds and initialisations",
+    better="high",
+    name="silhouettes",
+)
 EXPERIMENT = Experiment(
     name=NAME,
     title=TITLE,

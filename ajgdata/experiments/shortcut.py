@@ -14,6 +14,7 @@ from ajgdata.experiments.base import (
     Experiment,
     Inputs,
     Outcome,
+    Result,
     ScoreRow,
     TaskResults,
     score_table,
@@ -72,20 +73,29 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     )
 
 
-def verdicts(results: TaskResults) -> str:
-    """Return a sentence per test: dependence, chance, corrected p, and whether it is flagged.
+def tests_of(results: TaskResults) -> list[tuple[Result, dict]]:
+    """Return the tests on silence, rows of the table `silence`, each with its model's result.
 
     p values are corrected for the tests of the task (Holm), and decide which model is flagged.
     """
     from ajgdata.evaluate.fold_tests import holm  # SciPy
     from ajgdata.evaluate.shortcut_test import LEVEL
 
-    tests = [(result, row) for result in results.results for row in result.tables["silence"].rows]
+    rows = [(result, row) for result in results.results for row in result.tables["silence"].rows]
+    corrected = holm([float(row["p"]) for _, row in rows])
+    return [
+        (result, row | {"p": p, "flagged": p < LEVEL})
+        for (result, row), p in zip(rows, corrected, strict=True)
+    ]
+
+
+def verdicts(results: TaskResults) -> str:
+    """Return a sentence per test: dependence, chance, corrected p, and whether it is flagged."""
     lines = [
         f"{result.label} on {results.others[row['data_set']].title}: {row['measure']} with the "
         f"truth {number(row['value'], 2)}, {number(row['null'], 2)} with labels exchanged, "
-        f"p = {number(p, 2)}: {'flagged' if p < LEVEL else 'not flagged'}."
-        for (result, row), p in zip(tests, holm([float(row["p"]) for _, row in tests]), strict=True)
+        f"p = {number(row['p'], 2)}: {'flagged' if row['flagged'] else 'not flagged'}."
+        for result, row in tests_of(results)
     ]
     return f"{' '.join(lines)} p is corrected for {len(lines)} tests (Holm)." if lines else ""
 

@@ -50,22 +50,22 @@ def build_explorer(
     `projections` are the tables of experiment `embedding_projections`.
     """
     from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
-    from ajgdata.experiments.embedding_projections import projections_of
-    from ajgdata.report.explorer import Explored, render_explorer
+    from ajgdata.experiments.embedding_projections import point_table
+    from ajgdata.report.explorer import render_explorer
 
     spec, (about, tables) = read_dataset(paths, dataset), read_tables(projections)
-    shown = None
-    if "skipped" not in about:
-        shown = projections_of({table.name: table for table in tables})
-    place = paths.explorer(dataset, embedding)
-    here = place.relative_to(paths.report.parent).as_posix()
-    one = Explored(
+    points = None if "skipped" in about else point_table(tables)
+    count = next((len(table.rows) for table in tables if table.name == "recordings"), 0)
+    text = render_explorer(
+        points,
+        here=paths.explorer(dataset, embedding).relative_to(paths.report.parent).as_posix(),
+        nav=nav,
+        project=paths,
         title=f"{spec.title or spec.name} · {embedding.replace('_', ' ')}",
         source="simulated" if about["provenance"]["source"] == "simulated" else "recorded",
         supervision=spec.embeddings[embedding].supervision,
         more=f"../../{experiment_link(PROJECTIONS)}",
-        shown=shown,
-        available=about.get("available", len(shown.recording) if shown else 0),
+        available=about.get("available", count),
         skipped=about.get("skipped", ""),
     )
-    write_bytes(page, render_explorer(one, here=here, nav=nav, project=paths).encode())
+    write_bytes(page, text.encode())

@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import unquote, urlsplit
 
-from embedding_samples import pictures as projections
+from embedding_samples import projections
 from report_samples import PAPER, SCRIPT, sample_report
 
+from ajgdata.experiments.embedding_projections import point_table
 from ajgdata.paths import FIGURES, INDEX, TABLES
 from ajgdata.pipeline.exports import report_tables, write_csv
 from ajgdata.report.comparison import Cost, PaperComparison, mark_of
-from ajgdata.report.explorer import Explored, render_explorer
+from ajgdata.report.explorer import render_explorer
 from ajgdata.report.format import Score
 from ajgdata.report.navigation import EXPLORERS, Link, experiment_link, navigation
 from ajgdata.report.page import illustrations, render_pages
@@ -82,8 +83,10 @@ def sample_site(folder: Path) -> Site:
     nav = navigation(listed, [], [plot])
     figures = draw_figures(illustrations(report), index.parent / FIGURES)
     pages = render_pages(report, figures, nav)
-    one = Explored(SCRIPT, "simulated", "Told.", f"../../{INDEX}", projections())
-    pages[plot.link] = render_explorer(one, here=plot.link, nav=nav)
+    pages[plot.link] = render_explorer(
+        point_table(projections()), here=plot.link, nav=nav, title=SCRIPT, source="simulated",
+        supervision="Told.", more=f"../../{INDEX}", available=32, skipped="",
+    )  # fmt: skip
     for name, html in pages.items():
         write_bytes(index.parent / name, html.encode())
     write_bytes(folder / "metrics.csv", b"dataset\n")

@@ -3,10 +3,11 @@
 import numpy as np
 from report_samples import SCRIPT
 
-from ajgdata.report.projections import Projection, Projections
+from ajgdata.types.table import Table, table_of
 
 #: Of the things, two are spherical; one has a hostile name.
 THINGS = {"apple": "spherical", "orange": "spherical", "pen": "cylindrical", SCRIPT: "other"}
+SPACES = [("latent", "plane"), *((s, m) for s in ("latent", "raw") for m in ("pca", "umap"))]
 SETTINGS = {
     "supervision": f"Which things are the same, and {SCRIPT}.",
     "target": "object",
@@ -18,23 +19,22 @@ SETTINGS = {
 }
 
 
-def pictures(n: int = 32, seed: int = 0) -> Projections:
-    """Recordings of the things in turn, every fourth one held out."""
+def projections(n: int = 32, seed: int = 0) -> list[Table]:
+    """Tables of `embedding_projections`: recordings of the things in turn, some held out."""
     rng = np.random.default_rng(seed)
-    thing = np.resize(np.array(list(THINGS)), n)
-    pairs = [(s, m) for s in ("latent", "raw") for m in ("pca", "umap", "tsne")]
-    return Projections(
-        recording=np.array([f"s{i % 2}/r{i}" for i in range(n)]),
-        training=np.arange(n) // 4 % 4 != 0,
-        columns={
-            "object": thing,
-            "category": np.array([THINGS[one] for one in thing]),
-            "angle_deg": np.where(np.arange(n) == 3, np.nan, np.linspace(-90, 90, n)),
-            "session_id": np.array([f"s{i % 2}" for i in range(n)]),
-            "grasp_id": np.array([f"g{i}" for i in range(n)]),
-        },
-        projections=(
-            Projection("latent", "plane", rng.standard_normal((n, 2))),
-            *(Projection(*pair, rng.standard_normal((n, 2))) for pair in pairs),
-        ),
-    )
+    things = np.resize(np.array(list(THINGS)), n).tolist()
+    recordings = [
+        {"recording": f"s{i % 2}/r{i}", "training": i // 4 % 4 != 0, "object": thing}
+        | {"category": THINGS[thing], "angle_deg": None if i == 3 else 3.0 * i}
+        | {"session_id": f"s{i % 2}", "grasp_id": f"g{i}"}
+        for i, thing in enumerate(things)
+    ]
+    points = [
+        {"space": space, "method": method, "x": x, "y": y}
+        for space, method in SPACES
+        for x, y in rng.standard_normal((n, 2))
+    ]
+    return [
+        table_of(name, name, rows, **{key: key for key in rows[0]})
+        for name, rows in (("recordings", recordings), ("points", points))
+    ]

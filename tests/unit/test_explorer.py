@@ -2,32 +2,22 @@
 
 import base64
 import hashlib
-import html
 import re
 
 import numpy as np
 import pytest
-from embedding_samples import SCRIPT, SETTINGS, pictures
+from embedding_samples import SCRIPT, SETTINGS, SPACES, projections
 from html_page import Page
 
-from ajgdata.report.explorer import (
-    Explored,
-    point_table,
-    render_explorer,
-    scatters,
-    space_label,
-)
-
-MORE = "../../experiments/embedding_projections.html"
-ONE = Explored("Things", "simulated", SETTINGS["supervision"], MORE, pictures(), 5000)
+from ajgdata.experiments.embedding_projections import point_table
+from ajgdata.report.explorer import render_explorer, scatters
 
 
-@pytest.fixture(scope="module")
-def text():
-    return render_explorer(ONE)
-
-
-def test_only_scripts_whose_hash_the_policy_names_can_run(text):
+def test_only_scripts_whose_hash_the_policy_names_can_run():
+    text = render_explorer(
+        point_table(projections()), title="Things", source="simulated", available=5000, skipped="",
+        supervision=SETTINGS["supervision"], more="../../experiments/embedding_projections.html",
+    )  # fmt: skip
     scripts = re.findall(r"<script[^>]*>(.*?)</script>", text, flags=re.DOTALL)
     policy = next(a["content"] for t, a in Page(text).tags if t == "meta" and "http-equiv" in a)
     allowed = dict(part.strip().split(" ", 1) for part in policy.split(";"))
@@ -38,19 +28,20 @@ def test_only_scripts_whose_hash_the_policy_names_can_run(text):
 
 
 def test_each_recording_has_its_place_in_each_space_and_its_labels():
-    shown = pictures()
-    points = point_table(shown)
-    assert len(points) == len(shown.projections) * len(shown.recording)
-    first = points[points["space"] == space_label(shown.projections[0])]
-    assert first["recording"].map(html.unescape).tolist() == shown.recording.tolist()
-    x, y = np.asarray(shown.projections[0].points, float).T
-    assert first["part"].eq("training").tolist() == shown.training.tolist()
-    assert np.corrcoef(first["x"], x)[0, 1] == pytest.approx(1)
-    assert np.corrcoef(first["y"], y)[0, 1] == pytest.approx(1)
+    recordings, places = projections()
+    points = point_table([recordings, places])
+    assert len(points) == len(SPACES) * len(recordings.rows)
+    first = points[points["space"] == "latent · 2-D"]
+    for key in ("recording", "object", "session_id"):
+        assert first[key].tolist() == recordings.column(key)
+    assert first["part"].eq("training").tolist() == recordings.column("training")
+    for key in ("x", "y"):
+        own = places.where(method="plane").numbers(key)
+        assert np.corrcoef(first[key], own)[0, 1] == pytest.approx(1)
     assert first[["x", "y"]].abs().to_numpy().max() == pytest.approx(1)
-    assert point_table(shown, 6)["recording"].nunique() == 6
-    plots = list(scatters(shown, points))
+    assert point_table([recordings, places], 6)["recording"].nunique() == 6
+    plots = list(scatters(points))
     columns = ["object", "category", "angle deg", "session id"]
     assert [plot.layout.title.text for plot in plots] == [f"Colour: {name}" for name in columns]
-    assert all(len(plot.frames) == len(shown.projections) for plot in plots)
+    assert all(len(plot.frames) == len(SPACES) for plot in plots)
     assert SCRIPT not in plots[0].to_json()

@@ -1,6 +1,5 @@
 """Energies against those of a reference: made-up ones, and of a sound that is a sum of sines."""
 
-
 import numpy as np
 import pytest
 
