@@ -32,7 +32,7 @@ from ajgdata.report.navigation import FIXED
 from ajgdata.store.files import read_yaml
 from ajgdata.store.provenance import layer_hash, settings_digest
 from ajgdata.store.report_files import report_files_digest
-from ajgdata.types import MODELS, SOURCES
+from ajgdata.types import MODELS
 
 min_version("9.10")
 

@@ -18,7 +18,6 @@ from ajgdata.types import (
     CROSS_VALIDATION,
     MODELS,
     ROBOTS,
-    SOURCES,
     DatasetSpec,
     Recording,
     Session,
@@ -120,7 +119,7 @@ def _said(annotation: object) -> str:
 
 def _named(metadata: Sequence[object]) -> str:
     """Our names of the registry that a value is checked against; "" if there is none."""
-    for registry in (MODELS, SOURCES, ROBOTS):
+    for registry in (MODELS, ROBOTS):
         if AfterValidator(registry.checked) in metadata:
             own = ", ".join(f"`{name}`" for name in registry.own)
             return f"{own} or a {registry.noun} that a package registers"

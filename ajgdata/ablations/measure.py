@@ -12,8 +12,7 @@ import numpy as np
 from pydantic import JsonValue
 
 from ajgdata.ablations.verdicts import Folds, Measured, trial_table, value_table
-from ajgdata.acquire.recipe import plan_session, session_names
-from ajgdata.acquire.source import Grasp
+from ajgdata.acquire.recipe import Grasp, plan_session, session_names
 from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.evaluate.crossval import ExtraTestSet, cross_validate
 from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data

@@ -1,14 +1,13 @@
-"""A sound card as an acquisition sees it: settings, takes, and what may go wrong.
+"""The interface of a sound card: settings, recordings and errors.
 
-The driver is behind a line (acquire.line: PortAudio in a process of its own); a `Card`
-(acquire.sound_card) decides by the sound that came back.
+`acquire.sound_card` implements it for a real card, `acquire.virtual` for the virtual gripper.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,15 +21,15 @@ DEVICE = "virtual gripper"
 
 
 class CardError(DataError):
-    """The sound card cannot go on: nothing more is recorded before somebody mends it."""
+    """The sound card fails until somebody repairs it."""
 
 
 class TakeError(CardError):
-    """No take of several was beyond doubt; the next may be."""
+    """Several takes in a row had a fault; the next may be good."""
 
 
 class CardSettings(Strict):
-    """Which device plays and records, and on which of its channels, counted from 1."""
+    """The device that plays and records, and its channels, counted from 1."""
 
     device: str = Field(min_length=1, description="exact name, as `ajgdata device list` has it")
     sample_rate_hz: int = Field(44_100, gt=0)
@@ -42,63 +41,58 @@ class CardSettings(Strict):
         description="input that a cable connects to the output: latency is then exact in each take;"
         " null: measured by the microphone, once a session",
     )
-    attempts: int = Field(3, ge=1, le=20, description="takes in doubt before it is given up")
+    attempts: int = Field(3, ge=1, le=20, description="takes with a fault before it gives up")
 
 
 def card_settings(**keys: Any) -> CardSettings:
-    """Return the settings that a person gave. Raises DataError, in one line, for one that cannot
-    be."""
+    """Return checked settings. Raises DataError, in one line, for an invalid one."""
     try:
         return CardSettings(**keys)
     except ValidationError as error:
         raise describe(error, "sound card") from None
 
 
-class Heard(NamedTuple):
-    """Recording of a line: `samples` float32 (frames, channels), and the reports of the driver."""
-
-    samples: NDArray[np.float32]
-    flags: tuple[str, ...] = ()
-
-
 @dataclass(frozen=True)
 class Capture:
-    """One take beyond doubt.
+    """One good take.
 
-    `samples` float32 (n + tail,) in [-1, 1], without the `latency_samples` that were taken out;
-    `arrival_samples` is when the microphone heard it, measured in this take (None for a silence,
-    both). `clipped` counts samples at full scale, `xruns` the reports
-    of the driver. `doubts` says why each earlier attempt was thrown away.
+    `samples` float32 (n + tail,) in [-1, 1], without the first `latency_samples`;
+    `arrival_samples` is the delay at the microphone, measured in this take. `clipped` counts
+    samples at full scale, `xruns` the reports of the driver. `doubts` are the faults of earlier
+    attempts.
     """
 
     samples: NDArray[np.float32]
-    latency_samples: int | None
-    arrival_samples: int | None
+    latency_samples: int
+    arrival_samples: int
     peak_dbfs: float
     clipped: int
     xruns: int
     time: str
     doubts: tuple[str, ...] = ()
 
+    @classmethod
+    def measured(
+        cls, samples: NDArray[np.float32], full_scale: float = 1.0, **about: Any
+    ) -> Capture:
+        """Return a take of samples (n,), with its peak and its count of clipped samples."""
+        peak = float(np.abs(samples).max())
+        return cls(
+            np.clip(samples, -1.0, 1.0),
+            peak_dbfs=20 * float(np.log10(max(peak, 1e-10))),
+            **{"clipped": int(np.count_nonzero(np.abs(samples) >= full_scale)), **about},
+        )
+
     @property
     def attempts(self) -> int:
-        """Takes that it took."""
+        """Number of takes until this one."""
         return len(self.doubts) + 1
 
     def labels(self) -> dict[str, str]:
-        """Return what is kept of it in recordings.csv, as text by column."""
-        delays = {
-            "latency_samples": self.latency_samples,
-            "arrival_samples": self.arrival_samples,
-        }
-        return {
-            **{name: "" if value is None else str(value) for name, value in delays.items()},
-            "peak_dbfs": f"{self.peak_dbfs:.2f}",
-            "clipped": str(self.clipped),
-            "xruns": str(self.xruns),
-            "attempts": str(self.attempts),
-            "time": self.time,
-        }
+        """Return its cells in recordings.csv, by column."""
+        names = ("latency_samples", "arrival_samples", "clipped", "xruns", "attempts", "time")
+        cells = {name: str(getattr(self, name)) for name in names}
+        return {**cells, "peak_dbfs": f"{self.peak_dbfs:.2f}"}
 
 
 class Card(Protocol):
@@ -106,25 +100,21 @@ class Card(Protocol):
 
     @property
     def settings(self) -> CardSettings:
-        """Device, rate and channels: the same for the whole session."""
+        """Device, rate and channels, constant in a session."""
         ...
 
     def resume(self, latency_samples: int | None) -> None:
-        """Go on with a session whose latency is known: takes are cut alike before and after."""
+        """Use the known latency of a session that is resumed."""
         ...
 
     def take(self, played: NDArray[np.float32], tail: int = 0) -> Capture:
         """Play (n,) once and return n + tail samples. Raises TakeError, or CardError for good."""
         ...
 
-    def listen(self, frames: int) -> Capture:
-        """Play nothing and return `frames` samples. Raises as `take` does."""
-        ...
-
     def describe(self) -> Mapping[str, Any]:
-        """Return device, driver, channels and latency, as session.yaml keeps them."""
+        """Return device, driver, channels and latency, for session.yaml."""
         ...
 
     def close(self) -> None:
-        """Let the card go. May be called twice."""
+        """Close the card. May be called twice."""
         ...

@@ -1,9 +1,9 @@
-"""The guided acquisition: plan, robot, card and operator, one grasp after another."""
+"""The guided acquisition: plan, robot, sound card and operator, grasp by grasp."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -11,26 +11,20 @@ import numpy as np
 
 from ajgdata.acquire.card import Capture, Card, CardError, TakeError
 from ajgdata.acquire.live_session import REJECTED, LiveSession
-from ajgdata.acquire.operator import Choice, Decision, Operator, Progress, Report
-from ajgdata.acquire.protocol import (
-    DOUBT,
-    REFERENCE,
-    PlannedGrasp,
-    grasp_id,
-    remaining,
-)
+from ajgdata.acquire.operator import Choice, Decision, Operator
+from ajgdata.acquire.protocol import DOUBT, REFERENCE, PlannedGrasp, grasp_id, remaining
 from ajgdata.acquire.robot import Placement, Robot, RobotError, grasp_once
 from ajgdata.features.checks import check_samples
-from ajgdata.types import GraspProtocol, Target
+from ajgdata.types import GraspProtocol
 
-#: A peak this far from the earlier ones of the object is a knob or a plug: grasps differ by less.
+#: A peak that differs this much from earlier grasps of the object is due to a knob or a plug.
 JUMP_DB = 12.0
-_OFFERED = (Choice.REDO, Choice.SKIP, Choice.QUIT)
+_CHOICES = (Choice.REDO, Choice.SKIP, Choice.QUIT)
 
 
 class Outcome(NamedTuple):
-    """An acquisition's outcome: recordings made, grasps that are left because the operator ended
-    it, and skipped grasps with the reason."""
+    """Outcome of an acquisition: recordings written, grasps that are left because the operator
+    quit, and skipped grasps with the reason."""
 
     recorded: int
     left: int
@@ -38,8 +32,8 @@ class Outcome(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """What speaks against a recording; `fatal`: it cannot be kept; `marked`: nobody need decide,
-    since it is marked for whoever uses it."""
+    """A problem of a recording. It cannot be kept if `fatal`; nobody needs to decide if `marked`,
+    because its column `quality` shows the problem."""
 
     text: str
     fatal: bool
@@ -48,16 +42,16 @@ class Problem(NamedTuple):
 
 @dataclass
 class GuidedAcquisition:
-    """Records what is left of a plan into a session.
+    """Records the remaining grasps of a plan into a session.
 
-    `played` float32 (n,) is the excitation, `targets` what labels are asked for, `window` the
-    samples that a feature needs.
+    `played` float32 (n,) is the excitation, `targets` are the columns of labels, `window` is the
+    number of samples that a feature needs.
     """
 
     session: LiveSession
     planned: Sequence[PlannedGrasp]
     protocol: GraspProtocol
-    targets: Mapping[str, Target]
+    targets: Collection[str]
     window: int
     card: Card
     played: np.ndarray
@@ -69,53 +63,55 @@ class GuidedAcquisition:
     _reason: str = ""
 
     def run(self) -> Outcome:
-        """Make the grasps that are left. Raises CardError, and RobotError if nobody is there."""
+        """Record the remaining grasps. Raises CardError, and RobotError if nobody is there."""
         queue = remaining(self.planned, self.session.recordings, self.session.skipped)
+        total = len(self.planned)
         while queue:
             grasp = queue[0]
-            self.operator.announce(grasp, self._progress(len(queue)))
+            left_s = float(np.mean(self._spent_s)) * len(queue) if self._spent_s else None
+            self.operator.announce(grasp, total - len(queue), total, left_s)
             start = time.monotonic()
-            match self._grasp(grasp):
-                case Choice.KEEP:
-                    queue.pop(0)
-                    if not self._label_after(grasp):
-                        break
-                    self._spent_s.append(time.monotonic() - start)
-                case Choice.SKIP:
-                    self.session.skip(grasp, self._reason)
-                    queue.pop(0)
-                case Choice.QUIT:
-                    self._drop_partial(grasp)
-                    break
+            choice = self._grasp(grasp)
+            if choice is Choice.KEEP:
+                queue.pop(0)
+                self._spent_s.append(time.monotonic() - start)
+            elif choice is Choice.SKIP:
+                self.session.skip(grasp, self._reason)
+                queue.pop(0)
+            elif choice is Choice.QUIT:
+                self._drop_partial(grasp)
+                break
         return Outcome(self._recorded, len(queue), self.session.skipped)
 
-    def _progress(self, left: int) -> Progress:
-        mean_s = sum(self._spent_s) / len(self._spent_s) if self._spent_s else None
-        total = len(self.planned)
-        return Progress(total - left, total, None if mean_s is None else mean_s * left)
-
     def _grasp(self, grasp: PlannedGrasp) -> Choice:
-        """Make one attempt at a grasp; return what becomes of it."""
+        """Make one attempt at a grasp; return the decision about it."""
         attempt = self.session.begin(grasp)
-        self._problems, self._reason = [], "left out by the operator; record it another time"
+        self._problems, self._reason = [], "skipped by the operator"
         try:
-            if error := self._failed(grasp, attempt):
-                whole = len(self.session.whole(grasp)) == grasp.samples  # it failed afterwards
-                return self._decide(str(error), (Choice.KEEP, *_OFFERED) if whole else _OFFERED)
+            if error := self._record(grasp, attempt):
+                complete = len(self.session.whole(grasp)) == grasp.samples  # it failed afterwards
+                return self._decide(str(error), complete)
             return self._judge(grasp, attempt)
         except Decision as decision:
             return decision.choice
         except BaseException as error:  # a card that is gone, Ctrl-C, a full disk
             self._drop_partial(grasp)
             if isinstance(error, CardError):
-                fix = f"{error.fix}; what was recorded is kept: acquire again to go on"
+                fix = f"{error.fix}; recordings are kept: acquire again to resume"
                 raise CardError(error.where, error.problem, fix) from None
             raise
 
-    def _failed(self, grasp: PlannedGrasp, attempt: int) -> TakeError | RobotError | None:
-        """Record an attempt; return what went wrong if somebody may decide about it."""
+    def _record(self, grasp: PlannedGrasp, attempt: int) -> TakeError | RobotError | None:
+        """Record one attempt; return an error about which the operator can decide."""
+        protocol = self.protocol
+        place = Placement(grasp_id(grasp, attempt), grasp.object, grasp.number, protocol.force_n)
+
+        def sense(force_n: float | None) -> None:
+            for sample in range(grasp.samples):
+                self._take(grasp, attempt, sample, "" if force_n is None else f"{force_n:g}")
+
         try:
-            self._move(grasp, attempt, self._ask(grasp, self._names("before")))
+            grasp_once(self.robot, place, protocol.sequence, protocol.wait_s, sense)
         except TakeError as error:
             return error
         except RobotError as error:
@@ -124,97 +120,66 @@ class GuidedAcquisition:
             return error
         return None
 
-    def _label_after(self, grasp: PlannedGrasp) -> bool:
-        """Ask for what is known only now; False if the operator quits instead."""
-        try:
-            known = self._ask(grasp, self._names("after"))
-        except Decision:
-            return False
-        if known:
-            self.session.label(grasp, known)
-        return True
-
-    def _names(self, moment: str) -> list[str]:
-        return [name for name, when in self.protocol.ask.items() if when == moment]
-
-    def _ask(self, grasp: PlannedGrasp, names: Sequence[str]) -> dict[str, str]:
-        if not grasp.object:
-            return {}
-        return {name: self.operator.label(name, self.targets[name], grasp) for name in names}
-
-    def _move(self, grasp: PlannedGrasp, attempt: int, known: Mapping[str, str]) -> None:
-        """Let the robot make the grasp, and record while it holds."""
-        protocol = self.protocol
-        place = Placement(grasp_id(grasp, attempt), grasp.object, grasp.number, protocol.force_n)
-        later = dict.fromkeys((n for n in protocol.ask if n not in known), "")
-
-        def sense(force_n: float | None) -> None:
-            labels = {**later, **known} if grasp.object else {}
-            force = "" if force_n is None else f"{force_n:g}"
-            for sample in range(grasp.samples):
-                self._take(grasp, attempt, sample, {**labels, "force_reached_n": force})
-
-        grasp_once(self.robot, place, protocol.sequence, protocol.wait_s, sense)
-
-    def _take(
-        self, grasp: PlannedGrasp, attempt: int, sample: int, labels: Mapping[str, str]
-    ) -> None:
-        silence = grasp.reference == "silence"
-        capture = self.card.listen(len(self.played)) if silence else self.card.take(self.played)
-        known = self._usual_dbfs(grasp)
-        problems = [] if silence else self._doubts(grasp, capture, known)
+    def _take(self, grasp: PlannedGrasp, attempt: int, sample: int, force_n: str) -> None:
+        """Record one sample; targets without a value get an empty cell, to be filled in by hand."""
+        capture = self.card.take(self.played)
+        usual = self._usual_dbfs(grasp)
+        problems = self._check(grasp, capture, usual)
         self._problems += problems
-        quality = REJECTED if silence or problems else "ok"
-        said = [problem.text for problem in problems]
-        labels = {**labels, **capture.labels(), DOUBT: "; ".join(said)}
+        texts = [problem.text for problem in problems]
+        empty = dict.fromkeys((name for name in self.targets if name not in grasp.targets), "")
+        labels = {**empty, "force_reached_n": force_n, **capture.labels(), DOUBT: "; ".join(texts)}
+        quality = REJECTED if problems else "ok"
         self.session.record(grasp, attempt, sample, capture.samples, quality=quality, labels=labels)
         self._recorded += 1
-        self.operator.show(Report(grasp, sample, capture.peak_dbfs, known, said, capture.doubts))
+        self.operator.show(capture.peak_dbfs, usual, texts, capture.doubts)
 
-    def _doubts(self, grasp: PlannedGrasp, capture: Capture, known: float | None) -> list[Problem]:
-        """Return what `ajgdata validate` would say of it, and what it cannot know."""
-        found = check_samples(capture.samples, "PCM_24", self.window)
-        doubts = [
-            Problem(f"{r.problem}; {r.fix}", r.level == "error", r.code == "clipped") for r in found
+    def _check(self, grasp: PlannedGrasp, capture: Capture, usual: float | None) -> list[Problem]:
+        """Return the problems that `ajgdata validate` would report, and those of the level."""
+        issues = check_samples(capture.samples, "PCM_24", self.window)
+        problems = [
+            Problem(f"{i.problem}; {i.fix}", i.level == "error", i.code == "clipped")
+            for i in issues
         ]
-        if capture.clipped and "clipped" not in {remark.code for remark in found}:
-            problem = f"{capture.clipped} samples reach full scale: clipped"
-            doubts.append(Problem(f"{problem}; lower the gain and redo", False, marked=True))
-        jump = 0.0 if known is None else capture.peak_dbfs - known
+        if capture.clipped and "clipped" not in {issue.code for issue in issues}:
+            text = f"{capture.clipped} samples reach full scale: clipped; lower the gain and redo"
+            problems.append(Problem(text, fatal=False, marked=True))
+        jump = 0.0 if usual is None else capture.peak_dbfs - usual
         if abs(jump) > JUMP_DB:
-            problem = f"{jump:+.0f} dB from earlier grasps of {grasp.object or 'nothing'}"
-            doubts.append(Problem(f"{problem}; check gain and plugs", False))
-        return doubts
+            name = grasp.object or grasp.reference
+            text = f"{jump:+.0f} dB from earlier grasps of {name}; check gain and plugs"
+            problems.append(Problem(text, fatal=False))
+        return problems
 
     def _judge(self, grasp: PlannedGrasp, attempt: int) -> Choice:
         """Accept a grasp without problems, else let the operator decide."""
         if not self._problems:
             return Choice.KEEP
-        said = "; ".join(dict.fromkeys(problem.text for problem in self._problems))
+        text = "; ".join(dict.fromkeys(problem.text for problem in self._problems))
         person = self.operator.attended
-        may_keep = not any(one.fatal or not (person or one.marked) for one in self._problems)
-        choice = self._decide(said, (Choice.KEEP, *_OFFERED) if may_keep else _OFFERED)
+        may_keep = not any(p.fatal or not (person or p.marked) for p in self._problems)
+        choice = self._decide(text, may_keep)
         if choice is Choice.KEEP:
             self.session.accept(grasp, attempt)
         return choice
 
-    def _decide(self, problem: str, choices: Sequence[Choice]) -> Choice:
-        """Let the operator decide; the problem is the reason if the grasp is left out for it."""
+    def _decide(self, problem: str, may_keep: bool) -> Choice:
+        """Let the operator decide; the problem is the reason if the grasp is skipped."""
         self._reason = problem
-        return self.operator.decide(problem, choices)
+        return self.operator.decide(problem, (Choice.KEEP, *_CHOICES) if may_keep else _CHOICES)
 
     def _usual_dbfs(self, grasp: PlannedGrasp) -> float | None:
         """Return the median peak of the object's good recordings; None if there are none."""
         peaks = [
             float(row.labels["peak_dbfs"])
             for row in self.session.recordings
-            if (row.object, row.labels.get(REFERENCE, "")) == (grasp.object, grasp.reference or "")
+            if (row.object, row.labels.get(REFERENCE, "")) == (grasp.object, grasp.reference)
             and row.quality == "ok"
             and row.labels.get("peak_dbfs")
         ]
         return float(np.median(peaks)) if peaks else None
 
     def _drop_partial(self, grasp: PlannedGrasp) -> None:
-        """Reject a grasp unless all of it counts."""
+        """Reject a grasp unless it is complete."""
         if len(self.session.whole(grasp)) < grasp.samples:
             self.session.reject(grasp)

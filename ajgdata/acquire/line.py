@@ -1,7 +1,9 @@
-"""The line to a sound card: PortAudio in a process of its own, which is killed if it hangs.
+"""The line to a sound card: one duplex stream of PortAudio, in a process of its own.
 
-A busy interpreter loses frames, and a driver may hang or crash if its card is unplugged.
-The process of the robot must survive both.
+A busy interpreter loses frames, and a driver may hang or crash if its card is unplugged. The
+process of the robot must survive both. Little that a driver reports is reliable (JACK's latency has
+been hours, status flags may be missing), so frames are counted here, and `acquire.markers` detects
+lost ones in the recorded sound.
 """
 
 from __future__ import annotations
@@ -10,23 +12,33 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+import time
+from collections.abc import Mapping
 from multiprocessing.connection import Connection, wait
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.acquire.card import CardError, CardSettings, Heard
-from ajgdata.acquire.duplex import SLOWEST, STALLED_S, Duplex, devices, load_portaudio
-from ajgdata.acquire.sound_card import SoundCard
+from ajgdata.acquire.card import CardError, CardSettings
 from ajgdata.types import DataError
 
+#: Seconds without a frame after which a stream is dead.
+STALLED_S = 3.0
+#: A stream that is slower than its rate by this factor is dead.
+SLOWEST = 4.0
 #: Time limit of a process that imports, and of a driver that searches for devices.
 OPEN_S = 30.0
 #: Time that the process may need in addition to its own limit.
 SLACK_S = 5.0
+#: All inputs of a device are opened, up to this number, to detect sound on the wrong input.
+ALL_INPUTS = 8
+FLAGS = ("input_overflow", "input_underflow", "output_overflow", "output_underflow")
+#: Largest deviation from the requested rate; no crystal is off by more.
+RATE_TOLERANCE = 1e-3
+
+#: Samples float32 (frames, inputs), and the reports of the driver.
+Recorded = tuple[NDArray[np.float32], tuple[str, ...]]
 
 
 class PortAudioLine:
@@ -39,25 +51,26 @@ class PortAudioLine:
         context = multiprocessing.get_context("spawn")  # forking would copy threads in any state
         self._name = settings.device if settings else "PortAudio"
         self._rate_hz = settings.sample_rate_hz if settings else 0
-        self._connection, theirs = context.Pipe()
+        self._connection, child = context.Pipe()
         plain = settings.model_dump(mode="json") if settings else None
-        self._process = context.Process(target=_serve, args=(theirs, plain), daemon=True)
+        self._process = context.Process(target=_serve, args=(child, plain), daemon=True)
         self._process.start()
-        theirs.close()
-        self.opened = self._answer(OPEN_S)  #: about the device, or the list of all devices
+        child.close()
+        self.opened = self._answer(OPEN_S)  #: description of the device, or the list of all devices
 
     @property
     def pid(self) -> int | None:
         """Process id of the child."""
         return self._process.pid
 
-    def play(self, sound: NDArray[np.float32], frames: int) -> Heard:
+    def play(self, sound: NDArray[np.float32], frames: int) -> Recorded:
         """Play `sound` (n,) once and record `frames` from its first frame on. Raises CardError."""
         try:
             self._connection.send((sound.astype(np.float32), frames))
         except OSError:
             raise CardError(self._name, "its process has ended", "start again") from None
-        return Heard(*self._answer(STALLED_S + SLOWEST * frames / self._rate_hz + SLACK_S))
+        samples, flags = self._answer(STALLED_S + SLOWEST * frames / self._rate_hz + SLACK_S)
+        return samples, flags
 
     def describe(self) -> Mapping[str, Any]:
         """Return API, driver and number of inputs."""
@@ -84,6 +97,13 @@ class PortAudioLine:
             self.close()
             raise
         return answer
+
+
+def list_devices() -> list[dict[str, Any]]:
+    """Return `name`, `api`, `inputs`, `outputs` and `rate_hz` of each device. Raises CardError."""
+    line = PortAudioLine(None)
+    line.close()
+    return list(line.opened)
 
 
 def _serve(connection: Connection, settings: Mapping[str, Any] | None) -> None:
@@ -119,18 +139,159 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-@contextmanager
-def open_card(settings: CardSettings) -> Iterator[SoundCard]:
-    """Yield the sound card of `settings`, with one stream until the end. Raises CardError."""
-    card = SoundCard(PortAudioLine(settings), settings)
+def load_portaudio() -> Any:
+    """Return the module sounddevice. DataError names the missing package."""
     try:
-        yield card
-    finally:
-        card.close()
+        import sounddevice
+    except ModuleNotFoundError:
+        fix = "run: pip install 'ajgdata[live]'"
+        raise DataError("sounddevice", "is not installed", fix) from None
+    except OSError:
+        fix = "run: sudo apt-get install libportaudio2"
+        raise DataError("PortAudio", "is not installed", fix) from None
+    return sounddevice
 
 
-def list_devices() -> list[dict[str, Any]]:
-    """Return `name`, `api`, `inputs`, `outputs` and `rates_hz` of each device. Raises CardError."""
-    line = PortAudioLine(None)
-    line.close()
-    return list(line.opened)
+def devices(portaudio: Any) -> list[dict[str, Any]]:
+    """Return name, API, inputs, outputs and default rate of each device."""
+    apis = [api["name"] for api in portaudio.query_hostapis()]
+    return [
+        {
+            "name": device["name"],
+            "api": apis[device["hostapi"]],
+            "inputs": device["max_input_channels"],
+            "outputs": device["max_output_channels"],
+            "rate_hz": round(device["default_samplerate"]),
+        }
+        for device in portaudio.query_devices()
+    ]
+
+
+def find_device(portaudio: Any, name: str) -> tuple[int, dict[str, Any]]:
+    """Return number and description (see `devices`) of the device `name`, or `NAME, API`.
+
+    Raises DataError unless exactly one device matches: PortAudio would accept a part of a name.
+    """
+    known = devices(portaudio)
+    names = [(device["name"], f"{device['name']}, {device['api']}") for device in known]
+    matches = [number for number, pair in enumerate(names) if name in pair]
+    if len(matches) == 1:
+        return matches[0], known[matches[0]]
+    if matches:
+        choices = " or ".join(f'"{names[number][1]}"' for number in matches)
+        raise DataError(name, f"{len(matches)} devices have this name", f"use {choices}")
+    similar = [short for short, _ in names if name.lower() in short.lower()]
+    fix = f'did you mean "{similar[0]}"?' if similar else "see `ajgdata device list`"
+    raise DataError(name, "there is no such device", f"give its exact name: {fix}")
+
+
+class _Job(NamedTuple):
+    sound: NDArray[np.float32]
+    buffer: NDArray[np.float32]
+    at: int
+
+
+class Duplex:
+    """An open stream: plays one sound at a time and records meanwhile.
+
+    `settings` are those of acquire.card.CardSettings; `portaudio` is the module sounddevice.
+    Raises DataError, in one line, for a device that is missing or refuses the settings.
+    """
+
+    def __init__(self, portaudio: Any, settings: Mapping[str, Any]) -> None:
+        self._name, self._rate_hz = settings["device"], settings["sample_rate_hz"]
+        self._channel = settings["output_channel"] - 1
+        self._job: _Job | None = None
+        self._done = threading.Event()
+        self._frames = 0
+        self._flags: list[str] = []
+        index, self._device = find_device(portaudio, self._name)
+        self._version = portaudio.get_portaudio_version()[1]
+        self._inputs = _count_inputs(self._device, settings)
+        self._stream = self._open(portaudio, index)
+
+    def _open(self, portaudio: Any, index: int) -> Any:
+        try:
+            stream = portaudio.Stream(
+                samplerate=self._rate_hz,
+                blocksize=0,
+                device=index,
+                channels=(self._inputs, self._channel + 1),
+                dtype="float32",
+                callback=self._callback,
+            )
+            stream.start()
+        except portaudio.PortAudioError as error:
+            reason = str(error.args[0] if error.args else error).split(" [PaErrorCode")[0]
+            fix = "close other programs that use it, or plug it in again"
+            if "sample rate" in reason.lower():
+                reason = f"does not support {self._rate_hz} Hz"
+                fix = f"its own rate is {self._device['rate_hz']} Hz"
+            raise DataError(self._name, reason, fix) from None
+        if abs(stream.samplerate / self._rate_hz - 1) > RATE_TOLERANCE:
+            stream.abort()
+            problem = f"gives {stream.samplerate:.0f} Hz instead of {self._rate_hz} Hz"
+            raise DataError(self._name, problem, "declare that rate, or use another device")
+        return stream
+
+    def describe(self) -> dict[str, Any]:
+        """Return API, driver and number of inputs."""
+        return {"api": self._device["api"], "driver": self._version, "inputs": self._inputs}
+
+    def play(self, sound: NDArray[np.float32], frames: int) -> Recorded:
+        """Play `sound` (n,) and return `frames` samples. DataError when frames no longer come."""
+        self._flags.clear()
+        self._done.clear()
+        buffer = np.zeros((frames, self._inputs), dtype=np.float32)
+        self._job = _Job(sound, buffer, 0)
+        self._wait()
+        return buffer, tuple(self._flags)
+
+    def close(self) -> None:
+        """End the stream."""
+        self._stream.abort()
+        self._stream.close()
+
+    def _wait(self) -> None:
+        """Wait until the job is done, as long as frames come."""
+        seen, seen_at = self._frames, time.monotonic()
+        while not self._done.wait(0.05):
+            now = time.monotonic()
+            if self._frames != seen:
+                seen, seen_at = self._frames, now
+            if not self._stream.active or now - seen_at > STALLED_S:
+                self._job = None
+                if not self._frames:
+                    problem = f"the driver did not request sound within {STALLED_S:.0f} s"
+                    raise DataError(self._name, problem, "close other programs that use it")
+                raise DataError(self._name, "went away while it played", "plug it in again")
+
+    def _callback(
+        self, recorded: NDArray, played: NDArray, frames: int, _times: object, status: Any
+    ) -> None:
+        """Play the next frames and store the recorded ones, without waiting or allocating while
+        nothing is recorded."""
+        played.fill(0)
+        if (job := self._job) is not None:
+            self._flags += [flag for flag in FLAGS if getattr(status, flag)] if status else []
+            part = job.sound[job.at : job.at + frames]
+            played[: len(part), self._channel] = part
+            room = job.buffer[job.at : job.at + frames]
+            room[:] = recorded[: len(room)]
+            more = job.at + frames < len(job.buffer)
+            self._job = job._replace(at=job.at + frames) if more else None
+            if not more:
+                self._done.set()
+        self._frames += frames
+
+
+def _count_inputs(device: Mapping[str, Any], settings: Mapping[str, Any]) -> int:
+    """Return the number of inputs to open. DataError for a device that has too few channels."""
+    for key in ("output_channel", "input_channel", "loopback_channel"):
+        kind = "outputs" if key == "output_channel" else "inputs"
+        if (number := settings[key] or 0) > device[kind]:
+            fix = f"give another {key}" if device[kind] else "use one device that has both"
+            problem = f"{key} {number}, but it has {device[kind]} {kind}"
+            raise DataError(settings["device"], problem, fix)
+    needed = max(settings["input_channel"], settings["loopback_channel"] or 0)
+    return int(device["inputs"] if device["inputs"] <= ALL_INPUTS else needed)

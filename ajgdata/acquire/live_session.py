@@ -1,12 +1,16 @@
-"""A session of a real gripper on disk: what is recorded stays, whatever ends the acquisition.
+"""A session of a real gripper on disk: recordings stay, however the acquisition ends.
 
-Unlike what is simulated it cannot be made again. Hence session.yaml is there from the start, the
-table is written after each recording, a recording is never overwritten, and a grasp of which
-something is missing is rejected and made anew under another id.
+They cannot be recorded again. So session.yaml exists from the start, the table is written after
+each recording, no recording is overwritten, and an incomplete grasp is rejected and recorded again
+under another id. One process at a time records into a session, always with the same setup.
 """
 
 from __future__ import annotations
 
+import hashlib
+import json
+import math
+import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from ajgdata.acquire.card import DEVICE
 from ajgdata.acquire.protocol import (
     ATTEMPT,
     PLANNED,
@@ -23,20 +28,13 @@ from ajgdata.acquire.protocol import (
     next_attempt,
     whole_grasps,
 )
-from ajgdata.acquire.session_setup import (
-    check_setup,
-    create,
-    discard,
-    is_empty,
-    recording_alone,
-    setup_digest,
-)
-from ajgdata.acquire.writer import SETUP_COLUMN
-from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE
+from ajgdata.acquire.writer import SETUP_COLUMN, recording_alone
+from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE
 from ajgdata.store.audio import file_sha256, write_pcm24
-from ajgdata.store.files import remove_stale
+from ajgdata.store.files import remove_stale, replacing_folder
+from ajgdata.store.provenance import software
 from ajgdata.store.sessions import read_recordings, read_session, write_recordings, write_session
-from ajgdata.types import DataError, ExcitationSpec, Recording
+from ajgdata.types import Acquisition, DataError, Excitation, ExcitationSpec, Recording, Session
 
 REJECTED = "reject"
 
@@ -46,7 +44,8 @@ class LiveSession:
 
     def __init__(self, folder: Path, setup: Mapping[str, Any]) -> None:
         self.folder = folder
-        self._setup = setup_digest(setup)
+        content = json.dumps(setup, sort_keys=True).encode()
+        self._setup = hashlib.sha256(content).hexdigest()
         self._rate_hz = read_session(folder).sample_rate_hz or 0
 
     @property
@@ -56,21 +55,20 @@ class LiveSession:
 
     @property
     def latency_samples(self) -> int | None:
-        """Latency that was taken out of its first recording; None if there is none."""
-        cut = [r for r in self.recordings if r.labels.get("latency_samples", "").isdecimal()]
-        first = min(cut, key=lambda row: row.labels.get("time", ""), default=None)
+        """Latency of its first recording; None if there is none."""
+        rows = [row for row in self.recordings if row.labels.get("latency_samples", "").isdecimal()]
+        first = min(rows, key=lambda row: row.labels.get("time", ""), default=None)
         return None if first is None else int(first.labels["latency_samples"])
 
     @property
     def skipped(self) -> Mapping[str, str]:
-        """Grasps that shall not be made, and why."""
+        """Skipped grasps with the reason."""
         return read_session(self.folder).skipped
 
     def begin(self, grasp: PlannedGrasp) -> int:
-        """Return the number of the attempt at `grasp` that comes now.
+        """Return the number of the next attempt at `grasp`, and reject earlier attempts.
 
-        Earlier recordings of the grasp are rejected. A file that a killed acquisition wrote and did
-        not enter into the table is removed.
+        A file that a killed acquisition wrote and did not enter into the table is removed.
         """
         self.reject(grasp)
         number = next_attempt(grasp, self.recordings)
@@ -91,11 +89,11 @@ class LiveSession:
         quality: str,
         labels: Mapping[str, str],
     ) -> Recording:
-        """Write one recording (n,) in [-1, 1] and its row. Raises DataError if there is one."""
+        """Write one recording (n,) in [-1, 1] and its row. DataError if the file exists."""
         row = self._planned(grasp, attempt)[sample]
         path = self.folder / row.file
         if path.exists():
-            raise DataError(path, "is there already", "move it away; nothing is overwritten")
+            raise DataError(path, "exists already", "move it away; nothing is overwritten")
         write_pcm24(path, samples, self._rate_hz)
         changes = {"quality": quality, "labels": {**row.labels, **labels}}
         row = row.model_copy(update={**changes, "sha256": file_sha256(path)})
@@ -103,7 +101,7 @@ class LiveSession:
         return row
 
     def accept(self, grasp: PlannedGrasp, attempt: int) -> None:
-        """Take the recordings of one attempt for good, be they clipped."""
+        """Accept the recordings of one attempt, also clipped ones."""
 
         def accepted(row: Recording) -> Recording:
             if row.labels[ATTEMPT] != str(attempt):
@@ -114,38 +112,33 @@ class LiveSession:
         self._change(grasp, accepted)
 
     def label(self, grasp: PlannedGrasp, labels: Mapping[str, str]) -> None:
-        """Give the recordings of a grasp further labels."""
+        """Add labels to the recordings of a grasp."""
         self._change(grasp, lambda r: r.model_copy(update={"labels": {**r.labels, **labels}}))
 
     def reject(self, grasp: PlannedGrasp) -> None:
-        """Reject what there is of a grasp."""
+        """Reject the recordings of a grasp."""
         self._change(grasp, lambda row: row.model_copy(update={"quality": REJECTED}))
 
     def whole(self, grasp: PlannedGrasp) -> list[Recording]:
-        """Return the recordings of a grasp that count."""
+        """Return the accepted recordings of a grasp."""
         return whole_grasps(self.recordings).get(grasp.name, [])
 
     def skip(self, grasp: PlannedGrasp, reason: str) -> None:
-        """Note that a grasp shall not be made."""
+        """Reject a grasp, and enter it into `skipped` of session.yaml."""
         self.reject(grasp)
-        skipped = {**self.skipped, grasp.name: reason}
-        self._write_session({"skipped": skipped})
+        self._write_session({"skipped": {**self.skipped, grasp.name: reason}})
 
-    def about(self, **keys: Any) -> None:
-        """Note what is known of the acquisition now (keys of types.Acquisition)."""
+    def note(self, text: str) -> None:
+        """Add a line to the operator's notes, unless they contain it."""
+        notes = read_session(self.folder).notes
+        if text and text not in notes.splitlines():
+            self._write_session({"notes": f"{notes}\n{text}".strip()})
+
+    def update_acquisition(self, **keys: Any) -> None:
+        """Set keys of types.Acquisition in session.yaml."""
         known = read_session(self.folder).acquisition
         if known is not None:
             self._write_session({"acquisition": known.model_copy(update=keys)})
-
-    def note_card(self, driver: Mapping[str, Any], latency_samples: int | None) -> None:
-        """Note what the sound card says of itself, and its latency."""
-        self.about(driver=dict(driver), latency_samples=latency_samples)
-
-    def note(self, words: str) -> None:
-        """Add a line to the operator's notes, unless they say it already."""
-        notes = read_session(self.folder).notes
-        if words and words not in notes.splitlines():
-            self._write_session({"notes": f"{notes}\n{words}".strip()})
 
     def _write_session(self, update: Mapping[str, Any]) -> None:
         session = read_session(self.folder).model_copy(update=dict(update))
@@ -190,34 +183,92 @@ def live_session(
     sample_rate_hz: int,
     about: Mapping[str, Any],
 ) -> Iterator[LiveSession]:
-    """Yield the session at `folder`, made if there is none, and mark it finished at the end; one
-    that holds no recording then is removed.
+    """Yield the session at `folder`, created if there is none, and mark it finished at the end. A
+    session without recordings is then removed.
 
-    `excitation` (n,) in [-1, 1] is the sound that `played` declares, `about` further keys of
+    `excitation` (n,) in [-1, 1] is the sound that `played` specifies, `about` has other keys of
     types.Session. Raises DataError if another process records into it, or if it was recorded with
     another setup.
     """
     with recording_alone(folder):
-        if is_empty(folder):  # whatever it was made for
-            discard(folder)
+        _discard_if_empty(folder)  # its setup may have been another one
         if not folder.exists():
-            create(folder, setup, excitation, played, sample_rate_hz, about)
-        check_setup(folder, setup)
+            _create(folder, setup, excitation, played, sample_rate_hz, about)
+        _check_setup(folder, setup)
         remove_stale(folder)  # of acquisitions that were killed
         session = LiveSession(folder, setup)
-        session.about(finished=False)
+        session.update_acquisition(finished=False)
         try:
             yield session
         finally:
-            if is_empty(folder):
-                discard(folder)
-            else:
-                session.about(finished=True)
+            if not _discard_if_empty(folder):
+                session.update_acquisition(finished=True)
+
+
+def _create(
+    folder: Path,
+    setup: Mapping[str, Any],
+    excitation: np.ndarray,
+    played: ExcitationSpec,
+    sample_rate_hz: int,
+    about: Mapping[str, Any],
+) -> None:
+    """Write a session without recordings, in one step; `virtual` if its device is simulated."""
+    with replacing_folder(folder) as new:
+        (new / AUDIO_FOLDER).mkdir()
+        write_pcm24(new / EXCITATION_FILE, excitation, sample_rate_hz)
+        peak = float(np.abs(excitation).max())
+        session = Session(
+            session_id=folder.name,
+            source="virtual" if about.get("device") == DEVICE else "soundcard",
+            sample_rate_hz=sample_rate_hz,
+            excitation=Excitation(
+                file=EXCITATION_FILE,
+                sha256=file_sha256(new / EXCITATION_FILE),
+                description=played.description,
+                settings=played.model_dump(mode="json"),
+            ),
+            software=f"ajgdata {software()['ajgdata_version']}",
+            acquisition=Acquisition(
+                finished=False, setup=dict(setup), level_dbfs=round(20 * math.log10(peak), 2)
+            ),
+            **about,
+        )
+        write_session(new, session, [])
+
+
+def _discard_if_empty(folder: Path) -> bool:
+    """Remove a session of a sound card that has no recording, in one step; True if it was."""
+    if not (folder / SESSION_FILE).is_file() or any((folder / AUDIO_FOLDER).glob("[!.]*")):
+        return False
+    if read_session(folder).acquisition is None or read_recordings(folder)[0]:
+        return False
+    hidden = folder.with_name(f".{folder.name}.empty")
+    shutil.rmtree(hidden, ignore_errors=True)  # of a killed process
+    folder.rename(hidden)
+    shutil.rmtree(hidden)
+    return True
+
+
+def _check_setup(folder: Path, setup: Mapping[str, Any]) -> None:
+    """Raise DataError, with what differs, if a session was recorded with another setup."""
+    session = read_session(folder)
+    known = session.acquisition
+    fix = "record into another --session"
+    if known is None:
+        raise DataError(folder, "was not recorded by `ajgdata acquire --device`", fix)
+    now = json.loads(json.dumps(setup))
+    if differing := [key for key in now if now[key] != known.setup.get(key)]:
+        problem = f"was recorded with another setup: {', '.join(differing)}"
+        raise DataError(folder, problem, f"restore that, or {fix}")
+    if session.excitation is not None:
+        played = folder / session.excitation.file
+        if file_sha256(played) != session.excitation.sha256:
+            raise DataError(played, "is not the played sound (sha256 differs)", "restore it")
 
 
 def _table(folder: Path) -> list[Recording]:
-    """Return the rows of the table. Raises DataError for a row that is wrong: it would be lost when
-    the table is written."""
+    """Return the rows of the table. DataError for an invalid row: writing would lose it."""
     rows, findings = read_recordings(folder)
     if findings:
         first = findings[0]

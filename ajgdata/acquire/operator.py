@@ -1,14 +1,20 @@
-"""Operators: whoever is told what to do at each grasp, and decides about a recording in doubt."""
+"""The operator of an acquisition: a person at a terminal, or nobody.
+
+Plain lines in, plain lines out, so that SSH and pipes are enough.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import StrEnum
-from typing import Protocol
+
+import numpy as np
+from rich.console import Console
+from rich.markup import escape
 
 from ajgdata.acquire.protocol import PlannedGrasp
-from ajgdata.types import Target
+
+_METER = 20  # characters for 60 dB
 
 
 class Choice(StrEnum):
@@ -20,116 +26,124 @@ class Choice(StrEnum):
     QUIT = "quit"
 
 
-class Decision(Exception):  # noqa: N818  # no error: it ends a question
-    """The operator was asked for something else and decided this instead."""
+_KEYS = {"s": Choice.SKIP, "q": Choice.QUIT}
+
+
+class Decision(Exception):  # noqa: N818  # not an error: it ends a prompt
+    """The operator answered a prompt with a decision about the grasp."""
 
     def __init__(self, choice: Choice) -> None:
         super().__init__(choice.value)
         self.choice = choice
 
 
-@dataclass(frozen=True)
-class Progress:
-    """How far a session is, in grasps; `left_s` is None before the first one was timed."""
+class Operator:
+    """A person who reads lines and types answers. Prompts may raise Decision."""
 
-    done: int
-    total: int
-    left_s: float | None
+    #: True if a person can correct problems.
+    attended = True
 
+    def __init__(self, console: Console) -> None:
+        self._console = console
 
-@dataclass(frozen=True)
-class Report:
-    """One recording as the operator sees it. `usual_dbfs` is the median peak of the object's good
-    recordings, `retakes` says why takes before it were thrown away."""
-
-    grasp: PlannedGrasp
-    sample: int
-    peak_dbfs: float
-    usual_dbfs: float | None
-    problems: Sequence[str]
-    retakes: Sequence[str]
-
-
-class Operator(Protocol):
-    """Asked and told, one call at a time. Methods that ask may raise Decision."""
-
-    @property
-    def attended(self) -> bool:
-        """True if somebody is there who can mend things."""
-        ...
-
-    def announce(self, grasp: PlannedGrasp, progress: Progress) -> None:
-        """Hear which grasp comes next."""
-        ...
+    def announce(self, grasp: PlannedGrasp, done: int, total: int, left_s: float | None) -> None:
+        """Print the next grasp, how many are `done`, and the estimated remaining time."""
+        name = grasp.object or f"{grasp.reference} (reference)"
+        left = "" if left_s is None else f", {_minutes(left_s)} left"
+        text = f"[b]{done + 1} of {total}[/b]{left}: [b]{escape(name)}[/b], number {grasp.number}"
+        self._print(text)
 
     def confirm(self, text: str) -> None:
-        """Do what `text` says, and return when it is done."""
-        ...
+        """Print a request and wait for Enter. Raises Decision for s and q."""
+        while True:
+            reply = self._input(f"  {text}; then Enter (s: skip, q: quit) ")
+            if not reply:
+                return
+            if reply in _KEYS:
+                raise Decision(_KEYS[reply])
 
-    def label(self, name: str, target: Target, grasp: PlannedGrasp) -> str:
-        """Return the value of a target; "" if it is not known."""
-        ...
-
-    def show(self, report: Report) -> None:
-        """See one recording."""
-        ...
+    def show(
+        self,
+        peak_dbfs: float,
+        usual_dbfs: float | None,
+        problems: Sequence[str],
+        repeated: Sequence[str],
+    ) -> None:
+        """Print the peak of a recording, the usual peak of its object, and why earlier takes of it
+        were repeated. It is red if there are problems."""
+        for reason in repeated:
+            self._print(f"  [yellow]repeated[/yellow] {escape(reason)}")
+        colour = "red" if problems else "green"
+        usual = "" if usual_dbfs is None else f" (usually {usual_dbfs:.1f})"
+        self._print(f"  [{colour}]{meter(peak_dbfs)}[/{colour}] {peak_dbfs:6.1f} dBFS{usual}")
 
     def decide(self, problem: str, choices: Sequence[Choice]) -> Choice:
-        """Return one of `choices` about a grasp with a problem."""
-        ...
+        """Print a problem and return the choice, which is typed in full or by its first letter."""
+        self._print(f"  [red]{escape(problem)}[/red]")
+        by_key = {choice.value[0]: choice for choice in choices}
+        prompt = ", ".join(f"{key}: {choice.value}" for key, choice in by_key.items())
+        while True:
+            reply = self._input(f"  {prompt}? ").lower()
+            if reply[:1] in by_key and by_key[reply[0]].value.startswith(reply):
+                return by_key[reply[0]]
 
-    def tell(self, text: str) -> None:
-        """Hear what was decided without asking."""
-        ...
+    def _print(self, text: str) -> None:
+        self._console.print(text, soft_wrap=True)
+
+    def _input(self, prompt: str) -> str:
+        """Return the typed text. Ctrl-D, or a terminal that is closed, quits."""
+        try:
+            return self._console.input(escape(prompt)).strip()
+        except EOFError:
+            self._print("")
+            raise Decision(Choice.QUIT) from None
 
 
-class Unattended:
-    """Nobody (`--yes`): keeps what is offered, tries a grasp three times, then leaves it out.
+class Unattended(Operator):
+    """Nobody (`--yes`): keeps a grasp if possible, tries it three times, then skips it.
 
-    Instead of leaving out a third grasp in a row it quits.
+    Instead of skipping a third grasp in a row it quits.
     """
 
     attended = False
     _LIMIT = 3
 
-    def __init__(self, shown: Operator) -> None:
-        self._shown = shown
+    def __init__(self, console: Console) -> None:
+        super().__init__(console)
         self._grasp, self._tries = "", 0
-        self._in_a_row, self._left_out = 0, False
+        self._in_a_row, self._skipped = 0, False
 
-    def announce(self, grasp: PlannedGrasp, progress: Progress) -> None:
-        """Show it."""
+    def announce(self, grasp: PlannedGrasp, done: int, total: int, left_s: float | None) -> None:
+        """Print the next grasp and count its tries."""
         if grasp.name != self._grasp:
-            self._in_a_row = self._in_a_row if self._left_out else 0
-            self._grasp, self._tries, self._left_out = grasp.name, 0, False
+            self._in_a_row = self._in_a_row if self._skipped else 0
+            self._grasp, self._tries, self._skipped = grasp.name, 0, False
         self._tries += 1
-        self._shown.announce(grasp, progress)
+        super().announce(grasp, done, total, left_s)
 
     def confirm(self, text: str) -> None:
-        """Go on."""
-
-    def label(self, name: str, target: Target, grasp: PlannedGrasp) -> str:
-        """Return "": nobody knows."""
-        return ""
-
-    def show(self, report: Report) -> None:
-        """Show it."""
-        self._shown.show(report)
+        """Do nothing."""
 
     def decide(self, problem: str, choices: Sequence[Choice]) -> Choice:
-        """Keep it if that is offered, else try again, else leave it out, else quit; and say so."""
-        choice = self._decided(choices)
-        self._shown.tell(f"{problem}; {choice.value}")
+        """Print a problem and the choice: keep if offered, else redo, else skip, else quit."""
+        choice = self._choice(choices)
+        self._print(f"  [yellow]{escape(problem)}; {choice.value}[/yellow]")
         return choice
 
-    def _decided(self, choices: Sequence[Choice]) -> Choice:
+    def _choice(self, choices: Sequence[Choice]) -> Choice:
         if Choice.KEEP in choices:
             return Choice.KEEP
         if self._tries < self._LIMIT:
             return Choice.REDO
-        self._left_out, self._in_a_row = True, self._in_a_row + 1
+        self._skipped, self._in_a_row = True, self._in_a_row + 1
         return Choice.SKIP if self._in_a_row < self._LIMIT else Choice.QUIT
 
-    def tell(self, text: str) -> None:
-        """Show it."""
-        self._shown.tell(text)
+
+def meter(peak_dbfs: float) -> str:
+    """Return a bar that is full at 0 dB of full scale and empty 60 dB below."""
+    filled = int(np.clip(np.ceil(_METER * (1 + peak_dbfs / 60)), 0, _METER))
+    return "█" * filled + "·" * (_METER - filled)
+
+
+def _minutes(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"

@@ -1,4 +1,4 @@
-"""Protocol -> grasps, and what of them is left. Pure: knows recordings, opens nothing."""
+"""Protocol -> planned grasps, and the remaining ones. Pure: it opens no file."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from ajgdata.types import GraspProtocol, Recording
-from ajgdata.types.protocol import Reference
+from ajgdata.types.recipe import EMPTY
 
-#: Columns of recordings.csv that say which grasp of the plan a recording is of.
+#: Columns of recordings.csv with the planned grasp of a recording.
 PLANNED, ATTEMPT, REFERENCE = "planned", "grasp_attempt", "reference"
-#: Column that says what speaks against a recording, be it kept.
+#: Column with the problems of a recording, also of one that is kept.
 DOUBT = "doubt"
 
 
 @dataclass(frozen=True)
 class PlannedGrasp:
-    """One grasp that a protocol asks for. `object` is "" for a reference, which holds nothing."""
+    """One grasp of a protocol. `object` is "" for a reference: the empty gripper."""
 
     name: str
     object: str
     number: int
     samples: int
     targets: Mapping[str, float | str]
-    reference: Reference | None = None
+    reference: str = ""
 
 
 def plan_protocol(protocol: GraspProtocol, session: str) -> list[PlannedGrasp]:
@@ -54,29 +54,26 @@ def plan_protocol(protocol: GraspProtocol, session: str) -> list[PlannedGrasp]:
 def _with_references(
     protocol: GraspProtocol, grasps: Sequence[PlannedGrasp]
 ) -> Iterator[PlannedGrasp]:
-    asked = protocol.references
     for at, grasp in enumerate(grasps):
-        if asked and at % asked.every == 0:
-            number = at // asked.every + 1
-            for kind in asked.kinds:
-                name = f"{kind}_{number:02d}"
-                yield PlannedGrasp(name, "", number, protocol.samples_per_grasp, {}, kind)
+        if protocol.references and at % protocol.references.every == 0:
+            number = at // protocol.references.every + 1
+            name = f"{EMPTY}_{number:02d}"
+            yield PlannedGrasp(name, "", number, protocol.samples_per_grasp, {}, EMPTY)
         yield grasp
 
 
 def whole_grasps(recordings: Collection[Recording]) -> dict[str, list[Recording]]:
-    """Return the recordings that count of each grasp of a plan: those of its last attempt that are
-    not rejected (silence always is).
+    """Return the recordings of each planned grasp: those of its last attempt, if not rejected.
 
-    A grasp of which fewer than its samples count is not whole.
+    A grasp with fewer recordings than its samples is not complete.
     """
-    counted: dict[str, dict[int, list[Recording]]] = {}
-    for one in recordings:
-        name = one.labels.get(PLANNED, "")
-        if name and (one.quality.lower() != "reject" or one.labels.get(REFERENCE) == "silence"):
-            attempts = counted.setdefault(name, {})
-            attempts.setdefault(int(one.labels[ATTEMPT]), []).append(one)
-    return {name: attempts[max(attempts)] for name, attempts in counted.items()}
+    accepted: dict[str, dict[int, list[Recording]]] = {}
+    for row in recordings:
+        name = row.labels.get(PLANNED, "")
+        if name and row.quality.lower() != "reject":
+            attempts = accepted.setdefault(name, {})
+            attempts.setdefault(int(row.labels[ATTEMPT]), []).append(row)
+    return {name: attempts[max(attempts)] for name, attempts in accepted.items()}
 
 
 def remaining(
@@ -84,7 +81,7 @@ def remaining(
     recordings: Collection[Recording],
     skipped: Collection[str] = (),
 ) -> list[PlannedGrasp]:
-    """Return the grasps of a plan that are neither whole nor skipped, in order."""
+    """Return the grasps of a plan that are neither complete nor skipped, in order."""
     whole = whole_grasps(recordings)
     return [
         grasp

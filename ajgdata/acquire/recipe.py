@@ -5,11 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ajgdata.acquire.source import Grasp
 from ajgdata.gripper.scene import derive_seed
 from ajgdata.gripper.variation import Variation
 from ajgdata.types import (
@@ -23,6 +23,26 @@ from ajgdata.types.recipe import EMPTY
 
 #: Stands for the session of grasps that belong to none.
 NEW = "new"
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """One grasp of one object, and how often it is recorded.
+
+    `setup` is its scene, as keys of gripper.Scene; `digest` identifies what its recordings follow
+    from, so that no recording is simulated twice.
+    """
+
+    grasp_id: str
+    object: str
+    samples: int
+    targets: Mapping[str, float | str]
+    setup: Mapping[str, Any]
+    digest: str
+
+    def recording_id(self, sample: int) -> str:
+        """Return the name of one of its recordings; `sample` counts from 0."""
+        return f"{self.grasp_id}_{sample + 1}"
 
 
 class _Session(NamedTuple):
@@ -173,30 +193,6 @@ def new_setup(
     setup = {**setup, "grasp": {**setup["grasp"], "seed": seed}}
     varied = _Varied.of(recipe, recipe.scene, *session)
     return varied.setup(setup, (*session, pose_seed), (*session, seed), 0)
-
-
-def yaml_place(
-    recipe: Recipe, session: str, made: str, place: tuple[int | str, ...]
-) -> tuple[int | str, ...]:
-    """Return the place in a declaration of what is wrong at `place` of a setup of the object
-    `made`."""
-    variant = _sessions(recipe)[session].variant
-    of_variant = recipe.variants.get(variant, {})
-    of_all = ("variants", variant) if place and place[0] in of_variant else ("scene",)
-    number = [one.name for one in recipe.objects].index(made) if made else None
-    match place:
-        case _ if number is None:  # of a reference, which holds nothing
-            return ("recipe", *of_all, *place)
-        case ():
-            return ("recipe", "objects", number)
-        case ("object", *rest):
-            return ("recipe", "objects", number, "shape", *rest)
-        case ("grasp", str(key), *_) if key in recipe.vary:
-            return ("recipe", "vary", key)
-        case ("grasp", str(key), *rest) if key in recipe.objects[number].grasp:
-            return ("recipe", "objects", number, "grasp", key, *rest)
-        case _:
-            return ("recipe", *of_all, *place)
 
 
 def _setup(

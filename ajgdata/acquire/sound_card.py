@@ -1,41 +1,40 @@
-"""A take through a sound card: played between markers, checked, cut, repeated when in doubt."""
+"""Recording through a sound card: between markers, checked, cut, repeated after a fault."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.acquire.card import Capture, CardError, CardSettings, Heard, TakeError
+from ajgdata.acquire.card import Capture, CardError, CardSettings, TakeError
+from ajgdata.acquire.line import PortAudioLine
 from ajgdata.acquire.markers import MARKER_S, Arrival, Framed, arrival, framed
 
-if TYPE_CHECKING:
-    from ajgdata.acquire.line import PortAudioLine
-
-#: Longest way through a card that is looked for; afterwards it is known, and takes are short.
-MOST_LATENCY_S = 2.0
-#: A session's latency may seem to move by this much when another object is held: over all fillings
-#: and objects of the virtual gripper by 44 samples (1 ms). By more, the driver has moved it: the
-#: smallest period in use, 64 samples at 44.1 kHz, is more.
+#: Longest latency of a card that is detected. Once it is known, takes are shorter.
+MAX_LATENCY_S = 2.0
+#: Largest apparent change of the latency in a session. Objects and fillings of the virtual gripper
+#: change it by up to 44 samples (1 ms); a driver that moves it does so by a period, of which the
+#: smallest in use is 64 samples at 44.1 kHz.
 WANDER_S = 0.0014
-#: Full scale of a 16-bit converter, the smallest of those in use.
+#: Full scale of a 16-bit converter, the smallest in use.
 FULL_SCALE = 1 - 2.0**-15
-#: Peak below which an input is called silent: 80 dB below full scale.
+#: Peak below which an input is silent: 80 dB below full scale.
 SILENT = 1e-4
 
 
-class _Doubt(NamedTuple):
+class _Fault(NamedTuple):
     problem: str
     fix: str
-    for_good: bool = False
+    permanent: bool = False
 
 
 class SoundCard:
-    """Takes through a line (see Card). The first one measures the latency of the session, unless it
-    resumes one."""
+    """Records through a line (see Card). The first take measures the latency of the session, unless
+    the session is resumed."""
 
     def __init__(self, line: PortAudioLine, settings: CardSettings) -> None:
         self.settings = settings
@@ -44,147 +43,132 @@ class SoundCard:
         self._measured = False
 
     def resume(self, latency_samples: int | None) -> None:
-        """Go on with a session whose latency is known: takes are cut alike before and after."""
+        """Use the known latency of a session that is resumed."""
         self._latency = latency_samples
 
     def take(self, played: NDArray[np.float32], tail: int = 0) -> Capture:
         """Play `played` float32 (n,) in [-1, 1] and return n + `tail` samples from when it arrived.
 
         Raises CardError when the card is gone, silent or wrongly connected, TakeError when each
-        attempt left a doubt, ValueError for a sound that cannot be played.
+        attempt has a fault, ValueError for a sound that cannot be played.
         """
         if played.ndim != 1 or not played.size or not np.all(np.abs(played) <= 1):
             raise ValueError("a sound to play is (n,) within [-1, 1]")
         sound = framed(played, self.settings.sample_rate_hz, tail)
-        doubts: list[_Doubt] = []
+        faults: list[_Fault] = []
         xruns = 0
-        while len(doubts) < self.settings.attempts:
+        for _ in range(self.settings.attempts):
             time = datetime.now(UTC).isoformat(timespec="milliseconds")
-            heard = self._line.play(sound.sound, len(sound.sound) + self._margin())
-            xruns += len(heard.flags)
-            found, reference = self._arrivals(heard.samples, sound)
-            if doubt := self._doubt(heard, found, reference):
-                doubts.append(doubt)
+            samples, flags = self._line.play(sound.sound, len(sound.sound) + self._margin())
+            xruns += len(flags)
+            at_microphone, reference = self._arrivals(samples, sound)
+            if fault := self._fault(samples, flags, at_microphone, reference):
+                faults.append(fault)
                 continue
             if self._latency is None or self.settings.loopback_channel:
                 self._latency = reference.latency_samples
             self._measured = True
-            begin = self._latency + sound.start
-            channel = self.settings.input_channel - 1
-            samples = heard.samples[begin : begin + len(played) + tail, channel]
-            delays = self._latency, found.latency_samples
-            return _capture(samples, delays, xruns, time, [one.problem for one in doubts])
-        last = doubts[-1]
-        if last.for_good:
+            begin, channel = self._latency + sound.start, self.settings.input_channel - 1
+            return Capture.measured(
+                samples[begin : begin + len(played) + tail, channel],
+                FULL_SCALE,
+                latency_samples=self._latency,
+                arrival_samples=at_microphone.latency_samples,
+                xruns=xruns,
+                time=time,
+                doubts=tuple(fault.problem for fault in faults),
+            )
+        last = faults[-1]
+        if last.permanent:
             raise CardError(self.settings.device, last.problem, last.fix)
-        problem = f"{len(doubts)} takes of {len(doubts)} in doubt: {last.problem}"
+        problem = f"{len(faults)} takes of {len(faults)} in doubt: {last.problem}"
         raise TakeError(self.settings.device, problem, last.fix)
 
-    def listen(self, frames: int) -> Capture:
-        """Play nothing and return `frames` samples: what the microphone hears by itself.
-
-        There is nothing to measure a delay by. Raises CardError when the card is gone, TakeError
-        when the driver reports faults in each attempt.
-        """
-        nothing = np.zeros(frames, dtype=np.float32)
-        time = datetime.now(UTC).isoformat(timespec="milliseconds")
-        reported: list[str] = []
-        for _ in range(self.settings.attempts):
-            heard = self._line.play(nothing, frames)
-            samples = heard.samples[:, self.settings.input_channel - 1]
-            if not heard.flags and np.all(np.isfinite(samples)):
-                return _capture(samples, (None, None), len(reported), time, reported)
-            reported.append(", ".join(heard.flags) or "samples that are no numbers")
-        problem = f"the driver reported {reported[-1]} in each of {len(reported)} takes"
-        raise TakeError(self.settings.device, problem, "close other programs")
+    def listen(self, frames: int) -> NDArray[np.float32]:
+        """Play nothing and return what the microphone records, (frames,). Raises CardError."""
+        samples, _ = self._line.play(np.zeros(frames, dtype=np.float32), frames)
+        return samples[:, self.settings.input_channel - 1]
 
     def describe(self) -> Mapping[str, Any]:
-        """Return device, driver, channels and latency, as session.yaml keeps them."""
+        """Return device, driver, channels and latency, for session.yaml."""
         settings = self.settings.model_dump(mode="json")
         return {**settings, **self._line.describe(), "latency_samples": self._latency}
 
     def close(self) -> None:
-        """Let the card go. May be called twice."""
+        """Close the card. May be called twice."""
         self._line.close()
 
     def _margin(self) -> int:
-        """Frames to record beyond the sound."""
+        """Return the number of frames to record after the sound."""
         rate = self.settings.sample_rate_hz
-        known = (self._latency or 0) + (0.1 if self._measured else MOST_LATENCY_S) * rate
+        known = (self._latency or 0) + (0.1 if self._measured else MAX_LATENCY_S) * rate
         return round(known + MARKER_S * rate)
 
     def _arrivals(self, samples: NDArray[np.float32], sound: Framed) -> tuple[Arrival, Arrival]:
-        """Return the arrival at the microphone, and that which latency is measured by."""
-        microphone, loopback = self.settings.input_channel, self.settings.loopback_channel
+        """Return the arrival at the microphone, and the arrival that defines the latency."""
         if not np.all(np.isfinite(samples)):
             return Arrival(0, 0, 0.0), Arrival(0, 0, 0.0)
-        heard = arrival(samples[:, microphone - 1], sound)
-        return heard, arrival(samples[:, loopback - 1], sound) if loopback else heard
+        loopback = self.settings.loopback_channel
+        at_microphone = arrival(samples[:, self.settings.input_channel - 1], sound)
+        reference = arrival(samples[:, loopback - 1], sound) if loopback else at_microphone
+        return at_microphone, reference
 
-    def _doubt(self, heard: Heard, found: Arrival, reference: Arrival) -> _Doubt | None:
-        """Return what speaks against a take, the worst first; None if nothing does."""
-        samples, settings = heard.samples, self.settings
+    def _fault(
+        self,
+        samples: NDArray[np.float32],
+        flags: tuple[str, ...],
+        at_microphone: Arrival,
+        reference: Arrival,
+    ) -> _Fault | None:
+        """Return the worst fault of a take; None if it is good."""
         if bad := int(np.count_nonzero(~np.isfinite(samples))):
-            return _Doubt(f"the driver gave {bad} samples that are no numbers", "use another API")
-        if not found.found:
-            return self._unheard(samples)
+            return _Fault(f"the driver gave {bad} samples that are not numbers", "use another API")
+        if not at_microphone.found:
+            return self._no_sound(samples)
         if not reference.found:
-            number = settings.loopback_channel
-            return _Doubt(
-                f"input {number}, the loop-back, does not hear the output",
-                "connect it with a cable, or leave the loop-back channel out",
-                for_good=True,
-            )
-        if heard.flags:
-            said = ", ".join(sorted(set(heard.flags)))
-            return _Doubt(f"the driver reported {said}", "close other programs")
-        return self._moved(found, reference)
+            problem = f"input {self.settings.loopback_channel}, the loop-back, has no sound"
+            fix = "connect it with a cable, or leave the loop-back channel out"
+            return _Fault(problem, fix, permanent=True)
+        if flags:
+            reports = ", ".join(sorted(set(flags)))
+            return _Fault(f"the driver reported {reports}", "close other programs")
+        return self._timing_fault(at_microphone, reference)
 
-    def _moved(self, found: Arrival, reference: Arrival) -> _Doubt | None:
-        """Return a doubt if frames were lost in this take, or before it."""
-        if lost := reference.lost or found.lost:
-            what = f"{lost} frames lost" if lost > 0 else f"{-lost} frames too many"
-            return _Doubt(f"{what} between the markers", "close other programs")
+    def _timing_fault(self, at_microphone: Arrival, reference: Arrival) -> _Fault | None:
+        """Return a fault if frames were lost in this take, or before it."""
+        if lost := reference.lost or at_microphone.lost:
+            problem = f"{lost} frames lost" if lost > 0 else f"{-lost} frames too many"
+            return _Fault(f"{problem} between the markers", "close other programs")
         if self._latency is not None and self.settings.loopback_channel is None:
             moved = reference.latency_samples - self._latency
             if abs(moved) > WANDER_S * self.settings.sample_rate_hz:
                 problem = f"latency moved by {moved} samples since the session began"
                 fix = "record into another --session; with a loop-back cable it may move"
-                return _Doubt(problem, fix, for_good=True)
+                return _Fault(problem, fix, permanent=True)
         return None
 
-    def _unheard(self, samples: NDArray[np.float32]) -> _Doubt:
-        """Say where the sound is instead of on the microphone's channel."""
+    def _no_sound(self, samples: NDArray[np.float32]) -> _Fault:
+        """Return the reason for a take (frames, inputs) without the sound at the microphone."""
         number = self.settings.input_channel
         peaks = np.abs(samples).max(axis=0)
-        peak = 20 * np.log10(max(float(peaks[number - 1]), 1e-10))
         skip = {number, self.settings.loopback_channel}
         louder = [n + 1 for n, p in enumerate(peaks) if n + 1 not in skip and p > SILENT]
-        if peaks[number - 1] <= SILENT and louder:
+        if peaks[number - 1] > SILENT:
+            peak = 20 * np.log10(float(peaks[number - 1]))
+            problem = f"input {number} does not record the output (peak {peak:.0f} dBFS)"
+            return _Fault(problem, "check plug, level and channel of the speaker", permanent=True)
+        if louder:
             problem = f"input {number} is silent, input {louder[0]} is not: wrong channel"
-            return _Doubt(problem, f"use input channel {louder[0]}", for_good=True)
-        if peaks[number - 1] <= SILENT:
-            problem = f"input {number} is silent (peak {peak:.0f} dBFS)"
-            return _Doubt(problem, "check plug, mute and gain of the microphone", for_good=True)
-        problem = f"input {number} does not hear the output (peak {peak:.0f} dBFS)"
-        return _Doubt(problem, "check plug, level and channel of the speaker", for_good=True)
+            return _Fault(problem, f"use input channel {louder[0]}", permanent=True)
+        fix = "check plug, mute and gain of the microphone"
+        return _Fault(f"input {number} is silent", fix, permanent=True)
 
 
-def _capture(
-    samples: NDArray[np.float32],
-    delays: tuple[int | None, int | None],
-    xruns: int,
-    time: str,
-    doubts: Sequence[str],
-) -> Capture:
-    """Return what is kept of samples (n,) beyond doubt; `delays` are latency and arrival."""
-    peak = float(np.abs(samples).max())
-    return Capture(
-        np.clip(samples, -1.0, 1.0),
-        *delays,
-        peak_dbfs=20 * float(np.log10(max(peak, 1e-10))),
-        clipped=int(np.count_nonzero(np.abs(samples) >= FULL_SCALE)),
-        xruns=xruns,
-        time=time,
-        doubts=tuple(doubts),
-    )
+@contextmanager
+def open_card(settings: CardSettings) -> Iterator[SoundCard]:
+    """Yield the sound card of `settings`, with one stream until the end. Raises CardError."""
+    card = SoundCard(PortAudioLine(settings), settings)
+    try:
+        yield card
+    finally:
+        card.close()

@@ -1,36 +1,51 @@
-"""The virtual gripper as a source: every grasp is solved once, every sample adds its noise."""
+"""The virtual gripper: as a source of recordings of a recipe, and as robot and sound card.
+
+Every grasp is solved once, and every recording of it adds its noise.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ValidationError
 
 from ajgdata import gripper
+from ajgdata.acquire.card import DEVICE, Capture, CardSettings
 from ajgdata.acquire.excitation import excitation_samples
-from ajgdata.acquire.source import Grasp, GraspError, Take
-from ajgdata.gripper.grippers import GRIPPERS, Gripper
+from ajgdata.acquire.recipe import NEW, Grasp, new_setup
+from ajgdata.acquire.robot import Robot
+from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.store.responses import ResponseStore
-from ajgdata.types import DEFAULT_EXCITATION, ExcitationSpec, describe
+from ajgdata.types import DEFAULT_EXCITATION, DataError, ExcitationSpec, Recipe, describe
 
 #: What of a scene is the same for a session.
 SHARED = ("gripper", "medium", "environment", "assembly", "session", "numerics")
 Settings = TypeVar("Settings", bound=BaseModel)
 
 
+class Take(NamedTuple):
+    """One recording: samples (n,) in [-1, 1] of full scale, and how many were clipped."""
+
+    samples: np.ndarray
+    clipped: int = 0
+
+
+class GraspError(DataError):
+    """A grasp that cannot be simulated; other grasps can."""
+
+
 class VirtualGripper:
-    """Source of simulated recordings (see acquire.source.Source).
+    """Source of simulated recordings of one session.
 
     `setup` is any grasp's setup of the session: gripper, medium and numerics are the same for all.
     `signal` is what of the signal chain differs from its defaults. Raises ValueError for an
     excitation that its rate cannot play.
     """
-
-    kind: Literal["virtual"] = "virtual"
 
     def __init__(
         self,
@@ -53,13 +68,12 @@ class VirtualGripper:
         return self._solver.solved - self._before
 
     def excitation(self) -> np.ndarray | None:
-        """Return the samples (n,) of what is declared; None of a silent speaker."""
+        """Return the samples (n,) that are played; None for a silent speaker."""
         return None if self._chain.level_db_spl is None else self._samples
 
     def take(self, grasp: Grasp, sample: int) -> Take:
-        """Solve the grasp, unless it was the last one, and record one sample of it."""
-        (taken,) = self.record(grasp, sample, [self._samples])
-        return taken
+        """Return one recording of a grasp. Raises GraspError for an impossible scene."""
+        return self.record(grasp, sample, [self._samples])[0]
 
     def record(self, grasp: Grasp, sample: int, sounds: Sequence[np.ndarray]) -> list[Take]:
         """Return recordings (n,) of one sample of a grasp, one for each of `sounds` (n,).
@@ -81,29 +95,87 @@ class VirtualGripper:
     def describe(self) -> Mapping[str, Any]:
         """Return what session.yaml keeps of this source."""
         scene = self._scene.model_dump(mode="json")
-        kept = {key: scene[key] for key in SHARED}
+        shared = {key: scene[key] for key in SHARED}
+        names = (name for name, known in GRIPPERS.items() if known == self._scene.gripper)
         return {
-            "gripper": f"virtual-{_variant(self._scene.gripper)}",
+            "gripper": f"virtual-{next(names, 'custom')}",
             "medium": self._scene.medium.kind,
-            "device": "virtual gripper",
+            "device": DEVICE,
             "excitation": {
                 "description": self._played.description,
                 "settings": self._played.model_dump(mode="json"),
             },
-            "scene": {**kept, "signal": self._chain.model_dump(mode="json")},
+            "scene": {**shared, "signal": self._chain.model_dump(mode="json")},
         }
 
 
-@contextmanager
-def open_virtual(folder: Path) -> Iterator[Callable[..., VirtualGripper]]:
-    """Yield a function (setup, signal, excitation) -> VirtualGripper for each session
-    (types.SourceMaker). Responses are kept in `folder`."""
-    store = ResponseStore(folder)
-    yield lambda setup, signal, played: VirtualGripper(setup, store, signal, played)
+class VirtualTable:
+    """The virtual gripper over the objects of a recipe, as a robot and a sound card.
 
+    `seed` draws poses, nuisances and noise; no grasp is one that the recipe records. Responses are
+    kept in `folder`. `robot` is moved along, if there is one. Raises DataError for a recipe with a
+    silent speaker.
+    """
 
-def _variant(settings: Gripper) -> str:
-    return next((name for name, known in GRIPPERS.items() if known == settings), "custom")
+    def __init__(self, recipe: Recipe, seed: int, folder: Path, robot: Robot | None = None) -> None:
+        self._recipe, self._seed, self._robot = recipe, seed, robot
+        self._chain = chain_of("recipe: signal", recipe.signal)
+        if self._chain.level_db_spl is None:
+            raise DataError("recipe.signal", "the speaker is silent", "use another data set")
+        self._solver = ResponseStore(folder)
+        self._response: gripper.ImpulseResponse | None = None
+        self._angle_deg, self._takes = 0.0, 0
+        self.settings = CardSettings(device=DEVICE, sample_rate_hz=gripper.SAMPLE_RATE_HZ)
+
+    def move(self, step: str, **about: Any) -> float | None:
+        """Make a step of a robot (see acquire.robot); only `approach` changes what is heard."""
+        force = self._robot.move(step, **about) if self._robot else None
+        if step != "approach":
+            return force
+        self.place(about["object"], about["number"], about["grasp_id"])
+        return force if self._robot else float(about["force_n"])
+
+    def place(self, name: str, number: int, grasp_id: str) -> None:
+        """Grasp `name` ("" for nothing): `number` draws its pose, `grasp_id` the rest."""
+        pose = gripper.derive_seed(self._seed, "pose", name, number)
+        nuisance = gripper.derive_seed(self._seed, "grasp", name, grasp_id)
+        try:
+            setup = new_setup(self._recipe, name, pose, nuisance, (self._seed, NEW))
+            scene = scene_of(grasp_id, setup)
+            self._response = self._solver.solve(scene)
+        except ValueError as error:
+            raise DataError("objects", str(error), "correct its name") from None
+        except gripper.SceneError as error:
+            raise DataError(name, str(error), "correct the recipe") from None
+        self._angle_deg = scene.grasp.angle_deg
+
+    def resume(self, latency_samples: int | None) -> None:
+        """Do nothing: there is no latency."""
+
+    def take(self, played: NDArray[np.float32], tail: int = 0) -> Capture:
+        """Play (n,) once and return n + tail samples, as the recipe records them."""
+        if self._response is None:
+            self.place("", 1, "empty")
+        assert self._response is not None
+        self._takes += 1
+        sound = np.concatenate([played, np.zeros(tail)])
+        seed = gripper.derive_seed(self._seed, "noise", self._takes)
+        recorded = gripper.record(self._response, sound, self._chain, seed, self._angle_deg)
+        return Capture.measured(
+            recorded.samples.astype(np.float32),
+            latency_samples=0,
+            arrival_samples=0,
+            clipped=recorded.clipped_count,
+            xruns=0,
+            time=datetime.now(UTC).isoformat(timespec="milliseconds"),
+        )
+
+    def describe(self) -> Mapping[str, Any]:
+        """Return the settings, and the simulated API."""
+        return {**self.settings.model_dump(mode="json"), "api": DEVICE, "latency_samples": 0}
+
+    def close(self) -> None:
+        """Do nothing: there is nothing to end."""
 
 
 def scene_of(where: str, setup: Mapping[str, Any]) -> gripper.Scene:

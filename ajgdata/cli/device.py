@@ -12,25 +12,34 @@ from ajgdata.types import DataError
 
 device = typer.Typer(
     no_args_is_help=True,
-    help="Sound cards: which there are, and if one is fit to record with.",
+    help="Sound cards: list them, and check one before recording.",
 )
 
-_COLOURS = {"good": "green", "change": "yellow", "bad": "red"}
+_CARD = "sound card"
+OutputChannel = Annotated[
+    int, typer.Option(min=1, help="output channel of the speaker", rich_help_panel=_CARD)
+]
+InputChannel = Annotated[
+    int, typer.Option(min=1, help="input channel of the microphone", rich_help_panel=_CARD)
+]
+LoopbackChannel = Annotated[
+    int | None,
+    typer.Option(min=1, help="input that a cable connects to the output", rich_help_panel=_CARD),
+]
 
 
 @device.command("list")
 def list_command() -> None:
-    """List the sound cards: name, channels, rates, API."""
+    """List the sound cards: name, channels, default rate, API."""
     from ajgdata.acquire.line import list_devices
 
     devices = list_devices()
     if not devices:
-        raise DataError("PortAudio", "finds no sound card", "plug one in")
-    width = max(len(one["name"]) for one in devices)
-    for one in devices:
-        rates = " ".join(map(str, one["rates_hz"])) or "no usual rate"
-        channels = f"{one['inputs']:3} in {one['outputs']:3} out"
-        line = f"{one['name']:{width}}  {channels}  {rates} Hz  {one['api']}"
+        raise DataError("PortAudio", "detects no sound card", "plug one in")
+    width = max(len(card["name"]) for card in devices)
+    for card in devices:
+        channels = f"{card['inputs']:3} in {card['outputs']:3} out"
+        line = f"{card['name']:{width}}  {channels}  {card['rate_hz']} Hz  {card['api']}"
         say(escape(line))
 
 
@@ -38,19 +47,17 @@ def list_command() -> None:
 def check(
     name: Annotated[str, typer.Argument(help="exact name, as `ajgdata device list` has it")],
     rate_hz: Annotated[int, typer.Option("--rate", min=1, help="samples per second")] = 44_100,
-    output_channel: Annotated[int, typer.Option(min=1, help="the speaker's")] = 1,
-    input_channel: Annotated[int, typer.Option(min=1, help="the microphone's")] = 1,
-    loopback_channel: Annotated[
-        int | None, typer.Option(min=1, help="input that a cable connects to the output")
-    ] = None,
+    output_channel: OutputChannel = 1,
+    input_channel: InputChannel = 1,
+    loopback_channel: LoopbackChannel = None,
 ) -> None:
-    """Play sweeps and check the recorded response. Exit code 1 if it is not fit for recording.
+    """Play sweeps and check the recorded response. Exit code 1 if the card cannot be used.
 
     Speaker and microphone should be in the gripper as in a session, and the room quiet.
     """
     from ajgdata.acquire.card import card_settings
     from ajgdata.acquire.card_check import check_card
-    from ajgdata.acquire.line import open_card
+    from ajgdata.acquire.sound_card import open_card
 
     settings = card_settings(
         device=name,
@@ -62,8 +69,10 @@ def check(
     with out.status("opening") as status, open_card(settings) as card:
         checked = check_card(card, status.update)
     print_facts(checked.facts(), width=11)
-    for advice in checked.verdict:
-        fix = f"; {advice.fix}" if advice.fix else ""
-        colour = _COLOURS[advice.level]
-        say(f"[{colour}]{advice.level:12}[/] {escape(advice.problem + fix)}")
-    raise typer.Exit(checked.verdict[0].level == "bad")
+    issues = checked.issues
+    for issue in issues:
+        level = "[red]bad         [/]" if issue.fatal else "[yellow]change      [/]"
+        say(f"{level} {escape(issue.problem)}; {escape(issue.fix)}")
+    if not issues:
+        say("[green]good        [/] the card is ready: record")
+    raise typer.Exit(any(issue.fatal for issue in issues))

@@ -92,8 +92,8 @@ def sense(
 
 def _show(sensed: Any, threshold: float, as_json: bool) -> None:
     """Print one take."""
+    from ajgdata.acquire.operator import meter
     from ajgdata.cli.live_lines import table_of
-    from ajgdata.cli.terminal import meter
 
     if as_json:
         sys.stdout.write(json.dumps(sensed.plain(), allow_nan=False) + "\n")

@@ -33,7 +33,7 @@ from ajgdata.types import DataError
 #:        looks reason seconds
 #: placed: value bin object ("" if nobody knows)
 #: truth: number object                    (a correction, by a person)
-#: reference: kind (empty silence) recording drift (ratio to the alarm's threshold, or null)
+#: reference: kind (empty) recording drift (ratio to the alarm's threshold, or null)
 #: drift: text ratio                       (the gripper has changed)
 #: paused, resumed: reason
 #: stopped: reason held ("" for nothing) sorts seconds finished (as planned; old logs: without)

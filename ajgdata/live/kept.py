@@ -14,7 +14,6 @@ from ajgdata.acquire.protocol import PlannedGrasp
 from ajgdata.live.predictor import Prediction
 from ajgdata.types import Recording
 from ajgdata.types.plan import NOTHING
-from ajgdata.types.protocol import Reference
 
 #: Columns of recordings.csv beside those of acquisition.
 SORT, LOOK, PREDICTED, CONFIDENCE, VERDICT = "sort", "look", "predicted", "confidence", "verdict"
@@ -34,17 +33,17 @@ class KeptRun:
         """Keep a look at the object `thing` ("": nobody knows what it is)."""
         held = "" if thing == NOTHING else thing
         targets = self._labels(held) if held else {}
-        reference: Reference | None = "empty" if thing == NOTHING else None
+        reference = NOTHING if thing == NOTHING else ""
         grasp = PlannedGrasp(f"sort_{number:04d}_{look}", held, number, 1, targets, reference)
         labels = {SORT: str(number), LOOK: str(look), PREDICTED: "", CONFIDENCE: "", VERDICT: ""}
         labels["force_reached_n"] = "" if force_n is None else f"{force_n:g}"
         self._record(grasp, capture, labels, known=bool(thing))
         return grasp
 
-    def reference(self, kind: Reference, number: int, capture: Capture) -> PlannedGrasp:
-        """Keep a recording of nothing; silence has no spectrum to learn."""
-        grasp = PlannedGrasp(f"{kind}_{number:04d}", "", number, 1, {}, kind)
-        self._record(grasp, capture, {}, known=kind == "empty")
+    def reference(self, number: int, capture: Capture) -> PlannedGrasp:
+        """Store a recording of the empty gripper."""
+        grasp = PlannedGrasp(f"{NOTHING}_{number:04d}", "", number, 1, {}, NOTHING)
+        self._record(grasp, capture, {}, known=True)
         return grasp
 
     def said(self, grasp: PlannedGrasp, prediction: Prediction) -> None:

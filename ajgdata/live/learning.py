@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ajgdata.acquire.live_session import REJECTED
-from ajgdata.acquire.session_setup import recording_alone
+from ajgdata.acquire.writer import recording_alone
 from ajgdata.live.events import Event, read_events
 from ajgdata.live.kept import SORT, VERDICT
 from ajgdata.live.predictor import Verdict

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -22,7 +22,6 @@ from ajgdata.live.predictor import Prediction
 from ajgdata.live.run_state import RunState
 from ajgdata.live.steps import Steps
 from ajgdata.types.plan import NOTHING, SortPlan
-from ajgdata.types.protocol import Reference
 
 if TYPE_CHECKING:
     from ajgdata.live.predictor import Predictor
@@ -174,22 +173,16 @@ class Sorter:
         self.log.say("placed", value=value, bin=where, object=truth)
 
     def _refer(self, number: int) -> None:
-        """Record what an empty gripper sounds like now, and what the room does."""
-        kinds: Sequence[Reference] = self.plan.references.kinds if self.plan.references else ()
-        for kind in kinds:
-            if kind == "empty":
-                self._steps.grasp(Placement(f"empty_{number:04d}", "", number, self.plan.force_n))
-            silence = kind == "silence"
-            capture = self.card.listen(len(self.played)) if silence else self.card.take(self.played)
-            grasp = self.kept.reference(kind, number, capture)
-            ratio = None
-            if kind == "empty":
-                self._steps.let_go()
-                rate = self.card.settings.sample_rate_hz
-                ratio = self._observed(self.senses.feature(capture.samples, rate))
-            self.log.say("reference", kind=kind, recording=self.kept.name(grasp), drift=ratio)
-            if ratio is not None:
-                self._warn_of_drift(ratio)
+        """Record the empty gripper, and warn if it has changed."""
+        self._steps.grasp(Placement(f"{NOTHING}_{number:04d}", "", number, self.plan.force_n))
+        capture = self.card.take(self.played)
+        grasp = self.kept.reference(number, capture)
+        self._steps.let_go()
+        rate = self.card.settings.sample_rate_hz
+        ratio = self._observed(self.senses.feature(capture.samples, rate))
+        self.log.say("reference", kind=NOTHING, recording=self.kept.name(grasp), drift=ratio)
+        if ratio is not None:
+            self._warn_of_drift(ratio)
 
     def _observed(self, feature: NDArray[np.float32]) -> float | None:
         """Learn how the empty gripper sounds; return how far that is from what it was."""

@@ -1,20 +1,18 @@
-"""Recipe -> sessions recorded by the source that it names."""
+"""Recipe -> sessions recorded by the virtual gripper."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 
 from ajgdata.acquire.recipe import session_names
-from ajgdata.acquire.source import Source
+from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.acquire.writer import Acquired, acquire_session
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import Started, progress_lines
 from ajgdata.pipeline.recipes import planned_grasps, recipe_of
+from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
-from ajgdata.types import SOURCES, DataError
-from ajgdata.types.registry import resolve
+from ajgdata.types import DataError
 
 
 def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
@@ -34,44 +32,29 @@ def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
 
 def acquire_all(
     paths: Paths,
-    wanted: Sequence[tuple[str, str]],
+    sessions: Sequence[tuple[str, str]],
     started: Started = lambda total: lambda: None,
 ) -> Iterator[tuple[str, str, Acquired]]:
-    """Record what is missing of the sessions `wanted`, pairs of data set and session.
+    """Record what is missing of `sessions`, pairs of data set and session.
 
     Each session is yielded when it is on disk. Raises
     DataError, before anything is recorded, for what a recipe gets wrong.
     """
-    specs = {dataset: read_dataset(paths, dataset) for dataset in {name for name, _ in wanted}}
+    specs = {dataset: read_dataset(paths, dataset) for dataset in {name for name, _ in sessions}}
     for name, spec in specs.items():
         check_one_kind(paths, spec, list_sessions(paths, name))
     plans = []
-    for dataset, session in wanted:
+    for dataset, session in sessions:
         recipe = recipe_of(paths.dataset(dataset), specs[dataset])
         if session not in session_names(recipe):
-            known = ", ".join(session_names(recipe))
-            raise DataError(
-                session, f"the recipe of {dataset} has no such session", f"it has {known}"
-            )
+            problem = f"the recipe of {dataset} has no such session"
+            raise DataError(session, problem, f"it has {', '.join(session_names(recipe))}")
         (grasps,) = planned_grasps(paths.dataset(dataset), specs[dataset], [session])
         plans.append((dataset, session, recipe, grasps))
     advance = started(sum(grasp.samples for *_, grasps in plans for grasp in grasps))
-    with ExitStack() as stack:
-        makers = {
-            name: stack.enter_context(_opened(name, paths.responses))
-            for name in dict.fromkeys(recipe.source for _, _, recipe, _ in plans)
-        }
-        for dataset, session, recipe, grasps in plans:
-            played = specs[dataset].excitation
-            source = makers[recipe.source](grasps[0].setup, recipe.signal, played)
-            folder = paths.session(dataset, session)
-            acquired = acquire_session(folder, source, grasps, progress=advance)
-            yield dataset, session, acquired
-
-
-def _opened(name: str, folder: Path) -> AbstractContextManager[Callable[..., Source]]:
-    """Return what opens a source by its name. Raises DataError if it cannot be imported."""
-    try:
-        return resolve(SOURCES[name].open)(folder)
-    except ValueError as error:
-        raise DataError("recipe.source", str(error), "the recipe may name another") from None
+    solver = ResponseStore(paths.responses)
+    for dataset, session, recipe, grasps in plans:
+        played = specs[dataset].excitation
+        source = VirtualGripper(grasps[0].setup, solver, recipe.signal, played)
+        folder = paths.session(dataset, session)
+        yield dataset, session, acquire_session(folder, source, grasps, progress=advance)

@@ -31,7 +31,7 @@ from ajgdata.types import (
 )
 
 if TYPE_CHECKING:
-    from ajgdata.acquire.source import Grasp
+    from ajgdata.acquire.recipe import Grasp
     from ajgdata.gripper import Scene
     from ajgdata.gripper.simulation import Film
     from ajgdata.report.opening import Opening
@@ -63,7 +63,7 @@ def subject_of(specs: Mapping[str, DatasetSpec]) -> Subject | None:
     """
     found = []
     for name, spec in specs.items():
-        if spec.recipe is None or spec.recipe.source != "virtual":
+        if spec.recipe is None:
             continue
         for task in (t for t in spec.tasks if spec.tasks[t].target == OBJECT):
             asked = [a for a in asked_of(spec, task) if a.experiment.name == CROSS_VALIDATION]

@@ -6,8 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ajgdata.acquire.recipe import session_names
-from ajgdata.acquire.source import Grasp
+from ajgdata.acquire.recipe import Grasp, session_names
 from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.experiments.base import Render
 from ajgdata.paths import Paths
@@ -25,7 +24,7 @@ def renderer(paths: Paths, dataset: str) -> Render:
     """
     spec = read_dataset(paths, dataset)
     recipe, planned = spec.recipe, dict[str, tuple[Grasp, int]]()
-    if recipe is not None and recipe.source == "virtual":
+    if recipe is not None:
         sessions = session_names(recipe)
         made = planned_grasps(paths.dataset(dataset), spec, sessions)
         for session, grasps in zip(sessions, made, strict=True):

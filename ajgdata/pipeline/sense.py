@@ -73,7 +73,7 @@ def open_sensing(
         paths, spec, source=source, card=card, robot="manual", robot_settings={}, seed=seed,
         confirm=lambda text: None,
     ) as (robot, opened, _):  # fmt: skip
-        played = excitation_of(paths.dataset(dataset), spec).astype(np.float32)
+        played = excitation_of(spec).astype(np.float32)
         yield _sensed(robot, opened, predictor, played, objects, seed)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ajgdata.acquire.card import DEVICE, Card
-from ajgdata.acquire.live_session import LiveSession, live_session
+from ajgdata.acquire.live_session import LiveSession
 from ajgdata.acquire.robot import Confirm
 from ajgdata.live.control import Control
 from ajgdata.live.drift import FALSE_ALARM, MOST_IN_A_ROW, DriftWatch, references_needed
@@ -18,13 +18,17 @@ from ajgdata.live.events import EventLog, Listener, shown_spectrum
 from ajgdata.live.kept import KeptRun
 from ajgdata.live.learning import class_of, labels_of
 from ajgdata.live.sort import Outcome, Sorter, arrivals
-from ajgdata.paths import EXCITATION_FILE, Paths
-from ajgdata.pipeline.acquire_live import VIRTUAL, excitation_of, known_of, open_hands
-from ajgdata.store.audio import pcm24_bytes, read_audio
+from ajgdata.paths import Paths
+from ajgdata.pipeline.acquire_live import (
+    VIRTUAL,
+    open_hands,
+    open_session,
+    store_card,
+    stored_excitation,
+)
 from ajgdata.store.features import read_store
-from ajgdata.store.files import sha256_of
 from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
-from ajgdata.types import AudioSettings, DataError, DatasetSpec
+from ajgdata.types import DataError, DatasetSpec
 from ajgdata.types.plan import NOTHING, SortPlan
 
 if TYPE_CHECKING:
@@ -73,8 +77,8 @@ def open_run(
     """
     spec = read_dataset(paths, plan.dataset)
     predictor = sorting_model(paths, spec, plan)
-    simulated = plan.source == VIRTUAL or plan.card.get("device") == DEVICE
-    check_one_kind(paths, spec, list_sessions(paths, spec.name), adding=simulated)
+    sessions = list_sessions(paths, spec.name)
+    check_one_kind(paths, spec, sessions, adding=plan.source == VIRTUAL)
     session = _next_name(paths, spec.name)
     folder = paths.session(spec.name, session)
     target = spec.tasks[plan.task].target
@@ -87,12 +91,11 @@ def open_run(
         EventLog(paths.events(spec.name, session)) as log,
     ):  # fmt: skip
         log.listen(listen)
-        audio = AudioSettings(sample_rate_hz=card.settings.sample_rate_hz)
         sorter = Sorter(
             plan=plan,
             senses=predictor,
             card=card,
-            played=read_audio(folder / EXCITATION_FILE, audio).samples,  # as it is stored
+            played=stored_excitation(folder, card.settings.sample_rate_hz),
             robot=robot,
             kept=KeptRun(live, lambda name: _labels(spec, target, name)),
             log=log,
@@ -106,7 +109,7 @@ def open_run(
         try:
             yield run
         finally:
-            live.note_card(**known_of(card))
+            store_card(live, card)
 
 
 def _watch(predictor: Predictor) -> DriftWatch | None:
@@ -152,21 +155,11 @@ def _next_name(paths: Paths, dataset: str) -> str:
 def _session(
     folder: Path, spec: DatasetSpec, plan: SortPlan, card: Card, gripper: Mapping[str, str]
 ) -> AbstractContextManager[LiveSession]:
-    """Open the session of a run; what it was made with is in its setup."""
-    rate = card.settings.sample_rate_hz
-    sound = excitation_of(Path(spec.name), spec)
-    # Settings of the robot may hold hosts and tokens.
+    """Open the session of a run; its setup contains the plan."""
+    # Settings of the robot may contain hosts and tokens.
     settings = plan.model_dump(mode="json", exclude={"robot_settings", "card"})
-    setup = {
-        "sort": {**settings, "target": spec.tasks[plan.task].target},
-        "device": card.settings.model_dump(mode="json", exclude={"attempts"}),
-        "excitation": spec.excitation.model_dump(mode="json"),
-        "excitation_sha256": sha256_of(pcm24_bytes(sound, rate)),
-    }
-    return live_session(
-        folder, setup=setup, excitation=sound, played=spec.excitation, sample_rate_hz=rate,
-        about={**gripper, "device": card.settings.device},
-    )  # fmt: skip
+    setup = {"sort": {**settings, "target": spec.tasks[plan.task].target}}
+    return open_session(folder, spec, card.settings, setup, gripper)
 
 
 def _labels(spec: DatasetSpec, target: str, name: str) -> dict[str, float | str]:

@@ -176,7 +176,7 @@ def check_one_kind(
     to simulate count, and one that is to be added (`adding`: whether it is simulated); those that
     cannot be read are reported elsewhere.
     """
-    made = {True: "its recipe"} if spec.recipe and spec.recipe.source == "virtual" else {}
+    made = {True: "its recipe"} if spec.recipe else {}
     for name in sorted(sessions):
         try:
             source = read_session(paths.session(spec.name, name)).source

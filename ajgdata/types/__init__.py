@@ -12,7 +12,6 @@ from ajgdata.types.base import (
     ModelName,
     Name,
     NotPossibleError,
-    SourceName,
     Strict,
     checked_name,
     describe,
@@ -37,12 +36,10 @@ from ajgdata.types.recipe import Recipe, RecipeObject
 from ajgdata.types.registry import (
     MODELS,
     ROBOTS,
-    SOURCES,
     Kind,
     Model,
     Registry,
     RobotMaker,
-    SourceMaker,
 )
 from ajgdata.types.session import (
     HIGHEST_SAMPLE,

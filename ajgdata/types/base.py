@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from ajgdata.types.registry import MODELS, SOURCES
+from ajgdata.types.registry import MODELS
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -23,7 +23,6 @@ _NAME_RULE = (
 )
 Name = Annotated[str, Field(pattern=NAME.pattern, description="letters, digits, _ and -")]
 ModelName = Annotated[Name, AfterValidator(MODELS.checked)]
-SourceName = Annotated[Name, AfterValidator(SOURCES.checked)]
 
 
 def distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:

@@ -118,11 +118,8 @@ class DatasetSpec(Strict):
         for made in [one for declared in given if declared for one in declared.objects]:
             if unknown := set(made.targets) - set(self.targets):
                 raise ValueError(f"object {made.name}: unknown targets {sorted(unknown)}")
-        if self.protocol:
-            if unknown := set(self.protocol.ask) - set(self.targets):
-                raise ValueError(f"protocol.ask: unknown targets {sorted(unknown)}")
-            if taken := set(self.targets) & set(ACQUIRED_COLUMNS):
-                raise ValueError(f"target {min(taken)} has the name of a column of acquisition")
+        if self.protocol and (taken := set(self.targets) & set(ACQUIRED_COLUMNS)):
+            raise ValueError(f"target {min(taken)} has the name of a column of acquisition")
         if self.features.band_hz:
             bins_per_hz = self.features.window / self.audio.sample_rate_hz
             low, high = (edge * bins_per_hz for edge in self.features.band_hz)

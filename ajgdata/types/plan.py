@@ -68,7 +68,7 @@ class SortPlan(Strict):
     )
     sequence: tuple[SortStep, ...] = Field(SORT_SEQUENCE, description="steps of one sort")
     references: References | None = Field(
-        References(kinds=("empty",)),
+        References(),
         description="recordings of the empty gripper, by which `nothing held` and a gripper that "
         "has changed are told; null: none",
     )

@@ -1,22 +1,19 @@
 """Protocols: what a person, or a robot, records with a real gripper, in which order.
 
-The workflow never runs one: `ajgdata acquire --source soundcard` does.
+The workflow never runs one: `ajgdata acquire NAME --device …` does.
 """
 
 from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, JsonValue, field_validator, model_validator
+from pydantic import AfterValidator, Field, JsonValue, field_validator
 
 from ajgdata.types.base import Distinct, Name, Strict
+from ajgdata.types.recipe import EMPTY
 from ajgdata.types.registry import ROBOTS
 
 RobotName = Annotated[Name, AfterValidator(ROBOTS.checked)]
-#: When the operator is asked for a label; `later`: the column is there, to be filled in by hand.
-Moment = Literal["before", "after", "later"]
-#: Silence is recorded without playing anything.
-Reference = Literal["silence", "empty"]
 Step = Literal["loosen", "approach", "wait", "sense", "jam", "lift", "release"]
 #: The paper's: sensing happens at ambient pressure, before jamming.
 PAPER_SEQUENCE: tuple[Step, ...] = (
@@ -37,16 +34,10 @@ class ProtocolObject(Strict):
 
 
 class References(Strict):
-    """Recordings of nothing, that tell drift from objects."""
+    """Recordings of the empty gripper, which distinguish drift from objects."""
 
     every: int = Field(
         10, ge=1, description="grasps between two of them; the session begins with one, too"
-    )
-    kinds: tuple[Reference, ...] = Field(
-        ("silence", "empty"),
-        min_length=1,
-        description="silence: nothing is played (kept as `reject`: it has no spectrum to learn); "
-        "empty: the gripper holds nothing",
     )
 
 
@@ -66,12 +57,9 @@ class GraspProtocol(Strict):
         "order of its own",
     )
     seed: int = Field(0, description="of the random order")
-    ask: dict[Name, Moment] = Field(
-        {},
-        description="targets that the operator types in before or after a grasp; later: the column "
-        "stays empty, to be filled in in recordings.csv",
+    references: References | None = Field(
+        None, description="recordings of the empty gripper; null: none"
     )
-    references: References | None = Field(None, description="recordings of nothing; null: none")
     force_n: float = Field(8.0, gt=0, description="that the object is pressed with (paper: 8 N)")
     wait_s: float = Field(
         2.0, ge=0, description="between pressing and sensing, for grains to settle (paper: 2 s)"
@@ -83,8 +71,8 @@ class GraspProtocol(Strict):
     @field_validator("objects")
     @classmethod
     def _no_reference(cls, objects: tuple[ProtocolObject, ...]) -> tuple[ProtocolObject, ...]:
-        if taken := {"empty", "silence"} & {one.name for one in objects}:
-            raise ValueError(f"an object is called {taken.pop()}, as references are: rename it")
+        if EMPTY in {made.name for made in objects}:
+            raise ValueError(f"an object is called {EMPTY}, as references are: rename it")
         return objects
 
     @field_validator("sequence")
@@ -93,10 +81,3 @@ class GraspProtocol(Strict):
         if sequence.count("sense") != 1 or "approach" not in sequence[: sequence.index("sense")]:
             raise ValueError("a sequence needs `sense` once, and `approach` before it")
         return sequence
-
-    @model_validator(mode="after")
-    def _one_value(self) -> GraspProtocol:
-        for made in self.objects:
-            if both := sorted(set(made.targets) & set(self.ask)):
-                raise ValueError(f"{both[0]} is asked for, and given for {made.name}: keep one")
-        return self

@@ -1,4 +1,4 @@
-"""Recipes: how a source, most often the virtual gripper, makes a data set."""
+"""Recipes: how the virtual gripper records a data set."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, JsonValue, model_validator
 
-from ajgdata.types.base import Distinct, Name, SourceName, Strict
+from ajgdata.types.base import Distinct, Name, Strict
 
 #: Stands in the grasp_id of a reference, where nothing is held.
 EMPTY = "empty"
@@ -26,9 +26,8 @@ class RecipeObject(Strict):
 
 
 class Recipe(Strict):
-    """A recipe by which a source, most often the virtual gripper, makes a data set."""
+    """A recipe by which the virtual gripper records a data set."""
 
-    source: SourceName = Field("virtual", description="what records it; virtual: the simulation")
     seed: int = Field(0, description="of everything that is drawn")
     sessions: int = Field(1, ge=1, description="sessions, each with every object")
     grasps_per_object: int = Field(

@@ -1,5 +1,5 @@
-"""Registries of what a declaration may name: models, sources and robots, ours and those of
-installed packages.
+"""Registries of what a data set config may name: models and robots, ours and those of installed
+packages.
 
 This is the one list of them: choices in dataset.yaml, labels in the report, the types that a
 model's file may hold, documentation and contract tests all follow from it. A package adds its own
@@ -43,19 +43,6 @@ class Model:
     def label(self, kind: Kind) -> str:
         """Return its name in the report."""
         return self.classification if kind == "classification" else self.regression
-
-
-@dataclass(frozen=True)
-class SourceMaker:
-    """A source of recordings that a recipe may name.
-
-    `open` is `module:function`: a context manager, called with a folder that keeps what the source
-    wants to find again, that yields a function (setup, signal, excitation) -> Source (see
-    `acquire.source`). It is called for each session with the setup of its first grasp, the
-    recipe's `signal` and the data set's `excitation` (`ExcitationSpec`).
-    """
-
-    open: str
 
 
 @dataclass(frozen=True)
@@ -189,9 +176,6 @@ MODELS = Registry(
         "svm_plain": _model("baselines:support_vectors", "SVM, plain", _SVM, several=False),
         "cnn_one_scale": _model("cnn:cnn_one_scale", "CNN, one scale", _NETWORK),
     },
-)
-SOURCES = Registry(
-    "source", "ajgdata.sources", {"virtual": SourceMaker("ajgdata.acquire.virtual:open_virtual")}
 )
 ROBOTS = Registry(
     "robot",

@@ -45,7 +45,6 @@ class Acquisition(Strict):
         None, description="from playing to hearing, measured and taken out"
     )
     level_dbfs: float | None = Field(None, description="peak of the played sound")
-    temperature_c: float | None = Field(None, description="of the room, if it was given")
 
 
 class Session(Strict):

@@ -6,23 +6,17 @@ import numpy as np
 import pytest
 from sklearn.base import clone, is_classifier, is_regressor
 
-from ajgdata.acquire.recipe import plan_session, session_names
 from ajgdata.acquire.robot import Placement, grasp_once, open_robot
 from ajgdata.loading import read_model
 from ajgdata.models import fit_model, make_model
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import Shard, text_column, write_store
 from ajgdata.types import (
-    DEFAULT_EXCITATION,
     MODELS,
     ROBOTS,
-    SOURCES,
-    Excitation,
     Recipe,
-    Session,
 )
 from ajgdata.types.protocol import PAPER_SEQUENCE
-from ajgdata.types.registry import resolve
 
 TARGETS = {"edge_mm": "regression", "shape": "classification"}
 RECIPE = Recipe(
@@ -77,25 +71,6 @@ def test_a_model_comes_back_from_disk_as_it_was(name, tmp_path, monkeypatch):
     fitted = fit_model(make_model(name, "classification", 3), x, y["shape"], np.array(grasp))
     assert np.array_equal(loaded.predict(x), fitted.predict(x))
     assert (about["model"], about["recordings"]) == (name, 24)
-
-
-@pytest.mark.parametrize("name", SOURCES.names())
-def test_a_source_plays_records_and_says_what_it_is(name, tmp_path):
-    recipe = RECIPE.model_copy(update={"source": name})
-    (grasp,) = plan_session(recipe, "d", session_names(recipe)[0], "")
-    with resolve(SOURCES[name].open)(tmp_path) as made:
-        source = made(grasp.setup, recipe.signal, DEFAULT_EXCITATION)
-        sound = source.excitation()
-        assert sound is None or (sound.ndim == 1 and np.abs(sound).max() <= 1)
-        samples = source.take(grasp, 0).samples
-        assert samples.ndim == 1
-        assert 0 < np.abs(samples).max() <= 1
-        if source.kind == "virtual":
-            assert np.array_equal(source.take(grasp, 0).samples, samples)
-        about = dict(source.describe())
-        played = Excitation(file="excitation.wav", sha256="", **about.pop("excitation", {}))
-        Session(session_id="s", source=source.kind, sample_rate_hz=source.sample_rate_hz,
-                excitation=played, **about)  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ROBOTS.names())

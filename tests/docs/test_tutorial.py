@@ -15,8 +15,7 @@ import numpy as np
 import pytest
 import yaml
 
-from ajgdata.acquire import line as line_module
-from ajgdata.acquire import robot
+from ajgdata.acquire import line, robot, sound_card
 from ajgdata.cli import main
 from ajgdata.paths import Paths
 from ajgdata.pipeline import acquire_live
@@ -45,11 +44,11 @@ def bench(monkeypatch):
         from fake_card import FakeLine, fake_card
     finally:
         sys.path.pop(0)
-    line, drawn = FakeLine(noise=1e-4), np.random.default_rng(0)
+    fake, drawn = FakeLine(noise=1e-4), np.random.default_rng(0)
     rings = {name: 0.15 * drawn.standard_normal(64) for name in ("", *HELD)}
 
     def hold(name=""):
-        line.response = rings[name] * np.exp(-np.arange(64) / drawn.uniform(9, 15))
+        fake.response = rings[name] * np.exp(-np.arange(64) / drawn.uniform(9, 15))
 
     def move(self, step, **about):
         if step == "approach":
@@ -59,16 +58,16 @@ def bench(monkeypatch):
     @contextmanager
     def opened(settings):
         assert settings.device == CARD
-        yield fake_card(line, **settings.model_dump())
+        yield fake_card(fake, **settings.model_dump())
 
     hold()
     moved = robot.ManualRobot.move
     monkeypatch.setattr(robot.ManualRobot, "move", move)
     monkeypatch.setattr("builtins.input", lambda: "")
-    for module in (acquire_live, line_module):
+    for module in (acquire_live, sound_card):
         monkeypatch.setattr(module, "open_card", opened)
-    listed = {"name": CARD, "api": "ALSA", "inputs": 2, "outputs": 2, "rates_hz": [44_100]}
-    monkeypatch.setattr(line_module, "list_devices", lambda: [listed])
+    listed = {"name": CARD, "api": "ALSA", "inputs": 2, "outputs": 2, "rate_hz": 44_100}
+    monkeypatch.setattr(line, "list_devices", lambda: [listed])
     monkeypatch.setattr(robot, "time", SimpleNamespace(sleep=lambda seconds: None))
 
 
@@ -111,13 +110,13 @@ def test_the_tutorial(tmp_path, monkeypatch, capfd, bench):
     (checked,) = (text for command, text in said.items() if command.startswith("ajgdata device c"))
     assert "good         the card is ready: record" in checked
     (recorded,) = (text for command, text in said.items() if command.startswith("ajgdata acquire"))
-    assert "mine/soundcard-01: 22 recorded, all grasps are there" in recorded
-    assert "22 recordings checked: 0 errors, 0 warnings" in said["ajgdata validate mine"]
+    assert "mine/soundcard-01: 20 recorded, all grasps are recorded" in recorded
+    assert "20 recordings checked: 0 errors, 0 warnings" in said["ajgdata validate mine"]
     assert said["python docs/examples/make_takes.py takes"].startswith("18 recordings of 3 objects")
     assert "18 added" in said["ajgdata import takes --dataset earlier"]
     assert "18 recordings checked: 0 errors, 0 warnings" in said["ajgdata validate earlier"]
     store = read_store(paths.features("mine"))
-    # 18 grasps and 2 of nothing; silence is no row.
+    # 18 grasps and 2 references.
     assert store.feature.shape == (20, 1025)
     assert set(store.columns["label"].values.tolist()) == {"cube", "ball", "bar", ""}
     about, tables = read_tables(paths.experiment("mine", "label", "cross_validation-linear"))

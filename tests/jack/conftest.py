@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from simulated_card import PERIOD, SERVER, WITH_PARENT, jack_server
+from simulated_card import DEVICE, PERIOD, SERVER, WITH_PARENT, jack_server
 
-from ajgdata.acquire.card import DEVICE, CardSettings
+from ajgdata.acquire.card import CardSettings
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "unit"))  # test_acquire_killed

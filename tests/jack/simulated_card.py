@@ -21,9 +21,10 @@ from contextlib import contextmanager, suppress
 import numpy as np
 from scipy.signal import lfilter
 
-from ajgdata.acquire.card import DEVICE
 from ajgdata.gripper import SAMPLE_RATE_HZ
 
+#: Its name for PortAudio.
+DEVICE = "simulated card"
 #: Frames of a block of the server.
 PERIOD = 1_024
 #: A server of its own, so that none that is used for something else is disturbed.

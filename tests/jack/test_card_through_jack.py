@@ -11,7 +11,7 @@ import pytest
 from simulated_card import PERIOD
 
 from ajgdata.acquire.card import CardError
-from ajgdata.acquire.line import open_card
+from ajgdata.acquire.sound_card import open_card
 from ajgdata.gripper import excitation_sweep
 
 #: Of 15 bits, and a response of few: each product and sum is exact in float64, and none is lost in

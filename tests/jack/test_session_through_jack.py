@@ -29,6 +29,8 @@ DECLARATION = {
         "samples_per_grasp": 2,
         "references": {"every": 4},
         "wait_s": 0,
+        "robot": "command",
+        "robot_settings": {"command": ["true"]},
     },
 }
 
@@ -42,7 +44,7 @@ def paths(tmp_path):
 
 
 def acquisition(paths, rig, *arguments):
-    program = [sys.executable, "-c", COMMAND, "acquire", "d", "--source", "soundcard", "--yes"]
+    program = [sys.executable, "-c", COMMAND, "acquire", "d", "--yes"]
     return subprocess.Popen(
         [*program, "--device", rig.settings.device, *arguments], cwd=paths.root, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.signal import fftconvolve
 
-from ajgdata.acquire.card import CardError, CardSettings, Heard
+from ajgdata.acquire.card import CardError, CardSettings
 from ajgdata.acquire.sound_card import SoundCard
 
 RATE_HZ = 44_100
@@ -46,7 +46,7 @@ class FakeLine:
     takes: int = 0
     closed: bool = False
 
-    def play(self, sound: np.ndarray, frames: int) -> Heard:
+    def play(self, sound: np.ndarray, frames: int) -> tuple[np.ndarray, tuple[str, ...]]:
         assert sound.dtype == np.float32 and sound.ndim == 1 and not self.closed
         fault = self.faults[self.takes] if self.takes < len(self.faults) else Fault()
         self.takes += 1
@@ -67,7 +67,7 @@ class FakeLine:
         out = out + self.noise * noise
         if fault.nan:
             out[cut] = np.nan
-        return Heard(out.astype(np.float32), fault.flags)
+        return out.astype(np.float32), fault.flags
 
     def describe(self) -> Mapping[str, Any]:
         return {"api": "fake"}

@@ -53,14 +53,9 @@ class FakePortAudio:
     def get_portaudio_version(self) -> tuple[int, str]:
         return 1, "fake"
 
-    def check_input_settings(self, index: int, channels: int, samplerate: float) -> None:
-        if samplerate != self.listed[index]["default_samplerate"]:
-            raise PortAudioError("Invalid sample rate [PaErrorCode -9997]")
-
-    check_output_settings = check_input_settings
-
     def Stream(self, **settings: Any) -> _Stream:  # noqa: N802
-        self.check_input_settings(settings["device"], 1, settings["samplerate"])
+        if settings["samplerate"] != self.listed[settings["device"]]["default_samplerate"]:
+            raise PortAudioError("Invalid sample rate [PaErrorCode -9997]")
         self.opened = settings
         return _Stream(self, **settings)
 

@@ -8,7 +8,6 @@ import numpy as np
 import yaml
 from fake_card import FakeLine, fake_card
 
-from ajgdata.acquire.card import DEVICE
 from ajgdata.acquire.operator import Choice, Decision
 from ajgdata.paths import Paths
 from ajgdata.pipeline import acquire_live as module
@@ -44,14 +43,12 @@ class Scripted:
 
     attended = True
 
-    def __init__(self, decisions=(), confirms=None, labels=()):
+    def __init__(self, decisions=(), confirms=None):
         self.decisions, self.confirms = list(decisions), dict(confirms or {})
-        self.labels, self.asked, self.reports, self.announced, self.problems, self.told = (
-            list(labels), [], [], [], [], [],
-        )  # fmt: skip
+        self.asked, self.usual_dbfs, self.announced, self.problems = [], [], [], []
 
-    def announce(self, grasp, progress):
-        self.announced.append((grasp.name, progress.done, progress.total, progress.left_s))
+    def announce(self, grasp, done, total, left_s):
+        self.announced.append((grasp.name, done, total, left_s))
 
     def confirm(self, text):
         self.asked.append(text)
@@ -61,17 +58,8 @@ class Scripted:
         if answer is not None:
             raise answer
 
-    def label(self, name, target, grasp):
-        answer = self.labels.pop(0)
-        if isinstance(answer, Choice):
-            raise Decision(answer)
-        return answer
-
-    def show(self, report):
-        self.reports.append(report)
-
-    def tell(self, text):
-        self.told.append(text)
+    def show(self, peak_dbfs, usual_dbfs, problems, repeated):
+        self.usual_dbfs.append(usual_dbfs)
 
     def decide(self, problem, choices):
         self.problems.append((problem, tuple(choices)))
@@ -102,13 +90,10 @@ class Lab:
         finally:
             card.close()
 
-    def acquire(self, operator, session="", notes="", temperature_c=None, **device):
-        # Without a person and a robot only the simulated card may be recorded with.
-        name = "fake" if operator.attended else DEVICE
+    def acquire(self, operator, session="", notes="", **device):
         return acquire_live(
-            self.paths, "d", session, device={"device": name, **device}, operator=operator,
+            self.paths, "d", session, device={"device": "fake", **device}, operator=operator,
             notes=notes,
-            temperature_c=temperature_c,
         )  # fmt: skip
 
     def folder(self, session="soundcard-01"):

@@ -1,6 +1,6 @@
 """The command line, and a process that is killed, with a fake card.
 
-    python live_program.py acquire d --source soundcard …   the command, its faults in FAULTS (JSON)
+    python live_program.py acquire d --device …             the command, its faults in FAULTS (JSON)
     python live_program.py forks                            one acquisition a line on standard input
 
 The second imports everything once: each acquisition is a fork that is killed after a while.
@@ -18,7 +18,6 @@ import pytest
 from fake_card import FakeLine, Fault
 from live_lab import Lab, Scripted, response
 
-from ajgdata.acquire.operator import Unattended
 from ajgdata.cli import main
 from ajgdata.paths import Paths
 
@@ -29,7 +28,7 @@ def forks(lab: Lab) -> None:
         if (process := os.fork()) == 0:
             try:
                 lab.lines = [FakeLine(response(), noise=1e-4 * (1 + float(line)))]
-                lab.acquire(Unattended(Scripted()))
+                lab.acquire(Scripted())
                 os._exit(0)
             except BaseException:
                 traceback.print_exc()

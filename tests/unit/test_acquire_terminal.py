@@ -13,18 +13,16 @@ from pathlib import Path
 
 import pytest
 from live_lab import declare
-from rich.console import Console
 from typer.testing import CliRunner
 
-from ajgdata.acquire.protocol import PlannedGrasp
+from ajgdata.acquire.operator import meter
 from ajgdata.cli.main import app
-from ajgdata.cli.terminal import TerminalOperator, meter
 from ajgdata.paths import Paths
 from ajgdata.store.sessions import read_recordings, read_session
-from ajgdata.types import DataError, Target
+from ajgdata.types import DataError
 
 HERE = Path(__file__).parent
-COMMAND = ["acquire", "d", "--source", "soundcard", "--device", "fake"]
+COMMAND = ["acquire", "d", "--device", "fake"]
 
 
 def _hears_hang_up():
@@ -160,62 +158,21 @@ def test_sighup_ends_it_as_ctrl_c_does(paths):
     assert read_session(paths.session("d", "soundcard-01")).acquisition.finished
 
 
-def test_the_robot_of_a_fetched_data_set_is_shown_and_needs_a_yes(paths, monkeypatch):
-    """Nobody can allow it with --yes."""
-    command = robot(paths, jam_s=0)
-    declare(
-        paths, samples_per_grasp=1, grasps_per_object=1, robot="command",
-        robot_settings={"command": command},
-    )  # fmt: skip
+def test_the_robot_of_a_fetched_data_set_does_not_start(paths, monkeypatch):
+    settings = {"command": robot(paths, jam_s=0)}
+    declare(paths, robot="command", robot_settings=settings)
     sums = paths.recordings("d") / "published" / "SHA256SUMS"
     sums.parent.mkdir(parents=True)
     sums.touch()
     monkeypatch.chdir(paths.root)
-    unattended = CliRunner().invoke(app, [*COMMAND, "--yes"])
-    assert "without --yes" in str(unattended.exception)
+    with pytest.raises(DataError, match="'command' of a fetched data set does not start"):
+        CliRunner().invoke(app, [*COMMAND, "--yes"], catch_exceptions=False)
     assert log_of(paths) == []
-    terminal = Terminal(paths.root)
-    assert json.dumps(command) in terminal.expect("allow this program to run? (yes/no) ")
-    terminal.type("yes")
-    code, said = terminal.end()
-    assert code == 0, said
-    assert "approach" in log_of(paths)
-    assert qualities(paths) == {"cube_01_1": "ok", "ball_01_1": "ok"}
 
 
 def log_of(paths):
     log = paths.root / "log"
     return log.read_text().split() if log.exists() else []
-
-
-@pytest.mark.parametrize(
-    "arguments, said",
-    [
-        (["--yes"], "--yes: is for a sound card; add --source soundcard"),
-        (["--source", "virtual", "--input-channel", "1"], "--input-channel: is for a sound card"),
-    ],
-)
-def test_options_of_another_source_are_refused(paths, arguments, said, monkeypatch):
-    monkeypatch.chdir(paths.root)
-    with pytest.raises(DataError, match=re.escape(said)):
-        CliRunner().invoke(app, ["acquire", "d", *arguments], catch_exceptions=False)
-
-
-def operator(typed):
-    console = Console(width=100, force_terminal=False)
-    answers = iter(typed)
-    console.input = lambda prompt: next(answers)
-    return TerminalOperator(console)
-
-
-def test_a_number_is_asked_for_until_it_is_one(capsys):
-    grasp = PlannedGrasp("cube_01", "cube", 1, 1, {})
-    mass = Target(kind="regression", unit="g", missing=("?",))
-    assert operator(["heavy", "nan", " 12.5 "]).label("mass_g", mass, grasp) == "12.5"
-    assert capsys.readouterr().out.count("is no number") == 2
-    assert operator(["?"]).label("mass_g", mass, grasp) == "?"
-    assert operator([""]).label("mass_g", mass, grasp) == ""
-    assert operator(["red"]).label("colour", Target(kind="classification"), grasp) == "red"
 
 
 def test_bars_say_levels():

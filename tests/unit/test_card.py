@@ -75,11 +75,11 @@ def test_clipping_is_counted_and_cut_at_full_scale():
 @pytest.mark.parametrize(
     "line, said",
     [
-        (FakeLine(faults=[Fault(silent=True)] * 3), r"input 1 is silent \(peak -200 dBFS\)"),
+        (FakeLine(faults=[Fault(silent=True)] * 3), "input 1 is silent; check plug"),
         (FakeLine(channels=2, channel=2), "input 1 is silent, input 2 is not: wrong channel"),
         (
             FakeLine(noise=1e-2, faults=[Fault(silent=True)] * 3),
-            r"input 1 does not hear the output \(peak -\d+ dBFS\)",
+            r"input 1 does not record the output \(peak -\d+ dBFS\)",
         ),
         (FakeLine(faults=[Fault(unplugged=True)]), "went away while it played"),
     ],
@@ -115,7 +115,7 @@ def test_a_session_that_goes_on_is_cut_as_before():
 
 
 def test_with_a_loopback_latency_may_move_and_is_taken_out_all_the_same():
-    with pytest.raises(CardError, match="input 2, the loop-back, does not hear the output"):
+    with pytest.raises(CardError, match="input 2, the loop-back, has no sound"):
         fake_card(FakeLine(channels=2), loopback_channel=2).take(SWEEP)
     line = FakeLine(RINGING, channels=2, loopback=2, faults=[Fault(), Fault(shift=500)])
     card = fake_card(line, loopback_channel=2)

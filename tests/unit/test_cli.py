@@ -29,9 +29,8 @@ def test_validate_clean_and_not(ajgdata, project, snapshot):
     [
         (["validate", "nope"], "no such data set; declared here: d"),
         (["acquire", "d"], "has no recipe; add one, or import recordings instead"),
-        (["acquire", "d", "--source", "card"], "unknown source 'card': choose one of virtual"),
-        (["acquire", "d", "--device", "x"], "is for a sound card; add --source soundcard"),
-        (["acquire", "d", "--source", "soundcard"], "needs one data set and a device"),
+        (["acquire", "d", "--yes"], "has options of a sound card; add --device"),
+        (["acquire", "--device", "x"], "--device: needs one data set"),
         (["import", "nowhere", "--dataset", "d"], "nowhere: is not a folder"),
         (["import", "audio", "--dataset", "d", "--pattern", "("], "--pattern: not a regular"),
         (["import", "audio", "--dataset", "d", "--table", "t", "--file", "{x}"], "no such file"),

@@ -10,7 +10,7 @@ from fake_card import FakeLine, fake_card
 from typer.testing import CliRunner
 
 from ajgdata import cli
-from ajgdata.acquire import line as module
+from ajgdata.acquire import line, sound_card
 from ajgdata.acquire.card import CardError
 
 RUN = CliRunner()
@@ -20,28 +20,28 @@ RUN = CliRunner()
 def card(monkeypatch):
     """Whatever is opened is this fake line."""
 
-    def use(line: FakeLine) -> FakeLine:
+    def use(fake: FakeLine) -> FakeLine:
         @contextmanager
         def opened(settings):
-            yield fake_card(line, **settings.model_dump(exclude={"device"}))
+            yield fake_card(fake, **settings.model_dump(exclude={"device"}))
 
-        monkeypatch.setattr(module, "open_card", opened)
-        return line
+        monkeypatch.setattr(sound_card, "open_card", opened)
+        return fake
 
     return use
 
 
 def test_devices_are_listed_one_a_line(monkeypatch):
     listed = [
-        {"name": "USB", "api": "ALSA", "inputs": 2, "outputs": 2, "rates_hz": [44_100, 48_000]},
-        {"name": "a [b]", "api": "JACK", "inputs": 0, "outputs": 12, "rates_hz": []},
+        {"name": "USB", "api": "ALSA", "inputs": 2, "outputs": 2, "rate_hz": 48_000},
+        {"name": "a [b]", "api": "JACK", "inputs": 0, "outputs": 12, "rate_hz": 44_100},
     ]
-    monkeypatch.setattr(module, "list_devices", lambda: listed)
+    monkeypatch.setattr(line, "list_devices", lambda: listed)
     done = RUN.invoke(cli.app, ["device", "list"])
     assert done.exit_code == 0
     assert done.stdout.splitlines() == [
-        "USB      2 in   2 out  44100 48000 Hz  ALSA",
-        "a [b]    0 in  12 out  no usual rate Hz  JACK",
+        "USB      2 in   2 out  48000 Hz  ALSA",
+        "a [b]    0 in  12 out  44100 Hz  JACK",
     ]
 
 
@@ -49,8 +49,11 @@ def test_no_device_and_no_portaudio_are_said_in_one_line(monkeypatch, capsys):
     def missing():
         raise CardError("PortAudio", "is not installed", "run: sudo apt-get install libportaudio2")
 
-    for found, said in ((list, "finds no sound card"), (missing, "apt-get install libportaudio2")):
-        monkeypatch.setattr(module, "list_devices", found)
+    for found, said in (
+        (list, "detects no sound card"),
+        (missing, "apt-get install libportaudio2"),
+    ):
+        monkeypatch.setattr(line, "list_devices", found)
         monkeypatch.setattr(sys, "argv", ["ajgdata", "device", "list"])
         with pytest.raises(SystemExit) as end:
             cli.main()

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import ajgdata
 from ajgdata.acquire.excitation import excitation_samples
-from ajgdata.acquire.virtual_line import VirtualTable
+from ajgdata.acquire.virtual import VirtualTable
 from ajgdata.cli.main import app
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.live.events import read_events
@@ -46,7 +46,7 @@ DECLARATION = {
 PLAN = {
     "dataset": "d", "task": "what", "model": "linear", "bins": {"box": "A", "rod": "B"},
     "source": "virtual", "objects": ["cube", "screw"], "wait_s": 0,
-    "references": {"every": 10, "kinds": ["empty"]},
+    "references": {"every": 10},
 }  # fmt: skip
 RUNNER = CliRunner()
 

@@ -9,7 +9,7 @@ from ajgdata.pipeline.label_counts import counts, label_tables
 
 def test_references_are_not_grasps(project):
     rows = project.session("s1")
-    labels = {**rows[0].labels, "reference": "silence"}
+    labels = {**rows[0].labels, "reference": "empty"}
     project.write([rows[0].model_copy(update={"labels": labels}), *rows[1:]])
     facts = counts(label_tables(project.paths, "d"), {})
     assert (facts["recordings"], facts["grasps"], facts["references"]) == ("2", "2", "1")

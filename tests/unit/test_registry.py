@@ -1,4 +1,4 @@
-"""Models and sources of other packages: found, used, and harmless when they are broken."""
+"""Models of other packages: found, used, and harmless when they are broken."""
 
 import sys
 
@@ -8,23 +8,15 @@ from pydantic import TypeAdapter, ValidationError
 
 from ajgdata.loading import read_model
 from ajgdata.models import make_model, model_label
-from ajgdata.paths import Paths
-from ajgdata.pipeline.acquire import acquire_all
-from ajgdata.pipeline.recipes import recipe_sessions
 from ajgdata.pipeline.train import train_model
-from ajgdata.store.audio import read_audio
 from ajgdata.store.features import Column, Shard, text_column, write_store
-from ajgdata.store.sessions import read_session
-from ajgdata.types import MODELS, SOURCES, AudioSettings, DataError, ModelName, Task
+from ajgdata.types import MODELS, DataError, ModelName, Task
 
 MODULE = """
-from contextlib import contextmanager
-
 import numpy as np
 from sklearn.base import BaseEstimator, RegressorMixin
 
-from ajgdata.acquire.source import Take
-from ajgdata.types import Model, SourceMaker
+from ajgdata.types import Model
 
 
 class Median(RegressorMixin, BaseEstimator):
@@ -41,40 +33,12 @@ def median(kind, seed):
 
 
 MEDIAN = Model("lab:median", "median", "median", trusted=("lab.Median",))
-
-
-class Tone:
-    kind, sample_rate_hz = "virtual", 8000
-
-    def __init__(self, setup, signal, played):
-        self.setup, self.level = setup, signal["level"]
-
-    def excitation(self):
-        return None
-
-    def take(self, grasp, sample):
-        pitch = grasp.setup["object"]["pitch_hz"]
-        return Take(self.level * np.sin(2 * np.pi * pitch * np.arange(800) / 8000))
-
-    def describe(self):
-        return {"gripper": "tone", "device": self.setup["room"]}
-
-
-@contextmanager
-def bench(folder):
-    yield Tone
-
-
-TONES = SourceMaker("lab:bench")
 """
 ENTRIES = """
 [ajgdata.models]
 median = lab:MEDIAN
 broken = lab_broken:MODEL
 cnn = lab:MEDIAN
-[ajgdata.sources]
-tones = lab:TONES
-broken = lab_broken:SOURCE
 """
 
 
@@ -126,8 +90,6 @@ def test_a_task_may_name_a_model_of_another_package(lab):
 def test_an_unknown_name_is_answered_with_the_known_ones(lab):
     with pytest.raises(ValidationError, match="unknown model 'medain': choose one of cnn, linear"):
         TypeAdapter(ModelName).validate_python("medain")
-    with pytest.raises(ValueError, match="unknown source 'tone': choose one of virtual, broken"):
-        SOURCES.checked("tone")
 
 
 def test_a_model_of_another_package_is_trained_kept_and_labelled(lab, store):
@@ -145,35 +107,3 @@ def test_a_broken_model_is_one_line_and_no_other_is_lost(lab, store):
         read_model(train(store, "broken"))
     assert make_model("median", "regression").fit(np.zeros((1, 1)), [4.0]).median_ == 4
     assert model_label("broken", "regression") == "broken"
-
-
-RECIPE = """
-name: d
-audio: {sample_rate_hz: 8000}
-recipe:
-  source: SOURCE
-  grasps_per_object: 2
-  signal: {level: 0.5}
-  scene: {room: cellar}
-  objects: [{name: low, shape: {pitch_hz: 100}}, {name: high, shape: {pitch_hz: 1000}}]
-"""
-
-
-def declared(tmp_path, source):
-    paths = Paths(tmp_path / "project")
-    paths.dataset("d").parent.mkdir(parents=True)
-    paths.dataset("d").write_text(RECIPE.replace("SOURCE", source))
-    return paths
-
-
-def test_a_recipe_may_name_a_source_of_another_package(lab, tmp_path):
-    paths = declared(tmp_path, "tones")
-    wanted = [("d", session) for session in recipe_sessions(paths, "d")]
-    ((_, session, done),) = acquire_all(paths, wanted)
-    assert (done.recorded, done.kept, done.solved) == (4, 0, 0)
-    folder = paths.session("d", session)
-    assert (read_session(folder).gripper, read_session(folder).device) == ("tone", "cellar")
-    heard = read_audio(next(folder.glob("audio/*high*")), AudioSettings(sample_rate_hz=8000))
-    strength = np.abs(np.fft.rfft(heard.samples))
-    assert np.argmax(strength) * 8000 / 800 == 1000  # Hz
-    assert next(acquire_all(paths, wanted))[2].kept == 4

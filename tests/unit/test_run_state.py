@@ -74,7 +74,7 @@ def test_drift_is_told_until_it_is_over():
     assert folded(story.events).drift == {"text": "colder", "ratio": 1.4}
     story.say("reference", kind="empty", recording="r", drift=1.2)
     assert folded(story.events).drift == {"text": "colder", "ratio": 1.2}
-    story.say("reference", kind="silence", recording="r", drift=None)
+    story.say("reference", kind="empty", recording="r", drift=None)
     story.say("reference", kind="empty", recording="r", drift=0.8)
     assert folded(story.events).drift == {"text": "", "ratio": 0.8}
 

@@ -3,7 +3,7 @@
 import pytest
 from sorting_lab import BALL, CUBE, EMPTY, UNSURE, Cell, plan
 
-from ajgdata.acquire.session_setup import recording_alone
+from ajgdata.acquire.writer import recording_alone
 from ajgdata.live.events import read_events
 from ajgdata.live.learning import Learnt, learn, truths
 from ajgdata.store.sessions import read_recordings, read_session, write_recordings

@@ -6,8 +6,7 @@ import pytest
 from ajgdata import gripper
 from ajgdata.acquire.recipe import new_setup
 from ajgdata.acquire.robot import Placement
-from ajgdata.acquire.virtual import scene_of
-from ajgdata.acquire.virtual_line import VirtualTable
+from ajgdata.acquire.virtual import VirtualTable, scene_of
 from ajgdata.gripper import SignalChain, derive_seed, excitation_sweep
 from ajgdata.store.responses import ResponseStore
 from ajgdata.types import DataError, Recipe
@@ -42,8 +41,6 @@ def test_a_take_is_what_the_simulation_records(folder):
     taken = table.take(SWEEP)
     np.testing.assert_array_equal(taken.samples, expected.astype(np.float32))
     assert (taken.xruns, taken.attempts, taken.latency_samples) == (0, 1, 0)
-    silence = table.listen(100).samples
-    assert silence.shape == (100,) and 0 < np.abs(silence).max() < np.abs(taken.samples).max()
 
 
 def test_another_robot_moves_along(folder):

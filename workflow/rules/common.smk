@@ -29,10 +29,9 @@ def solved_before(wildcards):
 
 
 def recipe_of_session(wildcards):
-    """Hash of the recipe's settings for a session, and the package of its source."""
+    """Hash of the recipe's settings for a session."""
     spec = SPECS[wildcards.dataset]
-    settings = recipe_hash(spec.recipe, wildcards.session, spec.excitation)
-    return [settings, SOURCES.origin(spec.recipe.source)]
+    return recipe_hash(spec.recipe, wildcards.session, spec.excitation)
 
 
 def model_packages(wildcards):
