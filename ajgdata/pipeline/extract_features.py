@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,54 +16,35 @@ from ajgdata.features.maker import feature_maker
 from ajgdata.features.spectrum import frequencies_hz
 from ajgdata.pipeline.recordings import (
     OTHER_DELAY,
-    Examined,
     examine,
     finding,
     late_or_early,
     read_excitation,
 )
-from ajgdata.store.features import (
-    Column,
-    Shard,
-    read_store,
-    text_column,
-    write_store,
-)
-from ajgdata.store.files import csv_bytes, write_bytes
+from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
+from ajgdata.store.files import csv_bytes, sha256_of, write_bytes
 from ajgdata.store.findings import read_findings, write_findings
 from ajgdata.store.provenance import settings_digest, software
 from ajgdata.store.session_audio import (
     WHOLE_SESSION,
     AudioFile,
+    SessionAudio,
     check_session,
     label_columns,
 )
-from ajgdata.types import (
-    AudioSettings,
-    DataError,
-    FeatureSettings,
-    Finding,
-    NotPossibleError,
-    Strict,
-)
+from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding, NotPossibleError
 
 SETTINGS_ATTRIBUTE = "settings_digest"
 
 
 @dataclass(frozen=True)
 class Row:
-    """One recording's part of a shard."""
+    """One recording's part of a shard: feature (f,), None if it cannot be used; delay in samples,
+    NaN if not measured; issues."""
 
-    feature: np.ndarray
+    feature: np.ndarray | None
     delay: float
-    remarks: tuple[Finding, ...]
-
-
-class _Reference(Strict):
-    """Return what a feature depends on besides its recording and the settings."""
-
-    code: str
-    excitation: str
+    issues: tuple[Finding, ...]
 
 
 def extract_features(
@@ -78,124 +59,123 @@ def extract_features(
 ) -> tuple[int, int]:
     """Write `shard`, `findings` and `labels` of the session in `folder`.
 
-    Returns how many features were computed and how many reused. Rows of the `shard` that is there
-    are reused while recording_id, sha256, settings, excitation and `code` are the same. A recording
-    that cannot be used becomes a finding and has no row; so do all of a session without the played
-    sound, if features need it.
+    Returns how many features were computed and how many reused. Rows of the old `shard` are reused
+    while recording_id, sha256, settings, excitation and `code` are the same. A recording that
+    cannot be used becomes a finding and has no row; so do all recordings of a session without the
+    played sound, if features need it.
     """
     session = check_session(folder)
-    issues, entries = session.findings, session.files
-    excitation, played = None, ""
-    if features.needs_excitation:
-        excitation, more = read_excitation(session.session_id, session.played, audio)
-        issues += more
-        if excitation is None or session.played is None:
-            issues.append(_unknown_sound(session.session_id, features))
-            entries = []
-        else:
-            played = session.played.sha256
-    digest = settings_digest(audio, features, _Reference(code=code, excitation=played))
-    known = _known_rows(shard, findings, digest)
-
-    new = [e for e in entries if (e.recording_id, e.sha256) not in known]
-    try:
-        results = _made(session.session_id, new, audio, features, excitation)
-    except NotPossibleError as error:
-        issues.append(_unfit_sound(session.session_id, features, str(error)))
-        entries, new, results = [], [], {}
-    rows: dict[str, Row] = {}
-    for entry in entries:
-        row = results.get(entry.recording_id, known.get((entry.recording_id, entry.sha256)))
-        if isinstance(row, Row):
-            rows[entry.recording_id] = row
-            issues += row.remarks
-        else:
-            issues += row or []
+    digest, rows, computed = _rows(session, audio, features, code, shard, findings)
+    issues = session.findings
+    issues += [issue for row in rows.values() for issue in row.issues]
+    reused = len(rows) - computed
+    rows = {name: row for name, row in rows.items() if row.feature is not None}
     if features.align:
         delays = [int(row.delay) for row in rows.values()]
         issues += late_or_early(session.session_id, list(rows), delays, audio.sample_rate_hz)
-    _write(shard, entries, rows, issues, audio, features, digest)
+    hashes = {file.recording_id: file.sha256 for file in session.files}
+    write_store(shard, _shard(rows, hashes, issues, audio, features, digest))
     write_findings(findings, issues)
     write_bytes(labels, csv_bytes(label_columns(session.labels), session.labels))
-    print(f"{len(new)} recordings read, {len(entries) - len(new)} features reused")
-    return len(new), len(entries) - len(new)
+    print(f"{computed} recordings read, {reused} features reused")
+    return computed, reused
 
 
-def _unknown_sound(session: str, features: FeatureSettings) -> Finding:
-    setting, other = ("align", "false") if features.align else ("kind", "stft")
-    problem = f"features.{setting} needs the played sound, which this session does not have"
-    fix = f"add it to session.yaml, or set features.{setting} to {other}"
-    return Finding(session, WHOLE_SESSION, "", "error", "no_excitation", problem, fix)
-
-
-def _unfit_sound(session: str, features: FeatureSettings, problem: str) -> Finding:
-    fix = f"set features.kind to stft: {features.kind} cannot be made of this sound"
-    return Finding(session, WHOLE_SESSION, "", "error", "unfit_excitation", problem, fix)
-
-
-def _made(
-    session: str,
-    entries: Sequence[AudioFile],
+def _rows(
+    session: SessionAudio,
     audio: AudioSettings,
     features: FeatureSettings,
-    excitation: np.ndarray | None,
-) -> dict[str, Row | list[Finding]]:
-    """Return what became of recordings, by their names."""
-    if not entries:
+    code: str,
+    shard: Path,
+    findings: Path,
+) -> tuple[str, dict[str, Row], int]:
+    """Return the digest of the settings, a row per file, and how many rows were computed.
+
+    Without the played sound, if features need it, there are no rows, and the session has a finding.
+    """
+    played, sha256 = None, ""
+    if features.needs_excitation:
+        played, issues = read_excitation(session.session_id, session.played, audio)
+        session.findings += issues
+        if played is None or session.played is None:
+            setting, other = ("align", "false") if features.align else ("kind", "stft")
+            problem = f"features.{setting} needs the played sound, which this session does not have"
+            fix = f"add it to session.yaml, or set features.{setting} to {other}"
+            session.findings.append(_of_session(session, "no_excitation", problem, fix))
+            return settings_digest(audio, features), {}, 0
+        sha256 = session.played.sha256
+    digest = sha256_of(f"{settings_digest(audio, features)} {code} {sha256}".encode())[:16]
+    known = _known_rows(shard, findings, digest)
+    new = [file for file in session.files if (file.recording_id, file.sha256) not in known]
+    try:
+        computed = _computed(session.session_id, new, audio, features, played)
+    except NotPossibleError as error:
+        fix = f"set features.kind to stft: {features.kind} cannot be computed with this sound"
+        session.findings.append(_of_session(session, "unfit_excitation", str(error), fix))
+        return digest, {}, 0
+    files = {file.recording_id: file.sha256 for file in session.files}
+    rows = {name: computed.get(name) or known[name, sha] for name, sha in files.items()}
+    return digest, rows, len(new)
+
+
+def _of_session(session: SessionAudio, code: str, problem: str, fix: str) -> Finding:
+    return Finding(session.session_id, WHOLE_SESSION, "", "error", code, problem, fix)
+
+
+def _computed(
+    session: str,
+    files: Sequence[AudioFile],
+    audio: AudioSettings,
+    features: FeatureSettings,
+    played: np.ndarray | None,
+) -> dict[str, Row]:
+    """Return the row of each file, by recording_id."""
+    if not files:
         return {}
-    with _one_thread_of_blas(features):
-        make = feature_maker(features, audio.sample_rate_hz, excitation)
-
-        def made(entry: AudioFile) -> Row | list[Finding]:
-            played = excitation if features.align else None
-            found = examine(entry.path, audio, features.window, played)
-            return _row(session, entry, found, make)
-
-        return {entry.recording_id: made(entry) for entry in entries}
-
-
-def _one_thread_of_blas(features: FeatureSettings) -> AbstractContextManager[object]:
-    """Return what keeps the sums of BLAS in one order, however many cores there are; a spectrum
-    has none."""
-    if features.kind != "transfer_function":
-        return nullcontext()
     from threadpoolctl import threadpool_limits
 
-    return threadpool_limits(limits=1)
+    # The sums of BLAS have one order, however many cores there are; a spectrum has none.
+    is_response = features.kind == "transfer_function"
+    with threadpool_limits(limits=1) if is_response else nullcontext():
+        make = feature_maker(features, audio.sample_rate_hz, played)
+        return {
+            file.recording_id: _row(session, file, audio, features, played, make) for file in files
+        }
 
 
 def _row(
     session: str,
-    entry: AudioFile,
-    found: Examined,
+    file: AudioFile,
+    audio: AudioSettings,
+    features: FeatureSettings,
+    played: np.ndarray | None,
     make: Callable[[np.ndarray], np.ndarray],
-) -> Row | list[Finding]:
-    issues = [finding(session, entry.recording_id, entry.path, r) for r in found.remarks]
-    if found.samples is None:
-        return issues
-    samples = found.samples if found.delay is None else shift(found.samples, found.delay)
+) -> Row:
+    result = examine(file.path, audio, features.window, played if features.align else None)
+    issues = tuple(finding(session, file.recording_id, file.path, r) for r in result.remarks)
+    if result.samples is None:
+        return Row(None, np.nan, issues)
+    delay = np.nan if result.delay is None else result.delay
+    samples = result.samples if result.delay is None else shift(result.samples, result.delay)
     try:
-        feature = make(samples)
+        return Row(make(samples), delay, issues)
     except ValueError as error:  # for instance: not normalised, and beyond float32
         fix = "change features in dataset.yaml, or set quality to reject"
-        return [
-            *issues,
-            Finding(session, entry.recording_id, "", "error", "no_feature", str(error), fix),
-        ]
-    return Row(feature, np.nan if found.delay is None else found.delay, tuple(issues))
+        names = (session, file.recording_id, "")
+        issue = Finding(*names, "error", "no_feature", str(error), fix)
+        return Row(None, np.nan, (*issues, issue))
 
 
-def _write(
-    path: Path,
-    entries: Sequence[AudioFile],
+def _shard(
     rows: Mapping[str, Row],
-    issues: list[Finding],
+    hashes: Mapping[str, str],
+    issues: Sequence[Finding],
     audio: AudioSettings,
     features: FeatureSettings,
     digest: str,
-) -> None:
+) -> Shard:
+    """Return the shard of `rows` by recording_id, whose features all exist."""
     frequency = frequencies_hz(audio.sample_rate_hz, features)
-    hashes = {entry.recording_id: entry.sha256 for entry in entries}
     flags = _codes(issues)
     columns = {
         "recording": text_column(list(rows)),
@@ -210,31 +190,27 @@ def _write(
         "audio": audio.model_dump(mode="json"),
         "features": features.model_dump(mode="json"),
     }
-    attrs = {
-        "settings": json.dumps(settings, sort_keys=True),
-        SETTINGS_ATTRIBUTE: digest,
-        **software(),
-    }
-    shard = Shard(feature.reshape(len(rows), len(frequency)), frequency, columns, attrs)
-    write_store(path, shard)
+    text = json.dumps(settings, sort_keys=True)
+    attrs = {"settings": text, SETTINGS_ATTRIBUTE: digest, **software()}
+    return Shard(feature.reshape(len(rows), len(frequency)), frequency, columns, attrs)
 
 
 def _codes(findings: Iterable[Finding]) -> dict[str, str]:
-    """Codes of the findings of each recording, sorted, with commas between them."""
+    """Return the codes of the findings of each recording, sorted, with commas between them."""
     codes: dict[str, set[str]] = defaultdict(set)
-    for one in findings:
-        codes[one.recording_id].add(one.code)
-    return {name: ",".join(sorted(found)) for name, found in codes.items()}
+    for issue in findings:
+        codes[issue.recording_id].add(issue.code)
+    return {name: ",".join(sorted(some)) for name, some in codes.items()}
 
 
 def _known_rows(path: Path, findings: Path, digest: str) -> dict[tuple[str, str], Row]:
-    """Rows of the last shard by (recording_id, sha256); none when it was made otherwise."""
+    """Return the rows of the last shard by (recording_id, sha256); none if its settings differ."""
     if not path.is_file():
         return {}
     try:
         shard, remarks = read_store(path), read_findings(findings)
     except DataError:
-        return {}  # what cannot be read is computed again
+        return {}  # an unreadable file is computed again
     if shard.attrs.get(SETTINGS_ATTRIBUTE) != digest:
         return {}
     values = {name: column.values.tolist() for name, column in shard.columns.items()}
@@ -242,9 +218,9 @@ def _known_rows(path: Path, findings: Path, digest: str) -> dict[tuple[str, str]
     delays = values.get("delay_samples", [np.nan] * len(names))
     codes = _codes(remarks)
     issues = defaultdict(list)
-    for one in remarks:
-        if one.code != OTHER_DELAY:  # depends on the other recordings
-            issues[one.recording_id].append(one)
+    for issue in remarks:
+        if issue.code != OTHER_DELAY:  # depends on the other recordings
+            issues[issue.recording_id].append(issue)
     return {
         (name, sha256): Row(shard.feature[row], delays[row], tuple(issues[name]))
         for row, (name, sha256) in enumerate(zip(names, hashes, strict=True))
