@@ -10,17 +10,20 @@ True
 ((12, 1025), (4, 1025))
 """
 
+from importlib import import_module
 from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
 
-from ajgdata.loading import (
-    Dataset,
-    Part,
-    load_dataset,
-    load_features,
-    load_model,
-    load_predictor,
-    load_recordings,
-)
+if TYPE_CHECKING:
+    from ajgdata.loading import (
+        Dataset,
+        Part,
+        load_dataset,
+        load_features,
+        load_model,
+        load_predictor,
+        load_recordings,
+    )
 
 __version__ = version("ajgdata")
 __all__ = [
@@ -33,3 +36,10 @@ __all__ = [
     "load_predictor",
     "load_recordings",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Return a function or class of `ajgdata.loading`, which is imported when it is first used."""
+    if name not in __all__:
+        raise AttributeError(f"module 'ajgdata' has no attribute {name!r}")
+    return getattr(import_module("ajgdata.loading"), name)

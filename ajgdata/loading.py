@@ -9,16 +9,30 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from ajgdata.acquire.recipe import session_names
+from ajgdata.paths import Paths, find_project
+from ajgdata.store.features import open_store, read_store
+from ajgdata.store.models import read_about, read_estimator, read_guard, read_network
+from ajgdata.store.sessions import check_one_kind, read_dataset, whole_sessions
+from ajgdata.types import (
+    AudioSettings,
+    DataError,
+    DatasetSpec,
+    FeatureSettings,
+    Finding,
+    NotPossibleError,
+    checked_name,
+)
+
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
     from sklearn.base import BaseEstimator
     from torch.utils.data import TensorDataset
 
     from ajgdata.evaluate.task_data import TaskData
     from ajgdata.live.predictor import Predictor
-    from ajgdata.paths import Paths
-    from ajgdata.types import DataError, DatasetSpec, Finding
 
 Project = str | Path | None
 
@@ -40,10 +54,7 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
     >>> mean.sizes["edge_mm"], mean.edge_mm.values
     (4, array([12., 18., 24., 30.]))
     """
-    from ajgdata.store.features import open_store
-    from ajgdata.types import checked_name
-
-    return open_store(_paths(project).features(checked_name(name)))
+    return open_store(find_project(project).features(checked_name(name)))
 
 
 def load_recordings(name: str, project: Project = None) -> xr.Dataset:
@@ -66,12 +77,9 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
     >>> first.shape, first.time.values[:2] * 44_100  # seconds times Hz
     ((44100,), array([0., 1.]))
     """
-    from ajgdata.acquire.recipe import session_names
-    from ajgdata.store.sessions import check_one_kind, read_dataset, whole_sessions
     from ajgdata.store.waveforms import takes_of, waveforms
-    from ajgdata.types import DataError
 
-    paths = _paths(project)
+    paths = find_project(project)
     spec = read_dataset(paths, name)
     virtual = session_names(spec.recipe) if spec.recipe else ()
     sessions = whole_sessions(paths, name, virtual)
@@ -111,9 +119,7 @@ def load_dataset(name: str, project: Project = None) -> Dataset:
     >>> [len(test) for train, test in size.folds("size")]  # recordings held out
     [4, 4, 4, 4]
     """
-    from ajgdata.store.sessions import read_dataset
-
-    paths = _paths(project)
+    paths = find_project(project)
     return Dataset(paths, read_dataset(paths, name))
 
 
@@ -130,24 +136,22 @@ def load_model(name: str, task: str, model: str = "cnn", project: Project = None
     >>> edge_mm.shape
     (16,)
     """
-    return read_model(_model_folder(_paths(project), name, task, model))[0]
+    return read_model(_model_folder(find_project(project), name, task, model))[0]
 
 
 def read_model(folder: Path) -> tuple[BaseEstimator, dict[str, Any]]:
-    """Return the trained model in `folder`, and what is known of it.
+    """Return the trained model in `folder`, and its description.
 
-    Raises DataError if there is none to be had, and for a file that holds other types than the
-    model's entry in the registry trusts.
+    Raises DataError if it was not trained, and for a file with other types than the model's entry
+    in the registry trusts.
     """
     from ajgdata.models import restored_network, trusted_types
-    from ajgdata.store.models import read_about, read_estimator, read_network
-    from ajgdata.types import DataError
 
     about = read_about(folder)
     name, kind = about["model"], about["kind"]
     try:
         trusted = trusted_types(name)
-    except ValueError as error:  # of the registry: a package that is no longer there
+    except ValueError as error:  # of the registry: its package is no longer installed
         raise DataError(folder, str(error), "install the package it came from") from None
     if "network" not in about:
         return read_estimator(folder, trusted), about
@@ -170,19 +174,16 @@ def load_predictor(name: str, task: str, model: str = "cnn", project: Project = 
     >>> said.unit, str(said.verdict)
     ('mm', 'known')
     """
-    return read_predictor(_model_folder(_paths(project), name, task, model), name, task)
+    return read_predictor(_model_folder(find_project(project), name, task, model), name, task)
 
 
 def _model_folder(paths: Paths, name: str, task: str, model: str) -> Path:
     """Return the folder of a trained model. Raises DataError, which lists models, if there is
     none."""
-    from ajgdata.store.sessions import read_dataset
-    from ajgdata.types import DataError, checked_name
-
     names = checked_name(name), checked_name(task, "task"), checked_name(model, "model")
     if not (folder := paths.model(*names)).is_dir():
-        declared = read_dataset(paths, name).tasks.items()
-        known = "; ".join(f"{one}: {', '.join(asked.models)}" for one, asked in declared) or "none"
+        tasks = read_dataset(paths, name).tasks.items()
+        known = "; ".join(f"{key}: {', '.join(spec.models)}" for key, spec in tasks) or "none"
         raise DataError(folder, "there is no such model", f"`ajgdata run {name}` trains {known}")
     return folder
 
@@ -192,15 +193,9 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
     from ajgdata.evaluate.in_use import Calibration
     from ajgdata.evaluate.novelty import Guard
     from ajgdata.live.predictor import Predictor
-    from ajgdata.store.models import read_guard
-    from ajgdata.types import AudioSettings, DataError, FeatureSettings, NotPossibleError
 
     estimator, about = read_model(folder)
-    if "calibration" not in about:
-        raise DataError(folder, "was trained without calibration", "run `snakemake` again")
     calibration = Calibration(**about["calibration"])
-    arrays, threshold = read_guard(folder), calibration.novelty_threshold
-    absent = Guard.absent(len(about["frequency_hz"]))
     try:
         return Predictor(
             estimator=estimator,
@@ -213,16 +208,10 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
             audio=AudioSettings.model_validate(about["audio"]),
             features=FeatureSettings.model_validate(about["features"]),
             calibration=calibration,
-            guard=Guard(**arrays, threshold=threshold) if arrays else absent,
+            guard=Guard(**read_guard(folder), threshold=calibration.novelty_threshold),
         )
     except NotPossibleError as error:
         raise DataError(folder, str(error), "choose a data set without") from None
-
-
-def _paths(project: Project) -> Paths:
-    from ajgdata.paths import find_project
-
-    return find_project(project)
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,7 +243,6 @@ class Part:
         >>> features.shape, edge_mm.dtype
         (torch.Size([16, 1025]), torch.float32)
         """
-        import numpy as np
         import torch
         from torch.utils.data import TensorDataset
 
@@ -276,14 +264,13 @@ class Dataset:
 
     def all(self, task: str) -> Part:
         """Return every recording that has the target of `task`."""
-        rows, classes = self._rows(task)
-        return Part(*rows, classes)
+        return _part(*self._rows(task))
 
     def withheld(self, task: str) -> Part:
         """Return the recordings whose value no fold trains on; each fold's model may be tested on
         them."""
-        _, withheld, classes = self._apart(task)
-        return Part(*withheld, classes)
+        rows, classes = self._rows(task)
+        return _part(self._split_withheld(task, rows)[1], classes)
 
     def split(self, task: str, fold: int, seed: int = 0) -> tuple[Part, Part]:
         """Return what to train on and what to test on in `fold` (from 0): as the evaluation does.
@@ -297,7 +284,7 @@ class Dataset:
         """
         parts = self.folds(task, seed)
         if not 0 <= fold < len(parts):
-            raise self._wrong(f"task {task} has no fold {fold}", f"use 0 to {len(parts) - 1}")
+            raise self._error(f"task {task} has no fold {fold}", f"use 0 to {len(parts) - 1}")
         return parts[fold]
 
     def folds(self, task: str, seed: int = 0) -> list[tuple[Part, Part]]:
@@ -309,54 +296,53 @@ class Dataset:
         """
         from ajgdata.evaluate.splits import grouped_folds
 
-        known, _, classes = self._apart(task)
-        declared = self.spec.tasks[task]
-        number = min(declared.folds, len(set(known.group.tolist())))
-        kind = self.spec.targets[declared.target].kind
+        rows, classes = self._rows(task)
+        known, _ = self._split_withheld(task, rows)
+        settings = self.spec.tasks[task]
+        number = min(settings.folds, len(set(known.group.tolist())))
+        kind = self.spec.targets[settings.target].kind
         with self._possible(task):
             pairs = grouped_folds(known.value, known.group, kind, number, seed)
         return [
-            (Part(*known.where(train), classes), Part(*known.where(test), classes))
+            (_part(known.where(train), classes), _part(known.where(test), classes))
             for train, test in pairs
         ]
 
     def _rows(self, task: str) -> tuple[TaskData, tuple[str, ...]]:
         """Return the recordings that have the target of a task, and the target's classes."""
         from ajgdata.evaluate.task_data import frequent_classes, task_data
-        from ajgdata.store.features import read_store
 
         if task not in self.spec.tasks:
-            raise self._wrong(f"there is no task {task!r}", f"use {', '.join(self.spec.tasks)}")
-        declared = self.spec.tasks[task]
-        kind = self.spec.targets[declared.target].kind
+            raise self._error(f"there is no task {task!r}", f"use {', '.join(self.spec.tasks)}")
+        settings = self.spec.tasks[task]
+        target, groups, classes = settings.target, settings.groups, settings.classes
+        kind = self.spec.targets[target].kind
         shard = read_store(self.paths.features(self.spec.name))
-        named, classes = (declared.target, declared.groups), declared.classes
         with self._possible(task):
-            if declared.min_groups:
-                classes = tuple(frequent_classes(shard, *named, classes, declared.min_groups)[0])
-            rows = task_data(shard, declared.target, kind, declared.groups, classes)
+            if settings.min_groups:
+                frequent = frequent_classes(shard, target, groups, classes, settings.min_groups)
+                classes = tuple(frequent[0])
+            rows = task_data(shard, target, kind, groups, classes)
         present = sorted(set(rows.value.tolist())) if kind == "classification" else []
         return rows, tuple(present)
 
-    def _apart(self, task: str) -> tuple[TaskData, TaskData, tuple[str, ...]]:
-        """Return the known and the withheld recordings of a task, and the target's classes."""
+    def _split_withheld(self, task: str, rows: TaskData) -> tuple[TaskData, TaskData]:
         from ajgdata.evaluate.task_data import split_withheld
 
-        rows, classes = self._rows(task)
         with self._possible(task):
-            return *split_withheld(rows, self.spec.tasks[task].withhold), classes
+            return split_withheld(rows, self.spec.tasks[task].withhold)
 
     @contextmanager
     def _possible(self, task: str) -> Iterator[None]:
-        """Raise DataError for what the data lack for a task."""
-        from ajgdata.types import NotPossibleError
-
+        """Raise DataError if the data are not sufficient for a task."""
         try:
             yield
         except NotPossibleError as error:
-            raise self._wrong(f"task {task}: {error}", "record more, or change the task") from None
+            raise self._error(f"task {task}: {error}", "record more, or change the task") from None
 
-    def _wrong(self, problem: str, fix: str) -> DataError:
-        from ajgdata.types import DataError
-
+    def _error(self, problem: str, fix: str) -> DataError:
         return DataError(self.paths.dataset(self.spec.name), problem, fix)
+
+
+def _part(rows: TaskData, classes: tuple[str, ...]) -> Part:
+    return Part(rows.feature, rows.value, rows.group, rows.name, classes)

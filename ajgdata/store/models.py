@@ -18,8 +18,8 @@ ABOUT_FILE = "model.json"
 NETWORK_FILE = "model.safetensors"
 ESTIMATOR_FILE = "model.skops"
 GUARD_FILE = "guard.safetensors"
-#: All models of a data set are made by one job, which its folder tells to be done.
-_ANEW = "delete the folder of all models of its data set (results/models/NAME) and run again"
+#: One job trains all models of a data set; it runs if their folder is missing.
+_RETRAIN = "delete the folder of all models of its data set (results/models/NAME) and run again"
 
 
 def write_network(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
@@ -28,19 +28,18 @@ def write_network(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
 
 
 def read_network(folder: Path) -> dict[str, np.ndarray]:
-    """Return the arrays that `write_network` wrote, by name, of the same shapes."""
+    """Return the weights of a network by name."""
     return _read_arrays(folder / NETWORK_FILE)
 
 
 def write_guard(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    """Write what tells the unknown and the empty gripper: see `evaluate.novelty.Guard`."""
+    """Write the arrays of `evaluate.novelty.Guard`, which detects novel objects, by name."""
     _write_arrays(folder / GUARD_FILE, arrays)
 
 
-def read_guard(folder: Path) -> dict[str, np.ndarray] | None:
-    """Return the arrays that `write_guard` wrote, by name; None if the model was stored without."""
-    path = folder / GUARD_FILE
-    return _read_arrays(path) if path.is_file() else None
+def read_guard(folder: Path) -> dict[str, np.ndarray]:
+    """Return the arrays of the guard by name."""
+    return _read_arrays(folder / GUARD_FILE)
 
 
 def _write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
@@ -68,8 +67,8 @@ def write_estimator(folder: Path, estimator: BaseEstimator) -> None:
 
 
 def read_estimator(folder: Path, trusted: Sequence[str]) -> BaseEstimator:
-    """Return the estimator that `write_estimator` wrote. Types that are neither scikit-learn's nor
-    numpy's nor `trusted` are refused with DataError."""
+    """Return a fitted scikit-learn estimator. Types that are neither scikit-learn's nor numpy's nor
+    `trusted` are refused with DataError."""
     from skops.io import load
 
     try:
@@ -85,14 +84,12 @@ def write_about(folder: Path, about: Mapping[str, Any]) -> None:
 
 def read_about(folder: Path) -> dict[str, Any]:
     """Return the description of a trained model. Raises DataError if it could not be trained."""
-    about = read_json(folder / ABOUT_FILE)
-    if not isinstance(about, dict) or not {"model", "kind"} <= set(about):
-        raise DataError(folder / ABOUT_FILE, "is not the description of a model", _ANEW)
+    about: dict[str, Any] = read_json(folder / ABOUT_FILE)
     if "skipped" in about:
-        raise DataError(folder, f"was not trained: {about['skipped']}", "mend the task first")
+        raise DataError(folder, f"was not trained: {about['skipped']}", "correct the task first")
     return about
 
 
 def _unreadable(path: Path, error: Exception) -> DataError:
     first = (str(error).splitlines() or [type(error).__name__])[0]
-    return DataError(path, f"not a readable model ({first})", _ANEW)
+    return DataError(path, f"not a readable model ({first})", _RETRAIN)

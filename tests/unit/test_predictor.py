@@ -203,7 +203,7 @@ def test_another_rate_is_refused_or_converted_as_the_data_set_says(trained, tmp_
 
 
 def test_models_that_cannot_be_used_are_refused(trained, tmp_path):
-    """Features that need more than one recording, no calibration, a damaged file, no file."""
+    """Features that need more than one recording, a damaged file, no file."""
     folder = tmp_path / "model"
     shutil.copytree(trained.paths.model("d", "what", "linear"), folder)
 
@@ -217,9 +217,6 @@ def test_models_that_cannot_be_used_are_refused(trained, tmp_path):
         about_changed = about | {"features": changed.model_dump(mode="json")}
         (folder / "model.json").write_bytes(json_bytes(about_changed))
         refused(f"features.{min(features)}.* needs the played sound")
-    without = {key: value for key, value in about.items() if key != "calibration"}
-    (folder / "model.json").write_bytes(json_bytes(without))
-    refused("without calibration; run `snakemake` again")
     (folder / "model.json").write_bytes(json_bytes(about))
     for name in ("guard.safetensors", "model.skops"):
         (folder / name).write_bytes(b"spoilt")
