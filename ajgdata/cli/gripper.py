@@ -37,20 +37,14 @@ def show(
         Path | None, typer.Option("--out", help="folder; default: gripper-<name of the scene>")
     ] = None,
 ) -> None:
-    """Draw a scene: its cross-section, its response and its spectrum."""
-    from ajgdata.gripper import simulate
+    """Draw the cross-section of a scene."""
     from ajgdata.report.canvas import save_figure
-    from ajgdata.report.scenes import cross_section_figure, response_figure
+    from ajgdata.report.scenes import cross_section_figure
 
     title, content = _open_scene(scene)
-    plan = _plan(scene, content)
-    figures = {
-        "cross-section": cross_section_figure(content, title, plan.left_out),
-        "response": response_figure(simulate(plan), title, content.numerics),
-    }
-    for stem, figure in figures.items():
-        path = (folder or Path(f"gripper-{title}")) / stem
-        say(escape(str(save_figure(figure, path)[0])))
+    figure = cross_section_figure(content, title, _plan(scene, content).left_out)
+    path = (folder or Path(f"gripper-{title}")) / "cross-section"
+    say(escape(str(save_figure(figure, path)[0])))
 
 
 @gripper.command("plan")

@@ -20,19 +20,16 @@ def build_page(paths: Paths, name: str, files: Sequence[Path], nav: Sequence[Gro
     `files` hold the tables that it shows.
     """
     from ajgdata.report.render import draw_figures
-    from ajgdata.report.study_figures import FIGURES
-    from ajgdata.report.study_page import placed_figures, render_study
+    from ajgdata.report.studies import figures_of, render_study
 
     read = [read_tables(file) for file in files]
     tables = [table for _, some in read for table in some]
     if name == ABLATIONS_PAGE:
         tables = with_verdicts(tables)
-    placed = placed_figures(FIGURES.get(name, ()), tables)
-    listed = [one for some in placed.values() for one in some]
-    figures = draw_figures(listed, paths.page_figures(name))
+    figures = draw_figures(figures_of(name, tables), paths.page_figures(name))
     for table in tables:
         write_csv(paths.page_figures(name) / f"{table.name}.csv", table)
-    html = render_study(name, read[0][0], tables, figures, placed, nav, paths)
+    html = render_study(name, read[0][0], tables, figures, nav, paths)
     write_bytes(paths.page(name), html.encode())
 
 

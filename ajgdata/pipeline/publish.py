@@ -188,14 +188,15 @@ def _describe(
     """Write the description, metadata and figures; return the last fields of `Published`."""
     from ajgdata.pipeline.dataset_summary import summary
     from ajgdata.report import card
-    from ajgdata.report.canvas import encode
-    from ajgdata.report.spectra import spectra_figure
+    from ajgdata.report.canvas import draw, encode
+    from ajgdata.report.figures import spectra_figure
 
     about_data = summary(paths, spec, contents.store)
     grippers = sorted({session.gripper for session in contents.sessions.values()})
     about = About(spec, about_data.source, commit_date(), grippers != ["unknown"])
     if about_data.spectra:
-        _write(tree, tree.SPECTRA, encode(spectra_figure(about_data), "png"))
+        figure = draw(spectra_figure(about_data, about_data.spectra))
+        _write(tree, tree.SPECTRA, encode(figure, "png"))
     described = (tree.METADATA, tree.FEATURES, tree.ARCHIVE)
     sizes = {name: (tree / name).stat().st_size for name in described}
     hashes = {name: file_sha256(tree / name) for name in described}

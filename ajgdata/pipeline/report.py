@@ -35,7 +35,6 @@ from ajgdata.report.report_data import (
     Skipped,
     TaskSection,
 )
-from ajgdata.report.study_page import holds
 from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.provenance import software
@@ -153,6 +152,8 @@ def _lower(title: str) -> str:
 
 def _checks(studies: Mapping[str, Sequence[Table]]) -> Iterator[Checks]:
     """Yield how many rows of each study of the virtual gripper hold, if they can fail."""
+    from ajgdata.report.studies import holds
+
     for name, tables in studies.items():
         results = [holds(row) for table in tables for row in table.rows]
         verdicts = [result for result in results if result is not None]

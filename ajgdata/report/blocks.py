@@ -11,9 +11,7 @@ from ajgdata.report.format import Caption
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ajgdata.report.marks import MarkName, Picture
     from ajgdata.report.paper import PaperFigure
-    from ajgdata.types.table import Table
 
 
 class Illustration(NamedTuple):
@@ -26,26 +24,6 @@ class Illustration(NamedTuple):
     caption: Caption
     draw: Callable[[], Figure]
     folded: str = ""
-
-
-class TableFigure(NamedTuple):
-    """A figure of a table of a study or an ablation: names of the table, the file and the mark.
-
-    `picture` makes what the mark draws of the table; `text` is the caption.
-    """
-
-    table: str
-    name: str
-    mark: MarkName
-    picture: Callable[[Table], Picture]
-    text: str | Callable[[Table], str]
-
-    def of(self, table: Table) -> Illustration:
-        """Return the figure of `table`, not drawn yet."""
-        from ajgdata.report.marks import illustration  # matplotlib
-
-        text = self.text if isinstance(self.text, str) else self.text(table)
-        return illustration(self.name, self.mark, self.picture(table), text)
 
 
 class ShownTable(NamedTuple):

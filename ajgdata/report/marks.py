@@ -34,6 +34,8 @@ MAX_TICKS, TITLE_LETTERS = 8, 32
 LOG_RATIO = 15
 #: Points that an alternative text lists.
 MAX_LISTED = 60
+#: Lines of more points have no markers and no bars.
+MAX_MARKERS = 100
 #: Matrices of more classes have no numbers in their cells.
 MAX_NUMBERED = 16
 #: Shares above this value are dark: their numbers are white.
@@ -118,10 +120,12 @@ def lines(picture: Picture) -> Figure:
     for axes, panel in zip(grid, picture.panels, strict=True):
         for index, name in enumerate(picture.series):
             points = sorted(picture.of(panel, name), key=lambda point: point.x)
-            if points:
-                x, mean, bars = _arrays(points)
-                style = {**line_style(index), "elinewidth": 0.7}
-                axes.errorbar(x, mean, bars, label=name, capsize=2.0, **style)
+            x, mean, bars = _arrays(points)
+            style = line_style(index)
+            if len(points) > MAX_MARKERS:
+                axes.plot(x, mean, label=name, **style | {"marker": "", "lw": 0.9})
+            elif points:
+                axes.errorbar(x, mean, bars, label=name, capsize=2.0, elinewidth=0.7, **style)
         _references(axes, picture, panel, "y")
         _numeric_x(axes, picture, panel)
     return _finished(figure, grid, picture)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from ajgdata.report.navigation import FIXED, Group, experiment_link
 from ajgdata.report.render import Picture, render, web_link
 from ajgdata.report.report_data import ExperimentPage, Report
 
-#: Figure of the first screen, see `report.skill`.
+#: Figure of the first page, see `report.figures`.
 SKILL = "beside-paper"
 #: A page is to open quickly: further findings are in the file that it points to.
 MAX_FINDINGS = 2000
@@ -24,14 +23,13 @@ MAX_FINDINGS = 2000
 
 def illustrations(report: Report) -> Iterator[Illustration]:
     """Yield every figure of the report, in the order of its pages; nothing is drawn yet."""
-    from ajgdata.report.skill import skill_figure
-    from ajgdata.report.spectra import spectra_caption, spectra_figure
+    from ajgdata.report.figures import skill_figure, spectra_figure
 
     if first := skill_figure(report.comparisons):
         yield first
     for d in report.datasets:
         if d.spectra is not None:
-            yield Illustration(spectra_name(d.name), spectra_caption(d), partial(spectra_figure, d))
+            yield spectra_figure(d, d.spectra)
     for section in report.sections:
         for part in section.parts:
             yield from part.figures

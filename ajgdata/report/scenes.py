@@ -1,4 +1,4 @@
-"""Drawings of a scene: its cross-section, the pressure inside, its response and spectrum."""
+"""Drawings of a scene: its cross-section, and the pressure inside."""
 
 from __future__ import annotations
 
@@ -12,14 +12,13 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
-from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 from scipy.ndimage import binary_closing, zoom
 
 from ajgdata.gripper.geometry import cavity
 from ajgdata.gripper.relief import RASTER_M, relief
-from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Numerics, Scene
-from ajgdata.gripper.simulation import Film, ImpulseResponse
+from ajgdata.gripper.scene import Scene
+from ajgdata.gripper.simulation import Film
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.format import number
 
@@ -38,14 +37,6 @@ TEXT_PT = 10.0
 FINER = 3
 #: Room around the gripper, mm: beside the rim, below the table, above the roof, and for names.
 BESIDE_MM, BELOW_MM, ABOVE_MM, NAMES_MM = 7.0, 4.0, 4.0, 11.0
-#: By scheme: the grid (mm) on which the features of a 20 mm cube and an 80 mm sphere were compared
-#: with those of the wide scheme at 1.6 mm, the frequencies (Hz) below which each 1 kHz of them
-#: erred by less than 10 % (trusted) and 20 % (with care; relative L2), and by what power of the
-#: spacing they move: a mode errs by f (k dx)^n of a scheme of order n.
-BANDS: dict[str, tuple[float, float, float, float]] = {
-    "wide": (4.2, 6_000.0, 12_000.0, 4 / 5),
-    "second": (2.5, 6_000.0, 8_000.0, 2 / 3),
-}
 
 
 @dataclass(frozen=True)
@@ -216,53 +207,3 @@ def _grasp_line(scene: Scene) -> str:
     if scene.object is not None:
         parts.append(f"{number(grasp.force_n)} N, {number(grasp.angle_deg)}°")
     return "   ".join([*parts, f"seed {grasp.seed}", f"grid {number(numerics.dx_mm)} mm"])
-
-
-def trusted_bands_hz(numerics: Numerics) -> tuple[float, float]:
-    """Return up to which frequency (Hz) a spectrum can be trusted, and up to which with care.
-
-    What was measured on one grid, moved to another: equal errors in Hz have equal f^(n+1) dx^n.
-    """
-    dx_mm, trusted, careful, power = BANDS[numerics.scheme]
-    factor = (dx_mm / numerics.dx_mm) ** power
-    return trusted * factor, careful * factor
-
-
-@styled
-def response_figure(ir: ImpulseResponse, title: str, numerics: Numerics) -> Figure:
-    """Return impulse response, and its spectrum with the trusted band."""
-    samples = ir.samples[ir.latency_samples :]
-    milliseconds = 1e3 * np.arange(len(samples)) / SAMPLE_RATE_HZ
-    figure = new_figure((WIDTH_IN, 5.4), title, f"{number(milliseconds[-1])} ms", ["simulated"])
-    upper, lower = figure.subplots(2, 1, height_ratios=[1, 1.25])
-    upper.plot(milliseconds, samples / np.abs(samples).max(), color=COLOURS[0], lw=0.9)
-    upper.set(xlabel="time (ms)", ylabel="pressure (of its peak)", ylim=(-1.05, 1.05))
-    frequency, level = spectrum_db(samples, ir.static)
-    lower.plot(frequency, level, color=COLOURS[0], lw=1.0)
-    _mark_bands(lower, numerics)
-    lower.set(xscale="log", xlim=(100, 20_000), ylim=(level.max() - 80, level.max() + 12))
-    lower.set(xlabel="frequency (Hz)", ylabel="level (dB re 1 Pa s/m³)")
-    lower.xaxis.set_major_formatter(FuncFormatter(lambda hz, _: number(hz)))
-    return figure
-
-
-def _mark_bands(axes: Axes, numerics: Numerics) -> None:
-    trusted, careful = (min(hz, 20_000.0) for hz in trusted_bands_hz(numerics))
-    spans = ((100, trusted, "#009E73", "trusted"), (trusted, careful, "#E69F00", "with care"))
-    for low, high, colour, name in (*spans, (careful, 20_000, GREY, "the grid's")):
-        if low < 20_000:
-            axes.axvspan(low, high, color=colour, alpha=0.10, lw=0, label=name)
-    axes.legend(loc="lower left")
-
-
-def spectrum_db(samples: Real, static: float) -> tuple[Real, Real]:
-    """Return frequencies (Hz, 100 to 20,000) and 20 log10 |H| (dB); bins are 2.7 Hz wide at most.
-
-    `static` is what remains for ever, Σ static z^-n beside the samples.
-    """
-    length = max(1 << 14, len(samples))
-    frequency = np.fft.rfftfreq(length, 1 / SAMPLE_RATE_HZ)
-    heard = (frequency >= 100) & (frequency <= 20_000)
-    remaining = static / -np.expm1(-2j * np.pi * frequency[heard] / SAMPLE_RATE_HZ)
-    magnitude = np.abs(np.fft.rfft(samples, length)[heard] + remaining)
-    return frequency[heard], 20 * np.log10(np.maximum(magnitude, 1e-6 * magnitude.max()))

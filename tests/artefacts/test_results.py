@@ -14,7 +14,7 @@ from sklearn.metrics import accuracy_score, root_mean_squared_error
 import ajgdata
 from ajgdata.paths import RUN_VARIABLE, Paths, Tree
 from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
-from ajgdata.report.study_page import holds
+from ajgdata.report.studies import holds
 from ajgdata.store.audio import read_audio
 from ajgdata.store.features import read_store
 from ajgdata.store.publishing.archive import checksums_bytes

@@ -10,12 +10,12 @@ from html_page import Page
 from report_samples import PAPER, SCRIPT, sample_report
 
 from ajgdata.report.comparison import Cost, PaperComparison, mark_of
+from ajgdata.report.figures import skill_figure
 from ajgdata.report.format import Score
 from ajgdata.report.navigation import Link, navigation
 from ajgdata.report.page import illustrations, render_pages
 from ajgdata.report.render import picture
 from ajgdata.report.report_data import Report
-from ajgdata.report.skill import skill_figure
 
 NAV = navigation([Link("experiments/size.html", "How large?", "Paper's")], ["accuracy"], [])
 

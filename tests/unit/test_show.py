@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper import Scene
-from ajgdata.gripper.scene import Numerics
-from ajgdata.report.scenes import (
-    section,
-    spectrum_db,
-    trusted_bands_hz,
-)
+from ajgdata.report.scenes import section
 
 CUBE = {"object": {"kind": "cube", "edge_mm": 20}, "numerics": {"dx_mm": 6}}
 SCENE = Scene.model_validate(CUBE)
@@ -28,22 +23,6 @@ def test_the_section_is_the_cavity_of_the_scene():
     # off the axis the balloon is more curved, at r = 30 mm by 0.8^-3
     assert cut.floor.min() >= cut.table - 0.045 * 0.8**-3
     assert section(Scene()).table is None
-
-
-def test_what_remains_for_ever_is_in_the_spectrum():
-    """A decay towards a level: its z transform is a geometric series and a step."""
-    decay, level = 0.98 ** np.arange(2_000), 0.3
-    samples = decay - level  # less what remains, as in an impulse response
-    frequency, found = spectrum_db(np.append(samples, 0.0), level)
-    z = np.exp(-2j * np.pi * frequency / 44_100)
-    exact = 1 / (1 - 0.98 * z) + level * z**2_000 / (1 - z)
-    assert found == pytest.approx(20 * np.log10(np.abs(exact)), abs=1e-9)
-
-
-def test_the_trusted_band_shrinks_with_the_grid():
-    wide, second = Numerics(), Numerics(scheme="second", dx_mm=5)
-    assert trusted_bands_hz(wide) == (6_000, 12_000)
-    assert trusted_bands_hz(second)[0] == pytest.approx(6_000 / 2 ** (2 / 3))
 
 
 def test_a_bad_scene_is_one_line(ajgdata, project):

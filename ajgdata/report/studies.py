@@ -1,0 +1,208 @@
+"""Pages of the simulation studies and ablations: their tables, and a figure of each study."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ajgdata.gripper.scene import Numerics
+from ajgdata.paths import Paths
+from ajgdata.report.blocks import Illustration
+from ajgdata.report.format import Score, number, value, words
+from ajgdata.report.marks import MarkName, Picture, Point, illustration
+from ajgdata.report.navigation import LEADS, Group
+from ajgdata.report.render import Picture as Drawn
+from ajgdata.report.render import render
+from ajgdata.types.table import Table, Value
+
+
+def render_study(
+    name: str,
+    provenance: Mapping[str, Any],
+    tables: Sequence[Table],
+    figures: Mapping[str, Drawn],
+    nav: Sequence[Group] = (),
+    project: Paths | None = None,
+) -> str:
+    """Return the page as HTML text; `figures` are those of tables, by their names."""
+    return render(
+        "study.html.j2",
+        figures,
+        project=project,
+        title=LEADS[name].title,
+        lead=LEADS[name].text,
+        provenance=provenance,
+        tables=tables,
+        numeric=numeric,
+        passed=passed,
+        holds=holds,
+        nav=nav,
+        here=f"{name}.html",
+    )
+
+
+def numeric(table: Table, key: str) -> bool:
+    """Return whether a column holds numbers, finite or not, and perhaps gaps: set flush right."""
+    cells = [cell for cell in table.column(key) if cell is not None]
+    return bool(cells) and all(
+        cell in ("inf", "-inf", "nan") if isinstance(cell, str) else not isinstance(cell, bool)
+        for cell in cells
+    )
+
+
+def holds(row: Mapping[str, Value]) -> bool | None:
+    """Return whether a row that says `passed`, or `expected` and `outcome`, says that all is well.
+
+    None for a row that says neither.
+    """
+    if "passed" in row:
+        return None if row["passed"] is None else bool(row["passed"])
+    if {"expected", "outcome"} <= set(row):
+        return row["expected"] == row["outcome"]
+    return None
+
+
+def passed(table: Table) -> str:
+    """Return `12 of 13 hold.` for a table whose rows can hold or fail, else nothing."""
+    verdicts = [verdict for row in table.rows if (verdict := holds(row)) is not None]
+    return f"{sum(verdicts)} of {len(verdicts)} hold." if verdicts else ""
+
+
+# Figures
+
+
+def figures_of(study: str, tables: Sequence[Table]) -> Iterator[Illustration]:
+    """Yield the figure of a study, named like its table; nothing is drawn yet."""
+    name, figure = FIGURES.get(study, ("", convergence))
+    for table in tables:
+        if table.name == name and table.rows:
+            yield figure(table)
+
+
+def _illustration(
+    table: Table, mark: MarkName, title: str, about: str, points: list[Point],
+    axis: str, text: str, place: tuple[str, str] = ("", ""),
+    limit: tuple[str, float] | None = None,
+) -> Illustration:  # fmt: skip
+    """Return a figure of simulated results with a logarithmic axis; values of 0 are left out."""
+    shown = tuple(point for point in points if point.score.mean > 0)
+    picture = Picture(title, about, ("simulated",), shown, (axis, ""), place, limit=limit, log=True)
+    return illustration(table.name, mark, picture, text)
+
+
+def _points(
+    table: Table, key: str, series: str, x: str, panel: str = "", least: float = -math.inf
+) -> list[Point]:
+    """Return a point per row with a finite value in the column `key`; `least` is drawn for less."""
+    return [
+        Point(
+            words(str(row[panel])) if panel else "",
+            words(str(row[series])),
+            words(row[x]) if isinstance(row[x], str) else float(row[x] or 0),
+            Score(max(float(number_), least), math.nan),
+        )
+        for row, number_ in zip(table.rows, table.numbers(key), strict=True)
+        if math.isfinite(number_)
+    ]
+
+
+def convergence(table: Table) -> Illustration:
+    """Return the relative error of each refined case against the grid spacing, and the orders at
+    which refinement brings the known answers nearer."""
+    orders = []
+    cases = table.parted("case").values()
+    for rows in cases:
+        grid, error = rows.numbers("dx_mm"), rows.numbers("error")
+        fine, coarse = int(np.argmin(grid)), int(np.argmax(grid))
+        if grid[fine] < grid[coarse] and error[fine] > 0 and error[coarse] > 0:
+            orders.append(np.log(error[coarse] / error[fine]) / np.log(grid[coarse] / grid[fine]))
+    nearer = [order for order in orders if order > 0]
+    title = f"Refinement brings {len(nearer)} of {len(orders)} known answers nearer"
+    if nearer:
+        title += f", at orders from {number(min(nearer), 2)} to {number(max(nearer), 2)}"
+    return _illustration(
+        table, "lines", title, f"{len(cases)} known answers",
+        _points(table, "error", "case", "dx_mm"), "relative error",
+        "Relative error of each case that is refined, against the spacing of its grid.",
+        ("grid spacing", "mm"),
+    )  # fmt: skip
+
+
+def stability(table: Table) -> Illustration:
+    """Return the energy at the end over that after the strike, of each case that was marched."""
+    marched = [row for row in table.rows if row["outcome"] != "refused"]
+    grows = sum(row["outcome"] == "grows" for row in marched)
+    title = f"{grows} of {len(marched)} marched cases can gain energy"
+    if not grows:
+        gain = value(max(row["gain"] for row in marched))
+        title = f"None of {len(marched)} marched cases gains energy: at most {gain} per step"
+    transient = table.numbers("transient")
+    worst = int(np.nanargmax(transient))
+    text = (
+        "Energy at the end of each run over that after its strike; a case that blew up would lie "
+        "above 1. The stored energy of some state can rise for a moment, at frequencies near the "
+        f"limit of the grid: by a factor of {number(float(np.nanmedian(transient)), 2)} in half "
+        f"of the cases and of {number(transient[worst], 2)} in the worst, "
+        f"{table.rows[worst]['name']}."
+    )
+    points = [
+        point._replace(series=name)
+        for name, key in (("float64", "growth"), ("float32", "growth_single"))
+        for point in _points(table, key, "group", "group")
+    ]
+    about = f"{int(np.sum(~np.isnan(table.numbers('growth'))))} cases that were marched"
+    axis = "energy, last over first"
+    return _illustration(table, "rows", title, about, points, axis, text, limit=("no losses", 1.0))
+
+
+def accuracy(table: Table) -> Illustration:
+    """Return the error of the feature against run time: a panel per object, a series per scheme."""
+    numerics = Numerics()
+    default = table.where(scheme=numerics.scheme, dx_mm=numerics.dx_mm)
+    title = "A finer grid has a smaller error and takes longer"
+    if default.rows:
+        error, ratio = (number(float(default.numbers(k).mean()), 2) for k in ("error", "ratio"))
+        title = f"The default, {numerics.scheme} at {numerics.dx_mm:g} mm, has an error of {error}"
+        title += f" in {ratio} of the plain kernel's time"
+    return _illustration(
+        table, "scatter", title, "error against the finest grid; each point is a grid spacing",
+        _points(table, "error", "scheme", "ratio", "object"), "relative L2 error of the feature",
+        "Error of the feature against the finest grid, and its cost. Dashed: an error of 0.10. "
+        "Times belong to the machine that made this page, their ratios less so.",
+        ("run time over that of the plain kernel at 2.5 mm", ""), ("target", 0.10),
+    )  # fmt: skip
+
+
+def omissions(table: Table) -> Illustration:
+    """Return the measured change if each part is left out: a row per part."""
+    tolerance = float(table.numbers("tolerance")[0])
+    absent = table.where(kept=False)
+    above = int(np.sum(absent.numbers("measured") > tolerance))
+    title = f"{above or 'None'} of {len(absent.rows)} parts left out "
+    title += f"{'change' if above > 1 else 'changes'} any third octave by more than "
+    points = [
+        point._replace(series=name)
+        for kept, name in ((True, "solved"), (False, "left out"), (None, "all that is left out"))
+        for point in _points(
+            table.where(kept=kept), "measured", "part", "part", least=tolerance / 1e3
+        )
+    ]
+    return _illustration(
+        table, "rows", title + number(tolerance), f"{len(table.parted('scene'))} scenes", points,
+        "relative L2 change of the feature",
+        "The change if each part of each scene is left out. A part that is left out and lies "
+        "to the right of the tolerance is an error of the plan.",
+        limit=("tolerance", tolerance),
+    )  # fmt: skip
+
+
+#: Table and figure of each study.
+FIGURES: dict[str, tuple[str, Callable[[Table], Illustration]]] = {
+    "verification": ("convergence", convergence),
+    "stability": ("stability", stability),
+    "accuracy": ("accuracy", accuracy),
+    "omissions": ("omissions", omissions),
+}
