@@ -14,7 +14,7 @@ from pydantic import JsonValue
 from ajgdata.ablations.verdicts import Folds, Measured, trial_table, value_table
 from ajgdata.acquire.recipe import Grasp, plan_session, session_names
 from ajgdata.acquire.virtual import VirtualGripper
-from ajgdata.evaluate.crossval import ExtraTestSet, cross_validate
+from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data
 from ajgdata.features.spectrum import spectrum, within
 from ajgdata.gripper import SAMPLE_RATE_HZ
@@ -73,15 +73,10 @@ class AblationData:
         """Return the metric of each fold on held-out grasps, by what is tested on ("": its own)."""
         known, tests = self._rows(variant)
         task, grouped = self._task(variant.task), variant.split == "grouped"
-        extra = {
-            name: ExtraTestSet(rows.feature, rows.value, rows.group)
-            for name, rows in tests.items()
-            if grouped
-        }
         result = cross_validate(
             known.feature, known.value, known.group if grouped else None, kind=task["kind"],
             model=model, folds=task["folds"], seed=self.seed, period=task["period_deg"],
-            extra_tests=extra,
+            extra_tests=tests if grouped else None,
         )  # fmt: skip
         scores = {"": result.scores} | {k: one.scores for k, one in result.extra_tests.items()}
         return {name: one.per_fold[self.metric[0]] for name, one in scores.items()}

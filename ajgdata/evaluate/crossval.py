@@ -2,6 +2,13 @@
 
 The three results are separate objects: `Scores` and `Predictions` are the same bytes for the same
 inputs and seed; `Cost` is measured, hence never the same twice.
+
+>>> import ajgdata
+>>> from ajgdata.evaluate.crossval import cross_validate
+>>> size = ajgdata.load_dataset("size").all("size")
+>>> result = cross_validate(size.X, size.y, size.groups, kind="regression", model="knn", folds=4)
+>>> result.scores.folds, sorted(result.scores.mean), result.predictions.y_pred.shape
+(4, ['mae', 'r2', 'rmse'], (16,))
 """
 
 from __future__ import annotations
@@ -11,8 +18,8 @@ import statistics
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from sklearn.base import BaseEstimator, clone
@@ -21,25 +28,13 @@ from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.splits import grouped_folds, random_folds
+from ajgdata.evaluate.task_data import TaskData
 from ajgdata.models import fit_model, make_model
 from ajgdata.models.limits import CHOOSING, most_recordings
 from ajgdata.types import Kind, NotPossibleError
 
 TIMED = 5  # timed predictions; their median ignores one interruption or two
 TIMING_BUDGET_S = 1.0  # stop repeating a slow prediction after this long
-
-
-@dataclass(frozen=True, eq=False)
-class ExtraTestSet:
-    """Rows that are predicted and never trained on: features (n, f), target (n,), groups (n,).
-
-    A fold's model predicts those whose group has no row among its training rows. So a second
-    recording of a grasp is predicted only where that grasp is held out.
-    """
-
-    features: np.ndarray
-    target: np.ndarray
-    groups: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -55,10 +50,8 @@ class Scores:
     folds predicted counts as often in `pooled`.
     """
 
-    kind: Kind
     split: str  #: "grouped" or "random", or the name of the extra rows
     folds: int
-    seed: int
     recordings: int
     groups: int  #: distinct groups; for a random split the number of recordings
     per_fold: dict[str, tuple[float, ...]]
@@ -84,8 +77,7 @@ class Predictions:
     probability: np.ndarray | None  #: of the predicted class; None if the model has none
 
 
-@dataclass(frozen=True)
-class Tested:
+class Tested(NamedTuple):
     """Errors and predictions of a set of rows."""
 
     scores: Scores
@@ -133,6 +125,16 @@ class _Part:
     probability: np.ndarray | None
 
 
+@dataclass(frozen=True)
+class _Fold:
+    """Result of one fold: predictions by name of the extra rows ("" for its own test part), the
+    first four numbers of its `Cost`, and how many recordings it used, of how many."""
+
+    parts: dict[str, _Part]
+    cost: tuple[float, ...]
+    used: tuple[int, int]
+
+
 def cross_validate(
     features: np.ndarray,
     target: np.ndarray,
@@ -143,63 +145,73 @@ def cross_validate(
     folds: int = 5,
     seed: int = 0,
     period: float | None = None,
-    extra_tests: Mapping[str, ExtraTestSet] | None = None,
+    extra_tests: Mapping[str, TaskData] | None = None,
     limits: Mapping[str, int] | None = None,
 ) -> CrossValidation:
     """Train on all folds but one, predict that one and the `extra_tests`; so for each fold.
 
     `features` (n, n_features); `target` (n,) numbers or class labels; `groups` (n,) labels that
-    never straddle folds, or None for a random split, which flatters and is there to compare.
-    `model` is a name in `models.MODELS` or an unfitted estimator; a tuned one is chosen in each
-    fold by inner folds of its training part, which divide no group either. A target with a `period`
-    is one where y and y + period are the same, as the angle of a bar is after half a turn.
-    `limits` are the recordings that models are trained on at most, if not their own (see
-    `models.limits`). BLAS and OpenMP get one thread: results do not depend on the number of cores,
-    and jobs side by side do not fight.
+    never straddle folds, or None for a random split, which is optimistic. Targets y and
+    y + `period` are equal. A fold predicts the extra rows whose group has no training row.
+    `model` is a name in `models.MODELS` (tuned by grouped inner folds) or an unfitted estimator;
+    `limits` are the most recordings that models are trained on (see `models.limits`). BLAS and
+    OpenMP get one thread: results do not depend on the number of cores.
 
-    Raises ValueError for missing values (leave those recordings out first), for lengths that
-    differ, for folds that cannot be made (see `splits`), and for extra rows without `groups`.
-
-    >>> import ajgdata
-    >>> from ajgdata.evaluate.crossval import cross_validate
-    >>> size = ajgdata.load_dataset("size").all("size")
-    >>> found = cross_validate(size.X, size.y, size.groups, kind="regression", model="knn", folds=4)
-    >>> found.scores.folds, sorted(found.scores.mean), found.predictions.y_pred.shape
-    (4, ['mae', 'r2', 'rmse'], (16,))
+    Raises ValueError for missing values, lengths that differ, folds that cannot be made (see
+    `splits`), and extra rows without `groups`.
     """
-    features, target = _validated(features, target, kind)
-    extra = _checked_extra(extra_tests or {}, kind, features.shape[1], groups is not None)
     group = np.arange(len(target)) if groups is None else np.asarray(groups)
-    split = "random" if groups is None else "grouped"
-    parts = (
-        random_folds(target, kind, folds, seed)
-        if groups is None
-        else grouped_folds(target, group, kind, folds, seed)
-    )
-    estimator, most = _unfitted(model, kind, seed, period, limits or {})
-    own_parts: list[_Part] = []
-    extra_parts: dict[str, list[_Part]] = {name: [] for name in extra}
-    costs, used = [], []
+    own = TaskData(*_validated(features, target, kind), group, group)
+    tests = _checked_tests(extra_tests or {}, kind, own, is_grouped=groups is not None)
+    if groups is None:
+        split, pairs = "random", random_folds(own.value, kind, folds, seed)
+    else:
+        split, pairs = "grouped", grouped_folds(own.value, group, kind, folds, seed)
+    unfitted = _unfitted(model, kind, seed, period, limits or {})
     with threadpool_limits(limits=1):
-        for fold, (train, test) in enumerate(parts):
-            fitted, cost = _fitted(estimator, features, target, group, train, test, most)
-            costs.append(cost)
-            used.append((min(len(train), most or len(train)), len(train)))
-            own_parts.append(_predict(fitted, features, test, fold, target[train]))
-            for name, tests in extra.items():
-                new = np.flatnonzero(~np.isin(tests.groups, group[train]))
-                if len(new):
-                    part = _predict(fitted, tests.features, new, fold, target[train])
-                    extra_parts[name].append(part)
-    own = ExtraTestSet(features, target, group)
-    scores = _scores(own, own_parts, kind, period, seed, split)
+        results = [_run(n, *pair, own, tests, *unfitted) for n, pair in enumerate(pairs)]
+    return _collected(results, own, tests, kind, period, split)
+
+
+def _run(
+    number: int,
+    train: np.ndarray,
+    test: np.ndarray,
+    own: TaskData,
+    tests: Mapping[str, TaskData],
+    model: BaseEstimator,
+    most: int | None,
+) -> _Fold:
+    """Train a fold's model, and predict its test part and the extra rows of unknown groups."""
+    fitted, cost = _fitted(model, own, train, test, most)
+    y_train = own.value[train]
+    parts = {"": _predict(fitted, own.feature, test, number, y_train)}
+    for name, rows in tests.items():
+        new = np.flatnonzero(~np.isin(rows.group, own.group[train]))
+        if len(new):
+            parts[name] = _predict(fitted, rows.feature, new, number, y_train)
+    return _Fold(parts, cost, (min(len(train), most or len(train)), len(train)))
+
+
+def _collected(
+    folds: Sequence[_Fold],
+    own: TaskData,
+    tests: Mapping[str, TaskData],
+    kind: Kind,
+    period: float | None,
+    split: str,
+) -> CrossValidation:
+    """Return the result of all folds."""
     tested = {}
-    for name, tests in extra.items():
-        errors = _scores(tests, extra_parts[name], kind, period, seed, name)
-        tested[name] = Tested(errors, _predictions(tests, extra_parts[name], in_order=False))
-    predictions = _predictions(own, own_parts, in_order=True)
-    thinned = tuple(used) if any(some < every for some, every in used) else ()
-    return CrossValidation(scores, predictions, _total_cost(costs), tested, thinned)
+    for name, rows in {"": own, **tests}.items():
+        parts = [fold.parts[name] for fold in folds if name in fold.parts]
+        scores = _scores(rows, parts, kind, period, name or split)
+        tested[name] = Tested(scores, _predictions(rows, parts, in_order=not name))
+    scores, predictions = tested.pop("")
+    used = tuple(fold.used for fold in folds)
+    thinned = used if any(some < every for some, every in used) else ()
+    cost = _total_cost([fold.cost for fold in folds])
+    return CrossValidation(scores, predictions, cost, tested, thinned)
 
 
 def _unfitted(
@@ -223,45 +235,39 @@ def _validated(
     return features, target.astype(np.float64) if kind == "regression" else target
 
 
-def _checked_extra(
-    given: Mapping[str, ExtraTestSet], kind: Kind, width: int, is_grouped: bool
-) -> dict[str, ExtraTestSet]:
-    """Return the sets as arrays. Raises ValueError for one that cannot be tested on."""
-    checked = {}
-    for name, tests in given.items():
-        if not len(tests.target):
+def _checked_tests(
+    extra_tests: Mapping[str, TaskData], kind: Kind, own: TaskData, *, is_grouped: bool
+) -> dict[str, TaskData]:
+    """Return the sets as arrays. Raises ValueError for a set that cannot be tested on."""
+    checked, width = {}, own.feature.shape[1]
+    for name, tests in extra_tests.items():
+        if not len(tests.value):
             raise NotPossibleError(f"{name}: no recording is left to test on")
-        features, target = _validated(tests.features, tests.target, kind)
-        check_consistent_length(target, tests.groups)
+        features, target = _validated(tests.feature, tests.value, kind)
+        check_consistent_length(target, tests.group)
         if features.shape[1] != width:
             widths = f"{features.shape[1]} features, not {width}"
             raise ValueError(f"{name} has {widths}: give both data sets the same feature settings")
-        checked[name] = ExtraTestSet(features, target, np.asarray(tests.groups))
+        checked[name] = TaskData(features, target, np.asarray(tests.group), tests.name)
     if checked and not is_grouped:
         raise ValueError("extra rows need groups, or a grasp could be trained and tested on")
     return checked
 
 
 def _fitted(
-    model: BaseEstimator,
-    features: np.ndarray,
-    target: np.ndarray,
-    group: np.ndarray,
-    train: Any,
-    test: Any,
-    most: int | None,
+    model: BaseEstimator, rows: TaskData, train: np.ndarray, test: np.ndarray, most: int | None
 ) -> tuple[Any, tuple[float, ...]]:
     """Return a model trained on the rows `train`, and the first four numbers of its `Cost`, with
     predictions timed on `test`."""
     unfitted = clone(model)
     wall, cpu = time.perf_counter(), time.process_time()
-    estimator = fit_model(unfitted, features[train], target[train], group[train], most)
+    known = rows.where(train)
+    estimator = fit_model(unfitted, known.feature, known.value, known.group, most)
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-    rows, single = features[test], features[test[:1]]
-    estimator.predict(rows)  # once untimed: the first call may load something
-    return estimator, (
-        wall, cpu, _predicting_s(estimator, rows) / len(rows), _predicting_s(estimator, single)
-    )  # fmt: skip
+    tested, single = rows.feature[test], rows.feature[test[:1]]
+    estimator.predict(tested)  # once untimed: the first call may load something
+    together, alone = (_predicting_s(estimator, x) for x in (tested, single))
+    return estimator, (wall, cpu, together / len(tested), alone)
 
 
 def _predicting_s(estimator: Any, rows: np.ndarray) -> float:
@@ -290,7 +296,7 @@ def _predict(
     return _Part(fold, rows, y_train, y_pred, probability)
 
 
-def _predictions(tests: ExtraTestSet, parts: Sequence[_Part], *, in_order: bool) -> Predictions:
+def _predictions(tests: TaskData, parts: Sequence[_Part], *, in_order: bool) -> Predictions:
     """Return the folds' predictions together; `in_order`: put back into the order of the rows."""
     row = np.concatenate([part.row for part in parts])
     fold = np.repeat([part.fold for part in parts], [len(part.row) for part in parts])
@@ -300,48 +306,74 @@ def _predictions(tests: ExtraTestSet, parts: Sequence[_Part], *, in_order: bool)
     return Predictions(
         row=row[order],
         fold=fold[order],
-        y_true=tests.target[row[order]],
+        y_true=tests.value[row[order]],
         y_pred=y_pred[order],
         probability=np.concatenate(probabilities)[order] if probabilities else None,
     )
 
 
 def _scores(
-    tests: ExtraTestSet,
-    parts: Sequence[_Part],
-    kind: Kind,
-    period: float | None,
-    seed: int,
-    split: str,
+    tests: TaskData, parts: Sequence[_Part], kind: Kind, period: float | None, split: str
 ) -> Scores:
     if not parts:
         raise NotPossibleError(f"{split}: every one of its groups is trained on in every fold")
-    y = tests.target
+    y = tests.value
     each = [metrics.score(y[p.row], p.y_pred, kind, period) for p in parts]
     chance = [metrics.chance(p.y_train, y[p.row], kind, period) for p in parts]
     names = metrics.METRICS[kind]
     per_fold = {name: tuple(fold[name] for fold in each) for name in names}
-    rows = np.concatenate([p.row for p in parts])
-    y_true, y_pred = y[rows], np.concatenate([p.y_pred for p in parts])
-    classes = np.array([])
-    if kind == "classification":
-        classes = np.unique(np.concatenate([y, *(p.y_train for p in parts)]))
+    y_true = y[np.concatenate([p.row for p in parts])]
+    y_pred = np.concatenate([p.y_pred for p in parts])
+    classes = np.unique(np.concatenate([y, *(p.y_train for p in parts)]))
     return Scores(
-        kind=kind,
         split=split,
         folds=len(parts),
-        seed=seed,
         recordings=len(y),
-        groups=len(np.unique(tests.groups)),
+        groups=len(np.unique(tests.group)),
         per_fold=per_fold,
         mean={name: float(np.mean(values)) for name, values in per_fold.items()},
         sd={name: deviation(values) for name, values in per_fold.items()},
         pooled=metrics.score(y_true, y_pred, kind, period),
         chance={name: float(np.mean([fold[name] for fold in chance])) for name in names},
-        classes=tuple(classes.tolist()),
+        classes=tuple(classes.tolist()) if kind == "classification" else (),
     )
 
 
 def deviation(values: Sequence[float]) -> float:
     """Return the sample standard deviation (ddof = 1), NaN for a single value."""
     return float(np.std(values, ddof=1)) if len(values) > 1 else float("nan")
+
+
+def overall(
+    known: Predictions, withheld: Predictions, period: float | None = None
+) -> dict[str, tuple[float, ...]]:
+    """Return metrics of known and withheld recordings together, one value per fold.
+
+    A fold tests a part of the known recordings, but all withheld ones. The weights make the known
+    ones count as often as there are of them: each recording of the data set counts once.
+    """
+    per_fold = []
+    for fold in np.unique(known.fold):
+        test, new = known.fold == fold, withheld.fold == fold
+        weight = np.concatenate(
+            [np.full(test.sum(), len(known.fold) / test.sum()), np.ones(new.sum())]
+        )
+        y_true = np.concatenate([known.y_true[test], withheld.y_true[new]])
+        y_pred = np.concatenate([known.y_pred[test], withheld.y_pred[new]])
+        per_fold.append(metrics.regression(y_true, y_pred, period, weight))
+    return {name: tuple(one[name] for one in per_fold) for name in metrics.METRICS["regression"]}
+
+
+def overall_chance(
+    known: Predictions, withheld: Predictions, period: float | None = None
+) -> dict[str, tuple[float, ...]]:
+    """Return the metrics of `overall` for a guess: the mean of a fold's training recordings."""
+    middle = {
+        fold: metrics.middle(known.y_true[known.fold != fold], period)
+        for fold in np.unique(known.fold)
+    }
+
+    def guess(part: Predictions) -> Predictions:
+        return replace(part, y_pred=np.array([middle[fold] for fold in part.fold]))
+
+    return overall(guess(known), guess(withheld), period)

@@ -45,7 +45,7 @@ def metric_interval(
 
     All arrays are (n,), one element per prediction. A grasp that several folds predict, because it
     is in no training part, is drawn once for all of them. With `part`, a fold's metric is over all
-    parts, each weighted by its recordings in the whole resample (see `withheld.overall`).
+    parts, each weighted by its recordings in the whole resample (see `crossval.overall`).
     `period`: of a target where y and y + period are equal.
 
     If all predictions are right, or all are wrong, resamples do not differ, and below `MIN_GRASPS`

@@ -25,6 +25,10 @@ class TaskData(NamedTuple):
             return self
         return TaskData(*(column[chosen] for column in self))
 
+    def joined(self, other: TaskData) -> TaskData:
+        """Return the recordings of both, these first."""
+        return TaskData(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
+
 
 def task_data(
     shard: Shard, target: str, kind: Kind, groups: str, classes: Sequence[str] = ()

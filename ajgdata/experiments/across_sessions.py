@@ -1,12 +1,12 @@
 """Across sessions: models in held-out sessions, and what corrections need of the session.
 
-The corrections are in `evaluate.new_session`.
+The corrections are in `evaluate.few_grasps`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -17,9 +17,6 @@ from ajgdata.experiments.plots import Plot
 from ajgdata.report.format import number
 from ajgdata.types import ModelName, Name, NotPossibleError, Strict
 from ajgdata.types.table import Table, table_of
-
-if TYPE_CHECKING:
-    from ajgdata.evaluate.new_session import SessionData
 
 #: Of more sessions so many are tested, evenly spaced in their order.
 MOST_SESSIONS = 8
@@ -51,24 +48,24 @@ class Settings(Strict):
 
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return the errors of `model` in each new session, with each correction."""
-    from ajgdata.evaluate.new_session import SessionData, on_new_sessions
+    from ajgdata.evaluate.few_grasps import on_new_sessions
 
     known = inputs.data()
-    data = SessionData(known.feature, known.value, known.group, session_of(known.name))
+    sessions = session_of(known.name)
     rows = list(
         on_new_sessions(
-            data, tested=_tested(data, settings.train_on), train_on=settings.train_on,
-            sizes=settings.grasps, draws=settings.draws, model=model, kind=inputs.kind,
-            seed=inputs.seed, period=inputs.period_deg, limits=inputs.most_recordings,
+            known, sessions, tested=_tested(sessions, settings.train_on),
+            train_on=settings.train_on, sizes=settings.grasps, draws=settings.draws,
+            model=model, kind=inputs.kind, seed=inputs.seed, period=inputs.period_deg, limits=inputs.most_recordings,
         )
     )  # fmt: skip
     measured = table_of("measured", TITLE, rows, **COLUMNS)
     return Outcome((score_table(_scores(model, measured), TITLE), measured))
 
 
-def _tested(data: SessionData, train_on: Sequence[str]) -> list[str]:
+def _tested(sessions: np.ndarray, train_on: Sequence[str]) -> list[str]:
     """Return the sessions that are tested. Raises NotPossibleError where there are none."""
-    names = np.unique(data.session)
+    names = np.unique(sessions)
     if absent := sorted(set(train_on) - set(names.tolist())):
         raise NotPossibleError(f"train_on: session {absent[0]!r} has no recording of the task")
     if len(names) < 2:

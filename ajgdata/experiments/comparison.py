@@ -107,7 +107,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return the errors of all models with each variant of the comparison `model`."""
     from threadpoolctl import threadpool_limits
 
-    from ajgdata.evaluate.crossval import ExtraTestSet, cross_validate
+    from ajgdata.evaluate.crossval import cross_validate
 
     comparison = settings.comparisons[model]
     data = {name: inputs.data(name) for name in ("", *comparison.test)}
@@ -118,8 +118,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         own, (feature, seconds) = data[""], made[""][at]
         grouped = variant.split == "grouped"
         extra = {
-            name: ExtraTestSet(made[name][at].feature, data[name].value, data[name].group)
-            for name in comparison.test
+            name: data[name]._replace(feature=made[name][at].feature) for name in comparison.test
         }
         cost = f"cost of {variant.name}"
         if np.isfinite(seconds):

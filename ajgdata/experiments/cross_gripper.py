@@ -39,15 +39,12 @@ class Settings(Strict):
 
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return the errors of `model` on each other gripper for each number of calibration grasps."""
-    from ajgdata.evaluate.cross_gripper import cross_gripper
-    from ajgdata.evaluate.crossval import ExtraTestSet
+    from ajgdata.evaluate.few_grasps import cross_gripper
 
-    data = inputs.data()
-    own = ExtraTestSet(data.feature, data.value, data.group)
+    own = inputs.data()
     scores, rows = [], []
     for name in settings.test_on:
-        theirs = inputs.data(name)
-        other = ExtraTestSet(theirs.feature, theirs.value, theirs.group)
+        other = inputs.data(name)
         points = cross_gripper(own, other, model=model, sizes=settings.grasps, **inputs.split)
         for point in points:
             part, fold = f"transfer:{name}:{point.grasps}", f"fold {point.fold}"

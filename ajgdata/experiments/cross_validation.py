@@ -76,21 +76,20 @@ def evaluate(
     their errors compare with those of the known ones. With fewer groups than folds each group is a
     fold. Raises ValueError for a task that cannot be evaluated, for instance with a single group.
     """
-    from ajgdata.evaluate.crossval import ExtraTestSet, cross_validate
+    from ajgdata.evaluate.crossval import cross_validate
 
     known, withheld = split_withheld(inputs.all_data(), inputs.withhold)
     data = {WITHHELD: withheld} if inputs.withhold else {}
     for name in test_on:
         other = inputs.all_data(name)
         data[elsewhere(name)] = other.where(~is_among(other.value, inputs.withhold))
-    extra = {part: ExtraTestSet(d.feature, d.value, d.group) for part, d in data.items()}
     options = inputs.split | {"folds": min(inputs.folds, len(np.unique(known.group)))}
     splits = {}
     for split in (GROUPED, RANDOM) if compare_random else (GROUPED,):
         grouped = split == GROUPED
         splits[split] = cross_validate(
             known.feature, known.value, known.group if grouped else None,
-            model=model, extra_tests=extra if grouped else None, **options,
+            model=model, extra_tests=data if grouped else None, **options,
         )  # fmt: skip
     return Evaluation(splits, {**dict.fromkeys(splits, known), **data})
 
@@ -134,8 +133,7 @@ def _overall_scores(
     model: str, result: CrossValidation, data: Mapping[str, TaskData], inputs: Inputs
 ) -> Iterator[ScoreRow]:
     """Yield rows of scores of known and withheld recordings together."""
-    from ajgdata.evaluate.crossval import deviation
-    from ajgdata.evaluate.withheld import overall, overall_chance
+    from ajgdata.evaluate.crossval import deviation, overall, overall_chance
 
     known, withheld = result.predictions, result.extra_tests[WITHHELD].predictions
     chance = overall_chance(known, withheld, inputs.period_deg)

@@ -34,12 +34,10 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
 
     `others` of what is told of the tables are the numbers that failed, as text, with the reason.
     """
-    from ajgdata.evaluate.curves import learning_curve
+    from ajgdata.evaluate.few_grasps import learning_curve
 
-    data = inputs.data()
     found = learning_curve(
-        data.feature, data.value, data.group,
-        model=model, sizes=settings.groups, repeats=settings.repeats, **inputs.split,
+        inputs.data(), model=model, sizes=settings.groups, repeats=settings.repeats, **inputs.split,
     )  # fmt: skip
     points = found.points
     scores = (

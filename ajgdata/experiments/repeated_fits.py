@@ -44,12 +44,11 @@ class Settings(Strict):
 
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return the error of `model` on each data set: of each fit, the median, and the interval."""
-    from ajgdata.evaluate.crossval import ExtraTestSet, cross_validate
+    from ajgdata.evaluate.crossval import cross_validate
     from ajgdata.evaluate.fold_tests import grasp_errors, repeat_seed, robust_error
 
     own = inputs.data()
     tests = {name: inputs.data(name) for name in settings.test_on}
-    extra = {name: ExtraTestSet(d.feature, d.value, d.group) for name, d in tests.items()}
     squared: dict[str, list[np.ndarray]] = {name: [] for name in tests}
     chance: dict[str, list[float]] = {name: [] for name in tests}
     folds = min(inputs.folds, len(np.unique(own.group)))
@@ -57,7 +56,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     for repeat in range(settings.repeats):
         split = inputs.split | {"folds": folds, "seed": repeat_seed(inputs.seed, repeat)}
         found = cross_validate(
-            own.feature, own.value, own.group, model=model, extra_tests=extra, **split
+            own.feature, own.value, own.group, model=model, extra_tests=tests, **split
         )
         for name, rows in squared.items():
             predictions = found.extra_tests[name].predictions

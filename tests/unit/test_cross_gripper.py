@@ -3,20 +3,20 @@
 import numpy as np
 import pytest
 
-from ajgdata.evaluate.cross_gripper import cross_gripper
-from ajgdata.evaluate.crossval import ExtraTestSet
+from ajgdata.evaluate.few_grasps import cross_gripper
+from ajgdata.evaluate.task_data import TaskData
 
 CLASSES, GRASPS, SAMPLES = 4, 6, 2
 
 
-def gripper(shift: int, names: str = "g", seed: int = 0) -> ExtraTestSet:
+def gripper(shift: int, names: str = "g", seed: int = 0) -> TaskData:
     """Six grasps of four classes, two samples each; the class's peak is moved by `shift` bins."""
     generator = np.random.default_rng(seed)
     y = np.repeat(np.arange(CLASSES), GRASPS * SAMPLES)
     feature = generator.uniform(0.9, 1.1, (len(y), 40))
     feature[np.arange(len(y)), 8 * y + shift] += 20
     group = np.array([f"{names}{n // SAMPLES}" for n in range(len(y))])
-    return ExtraTestSet(feature, np.array(list("abcd"))[y], group)
+    return TaskData(feature, np.array(list("abcd"))[y], group, group)
 
 
 def made(own, other, **changes):
@@ -53,11 +53,11 @@ def test_what_is_tested_is_trained_on_in_neither_gripper():
     """Each recording has a bin of its own grasp, the only sign of its class: whoever was trained
     without the grasp in either gripper cannot know."""
     own = gripper(0)
-    alike = np.eye(CLASSES * GRASPS)[np.unique(own.groups, return_inverse=True)[1]]
-    told = ExtraTestSet(alike + 0.01, own.target, own.groups)
+    alike = np.eye(CLASSES * GRASPS)[np.unique(own.group, return_inverse=True)[1]]
+    told = own._replace(feature=alike + 0.01)
     points = made(told, told, sizes=(0, 5))
     assert max(accuracy(points, 0) + accuracy(points, 5)) < 0.6  # with the grasp it would be 1
-    leaky = ExtraTestSet(told.features, told.target, np.char.add("own-", told.groups.astype(str)))
+    leaky = told._replace(group=np.char.add("own-", told.group.astype(str)))
     assert accuracy(made(leaky, told, sizes=(0,)), 0) == [1] * 6
 
 
@@ -69,7 +69,7 @@ def test_each_fold_draws_its_own_calibration_grasps():
     groups = np.repeat([f"g{size:02d}" for size in sizes], sizes)
     target = np.repeat(["a"] * 6 + ["b"] * 6, sizes)
     feature = np.random.default_rng(0).uniform(1, 2, (len(target), 4))
-    other = ExtraTestSet(feature, target, groups)
+    other = TaskData(feature, target, groups, groups)
     points = made(other, other, sizes=(1,), model="knn_plain")
     drawn = [divmod(point.recordings, 10) for point in points]
     assert len(drawn) == 6

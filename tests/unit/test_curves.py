@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from ajgdata.evaluate.curves import learning_curve
+from ajgdata.evaluate.few_grasps import learning_curve
+from ajgdata.evaluate.task_data import TaskData
 
 
 def grasps(
     classes: int = 3, groups: int = 10, spread: float = 1.0, told: float = 1.0, seed: int = 0
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> TaskData:
     """Two recordings of each of `groups` grasps a class; `told`: how far apart classes are."""
     rng = np.random.default_rng(seed)
     group = np.repeat(np.arange(classes * groups), 2)
@@ -15,29 +16,29 @@ def grasps(
     centre = told * rng.normal(size=(classes, 30))
     x = centre[y] + spread * rng.normal(size=(classes * groups, 30))[group]
     x += 0.01 * rng.normal(size=x.shape)
-    return np.exp(x).astype(np.float32), np.array(["a", "b", "c"])[y], group
+    return TaskData(np.exp(x).astype(np.float32), np.array(["a", "b", "c"])[y], group, group)
 
 
 def test_more_grasps_are_better_and_the_validation_grasps_stay():
-    x, y, group = grasps(spread=2.0)
+    data = grasps(spread=2.0)
     ask = {"kind": "classification", "model": "linear_plain", "folds": 5, "seed": 1}
-    points = learning_curve(x, y, group, sizes=(1, 2, 8), repeats=6, **ask).points
+    points = learning_curve(data, sizes=(1, 2, 8), repeats=6, **ask).points
     assert [(p.groups, p.repeat) for p in points[:4]] == [(1, 0), (2, 0), (8, 0), (1, 1)]
     assert {p.groups: p.recordings for p in points} == {1: 6, 2: 12, 8: 48}
     mean = {n: np.mean([p.scores["accuracy"] for p in points if p.groups == n]) for n in (1, 2, 8)}
     assert 1 / 3 < mean[1] < mean[8]
     # eight of eight is one draw: a model without chance in it learns the same each time
     assert len({p.scores["accuracy"] for p in points if p.groups == 8}) == 1
-    assert points == learning_curve(x, y, group, sizes=(1, 2, 8), repeats=6, **ask).points
+    assert points == learning_curve(data, sizes=(1, 2, 8), repeats=6, **ask).points
     assert {p.chance["accuracy"] for p in points} == {1 / 3}  # six balanced validation grasps
-    alone = learning_curve(x, y, group, sizes=(2,), repeats=6, **ask).points
+    alone = learning_curve(data, sizes=(2,), repeats=6, **ask).points
     assert alone == tuple(p for p in points if p.groups == 2)
 
 
 def test_a_size_that_fails_leaves_the_others():
-    x, y, group = grasps()
+    data = grasps()
     ask = {"kind": "classification", "model": "knn_plain", "repeats": 2, "seed": 1}
-    whole = learning_curve(x, y, group, sizes=(1, 8), **ask)
-    found = learning_curve(x, y, group, sizes=(1, 8, 9), **ask)
+    whole = learning_curve(data, sizes=(1, 8), **ask)
+    found = learning_curve(data, sizes=(1, 8, 9), **ask)
     assert found.points == whole.points and whole.others == {}
     assert list(found.others) == [9] and "a class has 8" in found.others[9]

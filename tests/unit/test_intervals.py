@@ -5,14 +5,13 @@ import pytest
 from scipy.stats import beta, bootstrap
 
 from ajgdata.evaluate.agreement import Interval
-from ajgdata.evaluate.crossval import Predictions
+from ajgdata.evaluate.crossval import Predictions, overall
 from ajgdata.evaluate.intervals import (
     clopper_pearson,
     mean_interval,
     metric_interval,
     resampled_counts,
 )
-from ajgdata.evaluate.withheld import overall
 
 ONE_FOLD = np.zeros(60, int)
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from experiment_samples import measured, numbers, small_inputs, task_results
 
-from ajgdata.evaluate.new_session import NONE, SessionData, on_new_sessions
+from ajgdata.evaluate.few_grasps import NONE, on_new_sessions
+from ajgdata.evaluate.task_data import TaskData, session_of
 from ajgdata.store.features import Column, Shard, text_column
 
 BINS, OBJECTS, GRASPS = 60, ("ball", "box", "rod"), 6
@@ -71,22 +72,18 @@ def test_what_is_used_of_a_session_is_counted_and_the_same_is_tested(outcome):
     assert folds == [pytest.approx(by_hand.mean())]
 
 
-def data(**changes) -> SessionData:
+def data(**changes) -> TaskData:
     shard = store(2)
     held = shard.columns["object"].values.astype(str)
     names = shard.columns["recording"].values.astype(str)
-    given = {
-        "feature": shard.feature, "value": held, "group": names,
-        "session": np.array([name[:2] for name in names]),
-    }  # fmt: skip
-    return SessionData(**given | changes)
+    return TaskData(shard.feature, held, names, names)._replace(**changes)
 
 
-def told(given: SessionData):
+def told(given: TaskData):
     """Rows of the accuracy, and of each correction."""
     rows = on_new_sessions(
-        given, kind="classification", tested=["s1"], train_on=[], sizes=[2], draws=1,
-        model="linear_plain", seed=0,
+        given, session_of(given.name), kind="classification", tested=["s1"], train_on=[],
+        sizes=[2], draws=1, model="linear_plain", seed=0,
     )  # fmt: skip
     return [row for row in rows if row["metric"] == "accuracy"]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from experiment_samples import measured, small_inputs, small_store, task_results
 
-from ajgdata.evaluate.crossval import ExtraTestSet, Predictions, cross_validate
+from ajgdata.evaluate.crossval import Predictions, cross_validate
 from ajgdata.evaluate.fold_tests import grasp_errors, robust_error
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.report.paper import PaperFigure
@@ -71,7 +71,7 @@ def test_fits_differ_by_their_seed_and_the_paper_s_value_is_compared_with_their_
         assert outcome.about == {"counts": {"b": [30, 60]}}
     # one cross-validation with the task's own seed is the first fit
     own, tested = inputs.data(), inputs.data("b")
-    extra = {"b": ExtraTestSet(tested.feature, tested.value, tested.group)}
+    extra = {"b": tested}
     once = cross_validate(
         own.feature, own.value, own.group, model="ridge_plain", extra_tests=extra, **inputs.split
     )

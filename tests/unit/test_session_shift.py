@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ajgdata.evaluate.new_session import standardised
+from ajgdata.evaluate.few_grasps import standardised
 
 BINS = 30
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from sklearn.dummy import DummyRegressor
 
-from ajgdata.evaluate.crossval import ExtraTestSet, Predictions, cross_validate
+from ajgdata.evaluate.crossval import Predictions, cross_validate, overall
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.evaluate.withheld import overall
+from ajgdata.evaluate.task_data import TaskData
 
 
 def rows(n: int = 24) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -16,7 +16,8 @@ def rows(n: int = 24) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def test_rows_of_new_groups_are_predicted_by_every_fold():
     x, y, groups = rows()
-    new = ExtraTestSet(np.zeros((4, 3)), np.array([5.0, 5, 6, 6]), np.array([100, 100, 101, 101]))
+    others = np.array([100, 100, 101, 101])
+    new = TaskData(np.zeros((4, 3)), np.array([5.0, 5, 6, 6]), others, others)
     found = cross_validate(
         x, y, groups, kind="regression", model=DummyRegressor(), folds=4, extra_tests={"new": new}
     )
@@ -27,13 +28,13 @@ def test_rows_of_new_groups_are_predicted_by_every_fold():
         mine = told.predictions.fold == fold
         # the dummy predicts the mean of what it was trained on
         np.testing.assert_allclose(told.predictions.y_pred[mine], y[train].mean())
-        rmse = np.sqrt(np.mean((new.target - y[train].mean()) ** 2))
+        rmse = np.sqrt(np.mean((new.value - y[train].mean()) ** 2))
         assert told.scores.per_fold["rmse"][fold] == pytest.approx(rmse)
 
 
 def test_a_second_recording_of_a_grasp_is_predicted_only_where_the_grasp_is_held_out():
     x, y, groups = rows()
-    copy = ExtraTestSet(x, y, groups)
+    copy = TaskData(x, y, groups, groups)
     found = cross_validate(
         x, y, groups, kind="regression", model=DummyRegressor(), folds=4, extra_tests={"copy": copy}
     )
