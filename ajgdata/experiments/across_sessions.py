@@ -56,7 +56,8 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         on_new_sessions(
             known, sessions, tested=_tested(sessions, settings.train_on),
             train_on=settings.train_on, sizes=settings.grasps, draws=settings.draws,
-            model=model, kind=inputs.kind, seed=inputs.seed, period=inputs.period_deg, limits=inputs.most_recordings,
+            model=model, kind=inputs.kind, seed=inputs.seed, period=inputs.period_deg,
+            limits=inputs.most_recordings,
         )
     )  # fmt: skip
     measured = table_of("measured", TITLE, rows, **COLUMNS)
