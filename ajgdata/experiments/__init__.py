@@ -34,8 +34,10 @@ from ajgdata.types import (
 from ajgdata.types.registry import Registry
 
 FOLDER = Path(__file__).parent
-#: Modules of this package that experiments share.
-SHARED = ("base", "cross_validation_results", "embedding", "plots")
+#: Modules of this package that only draw: an edit of them changes no result.
+DRAWING = ("cross_validation_results", "plots")
+#: Modules of this package that are no experiments.
+SHARED = ("base", "embedding", *DRAWING)
 
 
 def _built_in() -> dict[str, Experiment]:
@@ -183,17 +185,16 @@ def all_asked(spec: DatasetSpec, path: Path) -> Iterator[Asked]:
 
 
 def measure_files(name: str) -> tuple[str, ...]:
-    """Return the sources of an experiment, and of the experiments that they import."""
+    """Return the sources of an experiment, and of the modules that it imports and that measure."""
     module = EXPERIMENTS[name].measure.__module__
-    if not module.startswith(__name__):  # another package's
+    if not module.startswith(__name__):  # of another package
         return (str(sys.modules[module].__file__),)
     files: list[Path] = []
-    waiting, known = [module.split(".")[2], "base"], set[str]()
+    waiting, known = [module.split(".")[2], "base"], {*DRAWING}
     while waiting:
         if (part := waiting.pop()) not in known:
             known.add(part)
-            own = [*FOLDER.glob(f"{part}.py"), *FOLDER.glob(f"{part}/*.py")]
-            text = "".join(file.read_text(encoding="utf-8") for file in own)
+            files.append(FOLDER / f"{part}.py")
+            text = files[-1].read_text(encoding="utf-8")
             waiting += re.findall(rf"from {re.escape(__name__)}\.(\w+)", text)
-            files += own
     return tuple(str(file) for file in sorted(files))

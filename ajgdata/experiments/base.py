@@ -10,15 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from ajgdata.evaluate.agreement import NO_BETTER, UNDEFINED, Verdict, is_better_than_chance
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
-from ajgdata.experiments.plots import Plot, illustrations, result_rows, shown_tables
-from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
+from ajgdata.experiments.plots import Plot, illustrations, result_rows
+from ajgdata.report.blocks import Illustration, ResultRow
 from ajgdata.report.comparison import PaperComparison
 from ajgdata.report.format import Source
 from ajgdata.report.paper import PaperFigure
@@ -237,17 +236,12 @@ class TaskResults:
 Lookup = Callable[[str, str, str], "TaskResults | None"]
 
 
-def from_plots(_: TaskResults) -> Iterable[Any]:
-    """Stand for what follows from the plots of an experiment."""
-    return ()
-
-
 @dataclass(frozen=True)
 class Experiment:
     """One experiment: how it is asked for, made, and shown.
 
-    `plots` name its marks; figures, tables of their values and rows of the table of results follow
-    from them, unless a function of its own is given.
+    `plots` name its marks, or a function makes them of the results. Figures and rows of the table
+    of results follow from them, unless `own_rows` makes the rows.
 
     `summary` stands above the figures of a task. `measure(inputs, settings, model)` raises
     NotPossibleError for a task that lacks what it needs. `test_on` of the settings model, if it has
@@ -266,10 +260,8 @@ class Experiment:
     title: str
     settings: type[Strict]
     measure: Callable[[Inputs, Any, str], Outcome]
-    plots: tuple[Plot, ...] = ()
-    figures: Callable[[TaskResults], Iterable[Illustration]] = from_plots
-    tables: Callable[[TaskResults], Iterable[ShownTable]] = from_plots
-    rows: Callable[[TaskResults], Iterable[ResultRow]] = from_plots
+    plots: Sequence[Plot] | Callable[[TaskResults], Sequence[Plot]] = ()
+    own_rows: Callable[[TaskResults], Iterable[ResultRow]] | None = None
     paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = lambda *_: ()
     summary: Callable[[TaskResults], str] = lambda results: ""
     check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
@@ -283,11 +275,18 @@ class Experiment:
     asks: Callable[[Any], bool] = lambda settings: True
     paper: str = ""
 
-    def __post_init__(self) -> None:
-        derived = {"figures": illustrations, "tables": shown_tables, "rows": result_rows}
-        for key, derive in derived.items():
-            if getattr(self, key) is from_plots:
-                object.__setattr__(self, key, partial(derive, plots=self.plots))
+    def figures(self, results: TaskResults) -> Iterable[Illustration]:
+        """Return the figures of its plots that have something to draw."""
+        return illustrations(results, self._plots_for(results))
+
+    def rows(self, results: TaskResults) -> Iterable[ResultRow]:
+        """Return its rows in the table of results: its own, or those of its `listed` plots."""
+        if self.own_rows:
+            return self.own_rows(results)
+        return result_rows(results, self._plots_for(results))
+
+    def _plots_for(self, results: TaskResults) -> Sequence[Plot]:
+        return self.plots(results) if callable(self.plots) else self.plots
 
 
 def score_table(rows: Iterable[ScoreRow], title: str) -> Table:
@@ -300,12 +299,10 @@ def score_table(rows: Iterable[ScoreRow], title: str) -> Table:
     return table_of(SCORES, title, named, **{column.key: column.title for column in SCORE_COLUMNS})
 
 
-def fold_scores(
-    model: str, part: str, scores: Any, statistics: Sequence[str] = STATISTICS
-) -> Iterator[ScoreRow]:
-    """Yield the rows of `score_table` for `crossval.Scores`: folds, then `statistics`."""
+def fold_scores(model: str, part: str, scores: Any) -> Iterator[ScoreRow]:
+    """Yield the rows of `score_table` for `crossval.Scores`: folds, then `STATISTICS`."""
     for metric, values in scores.per_fold.items():
         for fold, value in enumerate(values):
             yield model, part, metric, f"fold {fold}", value
-        for statistic in statistics:
+        for statistic in STATISTICS:
             yield model, part, metric, statistic, getattr(scores, statistic)[metric]

@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -24,8 +25,7 @@ from ajgdata.experiments.base import (
     fold_scores,
     score_table,
 )
-from ajgdata.experiments.plots import Plot, illustrations, shown_tables
-from ajgdata.report.blocks import Illustration, ShownTable
+from ajgdata.experiments.plots import Plot
 from ajgdata.report.format import column_title
 from ajgdata.types import (
     DEFAULT_EXCITATION,
@@ -227,9 +227,8 @@ def _makers(
 # Report
 
 
-def errors(results: TaskResults) -> Table:
+def errors(result: Result, results: TaskResults) -> Table:
     """Return the metric of one comparison per model, variant, data set and fold."""
-    (result,) = results.results
     comparison, rows = results.settings.comparisons[result.model], []
     places = {"": results.level} | {name: results.others[name].level for name in comparison.test}
     for variant in comparison.all_variants:
@@ -277,8 +276,8 @@ def plot_of(results: TaskResults, result: Result) -> Plot:
     about = f"{comparison.title}: the same recordings and folds; exploratory, because the best of "
     about += "several variants that is chosen on these folds would be optimistically biased"
     plot = Plot(
-        "lines", errors, about, x="level", series=("variant",), panel="model", chance="chance",
-        headline="range", name=result.model,
+        "lines", partial(errors, result), about, x="level", series=("variant",), panel="model",
+        chance="chance", headline="range", name=result.model,
     )  # fmt: skip
     if comparison.test and all(levels):
         return plot
@@ -289,16 +288,9 @@ def plot_of(results: TaskResults, result: Result) -> Plot:
     return replace(plot, mark="rows", x="variant", series=("tested",) if comparison.test else ())
 
 
-def figures(results: TaskResults) -> Iterator[Illustration]:
-    """Yield the figure of every comparison."""
-    for result in results.results:
-        yield from illustrations(replace(results, results=(result,)), [plot_of(results, result)])
-
-
-def tables(results: TaskResults) -> Iterator[ShownTable]:
-    """Yield the values of every comparison."""
-    for result in results.results:
-        yield from shown_tables(replace(results, results=(result,)), [plot_of(results, result)])
+def plots(results: TaskResults) -> list[Plot]:
+    """Return the plot of every comparison."""
+    return [plot_of(results, result) for result in results.results]
 
 
 def summary(results: TaskResults) -> str:
@@ -313,8 +305,7 @@ EXPERIMENT = Experiment(
     title=TITLE,
     settings=Settings,
     measure=measure,
-    figures=figures,
-    tables=tables,
+    plots=plots,
     summary=summary,
     check=check,
     by_model=True,

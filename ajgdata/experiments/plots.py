@@ -1,6 +1,6 @@
-"""Figures, tables and rows of an experiment, from the roles of the columns of its tables.
+"""Figures and rows of an experiment, from the roles of the columns of its tables.
 
-An experiment names its plots; caption, alternative text, table of values and conclusion follow.
+An experiment names its plots; caption, alternative text and conclusion follow.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
+from ajgdata.report.blocks import Illustration, ResultRow
 from ajgdata.report.format import Caption, Score, mean_sd, number, sentence, with_unit, words
 from ajgdata.types import MODELS
 from ajgdata.types.table import Column, Table, Value
@@ -40,7 +40,7 @@ class Plot:
     `panel`, `series` and `x` are one point: their mean and standard deviation over `over`, or the
     ends in the columns `interval`. A column `metric` selects the metric of the task, unless `where`
     does; its values are shown in the unit of the task. `about` says in a sentence what is plotted.
-    `headline` names the conclusion: the best series, its trend over x, or the range of all points;
+    `headline` names the conclusion: the best point, the first series over x, or the range of all;
     `title` returns another.
     With `published`, the value of the paper is drawn, or (`point`) its place and value, or places
     and values that a function returns. `listed`: the points are rows in the table of results.
@@ -65,7 +65,6 @@ class Plot:
     ideal: bool = False
     listed: bool = False
     name: str = ""
-    folded: str = ""
 
 
 def table_for(results: TaskResults, plot: Plot) -> Table:
@@ -132,11 +131,6 @@ def listed_points(results: TaskResults, plot: Plot) -> list[Point]:
         score = Score(middle, math.nan, (), low, high)
         found.append(points[0]._replace(panel=panel, series=series, x="", score=score))
     return found
-
-
-def means(results: TaskResults, plot: Plot, **where: Value) -> list[float]:
-    """Return the means of the points of rows with the values `where`, as they are shown."""
-    return [point.score.mean for point in points_for(results, plot, **where)]
 
 
 def _grouped(table: Table, plot: Plot) -> dict[tuple[Any, ...], list[dict[str, Any]]]:
@@ -226,7 +220,7 @@ def conclusion(results: TaskResults, plot: Plot) -> str:
         spread = value_range([point.score.mean for point in points], unit)
         return f"{sentence(axis)}: {spread} in {len(points)} cases"
     if plot.headline == "trend":
-        return _trend(results, plot, points, higher)
+        return _trend(results, plot, points)
     best = choose(points, key=lambda point: point.score.mean)
     kind = "highest" if higher else "lowest"
     case = _case(results, plot, best)
@@ -239,38 +233,21 @@ def _higher_is_better(results: TaskResults, plot: Plot) -> bool:
     return plot.better == "high"
 
 
-def _trend(results: TaskResults, plot: Plot, points: Sequence[Point], higher: bool) -> str:
-    """Return what the series that ends best does at its first and at its last place, over panels.
-
-    Only places that all series of a panel have count.
-    """
+def _trend(results: TaskResults, plot: Plot, points: Sequence[Point]) -> str:
+    """Return the values of the first series at its first and last place, over panels."""
     axis, unit = axis_of(results, plot)
-    own: dict[str, dict[str, list[Point]]] = {}
+    name = points[0].series
+    panels: dict[str, list[Point]] = {}
     for point in sorted(points, key=lambda point: float(point.x)):
-        own.setdefault(point.series, {}).setdefault(point.panel, []).append(point)
-    last_x: dict[str, float] = {}
-    for panels in own.values():
-        for panel, one in panels.items():
-            last_x[panel] = min(float(one[-1].x), last_x.get(panel, math.inf))
-    ends = {
-        name: [
-            (one[0], [p for p in one if float(p.x) <= last_x[panel]][-1])
-            for panel, one in panels.items()
-        ]
-        for name, panels in own.items()
-    }
-    choose = max if higher else min
-    name = choose(ends, key=lambda name: np.mean([last.score.mean for _, last in ends[name]]))
-    said = []
-    for index in (0, 1):
-        values = [pair[index].score.mean for pair in ends[name]]
-        place = ("first value", "last value")[index]
-        if len({pair[index].x for pair in ends[name]}) == 1:
-            place = _place_text(results, plot, ends[name][0][index])
-        said.append(f"{value_range(values, unit)} ({place})")
-    count = f" in {len(ends[name])} panels" if len(ends[name]) > 1 else ""
-    label = f"{name}: " if name else ""
-    return f"{label}{axis} {', '.join(said)}{count}"
+        if point.series == name:
+            panels.setdefault(point.panel, []).append(point)
+    lines = list(panels.values())
+    ends = []
+    for index in (0, -1):
+        values = value_range([line[index].score.mean for line in lines], unit)
+        ends.append(f"{values} ({_place_text(results, plot, lines[0][index])})")
+    count = f" in {len(lines)} panels" if len(lines) > 1 else ""
+    return f"{f'{name}: ' if name else ''}{axis} {', '.join(ends)}{count}"
 
 
 def value_range(values: Sequence[float], unit: str) -> str:
@@ -330,7 +307,6 @@ def illustrations(results: TaskResults, plots: Sequence[Plot]) -> Iterator[Illus
                 results.named(*filter(None, [plot.name])),
                 _caption(results, plot),
                 partial(_figure, results, plot),
-                plot.folded,
             )
 
 
@@ -361,20 +337,6 @@ def _caption(results: TaskResults, plot: Plot) -> Caption:
         f"{results.title}, {results.source}. {said}; {_spread(plot)}.{guess}{paper_text}",
         f"{conclusion(results, plot)}. {'; '.join(listed[:MAX_LISTED])}.",
     )
-
-
-def shown_tables(results: TaskResults, plots: Sequence[Plot]) -> Iterator[ShownTable]:
-    """Yield the points of each plot as a folded table."""
-    for plot in plots:
-        points, (axis, unit) = listed_points(results, plot), axis_of(results, plot)
-        if points:
-            title = f"{sentence(axis)}{f' ({unit})' if unit else ''}"
-            yield ShownTable(
-                f"{sentence(plot.about)}; {_spread(plot)}.",
-                ("Case", f"{title}|"),
-                tuple((_case(results, plot, one), mean_sd(one.score)) for one in points),
-                f"Values: {axis}",
-            )
 
 
 def result_rows(results: TaskResults, plots: Sequence[Plot]) -> Iterator[ResultRow]:

@@ -188,7 +188,6 @@ def _part(paths: Paths, results: TaskResults) -> Part:
         text=read_experiment_text(paths, one.name),
         rows=tuple(one.rows(results)),
         figures=tuple(one.figures(results)),
-        tables=tuple(one.tables(results)),
     )
 
 

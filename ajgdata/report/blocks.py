@@ -1,4 +1,4 @@
-"""Parts of a page: figures that are not drawn yet, tables, and rows of the main table."""
+"""Parts of a page: figures that are not drawn yet, and rows of the main table."""
 
 from __future__ import annotations
 
@@ -15,27 +15,11 @@ if TYPE_CHECKING:
 
 
 class Illustration(NamedTuple):
-    """A figure that is not drawn yet: file name without suffix, words, and how to draw it.
-
-    `folded` names it where it is shown only on request.
-    """
+    """A figure that is not drawn yet: file name without suffix, words, and how to draw it."""
 
     name: str
     caption: Caption
     draw: Callable[[], Figure]
-    folded: str = ""
-
-
-class ShownTable(NamedTuple):
-    """A table for people: heads and cells are text; a head that ends in `|` is of numbers.
-
-    It is shown on request; `folded` names it.
-    """
-
-    caption: str
-    heads: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    folded: str
 
 
 @dataclass(frozen=True)

@@ -23,22 +23,19 @@ from ajgdata.store.report_files import template_folders
 class Picture(NamedTuple):
     """A figure that is drawn: `image` is its address relative to the report's folder, as are
     `links`, its files by suffix.
-
-    `folded` names it where it is shown only on request.
     """
 
     name: str
     caption: Caption
     image: str
     links: Mapping[str, str]
-    folded: str = ""
 
 
 def picture(illustration: Illustration, folder: str) -> Picture:
     """Return an illustration whose files lie in `folder` of the report."""
     name = illustration.name
     links = {suffix: f"{folder}/{name}.{suffix}" for suffix in FIGURE_FORMATS}
-    return Picture(name, illustration.caption, links["svg"], links, illustration.folded)
+    return Picture(name, illustration.caption, links["svg"], links)
 
 
 def draw_figures(illustrations: Iterable[Illustration], folder: Path) -> dict[str, Picture]:

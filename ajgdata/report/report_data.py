@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
+from ajgdata.report.blocks import Illustration, ResultRow
 from ajgdata.report.comparison import PaperComparison, tally
 from ajgdata.report.format import Source
 from ajgdata.report.paper import PaperFigure
@@ -84,7 +84,6 @@ class Part:
     text: str
     rows: tuple[ResultRow, ...]
     figures: tuple[Illustration, ...]
-    tables: tuple[ShownTable, ...]
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
+from ajgdata.report.blocks import Illustration, ResultRow
 from ajgdata.report.format import Caption
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.report_data import (
@@ -29,9 +29,9 @@ PAPER = PaperFigure(
 )
 
 
-def illustration(name: str, folded: str = "") -> Illustration:
+def illustration(name: str) -> Illustration:
     text = f"Predicted against true, {name}."
-    return Illustration(name, Caption(text, f"{text} A figure of {SCRIPT}."), Figure, folded)
+    return Illustration(name, Caption(text, f"{text} A figure of {SCRIPT}."), Figure)
 
 
 def row(label: str, value: str, **changes) -> ResultRow:
@@ -47,11 +47,7 @@ def part(rows: tuple[ResultRow, ...], **changes) -> Part:
         "summary": "Regression of edge_mm.",
         "text": f"# What\n\n## Question\n\nIs {SCRIPT} *escaped*?",
         "rows": rows,
-        "figures": (illustration("size--cnn"), illustration("size--knn", "k-NN: RMSE 4.00")),
-        "tables": (
-            ShownTable("Errors.", ("Value", "RMSE|"), (("15", "3"), (SCRIPT, "—")), "Values"),
-            ShownTable("All.", ("Model", "Fold 1|"), (("CNN", "1.9"),), folded="Fold by fold"),
-        ),
+        "figures": (illustration("size--cnn"), illustration("size--knn")),
     }
     return Part(**{**values, **changes})
 
@@ -67,7 +63,7 @@ def sections() -> tuple[TaskSection, ...]:
         TaskSection("size", "edge", "Cube size · edge", "simulated", (part(sizes),)),
         TaskSection(
             "stones", "kind", f"{SCRIPT} · kind", "recorded",
-            (part(kinds, figures=(), tables=(), text="", summary="", page="stones"),),
+            (part(kinds, figures=(), text="", summary="", page="stones"),),
         ),
     )  # fmt: skip
 
