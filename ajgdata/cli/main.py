@@ -14,9 +14,10 @@ from ajgdata.cli.device import device
 from ajgdata.cli.export import export
 from ajgdata.cli.gripper import gripper
 from ajgdata.cli.importing import import_command
-from ajgdata.cli.live import dashboard, sense, sort
 from ajgdata.cli.project import doctor, run, status
 from ajgdata.cli.publish import fetch, publish
+from ajgdata.cli.sense import sense
+from ajgdata.cli.sort import sort
 from ajgdata.cli.validate import seal, validate
 from ajgdata.store.trouble import machine_trouble
 from ajgdata.types import DataError
@@ -28,7 +29,7 @@ app = typer.Typer(
     help="Acoustic sensing with jamming grippers: get recordings in, check them, hand sets on. "
     "What lies between (features, models, report) is done by the command [b]snakemake[/b].",
 )
-for command in (validate, seal, acquire, sense, sort, dashboard, publish, fetch, export, compare):
+for command in (validate, seal, acquire, sense, sort, publish, fetch, export, compare):
     app.command()(command)
 app.command()(doctor)
 OTHER_OPTIONS = {"ignore_unknown_options": True}  # handed on to Snakemake

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import _thread
 import signal
 import threading
 from enum import StrEnum
@@ -31,12 +30,12 @@ class Control:
 
     def start(self) -> None:
         """Let a run that pauses go on; one that is stopped stays so."""
-        self._ask(Mode.RUNNING)
+        self._set(Mode.RUNNING)
 
     def pause(self) -> None:
         """Let the run wait before its next step."""
         if self._mode is Mode.RUNNING:
-            self._ask(Mode.PAUSED)
+            self._set(Mode.PAUSED)
 
     def stop(self) -> None:
         """End the run now, in the middle of a step: as Ctrl-C does, by KeyboardInterrupt in the
@@ -47,7 +46,8 @@ class Control:
             self._mode = Mode.STOPPED
             self._changed.notify_all()
             if self._in_run:
-                _interrupt_main()
+                # a signal also wakes what sleeps, reads, or waits for a program
+                signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
 
     def checkpoint(self) -> None:
         """Wait while the run is not to go on. Raises KeyboardInterrupt if it is to stop."""
@@ -73,18 +73,8 @@ class Control:
             self._in_run = False
             self._mode = Mode.STOPPED
 
-    def _ask(self, mode: Mode) -> None:
+    def _set(self, mode: Mode) -> None:
         with self._changed:
             if self._mode is not Mode.STOPPED:
                 self._mode = mode
                 self._changed.notify_all()
-
-
-def _interrupt_main() -> None:
-    """Send SIGINT to the main thread: a signal also wakes what sleeps, reads, or waits for a
-    program; where threads get none, it is heard when that has ended."""
-    main = threading.main_thread().ident
-    if hasattr(signal, "pthread_kill") and main is not None:
-        signal.pthread_kill(main, signal.SIGINT)
-    else:
-        _thread.interrupt_main()

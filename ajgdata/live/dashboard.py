@@ -1,34 +1,58 @@
 """A live run in a browser: one page, served by this process to this computer only.
 
-The page receives the state of the run as server-sent events. Start, pause, stop and corrections are
-POST requests with a token that only the printed address contains (see `docs/dashboard.md`).
+The page receives the state of the run as server-sent events. Start, pause and stop are POST
+requests with a token that only the printed address contains (see `docs/dashboard.md`).
 """
 
 from __future__ import annotations
 
-import base64
-import hashlib
+import asyncio
+import hmac
+import json
 import os
-import re
 import secrets
 import socket
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
 import uvicorn
+from sse_starlette import EventSourceResponse, ServerSentEvent
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.middleware.trustedhost import TrustedHostMiddleware
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, PlainTextResponse, Response
+from starlette.routing import Route
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from ajgdata.live.control import Control
-from ajgdata.live.dashboard_app import Correct, Feed, Page, Site
-from ajgdata.live.events import EventLog
+from ajgdata.live.control import Control, Mode
+from ajgdata.live.events import Event
+from ajgdata.live.run_state import RunState
 from ajgdata.paths import Paths
 from ajgdata.types import DataError
 
 HOST = "127.0.0.1"
+#: Header with the token of a run.
+TOKEN_HEADER = "X-Ajgdata-Token"
+#: Seconds after which a page that reads nothing is dropped.
+PATIENCE_S = 10.0
+#: Seconds between two signs of life, and between two checks for a newer state.
+HEARTBEAT_S, POLL_S = 2.0, 0.02
 #: Seconds for the pages to receive the last event.
 _FAREWELL_S = 1.0
+#: The page loads nothing, and asks this server only.
+_HEADERS = {
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "default-src 'none'; script-src 'unsafe-inline'; "
+    "style-src 'unsafe-inline'; connect-src 'self'; img-src data:; base-uri 'none'; "
+    "form-action 'none'; frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
 
 
 class Dashboard(NamedTuple):
@@ -44,24 +68,22 @@ class Dashboard(NamedTuple):
 
 @contextmanager
 def dashboard(
-    control: Control,
-    *,
-    correct: Correct | None = None,
-    port: int = 0,
-    project: Paths | None = None,
+    control: Control, *, port: int = 0, project: Paths | None = None
 ) -> Iterator[Dashboard]:
     """Serve the page of a run during the block; its buttons call `control`.
 
-    `correct` receives corrections; without it the page offers none. `port` 0 is any free port.
-    Templates are those of `project` (default: the working folder), else those of the package.
-    Raises DataError if the port is not free.
+    Begin before the first event. `port` 0 is any free port. Templates are those of `project`
+    (default: the working folder), else those of the package. Raises DataError if the port is not
+    free.
     """
-    feed, token = Feed(control, correctable=correct is not None), secrets.token_urlsafe(16)
-    site = Site(rendered(project), feed, control, token, correct)
+    from ajgdata.report.render import render
+
+    feed, token = Feed(control), secrets.token_urlsafe(16)
+    app = _app(render("dashboard.html.j2", {}, project=project), feed, control, token)
     listener = _listener(port)
     server = uvicorn.Server(
         uvicorn.Config(
-            site.app(), http="h11", ws="none", lifespan="off", access_log=False, log_config=None,
+            app, http="h11", ws="none", lifespan="off", access_log=False, log_config=None,
             log_level="critical", server_header=False, timeout_graceful_shutdown=1,
         )
     )  # fmt: skip
@@ -89,44 +111,123 @@ def _listener(port: int) -> socket.socket:
         raise DataError(f"port {port}", problem, fix) from None
 
 
-@contextmanager
-def serve_dashboard(
-    log: EventLog, control: Control, *, port: int = 0, project: Paths | None = None
-) -> Iterator[Dashboard]:
-    """Serve the page of a run that writes its events to `log`; corrections become events `truth`.
+class Feed:
+    """The state of a run for many pages. The run never waits for a page; slow pages miss states."""
 
-    Begin before the first event. See `dashboard` for the rest.
+    def __init__(self, control: Control) -> None:
+        self.state = RunState()
+        self.readers = 0  #: pages that watch
+        self._control = control
+        self._events = 0
+        self._closed = False
+        self._lock = threading.Lock()
+
+    def tell(self, event: Event) -> None:
+        """Update the state by one event."""
+        with self._lock:
+            self.state.add(event)
+            self._events += 1
+
+    @property
+    def text(self) -> str:
+        """The state as JSON, with the mode of the run (see `Control`)."""
+        with self._lock:
+            return json.dumps(self.state.plain() | {"mode": self._mode}, allow_nan=False)
+
+    async def updates(self) -> AsyncIterator[ServerSentEvent]:
+        """Yield the state, then each newer state until the feed is closed."""
+        self.readers += 1
+        seen: tuple[int, str] | None = None
+        number = 0
+        try:
+            while True:
+                is_last, version = self._closed, (self._events, self._mode)
+                if version != seen:
+                    yield ServerSentEvent(self.text, event="state", id=str(number), retry=1000)
+                    seen, number = version, number + 1
+                if is_last:
+                    return
+                await asyncio.sleep(POLL_S)
+        finally:
+            self.readers -= 1
+
+    def close(self, timeout_s: float) -> None:
+        """End all streams after the last state, and wait for them."""
+        self._closed, end = True, time.monotonic() + timeout_s
+        while self.readers and time.monotonic() < end:
+            time.sleep(POLL_S)
+
+    @property
+    def _mode(self) -> str:
+        return str(Mode.STOPPED if self.state.stopped is not None else self._control.mode)
+
+
+class Guard:
+    """Middleware that refuses requests from other pages, and adds headers."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer one request."""
+
+        async def send_with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                extra = [(name.lower().encode(), text.encode()) for name, text in _HEADERS.items()]
+                names = {name for name, _ in extra}
+                own = [header for header in message["headers"] if header[0].lower() not in names]
+                message["headers"] = [*own, *extra]
+            await send(message)
+
+        app = self._app
+        if scope["type"] == "http" and _is_foreign(Request(scope)):
+            app = PlainTextResponse("the request is from another page", 403)
+        await app(scope, receive, send_with_headers)
+
+
+def _is_foreign(request: Request) -> bool:
+    """Return whether a page from elsewhere sent the request. Links to the page are allowed.
+
+    Images and frames have no origin, but browsers report their site.
     """
-
-    def correct(number: int, truth: str) -> None:
-        log.say("truth", number=number, object=truth)
-
-    with dashboard(control, correct=correct, port=port, project=project) as shown:
-        log.listen(shown.feed.tell)
-        yield shown
-
-
-def rendered(project: Paths | None = None) -> Page:
-    """Return the page and its content policy: only its own scripts and styles are allowed."""
-    from ajgdata.report.render import render
-
-    html = render("dashboard.html.j2", {}, project=project)
-    hashes = {tag: _hashes(html, tag) for tag in ("script", "style")}
-    policy = "; ".join([
-        "default-src 'none'",
-        f"script-src {hashes['script']}",
-        f"style-src {hashes['style']}",
-        "connect-src 'self'",
-        "img-src 'self'",  # the icon
-        "base-uri 'none'",
-        "form-action 'none'",
-        "frame-ancestors 'none'",
-    ])  # fmt: skip
-    return Page(html, policy)
+    headers = request.headers
+    origin = headers.get("origin")
+    if origin is not None and origin != f"http://{headers.get('host', '')}":
+        return True
+    is_other_site = headers.get("sec-fetch-site") in ("cross-site", "same-site")
+    return is_other_site and headers.get("sec-fetch-mode") != "navigate"
 
 
-def _hashes(html: str, tag: str) -> str:
-    """Return the sources of a content policy for the contents of all elements `tag`."""
-    found = re.findall(rf"<{tag}>(.*?)</{tag}>", html, re.DOTALL)
-    digests = (hashlib.sha256(text.encode()).digest() for text in found)
-    return " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
+def _app(html: str, feed: Feed, control: Control, token: str) -> Starlette:
+    """Return the web site of a run."""
+
+    async def page(request: Request) -> Response:
+        return HTMLResponse(html)
+
+    async def state(request: Request) -> Response:
+        return Response(feed.text, media_type="application/json")
+
+    async def events(request: Request) -> Response:
+        return EventSourceResponse(
+            feed.updates(), send_timeout=PATIENCE_S, ping=HEARTBEAT_S,
+            ping_message_factory=lambda: ServerSentEvent("", event="alive"),
+        )  # fmt: skip
+
+    def button(press: Callable[[], object]) -> Callable[[Request], Awaitable[Response]]:
+        async def handle(request: Request) -> Response:
+            sent = request.headers.get(TOKEN_HEADER, "")
+            if not hmac.compare_digest(sent.encode(), token.encode()):
+                return PlainTextResponse("the token is not that of this run", 403)
+            press()
+            return Response(status_code=204)
+
+        return handle
+
+    routes = [Route("/", page), Route("/state", state), Route("/events", events)]
+    for name in ("start", "pause", "stop"):
+        routes.append(Route(f"/{name}", button(getattr(control, name)), methods=["POST"]))
+    hosts = [HOST, "localhost"]  # a foreign name may lead here (DNS rebinding)
+    trusted = Middleware(TrustedHostMiddleware, allowed_hosts=hosts, www_redirect=False)
+    app = Starlette(routes=routes, middleware=[Middleware(Guard), trusted])
+    app.router.redirect_slashes = False
+    return app

@@ -1,4 +1,4 @@
-"""Has the gripper changed since its model was trained? Recordings of nothing tell, without a model.
+"""Detection of a changed gripper from recordings of the empty gripper, without a model.
 
 Each reference has a score: how far its spectrum, compressed by asinh as in the CNN, lies from the
 references of day 1, in standard deviations of theirs (rms over the bins). Those of day 1 are scored
@@ -9,9 +9,9 @@ of chance, and the m newest are among the m + j - 1 largest with the probability
     C(m + j - 1, m) / C(n + m, m),
 
 whatever the distribution of the scores (Gibbons & Chakraborti, Nonparametric Statistical Inference,
-section 2.11: exceedances). j is the largest that keeps this within the false alarms that are
-allowed. It holds for references that can stand for one another: if those of day 1 are all of one
-hour, an alarm may mean only that it is another one.
+section 2.11: exceedances). j is the largest that keeps this within FALSE_ALARM. It holds for
+references that can stand for one another: if those of day 1 are all of one hour, an alarm may mean
+only that it is another one.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from ajgdata.types import NotPossibleError
 Float64 = NDArray[np.float64]
 #: Share of false alarms that is allowed, at a given moment.
 FALSE_ALARM = 0.01
-#: More in a row would be a late alarm.
-MOST_IN_A_ROW = 3
-#: Each is scored by the others, of which a standard deviation needs two.
-FEWEST = 3
+#: References that must agree to an alarm (m).
+IN_A_ROW = 3
+#: References of day 1 that an alarm needs: 1 / C(7 + 3, 3) is the first below FALSE_ALARM.
+REFERENCES_NEEDED = 7
 #: Compressed bins that vary by less, which float32 rounds away, never change.
 STILL = 1e-6
 
@@ -39,47 +39,38 @@ class DriftWatch:
     """Watches references, recordings of the empty gripper, for a change of the gripper.
 
     `references` (r, f) are features of day 1, from the hours and days that the training is from.
-    `false_alarm` is the probability, at most, that references of an unchanged gripper raise the
-    alarm at a given moment; `in_a_row` of them must agree to (default: as few as `references`
-    allow, at most 3). Raises NotPossibleError for too few references, with how many are missing.
+    Raises NotPossibleError for too few references, with how many are missing.
 
     >>> watch = DriftWatch(np.random.default_rng(0).uniform(1, 2, (20, 50)))
-    >>> watch.in_a_row, round(watch.false_alarm, 4)
-    (2, 0.0043)
-    >>> watch.observe(np.full(50, 1.5)) > 1, watch.observe(np.full(50, 1.5)) > 1
-    (False, False)
-    >>> watch.observe(np.full(50, 9.0)) > 1, watch.observe(np.full(50, 9.0)) > 1
-    (False, True)
+    >>> round(watch.false_alarm, 4)
+    0.0056
+    >>> [watch.observe(np.full(50, value)) > 1 for value in (1.5, 9.0, 9.0, 9.0)]
+    [False, False, False, True]
     """
 
-    false_alarm: float  #: that probability as it is kept, `false_alarm` or less
-    in_a_row: int
+    false_alarm: float  #: probability that references of an unchanged gripper raise the alarm
     limit: float  #: score that references of a changed gripper exceed, in standard deviations
 
-    def __init__(
-        self, references: ArrayLike, false_alarm: float = FALSE_ALARM, in_a_row: int | None = None
-    ) -> None:
+    def __init__(self, references: ArrayLike) -> None:
         known = np.asarray(references, np.float64)
         if known.ndim != 2 or not np.isfinite(known).all():
             raise ValueError("references must be finite features of the shape (r, f)")
-        if not 0 < false_alarm < 1:
-            raise ValueError(f"false_alarm {false_alarm:g} must lie between 0 and 1")
-        if in_a_row is None:
-            in_a_row = _fewest(len(known), false_alarm)
-        if (missing := references_needed(false_alarm, in_a_row) - len(known)) > 0:
+        if (missing := REFERENCES_NEEDED - len(known)) > 0:
             raise NotPossibleError(
                 f"{len(known)} references of day 1 are too few for a false-alarm rate of "
-                f"{false_alarm:g}: record {missing} more of the empty gripper, or allow more"
+                f"{FALSE_ALARM:g}: record {missing} more of the empty gripper"
             )
-        self.in_a_row = in_a_row
         self._scale = float(np.abs(known).mean()) or 1.0
         compressed = np.arcsinh(known / self._scale)
         self._mean, self._sd = _mean_and_sd(compressed)
         scores = np.sort([_left_out(compressed, row) for row in range(len(known))])
-        place, self.false_alarm = _place(len(known), in_a_row, false_alarm)
+        ways = math.comb(len(known) + IN_A_ROW, IN_A_ROW)
+        rates = [math.comb(IN_A_ROW + j - 1, IN_A_ROW) / ways for j in range(1, len(known) + 1)]
+        place = sum(rate <= FALSE_ALARM for rate in rates)  # the largest j, rates increase
+        self.false_alarm = rates[place - 1]
         # Features have the digits of float32: below that references that are all alike differ.
         self.limit = max(float(scores[-place]), float(np.finfo(np.float32).eps))
-        self._last: deque[float] = deque(maxlen=in_a_row)
+        self._last: deque[float] = deque(maxlen=IN_A_ROW)
 
     def score(self, features: ArrayLike) -> Float64:
         """Return how far features (…, f) lie from day 1, (…,), in its standard deviations."""
@@ -87,7 +78,7 @@ class DriftWatch:
         return _rms((compressed - self._mean) / self._sd)
 
     def observe(self, feature: ArrayLike) -> float:
-        """Take in a new reference, a feature (f,); return the least score of the last `in_a_row`
+        """Take in a new reference, a feature (f,); return the least score of the last IN_A_ROW
         over the limit. Above 1 the gripper has changed.
 
         Before there are as many it is 1 at most. Raises ValueError for a feature of another length
@@ -95,47 +86,10 @@ class DriftWatch:
         """
         new = np.asarray(feature, np.float64)
         if new.shape != self._mean.shape or not np.isfinite(new).all():
-            raise ValueError(
-                f"a reference must be {len(self._mean)} finite numbers, as those of day 1 are"
-            )
+            raise ValueError(f"a reference must be {len(self._mean)} finite numbers, as day 1's")
         self._last.append(float(self.score(new)) / self.limit)
         least = min(self._last)
-        return least if len(self._last) == self.in_a_row else min(least, 1.0)
-
-
-def references_needed(false_alarm: float, in_a_row: int = MOST_IN_A_ROW) -> int:
-    """Return how many references of day 1 allow an alarm of `in_a_row` at this rate.
-
-    >>> references_needed(0.01, 1), references_needed(0.01, 2), references_needed(0.01, 3)
-    (99, 13, 7)
-    """
-    if in_a_row < 1:
-        raise ValueError(f"in_a_row {in_a_row} must be 1 or more")
-    needed = FEWEST
-    while _place(needed, in_a_row, false_alarm)[0] < 1:
-        needed += 1
-    return needed
-
-
-def _fewest(references: int, false_alarm: float) -> int:
-    """Return the fewest in a row, MOST_IN_A_ROW at most, that this many references allow."""
-    enough = (
-        number
-        for number in range(1, MOST_IN_A_ROW)
-        if references >= references_needed(false_alarm, number)
-    )
-    return next(enough, MOST_IN_A_ROW)
-
-
-def _place(references: int, in_a_row: int, false_alarm: float) -> tuple[int, float]:
-    """Return the largest j that keeps the rate of false alarms (0: none does), and that rate."""
-    ways = math.comb(references + in_a_row, in_a_row)
-    place, rate = 0, 0.0
-    while (
-        place < references and (more := math.comb(in_a_row + place, in_a_row) / ways) <= false_alarm
-    ):
-        place, rate = place + 1, more
-    return place, rate
+        return least if len(self._last) == IN_A_ROW else min(least, 1.0)
 
 
 def _left_out(compressed: Float64, row: int) -> float:

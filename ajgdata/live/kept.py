@@ -1,7 +1,7 @@
-"""Recordings of a run: kept as a session, labelled by what is known, and by nothing else.
+"""Recordings of a run: kept as a session, with the labels of the objects that the plan names.
 
-What nobody has named is entered as `reject`: it is no recording of an empty gripper, and nothing is
-learnt from it, before somebody says what it was (`live.learning`).
+A recording of an unnamed object has `quality: reject`: it is no recording of an empty gripper, and
+no model is trained on it before a person fills in its label and quality in recordings.csv.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from ajgdata.acquire.card import Capture
 from ajgdata.acquire.live_session import REJECTED, LiveSession
 from ajgdata.acquire.protocol import PlannedGrasp
 from ajgdata.live.predictor import Prediction
-from ajgdata.types import Recording
+from ajgdata.types import DatasetSpec, Recording
 from ajgdata.types.plan import NOTHING
 
 #: Columns of recordings.csv beside those of acquisition.
@@ -22,10 +22,13 @@ Labels = Callable[[str], Mapping[str, float | str]]
 
 
 class KeptRun:
-    """The session of one run. `labels` gives the targets of an object that is known."""
+    """The session of one run. `labels` gives the targets of an object by its name.
+
+    `recordings` counts what was recorded.
+    """
 
     def __init__(self, session: LiveSession, labels: Labels) -> None:
-        self._session, self._labels = session, labels
+        self._session, self._labels, self.recordings = session, labels, 0
 
     def look(
         self, number: int, look: int, thing: str, capture: Capture, force_n: float | None
@@ -65,4 +68,27 @@ class KeptRun:
     ) -> Recording:
         quality = ("clipped" if capture.clipped else "ok") if known else REJECTED
         every = {**capture.labels(), **labels}
+        self.recordings += 1
         return self._session.record(grasp, 1, 0, capture.samples, quality=quality, labels=every)
+
+
+def class_of(spec: DatasetSpec, target: str, name: str) -> str | None:
+    """Return the class of the object `name` by recipe or protocol; None if they do not list it."""
+    if target == "object":
+        return name
+    value = _declared_targets(spec, name).get(target)
+    return None if value is None else str(value)
+
+
+def labels_of(spec: DatasetSpec, target: str, name: str) -> dict[str, float | str]:
+    """Return all targets of the object `name`; nothing if its class is unknown."""
+    value = class_of(spec, target, name)
+    known = {} if value is None else {**_declared_targets(spec, name), target: value}
+    return {key: known[key] for key in sorted(known) if key != "object"}  # has its own column
+
+
+def _declared_targets(spec: DatasetSpec, name: str) -> dict[str, float | str]:
+    """Return the targets of an object that the recipe or the protocol lists."""
+    sources = [source for source in (spec.recipe, spec.protocol) if source]
+    objects = {made.name: made for source in sources for made in source.objects}
+    return dict(objects[name].targets) if name in objects else {}

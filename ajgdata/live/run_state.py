@@ -137,10 +137,7 @@ class RunState:
 
     def add(self, event: Event) -> None:
         """Update the state by one event. Missing keys stay unknown."""
-        kind = event["event"]
-        if kind == "start":  # a log may contain several runs
-            vars(self).update(vars(RunState()))
-        handle = getattr(self, f"_{kind}", None)
+        handle = getattr(self, f"_{event['event']}", None)
         if handle is not None:
             handle(event)
         self.n, self.time = event["n"], event["time"]
@@ -183,15 +180,9 @@ class RunState:
     def _placed(self, event: Event) -> None:
         if self.grasps:
             grasp = self.grasps[-1]
-            truth = grasp.truth or event.get("object", "")
-            self._update_grasp(placed=True, bin=event.get("bin") or "", truth=truth)
+            self._update_grasp(placed=True, bin=event.get("bin") or "")
             seconds, mean = _between(grasp.began, event["time"]), self.sort_s or 0.0
             self.sort_s = mean + (seconds - mean) / len(self.placed)
-
-    def _truth(self, event: Event) -> None:
-        for grasp in self.grasps:
-            if grasp.number == event["number"]:
-                grasp.truth = event.get("object", "")
 
     def _reference(self, event: Event) -> None:
         ratio = event.get("drift")

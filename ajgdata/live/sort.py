@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +17,10 @@ from ajgdata.live.decision import Action, Decision, judge
 from ajgdata.live.drift import DriftWatch
 from ajgdata.live.events import EventLog, shown_spectrum
 from ajgdata.live.kept import KeptRun
-from ajgdata.live.predictor import Prediction
+from ajgdata.live.predictor import Prediction, Predictor
 from ajgdata.live.run_state import RunState
 from ajgdata.live.steps import Steps
 from ajgdata.types.plan import NOTHING, SortPlan
-
-if TYPE_CHECKING:
-    from ajgdata.live.predictor import Predictor
 
 
 class EndedByPerson(Exception):  # noqa: N818  # no error: somebody has had enough
@@ -77,7 +73,7 @@ class Sorter:
     _begun: float = 0.0
 
     def __post_init__(self) -> None:
-        self._steps = Steps(self.robot, self.plan, self.log, self.control)
+        self._steps = Steps(self.robot, self.plan.wait_s, self.log, self.control)
 
     def run(self, coming: Iterable[str]) -> Outcome:
         """Sort what comes, in the main thread.
@@ -125,22 +121,17 @@ class Sorter:
             begin = time.perf_counter()
             decision = judge(looks, self.plan)
             self._say_decision(decision, time.perf_counter() - begin)
-            match decision.action:
-                case Action.AGAIN:
-                    self._steps.let_go()
-                case Action.WAIT:
-                    self._steps.let_go()
-                    self._steps.wait()
-                    return ""
-                case Action.STOP:
-                    self._steps.let_go()
-                    return decision.reason
-                case Action.PLACE:
-                    self._place(decision.value, decision.bin, known)
-                    return ""
-                case Action.REJECT:
-                    self._place("", decision.bin, known)
-                    return ""
+            if decision.action in (Action.PLACE, Action.REJECT):
+                value = decision.value if decision.action is Action.PLACE else ""
+                self._steps.place(value, decision.bin)
+                self.log.say("placed", value=value, bin=decision.bin, object=known)
+                return ""
+            self._steps.let_go()
+            if decision.action is Action.WAIT:
+                self._steps.wait()
+                return ""
+            if decision.action is Action.STOP:
+                return decision.reason
 
     def _look(self, number: int, look: int, thing: str) -> Prediction:
         """Grasp, record and predict; what is recorded is kept before anything else happens."""
@@ -166,11 +157,6 @@ class Sorter:
         self.log.say("prediction", **where, seconds=predicting, **prediction.plain())
         self.kept.said(grasp, prediction)
         return prediction
-
-    def _place(self, value: str, where: str, truth: str) -> None:
-        """Make the steps after `sense`."""
-        self._steps.place(value, where)
-        self.log.say("placed", value=value, bin=where, object=truth)
 
     def _refer(self, number: int) -> None:
         """Record the empty gripper, and warn if it has changed."""

@@ -1,4 +1,4 @@
-"""The robot's part of a live run: steps, told one by one, what is held, and the halt."""
+"""The robot's steps of a live run, the object that is held, and the halt."""
 
 from __future__ import annotations
 
@@ -12,39 +12,38 @@ from ajgdata.acquire.robot import UNNAMED, Placement, Robot
 from ajgdata.acquire.signals import undisturbed
 from ajgdata.live.control import Control, Mode
 from ajgdata.live.events import EventLog
-from ajgdata.types.plan import SortPlan, SortStep
 
 
 @dataclass
 class Steps:
-    """Makes the steps of a plan's sequence, each when the run may go on.
+    """Makes the paper's steps of a sort, each when the run may go on.
 
     `held` is what is in the gripper, or may be: from the moment in which it goes down until it has
     let go. `pressing`: `release` is still to come.
     """
 
     robot: Robot
-    plan: SortPlan
+    wait_s: float
     log: EventLog
     control: Control
     held: str = ""
     pressing: bool = False
     _halted: bool = False
 
-    def grasp(self, place: Placement) -> float | None:
-        """Make the steps before `sense`; return the force (N) that was reached."""
-        force = None
-        for step in self.plan.sequence[: self.plan.sequence.index("sense")]:
-            reached = self._step(step, place)
-            force = reached if step == "approach" else force
+    def grasp(self, placement: Placement) -> float | None:
+        """Loosen, approach and wait; return the force (N) that was reached."""
+        self._step("loosen")
+        force = self._step("approach", placement)
+        self.wait()
         return force
 
-    def place(self, value: str, where: str) -> None:
-        """Make the steps after `sense` with what is a `value` ("": not known)."""
+    def place(self, value: str, bin_name: str) -> None:
+        """Jam, lift, place and release an object of the class `value` ("": unknown)."""
         self.held = value or UNNAMED
-        for step in self.plan.sequence[self.plan.sequence.index("sense") + 1 :]:
-            self._step(step, where)
-        self.let_go()  # where a sequence ends without
+        self._step("jam")
+        self._step("lift")
+        self._step("place", bin_name)
+        self.let_go()
 
     def let_go(self) -> None:
         """Put down what the gripper presses on, unless it has been released."""
@@ -52,7 +51,7 @@ class Steps:
             self._step("release")
 
     def wait(self) -> None:
-        """Keep still as long as before sensing."""
+        """Keep still for `wait_s`, as before sensing."""
         self._step("wait")
 
     def halt(self, then: Callable[[], object]) -> None:
@@ -83,7 +82,7 @@ class Steps:
         with suppress(OSError):
             then()
 
-    def _step(self, step: SortStep, about: Any = None) -> float | None:
+    def _step(self, step: str, about: Any = None) -> float | None:
         """Make one step, when the run may go on; return the force of `approach`."""
         self.checkpoint()
         begin, force = time.perf_counter(), None
@@ -92,7 +91,7 @@ class Steps:
                 self.pressing, self.held = True, about.object
                 force = self.robot.move("approach", **vars(about))
             case "wait":
-                self.robot.move("hold", seconds=self.plan.wait_s)
+                self.robot.move("hold", seconds=self.wait_s)
             case "place":
                 self.robot.move("place", bin=about)
                 self.held = ""

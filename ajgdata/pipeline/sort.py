@@ -7,16 +7,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ajgdata.acquire.card import DEVICE, Card
 from ajgdata.acquire.live_session import LiveSession
 from ajgdata.acquire.robot import Confirm
 from ajgdata.live.control import Control
-from ajgdata.live.drift import FALSE_ALARM, MOST_IN_A_ROW, DriftWatch, references_needed
+from ajgdata.live.drift import REFERENCES_NEEDED, DriftWatch
 from ajgdata.live.events import EventLog, Listener, shown_spectrum
-from ajgdata.live.kept import KeptRun
-from ajgdata.live.learning import class_of, labels_of
+from ajgdata.live.kept import KeptRun, class_of, labels_of
+from ajgdata.live.predictor import Predictor
 from ajgdata.live.sort import Outcome, Sorter, arrivals
 from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire_live import (
@@ -31,12 +31,7 @@ from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
 from ajgdata.types import DataError, DatasetSpec
 from ajgdata.types.plan import NOTHING, SortPlan
 
-if TYPE_CHECKING:
-    from ajgdata.live.predictor import Predictor
-
 _NAME = re.compile(r"sort-(\d+)")
-#: References that the training data of a model must have for the alarm.
-REFERENCES_NEEDED = references_needed(FALSE_ALARM, MOST_IN_A_ROW)
 NO_ALARM = (
     f"no alarm for a changed gripper: the model has fewer than {REFERENCES_NEEDED} references; "
     "record the empty gripper more often and train again"
@@ -45,69 +40,55 @@ NO_ALARM = (
 
 @dataclass(frozen=True)
 class OpenRun:
-    """A run that is ready: its loop, its log, and what the event `start` has."""
+    """A run that is ready: its loop, and the contents of the event `start`."""
 
     sorter: Sorter
     name: str  #: DATASET/SESSION that keeps the recordings
-    log: EventLog
     log_file: Path
-    about: Mapping[str, Any]
+    start: Mapping[str, Any]
 
     def run(self) -> Outcome:
         """Sort until it ends (see live.sort.Sorter.run), in the main thread."""
-        self.log.say("start", **self.about)
-        if self.sorter.watch is None and self.sorter.plan.references:
-            self.log.say("problem", text=NO_ALARM)
-        return self.sorter.run(arrivals(self.sorter.plan))
+        log, plan = self.sorter.log, self.sorter.plan
+        log.say("start", **self.start)
+        if self.sorter.watch is None and plan.references:
+            log.say("problem", text=NO_ALARM)
+        return self.sorter.run(arrivals(plan))
 
 
 @contextmanager
 def open_run(
-    paths: Paths,
-    plan: SortPlan,
-    *,
-    confirm: Confirm,
-    control: Control,
-    listen: Listener,
+    paths: Paths, plan: SortPlan, *, confirm: Confirm, control: Control, listen: Listener
 ) -> Iterator[OpenRun]:
     """Open all that a plan needs, and close it at the end, whatever ends it.
 
-    `confirm` reaches the person, `listen` hears every event. Raises
-    DataError for whatever cannot be sorted, before anything moves.
+    `confirm` asks the person, `listen` receives every event. Raises DataError for a plan that
+    cannot be followed, before anything moves.
     """
     spec = read_dataset(paths, plan.dataset)
     predictor = sorting_model(paths, spec, plan)
     sessions = list_sessions(paths, spec.name)
     check_one_kind(paths, spec, sessions, adding=plan.source == VIRTUAL)
     session = _next_name(paths, spec.name)
-    folder = paths.session(spec.name, session)
-    target = spec.tasks[plan.task].target
+    folder, log_file = paths.session(spec.name, session), paths.events(spec.name, session)
     with (
         open_hands(
             paths, spec, source=plan.source, card=plan.card, robot=plan.robot,
             robot_settings=plan.robot_settings, seed=plan.seed, confirm=confirm,
         ) as (robot, card, gripper),
         _session(folder, spec, plan, card, gripper) as live,
-        EventLog(paths.events(spec.name, session)) as log,
+        EventLog(log_file) as log,
     ):  # fmt: skip
         log.listen(listen)
-        sorter = Sorter(
-            plan=plan,
-            senses=predictor,
-            card=card,
-            played=stored_excitation(folder, card.settings.sample_rate_hz),
-            robot=robot,
-            kept=KeptRun(live, lambda name: _labels(spec, target, name)),
-            log=log,
-            control=control,
-            truth=lambda name: class_of(spec, target, name) or name,
-            watch=_watch(predictor),
-        )
-        about = _about(paths, spec, plan, predictor, card)
-        name, file = f"{spec.name}/{session}", paths.events(spec.name, session)
-        run = OpenRun(sorter, name, log, file, {**about, "session": session})
+        target = spec.tasks[plan.task].target
+        played = stored_excitation(folder, card.settings.sample_rate_hz)
+        kept = KeptRun(live, lambda name: labels_of(spec, target, name))
+        truth = lambda name: class_of(spec, target, name) or name  # noqa: E731
+        watch = _watch(predictor)
+        sorter = Sorter(plan, predictor, card, played, robot, kept, log, control, truth, watch)
+        start = {**_start_event(paths, spec, plan, predictor, card), "session": session}
         try:
-            yield run
+            yield OpenRun(sorter, f"{spec.name}/{session}", log_file, start)
         finally:
             store_card(live, card)
 
@@ -162,16 +143,10 @@ def _session(
     return open_session(folder, spec, card.settings, setup, gripper)
 
 
-def _labels(spec: DatasetSpec, target: str, name: str) -> dict[str, float | str]:
-    """Return the targets of an object whose name is known."""
-    value = class_of(spec, target, name)
-    return {} if value is None else labels_of(spec, target, value, name)
-
-
-def _about(
+def _start_event(
     paths: Paths, spec: DatasetSpec, plan: SortPlan, predictor: Predictor, card: Card
 ) -> dict[str, Any]:
-    """Return what the event `start` has."""
+    """Return the contents of the event `start`."""
     return {
         "dataset": plan.dataset,
         "task": plan.task,

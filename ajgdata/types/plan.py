@@ -1,19 +1,14 @@
-"""Plans of sorting: what `ajgdata sort` does with what it hears. Read from a file of YAML."""
+"""Plans of `ajgdata sort`, read from a file of YAML."""
 
 from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, JsonValue, field_validator, model_validator
+from pydantic import Field, JsonValue, model_validator
 
 from ajgdata.types.base import ModelName, Name, Strict
-from ajgdata.types.protocol import References, RobotName, Step
+from ajgdata.types.protocol import References, RobotName
 
-SortStep = Step | Literal["place"]
-#: The paper's: sensed at ambient pressure; what comes after `sense` is done if a bin was decided.
-SORT_SEQUENCE: tuple[SortStep, ...] = (
-    "loosen", "approach", "wait", "sense", "jam", "lift", "place", "release",
-)  # fmt: skip
 #: Stands among the objects of a plan where nothing lies there.
 NOTHING = "empty"
 Doubtful = Literal["stop", "reject"]
@@ -66,7 +61,6 @@ class SortPlan(Strict):
     wait_s: float = Field(
         2.0, ge=0, description="between pressing and sensing, for grains to settle (paper: 2 s)"
     )
-    sequence: tuple[SortStep, ...] = Field(SORT_SEQUENCE, description="steps of one sort")
     references: References | None = Field(
         References(),
         description="recordings of the empty gripper, by which `nothing held` and a gripper that "
@@ -82,19 +76,6 @@ class SortPlan(Strict):
     )
     robot: RobotName = Field("manual", description="who moves; manual: a person")
     robot_settings: dict[str, JsonValue] = Field({}, description="settings of the robot, its own")
-
-    @field_validator("sequence")
-    @classmethod
-    def _senses_then_places(cls, sequence: tuple[SortStep, ...]) -> tuple[SortStep, ...]:
-        at = {step: sequence.index(step) for step in ("approach", "sense", "place")
-              if sequence.count(step) == 1}  # fmt: skip
-        if list(at) != sorted(at, key=at.__getitem__) or len(at) < 3:
-            raise ValueError("a sequence needs `approach`, `sense`, `place` once each, in order")
-        if "release" in sequence[: at["place"]] or {"jam", "lift"} & {*sequence[: at["sense"]]}:
-            raise ValueError("`jam` and `lift` come after `sense`, `release` after `place`")
-        if "loosen" in sequence[at["approach"] : at["place"]]:
-            raise ValueError("`loosen` between `approach` and `place` would drop the object")
-        return sequence
 
     @model_validator(mode="after")
     def _has_what_it_needs(self) -> SortPlan:

@@ -8,7 +8,7 @@
   const token = location.hash.slice(1);
   const percent = (p) => p < 1 && p >= 0.995 ? "> 99 %" : `${(100 * p).toFixed(0)} %`;
   const words = (name) => String(name).replaceAll("_", " ");
-  let state = null, chosen = null, heard = 0, source = null;
+  let state = null, heard = 0, source = null;
 
   // Only what differs is written: a reader that is spoken to hears changes, and no focus is lost.
   function write(id, text) {
@@ -214,20 +214,18 @@
     return grasp.truth === grasp.outcome ? ["right", "✓", "right"] : ["wrong", "✗", `wrong, it was ${words(grasp.truth)}`];
   }
   function showGrasps(state) {
-    const made = () => element("li", "", element("button", "", element("span", "top", element("span"), element("b")), element("span"), element("span")));
+    const made = () => element("li", "", element("div", "", element("span", "top", element("span"), element("b")), element("span"), element("span")));
     const items = filled(byId("grasps"), state.grasps.length, made);
     items.forEach((item, i) => {
-      const grasp = state.grasps[i], button = item.firstChild;
+      const grasp = state.grasps[i], tile = item.firstChild;
       const [look, mark, told] = fate(grasp, i === state.grasps.length - 1 && !state.stopped);
       const what = grasp.value === null ? "" : value(grasp.value, state.plan.unit);
       const sure = grasp.probability === null ? "" : percent(grasp.probability);
-      button.type = "button";
-      button.className = look;
-      button.dataset.number = grasp.number;
-      button.setAttribute("aria-pressed", String(correctable(state)?.number === grasp.number));
-      button.setAttribute("aria-label", `Grasp ${grasp.number}: ${what} ${sure}, ${told}`);
-      button.title = `${what} ${sure}, ${told}`;
-      const [top, name, more] = button.children;
+      tile.className = look;
+      tile.setAttribute("role", "img");
+      tile.setAttribute("aria-label", `Grasp ${grasp.number}: ${what} ${sure}, ${told}`);
+      tile.title = `${what} ${sure}, ${told}`;
+      const [top, name, more] = tile.children;
       top.children[0].textContent = grasp.number;
       top.children[1].textContent = mark;
       name.textContent = what || " ";
@@ -268,26 +266,8 @@
     }));
   }
 
-  function correctable(state) {
-    const done = state.grasps.filter((grasp) => grasp.outcome);
-    return done.find((grasp) => grasp.number === chosen) ?? done.at(-1) ?? null;
-  }
-  function showCorrection(state) {
-    const grasp = correctable(state);
-    const can = Boolean(token && state.correctable && grasp && state.plan.classes?.length);
-    byId("correction").hidden = !can;
-    byId("no-correction").hidden = can;
-    const choice = byId("truth"), names = state.plan.classes ?? [];
-    if ([...choice.options].map((one) => one.value).join("\n") !== names.join("\n"))
-      choice.replaceChildren(...names.map((name) => new Option(words(name), name)));
-    if (can) {
-      write("correct-label", `Grasp ${grasp.number}, ${value(grasp.value)}, was`);
-      if (choice.dataset.number !== String(grasp.number)) {
-        choice.dataset.number = grasp.number;
-        choice.value = names.includes(grasp.truth) ? grasp.truth : grasp.value;
-      }
-    }
-    byId("problems").hidden = byId("problems-head").hidden = !state.problems.length;
+  function showProblems(state) {
+    byId("problems").parentElement.hidden = !state.problems.length;
     filled(byId("problems"), state.problems.length, () => element("li"))
       .forEach((row, i) => { row.textContent = state.problems[i]; });
   }
@@ -301,7 +281,7 @@
     const { dataset, task, model, device, robot, session } = state.plan;
     write("title", dataset ? `${dataset}/${task}` : "Live run");
     document.title = dataset ? `${dataset}/${task}: live run` : "Live run";
-    write("setup", [state.plan.replay && "replay of a log", model, device, robot && `robot ${robot}`, session].filter(Boolean).map(words).join(" · "));
+    write("setup", [model, device, robot && `robot ${robot}`, session].filter(Boolean).map(words).join(" · "));
     const badge = byId("source");
     badge.hidden = !state.plan.source;
     badge.className = `badge ${state.plan.source ?? ""}`;
@@ -315,7 +295,6 @@
     const said = undelivered ||
       (connection === "lost" ? "Connection lost: what stands here is old, and the run may go on. Stop it at the terminal with Ctrl-C." : "") ||
       (state?.drift?.text ? `Drift: ${state.drift.text}` : "") ||
-      (state?.unshown ? `${state.unshown} events could not be shown here; the log has them.` : "") ||
       (state && !token && state.mode !== "stopped" ? "Watching only. To control the run, open the whole address that the terminal shows." : "");
     byId("notice").hidden = !said;
     write("notice", said);
@@ -323,7 +302,7 @@
 
   function show(found) {
     state = found;
-    for (const part of [showControls, showVerdict, showBars, showSpectrum, showFacts, showGrasps, showBins, showConfusion, showCorrection])
+    for (const part of [showControls, showVerdict, showBars, showSpectrum, showFacts, showGrasps, showBins, showConfusion, showProblems])
       part(state);
     document.body.dataset.n = state.n;
     showNotice();
@@ -359,15 +338,14 @@
     else { heard = Date.now(); connect(); }
   });
 
-  async function ask(what, body) {
+  async function ask(what) {
     let problem = "";
     // A browser has so many connections to one server: a stop that waits for one gets that of this
     // page's stream. It is sent even if the page is closed; no answer in time is told.
     const waits = what === "stop" && setTimeout(() => source.close(), YIELD_MS);
     try {
       const given = { keepalive: true, signal: AbortSignal.timeout(ANSWER_MS) };
-      const headers = { "X-Ajgdata-Token": token, ...(body && { "Content-Type": "application/json" }) };
-      const answer = await fetch(what, { method: "POST", headers, body: body && JSON.stringify(body), ...given });
+      const answer = await fetch(what, { method: "POST", headers: { "X-Ajgdata-Token": token }, ...given });
       if (!answer.ok) problem = (await answer.text()).trim();
     } catch {
       problem = "nobody answers";
@@ -376,7 +354,6 @@
     }
     undelivered = problem && `${what} was not done: ${problem}.${what === "stop" ? " Press Ctrl-C at the terminal, or the robot's own button." : ""}`;
     showNotice();
-    return !problem;
   }
   const go = () => { if (!byId("go").disabled) ask(state.mode === "running" ? "pause" : "start"); };
   const halt = () => { if (!byId("halt").disabled) ask("stop"); };
@@ -387,23 +364,10 @@
     if (event.key === "Escape") {
       event.preventDefault();
       if (!event.repeat) halt();
-    } else if (event.key === " " && !event.target.closest("button, select, input, [tabindex]")) {
+    } else if (event.key === " " && !event.target.closest("button, [tabindex]")) {
       event.preventDefault();
       if (!event.repeat) go();
     }
-  });
-  byId("grasps").addEventListener("click", (event) => {
-    const button = event.target.closest("button");
-    if (!button) return;
-    chosen = Number(button.dataset.number);
-    write("corrected", "");
-    showGrasps(state);
-    showCorrection(state);
-  });
-  byId("correction").addEventListener("submit", async (event) => {
-    event.preventDefault();
-    const number = correctable(state).number, object = byId("truth").value;
-    if (await ask("truth", { number, object })) write("corrected", `Noted: grasp ${number} was ${words(object)}.`);
   });
   byId("halt").disabled = !token;  // before the first state, and if none ever comes
   addEventListener("resize", () => { if (state) showSpectrum(state); });

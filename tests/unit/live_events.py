@@ -1,5 +1,6 @@
-"""A run as its log tells it, made up: for tests of what shows it."""
+"""Logs of runs: read from a file, or made up for tests of what shows them."""
 
+import json
 from datetime import UTC, datetime, timedelta
 
 from ajgdata.live.events import SHOWN_BANDS
@@ -9,6 +10,11 @@ BINS = {"marker": "A", "padlock": "B", "screw": "B", "strawberry": "C"}
 #: Class means of the training data.
 SPECTRA = {name: [1 + 0.1 * i] * SHOWN_BANDS for i, name in enumerate(CLASSES)}
 START = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
+
+
+def read_events(path):
+    """Every event of a log."""
+    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
 
 
 class Story:

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 from fake_card import RATE_HZ, FakeLine, fake_card
+from live_events import read_events
 
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.live_session import live_session
 from ajgdata.acquire.robot import Placement, RobotError
 from ajgdata.live.control import Control
-from ajgdata.live.events import EventLog, read_events
+from ajgdata.live.events import EventLog
 from ajgdata.live.kept import KeptRun
 from ajgdata.live.predictor import Prediction, Verdict
 from ajgdata.live.sort import Sorter, arrivals

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from live_events import read_events
 from typer.testing import CliRunner
 
 import ajgdata
@@ -18,7 +19,6 @@ from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.virtual import VirtualTable
 from ajgdata.cli.main import app
 from ajgdata.features.spectrum import frequencies_hz, spectrum
-from ajgdata.live.events import read_events
 from ajgdata.paths import Paths
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import Shard, text_column, write_store
@@ -118,7 +118,7 @@ def test_sense_says_what_it_holds(run):
 
 @pytest.mark.parametrize("columns", [20, 80])
 def test_sense_fits_any_terminal(run, monkeypatch, columns):
-    monkeypatch.setattr("ajgdata.cli.live.out.width", columns)
+    monkeypatch.setattr("ajgdata.cli.sense.out.width", columns)
     monkeypatch.setenv("NO_COLOR", "1")
     done = run(*SENSE, "--object", "cube")
     rows = [line for line in done.stdout.splitlines() if line.startswith(CLASSES)]
@@ -155,7 +155,7 @@ def test_sense_without_a_novelty_check_does_not_call_anything_known(trained, run
     ],
 )
 def test_sense_refuses_what_it_cannot_do(run, monkeypatch, arguments, said):
-    monkeypatch.setattr("ajgdata.pipeline.sense.load_predictor", lambda *_: None)
+    monkeypatch.setattr("ajgdata.loading.load_predictor", lambda *_: None)
     with pytest.raises(DataError, match=said):
         raise run(*arguments).exception
 
@@ -213,22 +213,6 @@ def test_what_cannot_be_sorted_is_refused_before_anything_moves(run, changes, sa
     with pytest.raises(DataError, match=said):
         raise run("sort", plan(**changes)).exception
     assert not Path("data/d/sessions/sort-01").exists()
-
-
-def test_corrections_of_a_run_become_labels(run):
-    assert run("sort", plan(references=None)).exit_code == 0
-    log = Paths().events("d", "sort-01")
-    with log.open("a") as file:
-        truth = {"n": 99, "time": "2026-01-01T00:00:00+00:00", "event": "truth", "number": 2}
-        file.write(json.dumps({**truth, "object": "box"}) + "\n")
-    done = run("sort", "--learn", "d/sort-01")
-    assert "d/sort-01: 1 recordings labelled" in done.stdout
-    rows = {row.recording_id: row for row in read_recordings(Paths().session("d", "sort-01"))[0]}
-    assert rows["sort_0002_1_1"].labels["label"] == "box"
-    assert "0 recordings labelled" in run("sort", "--learn", "d/sort-01").stdout
-    for wrong in ("d/sort-09", "nowhere"):
-        with pytest.raises(DataError, match="there is no such run"):
-            raise run("sort", "--learn", wrong).exception
 
 
 ROBOT = """

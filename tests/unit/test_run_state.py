@@ -46,27 +46,12 @@ def test_what_the_run_did_not_decide_itself_is_unsure():
     assert placed.confusion == {OTHERS: {"marker": 1}}
 
 
-def test_a_correction_moves_a_sort_from_one_cell_to_another():
-    story = Story().start().sort(1, "marker", "marker").sort(2, "marker").sort(3, "screw", "screw")
-    before = folded(story.events)
-    assert before.confusion == {"marker": {"marker": 1}, "screw": {"screw": 1}}
-    story.say("truth", number=1, object="padlock").say("truth", number=2, object="screw")
-    state = folded(story.events)
-    assert state.confusion == {
-        "padlock": {"marker": 1}, "screw": {"screw": 1, "marker": 1},
-    }  # fmt: skip
-    assert [one.truth for one in state.grasps] == ["padlock", "screw", "screw"]
-    assert folded(story.say("truth", number=99, object="screw").events).confusion == state.confusion
-    back = story.say("truth", number=1, object="marker").say("truth", number=2, object="")
-    assert folded(back.events).confusion == before.confusion
-
-
 def test_a_row_ends_when_a_sort_was_wrong():
-    story = Story().start().sort(1, "marker").sort(2, "screw").sort(3, "screw")
+    story = Story().start().sort(1, "marker").sort(2, "screw", "screw").sort(3, "screw")
     assert folded(story.events).rows == (3, 3)
-    assert folded(story.say("truth", number=1, object="padlock").events).rows == (2, 2)
-    assert folded(story.say("truth", number=3, object="screw").events).rows == (2, 2)
-    assert folded(story.say("truth", number=3, object="padlock").events).rows == (0, 1)
+    story.sort(4, "screw", "marker")
+    assert folded(story.events).rows == (0, 3)
+    assert folded(story.sort(5, "screw", "screw").events).rows == (1, 3)
 
 
 def test_drift_is_told_until_it_is_over():

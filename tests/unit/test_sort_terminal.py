@@ -6,9 +6,9 @@ import pytest
 from rich.console import Console
 from sorting_lab import CLASSES
 
-from ajgdata.cli.live_lines import SortTerminal
 from ajgdata.live.control import Control
 from ajgdata.live.sort import EndedByPerson
+from ajgdata.live.terminal import SortTerminal
 
 START = {
     "n": 0, "time": "2026-01-02T03:04:05+00:00", "event": "start", "dataset": "d",

@@ -1,0 +1,104 @@
+"""`ajgdata sort`: a trained model sorts objects."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from ajgdata.cli.console import err, out, say, warn
+from ajgdata.cli.sense import stopped_by_hand
+
+if TYPE_CHECKING:
+    from ajgdata.live.control import Control
+    from ajgdata.live.events import EventLog
+
+_DASHBOARD = "dashboard"
+#: Exit code of a run that ended because an object was in doubt, as in the paper.
+DOUBT = 3
+
+
+def sort(
+    plan: Annotated[Path, typer.Argument(help="PLAN.yaml: what to sort, how, into which bins")],
+    as_json: Annotated[bool, typer.Option("--json", help="events as JSON, one per line")] = False,
+    dashboard: Annotated[
+        bool,
+        typer.Option(
+            "--dashboard", help="also show the run in a browser", rich_help_panel=_DASHBOARD
+        ),
+    ] = False,
+    port: Annotated[
+        int,
+        typer.Option(
+            min=0, max=65_535, help="port of the page; 0: any free port", rich_help_panel=_DASHBOARD
+        ),
+    ] = 0,
+) -> None:
+    """Sort objects by their sound: grasp, hear, decide, place. Stops when in doubt.
+
+    Exit code 0: sorted as planned; 3: stopped since an object was in doubt; 130: stopped by hand;
+    else an error. Whatever ends it early, the robot halts and says what it holds.
+    """
+    raise typer.Exit(_sort(plan, as_json, port if dashboard else None))
+
+
+def _sort(file: Path, as_json: bool, port: int | None) -> int:
+    """Run a plan, with a dashboard if there is a `port`; return the exit code."""
+    from ajgdata.acquire.signals import ended_by_signals
+    from ajgdata.live.control import Control
+    from ajgdata.live.terminal import SortTerminal
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.sort import open_run
+    from ajgdata.store.files import read_model
+    from ajgdata.types.plan import SortPlan
+
+    control = Control()
+    # Questions go where people read, events where programs do.
+    terminal = SortTerminal(err if as_json else out, control)
+    listener = _print_event if as_json else terminal.tell
+    with (
+        stopped_by_hand(),
+        ended_by_signals(("SIGINT", "SIGTERM", "SIGHUP")),
+        open_run(
+            find_project(), read_model(file, SortPlan), confirm=terminal.confirm,
+            control=control, listen=listener,
+        ) as run,
+        _shown(run.sorter.log, control, port),
+    ):  # fmt: skip
+        try:
+            outcome = run.run()
+        finally:
+            is_empty = run.sorter.kept.recordings == 0
+            made = "nothing was recorded" if is_empty else f"recordings: {escape(run.name)}"
+            with suppress(OSError):  # a terminal that is gone
+                warn(f"{made}, log: {escape(str(run.log_file))}")
+    if not as_json:
+        wrong = f", {outcome.mistakes} of them wrong" if outcome.mistakes else ""
+        counts = f"{outcome.longest_row} in a row at most{wrong}; {escape(terminal.summary())}"
+        say(f"[b]{outcome.sorts} sorted[/b], {counts}")
+    return 0 if outcome.finished else DOUBT
+
+
+@contextmanager
+def _shown(log: EventLog, control: Control, port: int | None) -> Iterator[None]:
+    """Serve the dashboard during the block, if there is a `port`."""
+    if port is None:
+        yield
+        return
+    from ajgdata.live.dashboard import dashboard
+
+    with dashboard(control, port=port) as served:
+        log.listen(served.feed.tell)
+        warn(f"dashboard: {escape(served.address)}")
+        yield
+
+
+def _print_event(event: Any) -> None:
+    sys.stdout.write(json.dumps(event) + "\n")
+    sys.stdout.flush()
