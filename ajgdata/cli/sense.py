@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from ajgdata.acquire.card import Card
     from ajgdata.acquire.robot import Robot
     from ajgdata.live.predictor import Prediction, Predictor
-    from ajgdata.paths import Paths
     from ajgdata.types import DatasetSpec
 
 _CARD = "sound card"

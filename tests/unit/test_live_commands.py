@@ -136,7 +136,6 @@ def test_sense_without_a_novelty_check_does_not_call_anything_known(trained, run
     about = json.loads((folder / "model.json").read_text())
     about["calibration"]["novelty_threshold"] = None
     (folder / "model.json").write_bytes(json_bytes(about))
-    (folder / "guard.safetensors").unlink()
     done = run(*SENSE, "--object", "cube")
     assert done.exit_code == 0, done.output
     assert done.output.splitlines()[-1] == "novelty not checked: box"
