@@ -10,7 +10,7 @@ from typing import Any
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import models_of
 from ajgdata.report.comparison import tally_text
-from ajgdata.store.benchmarks import Job, RuleCost, cost_by_rule, read_benchmarks
+from ajgdata.store.benchmarks import RuleCost, read_costs
 from ajgdata.store.features import open_store
 from ajgdata.store.files import read_json, write_bytes
 from ajgdata.store.findings import read_findings
@@ -128,12 +128,10 @@ def run_cost(paths: Paths, datasets: Sequence[str], *, everything: bool) -> list
     """Return the cost by rule of all jobs on `datasets`; with `everything` also of jobs that do not
     belong to a data set, such as studies."""
     others = set(list_datasets(paths)) - set(datasets)
-
-    def is_included(job: Job) -> bool:
-        name = job.wildcards[0] if job.wildcards else ""
-        return name in datasets or (everything and name not in others)
-
-    return cost_by_rule([job for job in read_benchmarks(paths.benchmarks) if is_included(job)])
+    return read_costs(
+        paths.benchmarks,
+        lambda name: name in datasets or (everything and name not in others),
+    )
 
 
 def _cost_line(cost: RuleCost) -> str:

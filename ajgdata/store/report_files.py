@@ -7,7 +7,6 @@ one stays as packaged. In a checkout both are one folder.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +20,10 @@ PACKAGED = _IN_WHEEL if _IN_WHEEL.is_dir() else PACKAGE.parent / "reports"
 #: Figures of the paper, beside which ours stand.
 PAPER = "paper.yaml"
 TEMPLATES, EXPERIMENTS, PAGES = "templates", "experiments", "pages"
-_SUFFIXES = {TEMPLATES: ("j2", "css", "js"), EXPERIMENTS: ("md",), PAGES: ("md",)}
-_KINDS = [f"{folder}/*.{suffix}" for folder, some in _SUFFIXES.items() for suffix in some]
+_PATTERNS = (
+    *(f"{TEMPLATES}/*.{suffix}" for suffix in ("j2", "css", "js")),
+    *(f"{EXPERIMENTS}/*.md", f"{PAGES}/*.md"),
+)
 
 
 def report_file(project: Paths, name: str) -> Path:
@@ -43,14 +44,17 @@ def read_paper(project: Paths) -> dict[str, Any]:
 
 
 def read_experiment_text(project: Paths, kind: str) -> str:
-    """Return the Markdown on a kind of experiment; empty if nobody wrote about it."""
-    path = report_file(project, f"{EXPERIMENTS}/{kind}.md")
-    return read_text(path) if path.is_file() else ""
+    """Return the Markdown on a kind of experiment; empty if there is none."""
+    return _read(project, f"{EXPERIMENTS}/{kind}.md")
 
 
 def read_page_text(project: Paths, page: str) -> str:
     """Return the Markdown on a page of the report, its title first; empty if there is none."""
-    path = report_file(project, f"{PAGES}/{page}.md")
+    return _read(project, f"{PAGES}/{page}.md")
+
+
+def _read(project: Paths, name: str) -> str:
+    path = report_file(project, name)
     return read_text(path) if path.is_file() else ""
 
 
@@ -60,15 +64,17 @@ def report_files_digest(project: Paths, *names: str) -> str:
     Rules that render pages pass it as a parameter: Snakemake then notices an edit.
     """
     digest = hashlib.sha256()
-    for name in names or sorted(set(_all_names(project))):
+    for name in names or _all_names(project):
         digest.update(name.encode() + b"\0" + report_file(project, name).read_bytes())
     return digest.hexdigest()[:16]
 
 
-def _all_names(project: Paths) -> Iterator[str]:
-    yield PAPER
-    for folder in (project.reports, PACKAGED):
-        for kind in _KINDS:
-            for path in folder.glob(kind):
-                if not path.name.startswith("."):  # an editor's
-                    yield path.relative_to(folder).as_posix()
+def _all_names(project: Paths) -> list[str]:
+    names = {
+        path.relative_to(folder).as_posix()
+        for folder in (project.reports, PACKAGED)
+        for pattern in (PAPER, *_PATTERNS)
+        for path in folder.glob(pattern)
+        if not path.name.startswith(".")  # an editor's
+    }
+    return sorted(names)

@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from ajgdata.store.benchmarks import cost_by_rule, read_benchmarks
-from ajgdata.types import DataError
+from ajgdata.store.benchmarks import read_costs
 
 HEAD = "s\th:m:s\tmax_rss\tmax_vms\tmax_uss\tmax_pss\tio_in\tio_out\tmean_load\tcpu_time\n"
 
@@ -25,27 +24,19 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_jobs_are_read_in_their_units(folder):
-    jobs = {(one.rule, one.wildcards): one for one in read_benchmarks(folder)}
-    one = jobs["experiment", ("a", "t", "cross_validation-knn")]
-    assert (one.wall_s, one.cpu_s) == (4, 2)
-    assert one.peak_mb == pytest.approx(104.8576)  # 100 MiB: shared memory counts once
-    assert jobs["collect", ()].wall_s == 1
-    assert math.isnan(jobs["merge", ("a",)].cpu_s)
-    assert read_benchmarks(folder / "absent") == []
-
-
-def test_another_table_is_one_line(folder):
-    (folder / "x.tsv").write_text("a\tb\n1\t2\n")
-    with pytest.raises(DataError, match="is not a benchmark file of Snakemake"):
-        read_benchmarks(folder)
-
-
 def test_the_cost_by_rule_leaves_out_what_was_not_measured(folder):
-    rows = {row.rule: row for row in cost_by_rule(read_benchmarks(folder))}
+    rows = {row.rule: row for row in read_costs(folder, lambda name: True)}
     assert list(rows) == ["experiment", "collect", "merge", "all"]  # the longest first
     assert rows["experiment"][1:4] == (2, 10, 5)
     assert rows["experiment"].peak_mb == pytest.approx(125.82912)  # without the shared set: all
+    assert rows["collect"].peak_mb == pytest.approx(10.48576)  # MiB
     assert rows["all"][1:4] == (4, pytest.approx(11.1), 6.5)
     assert math.isnan(rows["merge"].peak_mb)
-    assert cost_by_rule([]) == []
+
+
+def test_jobs_are_chosen_by_their_first_wildcard(folder):
+    assert [row[:3] for row in read_costs(folder, lambda name: name == "a")] == [
+        ("experiment", 1, 4), ("merge", 1, 0.1), ("all", 2, 4.1),
+    ]  # fmt: skip
+    assert [row.rule for row in read_costs(folder, lambda name: not name)] == ["collect", "all"]
+    assert read_costs(folder / "absent", lambda name: True) == []
