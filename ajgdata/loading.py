@@ -77,31 +77,29 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
     >>> first.shape, first.time.values[:2] * 44_100  # seconds times Hz
     ((44100,), array([0., 1.]))
     """
-    from ajgdata.store.waveforms import takes_of, waveforms
+    from ajgdata.store.waveforms import open_recordings
 
     paths = find_project(project)
     spec = read_dataset(paths, name)
-    virtual = session_names(spec.recipe) if spec.recipe else ()
-    sessions = whole_sessions(paths, name, virtual)
+    sessions = whole_sessions(paths, name, session_names(spec.recipe) if spec.recipe else ())
     check_one_kind(paths, spec, sessions)
-    folders = [paths.session(name, session) for session in sessions]
-    takes, columns, issues = takes_of(folders, spec)
-    if not takes:
+    recordings, issues = open_recordings([paths.session(name, s) for s in sessions], spec)
+    if recordings is None:
         fix = f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata acquire`"
         raise DataError(paths.sessions(name), "holds no recording that can be used", fix)
     _warn_of(issues, name)
-    simulated = any(source == "virtual" for source in columns["source"].values)
-    attrs = {"data_set": name, "source": "simulated" if simulated else "recorded"}
-    return waveforms(takes, dict(columns), spec.audio, attrs)
+    is_simulated = "virtual" in recordings.source.values
+    attrs = {"data_set": name, "source": "simulated" if is_simulated else "recorded"}
+    return recordings.assign_attrs(attrs, sample_rate_hz=spec.audio.sample_rate_hz)
 
 
 def _warn_of(issues: Sequence[Finding], name: str) -> None:
     """Warn of recordings that are excluded, and of recordings that are used with an issue."""
-    for what, excluded in (("excluded", True), ("used with an issue", False)):
+    for outcome, excluded in (("excluded", True), ("used with an issue", False)):
         if some := [issue for issue in issues if issue.leaves_out == excluded]:
             first = some[0]
             count = len({(issue.session_id, issue.recording_id) for issue in some})
-            message = f"recordings of {name}: {count} {what}; {first.session_id}/"
+            message = f"recordings of {name}: {count} {outcome}; {first.session_id}/"
             message += f"{first.recording_id}: {first.problem}; `ajgdata validate {name}` lists all"
             warnings.warn(message, stacklevel=3)
 
