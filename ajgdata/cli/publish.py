@@ -55,18 +55,6 @@ def fetch(
     sha256: Annotated[
         str, typer.Option("--sha256", help="published: known hash of its SHA256SUMS")
     ] = "",
-    mirror: Annotated[
-        str,
-        typer.Option(
-            envvar="AJGDATA_MIRROR",
-            help="by name: address that stands for https://HOST of the source, such as "
-            "https://git.example.org or file:///srv/mirror",
-        ),
-    ] = "",
-    copy: Annotated[
-        bool,
-        typer.Option("--copy", help="by name: also copy the audio into data/"),
-    ] = False,
 ) -> None:
     """Download a published data set or a public recording collection.
 
@@ -78,32 +66,27 @@ def fetch(
 
     paths = find_project()
     if paths.source(source).is_file():
-        _fetch_by_name(paths, source, mirror, copy=copy)
+        _fetch_by_name(paths, source)
     else:
         _fetch_published(paths, source, name, sha256)
 
 
-def _fetch_by_name(paths: Paths, dataset: str, mirror: str, *, copy: bool) -> None:
+def _fetch_by_name(paths: Paths, dataset: str) -> None:
     from ajgdata.cli.importing import exit_code, show_import
     from ajgdata.pipeline.fetch import fetch_source
     from ajgdata.store.sessions import read_dataset
-    from ajgdata.store.sources import address_of, read_source
+    from ajgdata.store.sources import read_source
 
     spec, declared = read_dataset(paths, dataset), read_source(paths, dataset)
     republish = "" if declared.republish else "; do not hand them on"
     say(escape(f"licence: {spec.licence}{republish}"))
     say(escape(f"cite: {spec.citation or spec.url}"))
-    say(escape(f"about {declared.size_mb:g} MB from {address_of(declared, mirror)}"))
+    say(escape(f"about {declared.size_mb:g} MB from {declared.origin.repository}"))
     if declared.status == "not yet run":
         say("[yellow]not yet run[/yellow]: declared from the list of its files only")
     with bar("importing") as started:
         found, result = fetch_source(
-            paths,
-            dataset,
-            mirror=mirror,
-            copy=copy,
-            each=lambda files: tracked(files, "fetching"),
-            started=started,
+            paths, dataset, each=lambda files: tracked(files, "fetching"), started=started
         )
     show_import(result, found, dataset, everything=False)
     say(f"next: ajgdata run {dataset}")

@@ -78,20 +78,17 @@ def fetch_source(
     paths: Paths,
     dataset: str,
     *,
-    mirror: str = "",
-    copy: bool = False,
     each: Each = iter,
     started: Started = lambda total: lambda: None,
 ) -> tuple[Scan, Imported]:
     """Download the public recordings of `dataset` and import them by the rules of its dataset.yaml.
 
-    They stay in a cache outside the project, unless `copy`. `mirror` replaces the source's host.
-    `each` iterates over the parts, `started` is that of `import_folder`. Raises DataError, and
-    imports nothing, unless every byte is the right one.
+    They stay in a cache outside the project. `each` iterates over the parts, `started` is that of
+    `import_folder`. Raises DataError, and imports nothing, unless every byte is the right one.
     """
-    folder = bring(dataset, read_source(paths, dataset), mirror=mirror, each=each)
+    folder = bring(dataset, read_source(paths, dataset), each)
     _, found, result = import_folder(
-        paths, dataset, folder, settings=None, copy=copy, started=started
+        paths, dataset, folder, settings=None, copy=False, started=started
     )
     return found, result
 

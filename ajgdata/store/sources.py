@@ -1,7 +1,7 @@
 """Public recordings by name: what source.yaml says, and the recordings themselves.
 
 `git` downloads the folders of a repository as a partial clone. The hash of a commit covers every
-byte below it, so a mirror need not be trusted.
+byte below it, so a mirror (`url.<base>.insteadOf` of git) need not be trusted.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import shutil
 import subprocess
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from urllib.parse import urlsplit
 
 from ajgdata.paths import SOURCE_FILE, Paths, brought
 from ajgdata.store.files import alone, read_model, write_if_changed
@@ -41,26 +40,20 @@ def read_source(paths: Paths, dataset: str) -> Source:
     return read_model(path, Source)
 
 
-def address_of(source: Source, mirror: str = "") -> str:
-    """Return the address of a source; `mirror` takes the place of its scheme and host."""
-    address = source.origin.repository
-    return mirror.rstrip("/") + urlsplit(address).path if mirror else address
-
-
-def bring(dataset: str, source: Source, *, mirror: str, each: Each) -> Path:
+def bring(dataset: str, source: Source, each: Each) -> Path:
     """Return the folder with the recordings of a source, each part as in its commit.
 
     `each` goes through the parts. Git downloads only missing files, so the same call resumes after
     an interruption, and a complete part needs no network.
     """
-    folder, address = brought(dataset).absolute(), address_of(source, mirror)
+    folder = brought(dataset).absolute()
     objects = folder.with_name(f"{folder.name}.git")
     names = {part.into or part.folder or folder.name: part for part in source.origin.parts}
     with alone(objects, "fetching these recordings"):
         _git(objects, "init", "--quiet", "--bare", "--template=", str(objects))
         for stale in objects.glob("*.lock"):  # of a git that was killed
             stale.unlink()
-        _git(objects, "config", "remote.origin.url", address)
+        _git(objects, "config", "remote.origin.url", source.origin.repository)
         write_if_changed(objects / "info" / "attributes", _ATTRIBUTES)
         for name in each(list(names)):
             _check_out(objects, folder, names[name])

@@ -9,7 +9,8 @@ from ajgdata.pipeline.fetch import fetch_source
 from ajgdata.store.sessions import list_sessions, read_recordings
 from ajgdata.types import DataError, Source
 
-ADDRESS = "https://example.org/lab/hits"
+HOST = "https://example.org/"
+ADDRESS = f"{HOST}lab/hits"
 NAMES = [f"hits/{n}_{label}.wav" for n, label in enumerate(("metal", "desk") * 3, start=1)]
 
 
@@ -53,7 +54,21 @@ def held(paths: Paths) -> dict[str, bytes]:
     return {path.relative_to(root).as_posix(): path.read_bytes() for path in found}
 
 
-def test_the_folder_of_a_commit_and_nothing_else(paths, mirror, files):
+@pytest.fixture
+def fetched_from(paths, monkeypatch):
+    """Return a function that fetches from an address that stands for that of the source."""
+
+    def fetch_from(address: str):
+        for name, value in (
+            ("COUNT", "1"), ("KEY_0", f"url.{address}/.insteadOf"), ("VALUE_0", HOST),
+        ):  # fmt: skip
+            monkeypatch.setenv(f"GIT_CONFIG_{name}", value)
+        return fetch_source(paths, "hits")
+
+    return fetch_from
+
+
+def test_the_folder_of_a_commit_and_nothing_else(paths, mirror, files, fetched_from):
     first = mirror.commit({**files, "paper/large.pdf": b"%PDF" * 1000})
     again = mirror.commit({"hits/1_metal.wav": files["hits/2_desk.wav"]})
     of_git(
@@ -61,7 +76,7 @@ def test_the_folder_of_a_commit_and_nothing_else(paths, mirror, files):
         {"commit": first, "folder": "hits", "into": "day1"},
         {"commit": again, "folder": "hits", "into": "day2/x"},
     )
-    _, result = fetch_source(paths, "hits", mirror=mirror.url)
+    _, result = fetched_from(mirror.url)
     assert (result.sessions, result.added) == (2, 12)
     day1 = {name.replace("hits/", "day1/"): content for name, content in files.items()}
     day2 = {name.replace("hits/", "day2/x/"): content for name, content in files.items()}
@@ -71,34 +86,34 @@ def test_the_folder_of_a_commit_and_nothing_else(paths, mirror, files):
     assert not list(paths.data.rglob("*.wav"))  # they are referred to, where they were brought
 
 
-def test_a_second_time_needs_no_network_and_mends_what_was_changed(paths, mirror, files):
+def test_a_second_time_needs_no_network_and_mends_what_was_changed(
+    paths, mirror, files, fetched_from
+):
     of_git(paths, {"commit": mirror.commit(files)})
-    fetch_source(paths, "hits", mirror=mirror.url)
+    fetched_from(mirror.url)
     (brought("hits") / NAMES[0]).write_bytes(b"changed")
     (brought("hits") / NAMES[1]).unlink()
-    _, result = fetch_source(paths, "hits", mirror="file:///nowhere")
+    _, result = fetched_from("file:///nowhere")
     assert result.unchanged == len(files)
     assert held(paths) == files
 
 
-def refused(paths: Paths, mirror: str) -> str:
-    """The line that says why nothing was imported."""
-    with pytest.raises(DataError) as refusal:
-        fetch_source(paths, "hits", mirror=mirror)
-    assert not list_sessions(paths, "hits")
-    assert "\n" not in str(refusal.value)
-    return str(refusal.value)
+def test_what_is_not_there_is_said_in_a_line(paths, mirror, files, fetched_from, monkeypatch):
+    def refused(address: str) -> str:
+        with pytest.raises(DataError) as refusal:
+            fetched_from(address)
+        assert not list_sessions(paths, "hits")
+        assert "\n" not in str(refusal.value)
+        return str(refusal.value)
 
-
-def test_what_is_not_there_is_said_in_a_line(paths, mirror, files, monkeypatch):
     commit = mirror.commit(files)
     of_git(paths, {"commit": commit, "folder": "hots"})
-    assert "git failed" in refused(paths, mirror.url)
+    assert "git failed" in refused(mirror.url)
     of_git(paths, {"commit": "0123456789" * 4})
-    assert "not our ref" in refused(paths, mirror.url)
-    assert "git failed" in refused(paths, "http://127.0.0.1:1")
+    assert "not our ref" in refused(mirror.url)
+    assert "git failed" in refused("http://127.0.0.1:1")
     monkeypatch.setenv("PATH", "")
-    assert "install git" in refused(paths, mirror.url)
+    assert "install git" in refused(mirror.url)
 
 
 @pytest.mark.parametrize(
