@@ -11,7 +11,7 @@ import numpy as np
 from ajgdata.gripper.scene import Numerics
 from ajgdata.paths import Paths
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.format import Score, number, value, words
+from ajgdata.report.format import Score, number, words
 from ajgdata.report.marks import MarkName, Picture, Point, illustration
 from ajgdata.report.navigation import LEADS, Group
 from ajgdata.report.render import Picture as Drawn
@@ -137,8 +137,7 @@ def stability(table: Table) -> Illustration:
     grows = sum(row["outcome"] == "grows" for row in marched)
     title = f"{grows} of {len(marched)} marched cases can gain energy"
     if not grows:
-        gain = value(max(row["gain"] for row in marched))
-        title = f"None of {len(marched)} marched cases gains energy: at most {gain} per step"
+        title = f"None of {len(marched)} marched cases gains energy"
     transient = table.numbers("transient")
     worst = int(np.nanargmax(transient))
     text = (

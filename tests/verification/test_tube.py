@@ -5,7 +5,7 @@ import pytest
 from known_cases.tube import reflection
 
 from ajgdata.gripper.medium import Packing, fit_fluid
-from ajgdata.studies.domains import AIR, PLASTIC
+from ajgdata.studies.extreme_cases import AIR, PLASTIC
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import diags_array
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from ajgdata.gripper.grid import Cells, cut_cells
@@ -13,8 +12,8 @@ from ajgdata.gripper.scene import Scheme
 from ajgdata.gripper.solver_plan import stencil_weight
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import NO_WALLS, WallList
-from ajgdata.studies.discrete_operator import operator
-from ajgdata.studies.domains import AIR, BOWL, PLASTIC, Heights, Region, bowl, time_step
+from ajgdata.studies.energy import symmetric_operator
+from ajgdata.studies.extreme_cases import AIR, BOWL, PLASTIC, Heights, Region, bowl, time_step
 
 Real = NDArray[np.floating]
 
@@ -68,12 +67,10 @@ def frequencies(system: System, count: int, *, steps_exact: bool = False) -> Rea
     static one; with `steps_exact`, as heard where the dispersion of the time steps is taken out of
     the response.
 
-    Lanczos on the symmetric form of `operator`, in which the static pressure, known exactly, is
-    moved to the other end of the spectrum.
+    Lanczos on the symmetric form of what is marched, in which the static pressure, known exactly,
+    is moved to the other end of the spectrum.
     """
-    mass = system.mass.ravel()
-    root = np.sqrt(mass[mass > 0])
-    matrix = (diags_array(root) @ operator(system) @ diags_array(1 / root)).tocsr()
+    matrix, root = symmetric_operator(system)
     static = root / np.linalg.norm(root)
     deflated = LinearOperator(
         matrix.shape, matvec=lambda x: matrix @ x + 4 * static * (static @ x), dtype=float

@@ -9,8 +9,8 @@ import numpy as np
 from ajgdata.gripper import Scene, simulate
 from ajgdata.gripper.scene import Precision
 from ajgdata.gripper.solver import march
-from ajgdata.studies.discrete_energy import energies, random_state
-from ajgdata.studies.domains import BOWL, SILENT, bowl
+from ajgdata.studies.energy import SILENT, energies, random_state
+from ajgdata.studies.extreme_cases import BOWL, bowl
 from known_cases.case import Bound
 from known_cases.domains import closed
 

@@ -13,9 +13,8 @@ from ajgdata.gripper.scene import Scheme
 from ajgdata.gripper.solver import Probe, State, at_rest, march
 from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System
-from ajgdata.studies.discrete_energy import energies, random_state
-from ajgdata.studies.discrete_operator import applied
-from ajgdata.studies.domains import AIR, BOWL, bowl
+from ajgdata.studies.energy import applied, energies, random_state
+from ajgdata.studies.extreme_cases import AIR, BOWL, bowl
 from known_cases.case import EPS, Identity
 from known_cases.domains import box, closed, lossy_bowl
 

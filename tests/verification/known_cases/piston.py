@@ -12,7 +12,7 @@ from ajgdata.gripper.medium import air_fluid
 from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.system import assemble
 from ajgdata.gripper.walls import NO_MODES, NO_WALLS, ModeList, WallList
-from ajgdata.studies.domains import AIR, time_step
+from ajgdata.studies.extreme_cases import AIR, time_step
 from known_cases.case import Identity, Refinement
 from known_cases.domains import box
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ajgdata.gripper.scene import Scheme
 from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System
-from ajgdata.studies.domains import AIR
+from ajgdata.studies.extreme_cases import AIR
 from known_cases.case import Refinement
 from known_cases.domains import box, closed, frequencies
 

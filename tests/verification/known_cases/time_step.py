@@ -12,7 +12,7 @@ from ajgdata.gripper.medium import Fluid, air_fluid
 from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import NO_WALLS, WallList
-from ajgdata.studies.domains import AIR
+from ajgdata.studies.extreme_cases import AIR
 from known_cases.case import Identity
 from known_cases.domains import box
 

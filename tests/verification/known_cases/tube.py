@@ -13,7 +13,7 @@ from ajgdata.gripper.scene import Scheme
 from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.solver_plan import stencil_weight
 from ajgdata.gripper.system import Packed, assemble
-from ajgdata.studies.domains import AIR, PLASTIC, time_step
+from ajgdata.studies.extreme_cases import AIR, PLASTIC, time_step
 from known_cases.case import Refinement
 from known_cases.domains import box
 

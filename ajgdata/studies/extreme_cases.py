@@ -1,0 +1,263 @@
+"""Systems that studies and tests march: a lossy bowl, and the extremes of what a scene can be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, build_plan
+from ajgdata.gripper.grid import cut_cells
+from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
+from ajgdata.gripper.objects import MATERIALS
+from ajgdata.gripper.solver import Probe
+from ajgdata.gripper.solver_plan import steps_per_sample
+from ajgdata.gripper.system import Packed, System, assemble
+from ajgdata.gripper.walls import NO_MODES, NO_WALLS, ModeList, WallList
+
+Real = NDArray[np.floating]
+Heights = tuple[Real | float, Real | float, Real | float]
+AIR = Air(22.0)
+PLASTIC = Packing(6e-3, 0.40)
+
+
+@dataclass(frozen=True)
+class Region:
+    """Columns from a function of x and y (m) that gives floor, roof and surface (m)."""
+
+    heights: Callable[[Real, Real], Heights]
+
+    def at(self, x: Real, y: Real) -> tuple[Real, Real, Real, Real]:
+        """Floor, roof, surface and contact (none) on the grid (y, x)."""
+        xx, yy = np.meshgrid(x, y)
+        floor, roof, surface = (np.broadcast_to(h, xx.shape) * 1.0 for h in self.heights(xx, yy))
+        return floor, np.maximum(floor, roof), surface, np.zeros_like(xx)
+
+
+def bowl() -> Region:
+    """Curved, off-grid, half full of grains: every kind of cut cell."""
+
+    def heights(x: Real, y: Real) -> Heights:
+        half = np.sqrt(np.clip(0.03**2 - x**2 - y**2, 0, None))
+        return -half, half * 0.8 + 0.3 * x * (half > 0), -0.004 + 0.1 * y
+
+    return Region(heights)
+
+
+BOWL = (0.031, -0.031, 0.036)
+
+
+def time_step(h: float, wide: float = 0.0) -> float:
+    """The time step (s) of scenes on a grid of spacing `h` (m)."""
+    return 1 / (SAMPLE_RATE_HZ * steps_per_sample(h, 0.99, wide=wide))
+
+
+def at_cell(flat: int) -> Probe:
+    """Source or receiver in one cell."""
+    return Probe(np.array([flat], np.uint64), np.ones(1))
+
+
+def two_probes(system: System) -> tuple[Probe, Probe]:
+    """One near the bottom, among grains if there are any; one near the top."""
+    live = np.flatnonzero(system.mass.ravel())
+    return at_cell(int(live[len(live) // 7])), at_cell(int(live[-len(live) // 5]))
+
+
+#: System, source and receiver; a function that builds them in a precision. ValueError is a refusal.
+Ends = tuple[System, Probe, Probe]
+Build = Callable[[type], Ends]
+DX_MM = 5.0
+H = DX_MM * 1e-3
+EXTREME = (0.0, 1e-9, 1e-3, 1.0, 1e3, 1e6)
+STIFF = (0.0, 1.0, 1e5, 1e10, 1e15)
+CUBE = {"kind": "cube", "edge_mm": 20.0}
+#: Stiffness of the gripper that the needle almost pierces: at a thousandth less it is refused.
+JUST_HELD_N_M3 = 7.4645e4
+NEEDLE = {"kind": "cylinder", "diameter_mm": 10.0, "height_mm": 60.0}
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One extreme, and its expected outcome."""
+
+    group: str
+    name: str
+    build: Build
+    steps: int
+    expected: str = "bounded"
+
+
+def of_scene(parts: dict[str, Any]) -> Build:
+    """A whole scene, on the grid of this study."""
+
+    def build(dtype: type) -> Ends:
+        numerics = {
+            "dx_mm": DX_MM,
+            "precision": "float32" if dtype is np.float32 else "float64",
+            # An extreme must be stable, not absent.
+            "tolerance": 0.0,
+            **parts.get("numerics", {}),
+        }
+        plan = build_plan(Scene.model_validate({**parts, "numerics": numerics}))
+        return plan.system, plan.speaker, plan.microphone
+
+    return build
+
+
+def of_bowl(
+    *,
+    packing: Packing | None = PLASTIC,
+    drag: float = 1.0,
+    wall: tuple[float, float, float] | None = None,
+    modes: np.ndarray | None = None,
+    courant: float | None = None,
+    h: float = H,
+) -> Build:
+    """The bowl on a grid of `h` (m), half full of grains if there is a packing, with walls (m, r, k
+    per area) or modes (m, r, k each); at the time step of scenes or at a Courant number."""
+
+    def build(dtype: type) -> Ends:
+        cells = cut_cells(bowl(), h, *BOWL)
+        grains = None
+        if packing is not None:
+            fluid = fit_fluid(packing, AIR)
+            thick = replace(fluid, drag=fluid.drag * drag)
+            grains = Packed(thick, packing.porosity, np.ones(cells.shape))
+        walls = NO_WALLS if wall is None else WallList.uniform(cells.membrane, *wall)
+        moving = NO_MODES
+        if modes is not None:
+            cell = np.flatnonzero(cells.bed)
+            weight = np.random.default_rng(0).uniform(-1, 1, (len(modes), len(cell))) * h**2
+            moving = ModeList(cell, weight, *modes.T)
+        dt = time_step(h) if courant is None else courant * h / (np.sqrt(3) * AIR.sound_speed)
+        system = assemble(cells, air_fluid(AIR), dt, grains, walls, dtype, moving)
+        return system, *two_probes(system)
+
+    return build
+
+
+def trials(quick: bool = False) -> Iterator[Trial]:
+    """All of them; `quick` marches a twentieth of the steps."""
+    steps = 1_000 if quick else 20_000
+    for group, name, parts in _scenes():
+        yield Trial(group, name, of_scene(parts), steps)
+    for group, name, build in _bowls():
+        yield Trial(group, name, build, steps)
+    for name, parts in _impossible().items():
+        yield Trial("impossible", name, of_scene(parts), steps, "refused")
+    yield Trial("long run", "grains, walls and modes", _long(), 10_000 if quick else 1_000_000)
+
+
+def _solid(density: float, young: float = 1e9) -> dict[str, float]:
+    return {"density_kg_m3": density, "young_pa": young, "poisson": 0.3, "loss": 0.0}
+
+
+def _objects() -> Iterator[tuple[str, dict[str, Any] | None]]:
+    """Yield objects by name."""
+    plate = {"kind": "box", "length_mm": 80.0, "width_mm": 80.0, "height_mm": 5.0}
+    yield "no object", None
+    yield "rigid cube", CUBE
+    for material in MATERIALS:
+        yield f"cube of {material}", {**CUBE, "material": material}
+    for material in ("steel", "wood", "plastic", "styrofoam"):
+        yield f"plate of {material}", {**plate, "material": material}
+    for mass in (1e-9, 1e6):
+        yield f"cube of {mass:g} kg", {**CUBE, "material": _solid(mass / 20e-3**3)}
+    for young in (1e-3, 1.0, 1e15):
+        solid = _solid(1_000.0, young)
+        yield f"cube of Young's modulus {young:g} Pa", {**CUBE, "material": solid}
+    yield "cube as heavy as it is soft", {**CUBE, "material": _solid(1e9, 1.0)}
+    yield "cube of 1 mm", {"kind": "cube", "edge_mm": 1.0}
+    tall = {"kind": "cylinder", "diameter_mm": 30.0, "height_mm": 1_000.0}
+    yield "object taller than the cavity", tall
+    wide = {"kind": "box", "length_mm": 400.0, "width_mm": 400.0, "height_mm": 40.0}
+    yield "object wider than the cavity", wide
+
+
+def _scenes() -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Yield group, name and settings of whole scenes."""
+    for name, shape in _objects():
+        yield "object", name, {"object": shape}
+    steel = {**CUBE, "material": "steel"}
+    yield "object", "steel cube on rubber", {"object": steel, "support": {"kind": "rubber"}}
+    pressed = {"object": NEEDLE, "gripper": {"stiffness_n_m3": JUST_HELD_N_M3}}
+    yield "object", "cavity pressed until almost closed", pressed
+    for porosity in (0.2, 0.95):
+        grasp = {"nuisance": {"packing": 0.01}}
+        loose = {"medium": {"porosity": porosity}, "grasp": grasp}
+        yield "bed", f"porosity {porosity:g}, scene", loose
+    for diameter in (0.05, 20.0):
+        yield "bed", f"grains of {diameter:g} mm", {"medium": {"grain_diameter_mm": diameter}}
+    powder = {"grain_diameter_mm": 0.05}
+    plain = {"scheme": "second", "dx_mm": 3.0}
+    name = "cube in grains of 0.05 mm, plain scheme, 3 mm grid"
+    yield "bed", name, {"object": CUBE, "medium": powder, "numerics": plain}
+    for celsius in (-20.0, 60.0):
+        air = {"temperature_c": celsius}
+        yield "climate", f"{celsius:g} °C", {"object": CUBE, "environment": air}
+    yield "time step", "CFL 0.99, scene", {"object": CUBE, "numerics": {"cfl": 0.99}}
+
+
+def _bowls() -> Iterator[tuple[str, str, Build]]:
+    """Yield group, name and builder of the bowl; walls and modes are around air without losses,
+    which would hide a slow growth."""
+    for mass in EXTREME:
+        yield "wall", f"mass {mass:g} kg/m²", of_bowl(packing=None, wall=(mass, 0.0, 1e5))
+        yield "mode", f"mass {mass:g} kg", _mode(mass, 1e5)
+    for stiffness in STIFF:
+        wall = (0.3, 0.0, stiffness)
+        yield "wall", f"stiffness {stiffness:g} N/m³", of_bowl(packing=None, wall=wall)
+        yield "mode", f"stiffness {stiffness:g} N/m", _mode(1e-2, stiffness)
+    for resistance in (1e-6, 1e15):
+        wall = (0.0, resistance, 1e5)
+        yield "wall", f"resistance {resistance:g} Pa s/m", of_bowl(packing=None, wall=wall)
+    yield "wall", "resonance at 1.6 GHz", of_bowl(packing=None, wall=(1e-9, 0.0, 1e11))
+    yield "mode", "resonance at 160 GHz", _mode(1e-9, 1e15)
+    several = np.array([[m, 0.0, k] for m in (1e-9, 1.0, 1e6) for k in (1.0, 1e7, 1e15)])
+    yield "mode", "nine of them at once", of_bowl(packing=None, modes=several)
+    for factor in (0.0, 1.0, 1e3, 1e6):
+        yield "bed", f"flow resistivity × {factor:g}", of_bowl(drag=factor)
+    for porosity in (0.01, 0.999):
+        yield "bed", f"porosity {porosity:g}", of_bowl(packing=Packing(6e-3, porosity))
+    for courant in (0.99, 1.0, 1.2, 2.0):
+        name = f"CFL {courant:g}, cells enlarged for it"
+        yield "time step", name, of_bowl(packing=None, courant=courant)
+    for drag in (1e2, 1e4):
+        name = f"CFL 2, flow resistivity × {drag:g}, cells enlarged for it"
+        yield "time step", name, of_bowl(drag=drag, courant=2.0)
+
+
+def _mode(mass: float, stiffness: float) -> Build:
+    return of_bowl(packing=None, modes=np.array([[mass, 0.0, stiffness]]))
+
+
+def _impossible() -> dict[str, dict[str, Any]]:
+    return {
+        "CFL 1": {"numerics": {"cfl": 1.0}},
+        "CFL 1.2": {"numerics": {"cfl": 1.2}},
+        "porosity 0.1": {"medium": {"porosity": 0.1}},
+        "porosity 0.96": {"medium": {"porosity": 0.96}},
+        "no grains left where the packing is loosest": {"medium": {"porosity": 0.95}},
+        "-40 °C": {"environment": {"temperature_c": -40.0}},
+        "80 °C": {"environment": {"temperature_c": 80.0}},
+        "negative edge": {"object": {"kind": "cube", "edge_mm": -20.0}},
+        "edge that is not a number": {"object": {"kind": "cube", "edge_mm": float("nan")}},
+        "infinite force": {"object": CUBE, "grasp": {"force_n": float("inf")}},
+        "object outside the gripper": {"object": CUBE, "grasp": {"offset_x_mm": 80.0}},
+        "object against the housing": {
+            "object": {**NEEDLE, "height_mm": 1_000.0},
+            "grasp": {"offset_x_mm": 49.0},
+        },
+        "cavity pinched shut": {"object": NEEDLE, "gripper": {"stiffness_n_m3": 4e4}},
+        "transducer outside the roof": {"gripper": {"speaker_mm": [39.0, 0.0]}},
+        "bed up to the roof": {"gripper": {"bed_depth_mm": 86.0}},
+        "negative mass": {"object": {**CUBE, "material": _solid(-1.0)}},
+    }
+
+
+def _long() -> Build:
+    modes = np.array([[1e-2, 0.0, 1e15], [1.0, 0.0, 1e5], [0.0, 0.0, 1e3]])
+    return of_bowl(wall=(0.3, 450.0, 1e5), modes=modes)
