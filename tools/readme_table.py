@@ -19,9 +19,8 @@ from ajgdata.evaluate.agreement import (
     is_better_than_chance,
 )
 from ajgdata.paths import Paths
-from ajgdata.report.comparison import NEAR_CHANCE
+from ajgdata.report.comparison import NEAR_CHANCE, PaperFigure, parse_paper
 from ajgdata.report.format import DASH, number, with_unit
-from ajgdata.report.paper import PaperFigure, parse_paper
 from ajgdata.store.files import write_if_changed
 from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import read_dataset

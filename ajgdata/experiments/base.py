@@ -17,10 +17,9 @@ import numpy as np
 from ajgdata.evaluate.agreement import NO_BETTER, UNDEFINED, Verdict, is_better_than_chance
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
 from ajgdata.experiments.plots import Plot, illustrations, result_rows
-from ajgdata.report.blocks import Illustration, ResultRow
-from ajgdata.report.comparison import PaperComparison
+from ajgdata.report.comparison import PaperComparison, PaperFigure
 from ajgdata.report.format import Source
-from ajgdata.report.paper import PaperFigure
+from ajgdata.report.report_data import Illustration, ResultRow
 from ajgdata.types import AudioSettings, FeatureSettings, Kind, Level, Strict
 from ajgdata.types.table import Column, Table, table_of
 

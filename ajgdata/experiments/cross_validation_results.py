@@ -20,10 +20,17 @@ from ajgdata.evaluate.agreement import (
 )
 from ajgdata.experiments.base import SCORES, Lookup, Result, TaskResults
 from ajgdata.experiments.plots import Plot
-from ajgdata.report.blocks import ResultRow
-from ajgdata.report.comparison import NEAR_CHANCE, Cost, Mark, PaperComparison, holds, mark_of
+from ajgdata.report.comparison import (
+    NEAR_CHANCE,
+    Cost,
+    Mark,
+    PaperComparison,
+    PaperFigure,
+    holds,
+    mark_of,
+)
 from ajgdata.report.format import Score, column_title, mean_sd, number, words
-from ajgdata.report.paper import PaperFigure
+from ajgdata.report.report_data import ResultRow
 from ajgdata.types.table import Table, table_of
 
 GROUPED, RANDOM = "grouped", "random"

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ajgdata.report.blocks import Illustration, ResultRow
 from ajgdata.report.format import Caption, Score, mean_sd, number, sentence, with_unit, words
+from ajgdata.report.report_data import Illustration, ResultRow
 from ajgdata.types import MODELS
 from ajgdata.types.table import Column, Table, Value
 

@@ -7,7 +7,7 @@ import json
 import numpy as np
 
 from ajgdata.paths import Paths
-from ajgdata.report.report_data import DatasetSummary, Provenance, Spectra
+from ajgdata.report.report_data import DatasetSummary, Spectra
 from ajgdata.store.features import Shard
 from ajgdata.store.findings import read_findings
 from ajgdata.store.provenance import settings_digest
@@ -32,7 +32,7 @@ def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:
         citation=spec.citation,
         url=spec.url,
         features=FeatureSettings(**settings["features"]),
-        provenance=Provenance(
+        provenance=dict(
             version=str(store.attrs["ajgdata_version"]),
             commit=str(store.attrs["git_commit"]),
             config_hash=settings_digest(spec.audio, spec.features, *spec.tasks.values()),

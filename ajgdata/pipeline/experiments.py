@@ -27,7 +27,7 @@ from ajgdata.types import (
 )
 
 if TYPE_CHECKING:
-    from ajgdata.report.paper import PaperFigure
+    from ajgdata.report.comparison import PaperFigure
     from ajgdata.store.features import Shard
 
 TaskKey = tuple[str, str]  #: data set, and task or embedding

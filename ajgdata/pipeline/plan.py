@@ -16,7 +16,7 @@ from ajgdata.acquire.recipe import session_names
 from ajgdata.experiments import all_asked
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps
-from ajgdata.report.paper import parse_paper
+from ajgdata.report.comparison import parse_paper
 from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import (
     check_one_kind,

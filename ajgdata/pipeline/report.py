@@ -24,15 +24,19 @@ from ajgdata.pipeline.exports import with_tables, write_exports
 from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import pages_of
-from ajgdata.report.comparison import PaperComparison, Reason, in_papers_order, tally
+from ajgdata.report.comparison import (
+    PaperComparison,
+    PaperFigure,
+    Reason,
+    in_papers_order,
+    parse_paper,
+    tally,
+)
+from ajgdata.report.format import words
 from ajgdata.report.navigation import Group, experiment_link
-from ajgdata.report.paper import PaperFigure, parse_paper
 from ajgdata.report.report_data import (
-    Checks,
-    OpeningPicture,
     Part,
     Report,
-    Skipped,
     TaskSection,
 )
 from ajgdata.store.features import read_store
@@ -42,7 +46,6 @@ from ajgdata.store.report_files import read_experiment_text, read_paper
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
 from ajgdata.types import CROSS_VALIDATION, DatasetSpec
-from ajgdata.types.table import Table
 
 
 def build_report(
@@ -73,12 +76,11 @@ def build_report(
     paper = parse_paper(read_paper(paths))
     results, skipped = _read(paths, specs, tasks, paper)
     report = _assembled(paths, specs, tasks, ablations, page, results, paper)
-    studies = {name: read_tables(p)[1] for name in pages if (p := paths.study(name)).is_file()}
     report = dataclasses.replace(
         report,
         skipped=skipped,
         opening=_opening(opening, page.parent) if opening else None,
-        checks=tuple(_checks(studies)),
+        checks=_checks(paths, pages),
         run_cost=tuple(run_cost(paths, datasets, everything=bool(pages or published))),
     )
     figures = draw_figures(illustrations(report), folder)
@@ -124,41 +126,39 @@ def _read(
     specs: Mapping[str, DatasetSpec],
     tasks: Sequence[tuple[str, str]],
     paper: Mapping[str, PaperFigure],
-) -> tuple[list[TaskResults], tuple[Skipped, ...]]:
+) -> tuple[list[TaskResults], tuple[str, ...]]:
     """Return all results on tasks, and what could not be measured."""
     read = [read_results(paths, asked, specs, paper) for asked in asked_for(specs, tasks)]
     skipped = (
-        Skipped(
-            one.dataset, f"{one.task}, {_lower(EXPERIMENTS[one.experiment].title)}", label, reason
-        )
+        f"{one.dataset} · {words(one.task)}, {_lower(EXPERIMENTS[one.experiment].title)}"
+        f"{f' · {label}' if label else ''}: {reason}"
         for one, reasons in read
         for label, reason in reasons
     )
     return [one for one, _ in read if one.results], tuple(skipped)
 
 
-def _opening(path: Path, folder: Path) -> OpeningPicture | None:
+def _opening(path: Path, folder: Path) -> dict[str, str] | None:
     """Return the picture that the file `path` describes, unless it could not be drawn."""
     about = read_json(path)
     if "skipped" in about:
         return None
     image = path.with_name("opening.svg").relative_to(folder).as_posix()
-    return OpeningPicture(image, about["alt"])
+    return {"image": image, "alt": about["alt"]}
 
 
 def _lower(title: str) -> str:
     return title[0].lower() + title[1:]
 
 
-def _checks(studies: Mapping[str, Sequence[Table]]) -> Iterator[Checks]:
-    """Yield how many rows of each study of the virtual gripper hold, if they can fail."""
+def _checks(paths: Paths, studies: Sequence[str]) -> tuple[int, int]:
+    """Return how many rows of the simulation studies can fail, and how many of them hold."""
     from ajgdata.report.studies import holds
 
-    for name, tables in studies.items():
-        results = [holds(row) for table in tables for row in table.rows]
-        verdicts = [result for result in results if result is not None]
-        if verdicts:
-            yield Checks(name, sum(verdicts), len(verdicts))
+    files = [path for name in studies if (path := paths.study(name)).is_file()]
+    rows = [row for file in files for table in read_tables(file)[1] for row in table.rows]
+    verdicts = [verdict for row in rows if (verdict := holds(row)) is not None]
+    return len(verdicts), sum(verdicts)
 
 
 def _sections(paths: Paths, results: Sequence[TaskResults], page: Path) -> Iterator[TaskSection]:

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from ajgdata.experiments import Asked
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import TaskKey, asked_for, page_of
+from ajgdata.report.comparison import parse_paper
 from ajgdata.report.navigation import Group, Link, experiment_link, navigation
-from ajgdata.report.paper import parse_paper
 from ajgdata.report.report_data import ExperimentPage
 from ajgdata.store.report_files import read_experiment_text, read_page_text, read_paper
 from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec

@@ -21,8 +21,8 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
 from ajgdata.paths import FIGURE_FORMATS
-from ajgdata.report.blocks import Illustration
 from ajgdata.report.format import Source, sentence, value
+from ajgdata.report.report_data import Illustration
 from ajgdata.store.files import write_bytes
 
 P = ParamSpec("P")

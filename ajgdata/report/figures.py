@@ -7,12 +7,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import Mark, PaperComparison, Role
 from ajgdata.report.format import Caption, Score, number, words
 from ajgdata.report.marks import Picture, Point, illustration
 from ajgdata.report.page import SKILL, spectra_name
-from ajgdata.report.report_data import DatasetSummary, Spectra
+from ajgdata.report.report_data import DatasetSummary, Illustration, Spectra
 
 SERIES: dict[Role, str] = {"ours": "ours", "baseline": "best other model", "paper": "paper"}
 PER_CENT = 100.0

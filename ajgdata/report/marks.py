@@ -19,10 +19,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ajgdata.report.blocks import Illustration
 from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure, pareto_front, plain_ticks
 from ajgdata.report.format import Caption, Score, Source, number, with_unit
 from ajgdata.report.format import value as value_text
+from ajgdata.report.report_data import Illustration
 
 MarkName = Literal["lines", "rows", "scatter", "matrix", "histogram"]
 #: Panels side by side, and the height (in) of one panel, of one of many, and of one row.

@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from ajgdata.paths import INDEX, Paths
-from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import SIGNS, evidence
 from ajgdata.report.format import DASH
 from ajgdata.report.navigation import FIXED, Group, experiment_link
 from ajgdata.report.render import Picture, render, web_link
-from ajgdata.report.report_data import ExperimentPage, Report
+from ajgdata.report.report_data import ExperimentPage, Illustration, Report
 
 #: Figure of the first page, see `report.figures`.
 SKILL = "beside-paper"

@@ -15,8 +15,8 @@ from markdown_it import MarkdownIt
 from markupsafe import Markup
 
 from ajgdata.paths import FIGURE_FORMATS, Paths
-from ajgdata.report.blocks import Illustration
 from ajgdata.report.format import DASH, Caption, mean_sd, number, value, words
+from ajgdata.report.report_data import Illustration
 from ajgdata.store.report_files import template_folders
 
 
@@ -108,23 +108,12 @@ def web_link(url: str) -> str:
     return url if url.startswith(("https://", "http://")) else ""
 
 
-def setting(given: object, joint: str = "; ") -> str:
-    """Return a setting as people write it; `joint` stands between the parts of several."""
-    if isinstance(given, bool):
-        return "yes" if given else "no"
-    if isinstance(given, int | float):
-        return number(given, 6)
-    if isinstance(given, tuple | list):
-        return joint.join(setting(part) for part in given)
-    if isinstance(given, Mapping):
-        parts = {name: part for name, part in given.items() if part not in (None, "")}
-        return joint.join(_named(words(name), part) for name, part in parts.items())
-    return DASH if given in (None, "") else str(given)
-
-
-def _named(name: str, given: object) -> str:
-    """Return `pinned yes`, or `angle deg (within object; period deg 180)`."""
-    text = setting(given)
-    return (
-        f"{name} ({text})".removesuffix(" ()") if isinstance(given, Mapping) else f"{name} {text}"
-    )
+def setting(value: object) -> str:
+    """Return a feature setting as people write it: text, a number, or a band `100 to 6,000`."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | float):
+        return number(value, 6)
+    if isinstance(value, tuple | list):
+        return " to ".join(map(setting, value))
+    return str(value or DASH)

@@ -5,17 +5,48 @@ The report knows a list of experiments and none by name: what one has to show is
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ajgdata.report.blocks import Illustration, ResultRow
-from ajgdata.report.comparison import PaperComparison, tally
-from ajgdata.report.format import Source
-from ajgdata.report.paper import PaperFigure
+from ajgdata.report.comparison import PaperComparison, PaperFigure, tally
+from ajgdata.report.format import Caption, Source
 from ajgdata.store.benchmarks import RuleCost
 from ajgdata.types import FeatureSettings, Finding, flagged, left_out
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Illustration(NamedTuple):
+    """A figure that is not drawn yet: file name without suffix, words, and how to draw it."""
+
+    name: str
+    caption: Caption
+    draw: Callable[[], Figure]
+
+
+@dataclass(frozen=True)
+class ResultRow:
+    """A row of the table of results; what a row does not have is empty.
+
+    `answer` is the value with its interval, of the best model of a task.
+    """
+
+    label: str
+    metric: str
+    value: str
+    chance: str = ""
+    train_s: str = ""
+    inference_ms: str = ""
+    peak_memory_mb: str = ""
+    best: bool = False
+    part: str = ""  #: heading of the rows that it stands among
+    paper: PaperFigure | None = None
+    answer: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,19 +59,12 @@ class Spectra:
     grouping: str = "class"
 
 
-@dataclass(frozen=True)
-class Provenance:
-    """Which code and which inputs made a data set's results."""
-
-    version: str
-    commit: str
-    config_hash: str
-    inputs_hash: str
-
-
 @dataclass(frozen=True, eq=False)
 class DatasetSummary:
-    """One data set: what the report and the dataset card show of it."""
+    """One data set: what the report and the dataset card show of it.
+
+    `provenance`: `version` and `commit` of the code, `config_hash` of settings, `inputs_hash`.
+    """
 
     name: str
     title: str
@@ -52,7 +76,7 @@ class DatasetSummary:
     licence: str
     citation: str
     features: FeatureSettings
-    provenance: Provenance
+    provenance: Mapping[str, str]
     url: str = ""
     findings: tuple[Finding, ...] = ()
     spectra: Spectra | None = None
@@ -125,35 +149,15 @@ class ExperimentPage:
     about: str
 
 
-class OpeningPicture(NamedTuple):
-    """The picture above all others, relative to the report's folder."""
-
-    image: str
-    alt: str
-
-
-@dataclass(frozen=True)
-class Checks:
-    """How many checks of a study of the virtual gripper hold; `page` is the study's."""
-
-    page: str
-    held: int
-    made: int
-
-
-@dataclass(frozen=True)
-class Skipped:
-    """A measurement that could not be made, and why."""
-
-    dataset: str
-    what: str
-    model: str
-    reason: str
-
-
 @dataclass(frozen=True, eq=False)
 class Report:
-    """Everything on the page, in the order in which it is shown."""
+    """Everything on the pages, in the order in which it is shown.
+
+    `opening` is the first picture: `image`, relative to the report's folder, and `alt`. `checks`
+    counts the checks of the simulation studies, and those of them that hold. `skipped` are texts
+    on measurements that could not be made, with the reason. `paper` is all that the paper reports,
+    whether it is here or not.
+    """
 
     title: str
     version: str
@@ -162,18 +166,17 @@ class Report:
     sections: tuple[TaskSection, ...] = ()
     pages: tuple[ExperimentPage, ...] = ()
     comparisons: tuple[PaperComparison, ...] = ()
-    #: figures of several tasks together, by the page that they stand on ("": of all)
-    opening: OpeningPicture | None = None
-    checks: tuple[Checks, ...] = ()
-    skipped: tuple[Skipped, ...] = ()
+    opening: Mapping[str, str] | None = None
+    checks: tuple[int, int] = (0, 0)
+    skipped: tuple[str, ...] = ()
     run_cost: tuple[RuleCost, ...] = ()
-    paper: tuple[PaperFigure, ...] = ()  #: all that the paper reports, whether it is here or not
+    paper: tuple[PaperFigure, ...] = ()
 
     @property
     def absent(self) -> list[PaperFigure]:
         """Return what the paper reports and this report does not."""
-        found = {row.paper.id for row in self.comparisons}
-        return [figure for figure in self.paper if figure.id not in found]
+        known = {row.paper.id for row in self.comparisons}
+        return [figure for figure in self.paper if figure.id not in known]
 
     @property
     def tally(self) -> dict[str, int]:
@@ -183,36 +186,21 @@ class Report:
     @property
     def answers(self) -> list[tuple[TaskSection, ResultRow]]:
         """Return the best model of each task that has one."""
-        found = ((section, row) for section in self.sections for row in section.rows)
-        return [(section, row) for section, row in found if row.answer]
-
-    @property
-    def recordings(self) -> int:
-        """Return the number of recordings that features were made of."""
-        return sum(one.n_recordings for one in self.datasets)
+        rows = ((section, row) for section in self.sections for row in section.rows)
+        return [(section, row) for section, row in rows if row.answer]
 
     @property
     def recordings_by_source(self) -> dict[Source, int]:
-        """Return the number of recordings of each source."""
-        found: dict[Source, int] = {}
-        for one in self.datasets:
-            found[one.source] = found.get(one.source, 0) + one.n_recordings
-        return found
-
-    @property
-    def left_out(self) -> int:
-        """Return the number of recordings that were left out."""
-        return sum(one.n_left_out for one in self.datasets)
-
-    @property
-    def flagged(self) -> int:
-        """Return the number of recordings that are used, and not without remark."""
-        return sum(one.n_flagged for one in self.datasets)
+        """Return the number of recordings of each source that features were made of."""
+        counts = Counter[Source]()
+        for dataset in self.datasets:
+            counts[dataset.source] += dataset.n_recordings
+        return dict(counts)
 
     def on(self, page: str) -> list[TaskSection]:
         """Return the sections of a page: those of its parts that stand on it."""
-        found = []
+        sections = []
         for section in self.sections:
             if parts := tuple(part for part in section.parts if part.page == page):
-                found.append(replace(section, parts=parts))
-        return found
+                sections.append(replace(section, parts=parts))
+        return sections

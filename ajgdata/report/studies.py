@@ -10,12 +10,12 @@ import numpy as np
 
 from ajgdata.gripper.scene import Numerics
 from ajgdata.paths import Paths
-from ajgdata.report.blocks import Illustration
 from ajgdata.report.format import Score, number, words
 from ajgdata.report.marks import MarkName, Picture, Point, illustration
 from ajgdata.report.navigation import LEADS, Group
 from ajgdata.report.render import Picture as Drawn
 from ajgdata.report.render import render
+from ajgdata.report.report_data import Illustration
 from ajgdata.types.table import Table, Value
 
 

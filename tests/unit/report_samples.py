@@ -3,15 +3,15 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from ajgdata.report.blocks import Illustration, ResultRow
+from ajgdata.report.comparison import PaperFigure
 from ajgdata.report.format import Caption
-from ajgdata.report.paper import PaperFigure
 from ajgdata.report.report_data import (
     DatasetSummary,
     ExperimentPage,
+    Illustration,
     Part,
-    Provenance,
     Report,
+    ResultRow,
     Spectra,
     TaskSection,
 )
@@ -82,7 +82,12 @@ def dataset(name: str, source: str, **changes) -> DatasetSummary:
         "licence": "CC-BY-4.0",
         "citation": "The authors, 2026.",
         "features": FeatureSettings(band_hz=(100.0, 18_000.0)),
-        "provenance": Provenance("0.1.0", "abc1234", "c0ffee", "f00d"),
+        "provenance": {
+            "version": "0.1.0",
+            "commit": "abc1234",
+            "config_hash": "c0ffee",
+            "inputs_hash": "f00d",
+        },
         "spectra": Spectra(frequency_hz, ("basalt", "<b>granite</b>"), mean, "kind"),
     }
     return DatasetSummary(**{**values, **changes})

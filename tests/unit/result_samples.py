@@ -8,8 +8,8 @@ from report_samples import PAPER, SCRIPT
 from ajgdata.evaluate.agreement import GRASP_INTERVAL, Interval
 from ajgdata.experiments.base import Result, TaskResults, score_table
 from ajgdata.experiments.cross_validation import PREDICTION_COLUMNS, Settings
+from ajgdata.report.comparison import PaperFigure
 from ajgdata.report.format import Score
-from ajgdata.report.paper import PaperFigure
 from ajgdata.types.table import table_of
 
 COST = (3.2, 0.21, 512.0)

@@ -7,8 +7,7 @@ from embedding_samples import SETTINGS
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Result, TaskResults
 from ajgdata.experiments.embedding_distances import categories_of
-from ajgdata.report.comparison import Cost
-from ajgdata.report.paper import PaperFigure
+from ajgdata.report.comparison import Cost, PaperFigure
 from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 

@@ -14,7 +14,7 @@ from ajgdata.experiments.base import Outcome
 from ajgdata.experiments.sorting import PLAIN
 from ajgdata.models import fit_model, make_model
 from ajgdata.report.canvas import draw
-from ajgdata.report.paper import PaperFigure
+from ajgdata.report.comparison import PaperFigure
 from ajgdata.types import DatasetSpec
 from ajgdata.types.table import table_of
 

@@ -9,7 +9,7 @@ from experiment_samples import measured, small_inputs, small_store, task_results
 from ajgdata.evaluate.crossval import Predictions, cross_validate
 from ajgdata.evaluate.fold_tests import grasp_errors, robust_error
 from ajgdata.experiments import EXPERIMENTS
-from ajgdata.report.paper import PaperFigure
+from ajgdata.report.comparison import PaperFigure
 
 
 def test_recordings_of_a_grasp_count_together_and_angles_go_the_shortest_way_round():

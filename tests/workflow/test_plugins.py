@@ -14,7 +14,7 @@ import numpy as np
 from sklearn.dummy import DummyClassifier
 
 from ajgdata.experiments.base import Experiment, Outcome, score_table
-from ajgdata.report.blocks import ResultRow
+from ajgdata.report.report_data import ResultRow
 from ajgdata.types import Strict
 from ajgdata.types.registry import Model
 
