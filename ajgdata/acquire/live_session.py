@@ -31,7 +31,7 @@ from ajgdata.acquire.protocol import (
 from ajgdata.acquire.writer import SETUP_COLUMN, recording_alone
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE
 from ajgdata.store.audio import file_sha256, write_pcm24
-from ajgdata.store.files import remove_stale, replacing_folder
+from ajgdata.store.files import replacing_folder
 from ajgdata.store.provenance import software
 from ajgdata.store.sessions import read_recordings, read_session, write_recordings, write_session
 from ajgdata.types import Acquisition, DataError, Excitation, ExcitationSpec, Recording, Session
@@ -195,7 +195,6 @@ def live_session(
         if not folder.exists():
             _create(folder, setup, excitation, played, sample_rate_hz, about)
         _check_setup(folder, setup)
-        remove_stale(folder)  # of acquisitions that were killed
         session = LiveSession(folder, setup)
         session.update_acquisition(finished=False)
         try:

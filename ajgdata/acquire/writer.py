@@ -11,7 +11,7 @@ from ajgdata.acquire.recipe import Grasp
 from ajgdata.acquire.virtual import GraspError, VirtualGripper
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE
 from ajgdata.store.audio import file_sha256, write_pcm24
-from ajgdata.store.files import alone, remove_stale
+from ajgdata.store.files import alone
 from ajgdata.store.provenance import software
 from ajgdata.store.sessions import read_recordings, write_recordings, write_session
 from ajgdata.types import Excitation, Recording, Session
@@ -70,7 +70,6 @@ def acquire_session(
                 write_recordings(folder, [*complete, *known.values()])
         write_session(folder, _session(folder, source, skipped), complete)
         _remove_others(folder, complete)
-        remove_stale(folder)  # of acquisitions that were killed
     return Acquired(recorded, len(complete) - recorded, skipped, source.solved)
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
 
 from rich.console import Console
 from rich.markup import escape
 
+#: Lines with one reason that are shown unless all are requested.
+SHOWN = 5
 out = Console(emoji=False, highlight=False)
 err = Console(stderr=True, emoji=False, highlight=False)
 
@@ -26,3 +29,15 @@ def print_facts(facts: Mapping[str, str], width: int = 0) -> None:
     width = max(width, *map(len, facts))
     for topic, value in facts.items():
         say(f"{escape(topic):{width}}  {escape(value)}")
+
+
+def shortened(lines: Iterable[tuple[str, str]], *, everything: bool) -> Iterator[tuple[str, str]]:
+    """Yield names and reasons, grouped; of one reason no more than SHOWN, unless `everything`."""
+    names: dict[str, list[str]] = defaultdict(list)
+    for name, reason in lines:
+        names[reason].append(name)
+    for reason, equal in names.items():
+        shown = equal if everything or len(equal) <= SHOWN + 1 else equal[:SHOWN]
+        yield from ((name, reason) for name in shown)
+        if more := len(equal) - len(shown):
+            yield f"and {more} more", f"{reason} (--all shows them)"

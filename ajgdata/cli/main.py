@@ -19,7 +19,6 @@ from ajgdata.cli.publish import fetch, publish
 from ajgdata.cli.sense import sense
 from ajgdata.cli.sort import sort
 from ajgdata.cli.validate import seal, validate
-from ajgdata.store.trouble import machine_trouble
 from ajgdata.types import DataError
 
 app = typer.Typer(
@@ -44,9 +43,6 @@ def main() -> None:
     """Run the command; a problem with the data is reported in one line."""
     try:
         app()
-    except (DataError, OSError, MemoryError, RuntimeError, ImportError) as error:
-        known = error if isinstance(error, DataError) else machine_trouble(error)
-        if known is None and isinstance(error, (RuntimeError, ImportError)):
-            raise  # a bug
-        warn(f"[red]error[/red] {escape(str(known or error))}")
+    except (DataError, OSError, MemoryError) as error:
+        warn(f"[red]error[/red] {escape(str(error) or 'not enough memory')}")
         sys.exit(1)

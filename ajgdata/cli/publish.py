@@ -72,7 +72,7 @@ def fetch(
 
 
 def _fetch_by_name(paths: Paths, dataset: str) -> None:
-    from ajgdata.cli.importing import exit_code, show_import
+    from ajgdata.cli.importing import INCOMPLETE, show_import
     from ajgdata.pipeline.fetch import fetch_source
     from ajgdata.store.sessions import read_dataset
     from ajgdata.store.sources import read_source
@@ -85,12 +85,12 @@ def _fetch_by_name(paths: Paths, dataset: str) -> None:
     if declared.status == "not yet run":
         say("[yellow]not yet run[/yellow]: declared from the list of its files only")
     with bar("importing") as started:
-        found, result = fetch_source(
+        result = fetch_source(
             paths, dataset, each=lambda files: tracked(files, "fetching"), started=started
         )
-    show_import(result, found, dataset, everything=False)
+    show_import(result, dataset, everything=False)
     say(f"next: ajgdata run {dataset}")
-    raise typer.Exit(exit_code(result, found))
+    raise typer.Exit(0 if result.is_complete else INCOMPLETE)
 
 
 def _fetch_published(paths: Paths, source: str, name: str, sha256: str) -> None:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Sequence
 from typing import Annotated
 
 import typer
-from rich.cells import cell_len, set_cell_size
 
-from ajgdata.cli.console import out, say
+from ajgdata.cli.console import out, say, shortened
 from ajgdata.pipeline.progress import bar, tracked
 from ajgdata.types import Finding
 
-#: Lines of one kind that are shown unless all are requested.
-SHOWN = 5
 LEVELS = ("error", "warning", "note")
 
 
@@ -38,8 +35,7 @@ def validate(
         for name in dataset or list_datasets(paths):
             count, more = validate_dataset(paths, name, started)
             checked, issues = checked + count, issues + more
-    if shown := [issue for issue in issues if notes or issue.level != "note"]:
-        print_issues(shown, everything=everything)
+    print_issues([i for i in issues if notes or i.level != "note"], everything=everything)
     counts = Counter(issue.level for issue in issues)
     say(
         f"{checked} recordings checked: {counts['error']} errors, {counts['warning']} warnings, "
@@ -49,26 +45,18 @@ def validate(
 
 
 def print_issues(issues: Sequence[Finding], *, everything: bool) -> None:
-    """Print a table with one line for each issue, however wide the terminal is.
+    """Print a line for each issue, errors first, and the number of issues by code.
 
-    Errors come first, and of one kind (level, code and fix) no more than SHOWN lines unless
-    `everything`.
+    Of one kind (level, code and fix) no more than a few lines are printed unless `everything`.
     """
-    kinds: dict[tuple[str, str, str], list[Finding]] = defaultdict(list)
-    for issue in sorted(issues, key=lambda issue: LEVELS.index(issue.level)):
-        kinds[issue.level, issue.code, issue.fix].append(issue)
-    rows = [("recording", "level", "what", "problem", "fix")]
-    for (level, code, fix), equal in kinds.items():
-        shown = equal if everything or len(equal) <= SHOWN + 1 else equal[:SHOWN]
-        rows += [(f"{i.session_id}/{i.recording_id}", level, code, i.problem, fix) for i in shown]
-        if more := len(equal) - len(shown):
-            rows.append((f"and {more} more", level, code, "like the ones above", "--all shows all"))
-    widths = [max(cell_len(row[column]) for row in rows) for column in range(4)]
-    for *cells, fix in rows:
-        padded = (set_cell_size(cell, width) for cell, width in zip(cells, widths, strict=True))
-        out.out("  ".join([*padded, fix]))
-    counts = Counter(issue.code for issue in issues).most_common()
-    out.out("\n" + ", ".join(f"{code} {count}" for code, count in counts))
+    kinds = dict.fromkeys((issue.level, issue.code, issue.fix) for issue in issues)
+    for level, code, fix in sorted(kinds, key=lambda kind: LEVELS.index(kind[0])):
+        equal = [i for i in issues if (i.level, i.code, i.fix) == (level, code, fix)]
+        names = [(f"{i.session_id}/{i.recording_id}: {i.problem}", fix) for i in equal]
+        for name, reason in shortened(names, everything=everything):
+            out.out(f"{level} {code} {name}; {reason}")
+    if counts := Counter(issue.code for issue in issues).most_common():
+        out.out(", ".join(f"{code} {count}" for code, count in counts))
 
 
 def seal(

@@ -37,7 +37,6 @@ from ajgdata.store.publishing.archive import (
     open_archive,
     read_checksums,
 )
-from ajgdata.store.scan import Scan
 from ajgdata.store.sessions import (
     list_datasets,
     read_recordings,
@@ -80,17 +79,14 @@ def fetch_source(
     *,
     each: Each = iter,
     started: Started = lambda total: lambda: None,
-) -> tuple[Scan, Imported]:
+) -> Imported:
     """Download the public recordings of `dataset` and import them by the rules of its dataset.yaml.
 
     They stay in a cache outside the project. `each` iterates over the parts, `started` is that of
     `import_folder`. Raises DataError, and imports nothing, unless every byte is the right one.
     """
     folder = bring(dataset, read_source(paths, dataset), each)
-    _, found, result = import_folder(
-        paths, dataset, folder, settings=None, copy=False, started=started
-    )
-    return found, result
+    return import_folder(paths, dataset, folder, settings=None, copy=False, started=started)[1]
 
 
 def fetch(

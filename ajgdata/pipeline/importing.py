@@ -1,21 +1,20 @@
-"""`ajgdata import`: turn a folder into sessions of a data set, which is declared if it is new."""
+"""Import a folder of recordings as sessions of a data set, which is declared if it is new."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.label_counts import CLASSES_NEEDED
 from ajgdata.pipeline.progress import Started
-from ajgdata.store.audio import AudioInfo, inspect_audio
-from ajgdata.store.files import BRINGING, alone, remove_stale
-from ajgdata.store.importing import Imported, import_scan
+from ajgdata.store.audio import file_sha256, inspect_audio
+from ajgdata.store.files import BRINGING, alone
+from ajgdata.store.importing import Contents, Imported, import_sessions
 from ajgdata.store.labels import number
-from ajgdata.store.scan import Scan, scan, session_name, target_column
+from ajgdata.store.scan import Scan, scan, slug
 from ajgdata.store.sessions import (
     check_one_kind,
     list_sessions,
@@ -37,11 +36,10 @@ from ajgdata.types import (
 FOLDS = 5
 #: A column with fewer distinct numbers is a class.
 MIN_NUMBERS = 11
-#: Smallest share of numbers among the distinct cells of a column of numbers.
-MIN_SHARE_OF_NUMBERS = 0.8
-#: How programs write a missing value; as a class, some of these words may be meant.
-MISSING_NUMBERS = {"nan", "na", "n/a", "#n/a", "<na>", "none", "null", "-", "--", "?"}
-MISSING_CLASSES = {"nan", "n/a", "#n/a", "<na>", "null"}
+#: How programs write a missing value.
+MISSING = {"nan", "n/a", "#n/a", "<na>", "null"}
+#: Groups of a pattern that count, and are not learnt unless named.
+COUNTERS = ("n", "fold", "take", "clip")
 
 
 def import_folder(
@@ -54,53 +52,31 @@ def import_folder(
     copy: bool = True,
     on_change: OnChange = OnChange.KEEP,
     started: Started = lambda total: lambda: None,
-) -> tuple[DatasetSpec, Scan, Imported]:
+) -> tuple[DatasetSpec, Imported]:
     """Import `folder` into `dataset`.
 
     `settings` describe how file names or a table are read; the default is `imports` of
-    dataset.yaml, else the starter kit's convention. `started(total)` returns a function that is
-    called once per recording. The notes of the scan describe how targets were understood. Nothing
-    is written if the folder cannot be understood, nor while another process imports into it.
+    dataset.yaml, else the starter kit's convention. Raises DataError, before anything is written,
+    if the folder cannot be understood, for a session that cannot be added to, and while another
+    process writes into the data set.
     """
-    folder, declared = Path(folder), _declared(paths, checked_name(dataset))
+    folder, path = Path(folder), paths.dataset(checked_name(dataset))
+    declared = read_dataset(paths, dataset) if path.is_file() else None
     if declared:
         check_one_kind(paths, declared, list_sessions(paths, dataset), adding=False)
     chosen = _chosen(settings, declared)
-    found = scan(folder, chosen, name=session_name(folder.resolve().name))
-    if declared:
-        _check_declared(paths, declared, targets)
-        spec = declared
-    else:
-        spec, notes = declare(dataset, folder, found, chosen, targets)
-        found.notes += notes
-    columns = dict.fromkeys(column for file in found.files for column in file.labels)
-    if free := [column for column in columns if column not in spec.targets]:
-        found.notes.append(f"stored, but not a target: {', '.join(free)}")
+    scanned = scan(folder, chosen, name=slug(folder.resolve().name))
+    progress = started(2 * len(scanned.files))
+    contents = _read(scanned, progress)
+    spec = declared or declare(dataset, scanned, contents, chosen, targets)
+    _note_columns(paths, spec, scanned, targets)
     with alone(paths.recordings(dataset), BRINGING):
-        if _declared(paths, dataset) != declared:
-            problem = f"was declared again while {folder} was read"
-            raise DataError(paths.dataset(dataset), problem, "import again")
         try:
-            result = import_scan(
-                paths, dataset, folder, found, copy=copy, on_change=on_change,
-                progress=started(len(found.files)),
-            )  # fmt: skip
+            result = import_sessions(paths, dataset, scanned, contents, copy, on_change, progress)
         finally:
-            if declared is None and list_sessions(paths, dataset):
+            if not path.exists() and list_sessions(paths, dataset):
                 write_dataset(paths, spec)
-        remove_stale(paths.recordings(dataset))  # by imports that were killed
-    return spec, found, result
-
-
-def _declared(paths: Paths, dataset: str) -> DatasetSpec | None:
-    return read_dataset(paths, dataset) if paths.dataset(dataset).is_file() else None
-
-
-def _check_declared(paths: Paths, spec: DatasetSpec, targets: Sequence[str]) -> None:
-    """Raise DataError for a target that a declared data set does not have."""
-    if extra := sorted(set(map(target_column, targets)) - set(spec.targets)):
-        problem = f"{spec.name} is declared already, without {extra[0]!r}"
-        raise DataError("--target", problem, f"add it to {paths.dataset(spec.name)}")
+    return spec, result
 
 
 def _chosen(given: ImportSettings | None, declared: DatasetSpec | None) -> ImportSettings:
@@ -113,96 +89,108 @@ def _chosen(given: ImportSettings | None, declared: DatasetSpec | None) -> Impor
     return before.model_copy(update=given.model_dump(exclude_defaults=True))
 
 
-def declare(
-    name: str, folder: Path, scanned: Scan, settings: ImportSettings, targets: Sequence[str]
-) -> tuple[DatasetSpec, list[str]]:
-    """Return a first dataset.yaml for what an import found, and in words why targets are numbers or
-    classes; people are meant to complete it.
+def _read(scanned: Scan, progress: Callable[[], object]) -> Contents:
+    """Return sha256 and header of every file that can be read; problems become remarks."""
+    contents: Contents = {}
+    for file in scanned.files:
+        path, info = scanned.folder / file.path, None
+        try:
+            digest = file_sha256(path)
+        except DataError as error:
+            reason = f"{error.problem}; {error.fix}"
+            scanned.remarks["failed"].append((file.path.as_posix(), reason))
+            continue
+        try:
+            info = inspect_audio(path)
+        except DataError as error:
+            scanned.remarks["unreadable"].append((file.path.as_posix(), error.problem))
+        contents[file.path] = digest, info
+        progress()
+    return contents
 
-    The commonest rate is declared; several channels are averaged only if no recording is mono. What
-    a column contains is decided by `infer_target`. `targets` are the label columns to learn
-    (default: all of a pattern's; a table's must be named), `object` among them.
+
+def _note_columns(paths: Paths, spec: DatasetSpec, scanned: Scan, targets: Sequence[str]) -> None:
+    """Note labels without a target. Raises DataError for a target that `spec` does not have."""
+    if unknown := sorted(set(map(slug, targets)) - set(spec.targets)):
+        problem = f"{spec.name} is declared already, without {unknown[0]!r}"
+        raise DataError("--target", problem, f"add it to {paths.dataset(spec.name)}")
+    if free := [column for column in scanned.label_columns() if column not in spec.targets]:
+        scanned.remarks["note"].append(("stored, but not a target", ", ".join(free)))
+
+
+def declare(
+    name: str,
+    scanned: Scan,
+    contents: Contents,
+    settings: ImportSettings,
+    targets: Sequence[str],
+) -> DatasetSpec:
+    """Return a first dataset.yaml for what an import found; people are meant to complete it.
+
+    `targets` are the label columns to learn (default: all of a pattern's; a table's must be named),
+    `object` among them. Why they are numbers or classes is noted. A task is declared for each
+    target that has two classes; if none has, for all, because more recordings may follow.
     """
-    columns = sorted({column for file in scanned.files for column in file.labels})
-    named = list(dict.fromkeys(target_column(target) for target in targets))
-    wanted = named or [c for c in columns if c not in ("n", "fold", "take", "clip")]
-    if any(file.object for file in scanned.files):
+    columns = sorted(scanned.label_columns())
+    chosen = list(dict.fromkeys(map(slug, targets))) or [c for c in columns if c not in COUNTERS]
+    if any(file.cells["object"] for file in scanned.files):
         columns.append("object")
-        wanted = wanted or ["object"]
-    if unknown := [target for target in wanted if target not in columns]:
+        chosen = chosen or ["object"]
+    if unknown := [target for target in chosen if target not in columns]:
         raise DataError("--target", f"there is no column {unknown[0]!r}", f"there are {columns}")
     if settings.table and not targets:
         raise DataError("--target", "a table has many columns", f"name labels among {columns}")
-    cells = {column: [file.cell(column) for file in scanned.files] for column in wanted}
-    inferred = {column: infer_target(texts) for column, texts in cells.items()}
-    possible = [c for c, (target, _) in inferred.items() if _can_be_learnt(target, cells[c])]
-    # If no column has two classes, every column gets a task: more recordings may follow.
-    tasks = {column: Task(target=column, folds=FOLDS) for column in possible or inferred}
+    texts = {column: {file.text(column) for file in scanned.files} for column in chosen}
+    inferred = {column: infer_target(texts[column]) for column in chosen}
+    for column, (_, reason) in inferred.items():
+        scanned.remarks["note"].append((f"target {column}", reason))
+    possible = [c for c, (t, _) in inferred.items() if len(texts[c] - {"", *t.missing}) > 1]
+    folder = scanned.folder.name
     try:
-        spec = DatasetSpec(
+        return DatasetSpec(
             name=name,
             title=name,
-            description=f"Imported from a folder named {folder.name!r}. Complete this declaration.",
-            audio=common_audio(folder / file.path for file in scanned.files),
+            description=f"Imported from a folder named {folder!r}. Complete this declaration.",
+            audio=_common_audio(scanned, contents),
             targets={column: target for column, (target, _) in inferred.items()},
-            tasks=tasks,
+            tasks={column: Task(target=column, folds=FOLDS) for column in possible or inferred},
             imports=settings,
         )
     except ValidationError as error:
         raise describe(error, f"data set {name!r}") from None
-    return spec, [f"target {column}: {why}" for column, (_, why) in inferred.items()]
 
 
-def _can_be_learnt(target: Target, cells: Sequence[str]) -> bool:
-    classes = set(cells) - {"", *target.missing}
-    return target.kind == "regression" or len(classes) >= CLASSES_NEEDED
+def infer_target(texts: Collection[str]) -> tuple[Target, str]:
+    """Return how a column with these distinct texts is declared, and why.
 
-
-def infer_target(cells: Sequence[str]) -> tuple[Target, str]:
-    """Return how a column with these cells is declared, and why.
-
-    A column with at least MIN_NUMBERS distinct numbers and few other texts is a number, any other
+    A column with at least MIN_NUMBERS distinct numbers and no other text is a number, any other
     column is a class. Words for a missing value are declared missing.
     """
-    distinct = set(cells) - {""}
-    missing = {cell for cell in distinct if cell.lower() in MISSING_NUMBERS}
-    values = [v for cell in distinct - missing if (v := _number(cell)) is not None]
-    is_number = len(values) >= max(MIN_NUMBERS, MIN_SHARE_OF_NUMBERS * len(distinct - missing))
-    if is_number:
-        reason = f"{len(values)} distinct numbers, {min(values):g} to {max(values):g}"
-    else:
-        missing = {cell for cell in missing if cell.lower() in MISSING_CLASSES}
-        reason = f"{len(distinct - missing)} distinct texts"
-    if missing:
-        reason += f"; declared missing: {', '.join(map(repr, sorted(missing)))}"
-    kind = "regression" if is_number else "classification"
-    target = Target(kind=kind, missing=tuple(sorted(missing)))
-    return target, f"a {'number' if is_number else 'class'} ({reason})"
-
-
-def _number(cell: str) -> float | None:
+    missing = tuple(sorted(text for text in texts if text.lower() in MISSING))
+    present = set(texts) - {"", *missing}
     try:
-        return number(cell)
+        values = [number(text) for text in present]
     except ValueError:
-        return None
+        values = []
+    if len(values) >= MIN_NUMBERS:
+        kind, reason = "regression", f"{len(values)} distinct numbers, "
+        reason = f"a number ({reason}{min(values):g} to {max(values):g})"
+    else:
+        kind, reason = "classification", f"a class ({len(present)} distinct texts)"
+    if missing:
+        reason += f"; declared missing: {', '.join(missing)}"
+    return Target(kind=kind, missing=missing), reason
 
 
-def common_audio(files: Iterable[Path]) -> AudioSettings:
+def _common_audio(scanned: Scan, contents: Contents) -> AudioSettings:
     """Return the commonest rate of the readable files; channels are averaged if no file is mono.
 
-    Raises DataError for the first file if no file is a sound.
+    Raises DataError if no file is a sound.
     """
-    infos: list[AudioInfo] = []
-    unreadable: list[DataError] = []
-    for file in files:
-        try:
-            infos.append(inspect_audio(file))
-        except DataError as error:
-            unreadable.append(error)  # imported unchanged, and listed by `validate`
-    if unreadable and not infos:
-        raise unreadable[0]
+    infos = [info for _, info in contents.values() if info]
     if not infos:
-        return AudioSettings()
+        (file, problem), *_ = [*scanned.remarks["unreadable"], *scanned.remarks["failed"]]
+        raise DataError(scanned.folder / file, problem, "name a folder with sounds")
     rate = Counter(info.sample_rate_hz for info in infos).most_common(1)[0][0]
-    stereo = all(info.channels > 1 for info in infos)
-    return AudioSettings(sample_rate_hz=rate, channel="mean" if stereo else "mono")
+    is_stereo = all(info.channels > 1 for info in infos)
+    return AudioSettings(sample_rate_hz=rate, channel="mean" if is_stereo else "mono")

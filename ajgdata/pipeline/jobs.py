@@ -14,7 +14,6 @@ from typing import Any
 from pydantic import validate_call
 
 from ajgdata.paths import Paths
-from ajgdata.store.trouble import machine_trouble
 from ajgdata.types import DataError
 
 
@@ -40,7 +39,8 @@ def run_job(job: Any) -> None:
 def logged(log: str) -> Iterator[None]:
     """Send the output of a job to `log`.
 
-    A DataError, or a limit of the machine, ends the process with one line, a bug with a traceback.
+    A DataError, or a lack of space, permission or memory, ends the process with one line, a bug
+    with a traceback.
     """
     Path(log).parent.mkdir(parents=True, exist_ok=True)
     with Path(log).open("w", encoding="utf-8", buffering=1) as stream:
@@ -50,8 +50,9 @@ def logged(log: str) -> Iterator[None]:
         except DataError as error:
             stream.write(f"{error}\n")
             sys.exit(str(error))
-        except BaseException as error:
+        except (OSError, MemoryError) as error:
             traceback.print_exc(file=stream)
-            if known := machine_trouble(error):
-                sys.exit(str(known))
+            sys.exit(" ".join(f"{type(error).__name__}: {error}".split()))
+        except BaseException:
+            traceback.print_exc(file=stream)
             raise

@@ -28,7 +28,6 @@ from ajgdata.store.sessions import (
     table_columns,
     whole_sessions,
 )
-from ajgdata.store.trouble import machine_trouble
 from ajgdata.types import RECORDING_COLUMNS, SESSION_COLUMNS, DataError, DatasetSpec
 
 #: Columns that every feature file has.
@@ -105,8 +104,7 @@ def errors_in_one_line() -> Iterator[None]:
     try:
         yield
     except (DataError, OSError) as error:
-        known = error if isinstance(error, DataError) else machine_trouble(error)
-        raise SystemExit(str(known or error)) from error
+        raise SystemExit(str(error)) from error
 
 
 def session_files(paths: Paths, plans: Mapping[str, DatasetPlan]) -> Declared:

@@ -6,11 +6,9 @@ both come through here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
@@ -32,9 +30,6 @@ from ajgdata.types import (
 #: A delay beyond this is not looked for: the sound would hardly overlap a one-second recording.
 MAX_DELAY_S = 0.5
 OTHER_DELAY = "other_delay"
-
-Item = TypeVar("Item")
-Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -152,14 +147,3 @@ def late_or_early(
 def finding(session: str, recording_id: str, path: Path, remark: Remark) -> Finding:
     """A remark, with the recording it is about."""
     return Finding(session, recording_id, path.name, *remark)
-
-
-def in_threads(
-    function: Callable[[Item], Result], items: Iterable[Item], threads: int
-) -> Iterator[Result]:
-    """`function` of each item, in order; numpy and the file system release the lock."""
-    if threads == 1:
-        yield from map(function, items)
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        yield from pool.map(function, items)

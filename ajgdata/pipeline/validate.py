@@ -1,76 +1,112 @@
-"""`ajgdata validate`: every check on every recording, without changing anything."""
+"""`ajgdata validate`: every check on every recording, without changing anything; label counts."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from ajgdata.acquire.protocol import REFERENCE
 from ajgdata.acquire.recipe import session_names
 from ajgdata.experiments import all_asked
 from ajgdata.paths import AUDIO_FOLDER, DATASET_FILE, Paths
-from ajgdata.pipeline.label_counts import label_issues
 from ajgdata.pipeline.plan import config_problems
 from ajgdata.pipeline.progress import Started
-from ajgdata.pipeline.recordings import (
-    examine,
-    finding,
-    in_threads,
-    late_or_early,
-    read_excitation,
-)
-from ajgdata.store.audio import Remark
-from ajgdata.store.findings import rejected, without_rejected
+from ajgdata.pipeline.recordings import Examined, examine, finding, late_or_early, read_excitation
+from ajgdata.store.findings import is_rejected, rejected, without_rejected
 from ajgdata.store.labels import bad_labels, copies
 from ajgdata.store.scan import search
-from ajgdata.store.session_audio import WHOLE_SESSION, AudioFile, SessionAudio, check_session
-from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
-from ajgdata.types import AudioSettings, DataError, DatasetSpec, Finding
+from ajgdata.store.session_audio import (
+    WHOLE_SESSION,
+    AudioFile,
+    SessionAudio,
+    check_session,
+    label_rows,
+)
+from ajgdata.store.sessions import (
+    check_one_kind,
+    list_sessions,
+    read_dataset,
+    read_recordings,
+    read_session,
+)
+from ajgdata.types import DataError, DatasetSpec, Finding, Target
+
+Row = Mapping[str, str]
+#: Rows of labels by session.
+Tables = Mapping[str, Sequence[Row]]
+CLASSES_NEEDED = 2
+_SHOWN = 5
 
 
 def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int, list[Finding]]:
     """Check every session of a data set: files, samples, delays, labels, copies.
 
-    Returns the number of recordings and all findings. Raises DataError for a declaration that
-    cannot be used.
+    Returns the number of recordings and all issues. Raises DataError for a declaration that cannot
+    be used.
     """
     spec = read_dataset(paths, dataset)
     list(all_asked(spec, paths.dataset(dataset)))  # raises DataError for what cannot be made
-    sessions = list_sessions(paths, dataset)
-    checked = [check_session(paths.session(dataset, name)) for name in sessions]
-    advance = started(sum(len(one.files) for one in checked))
-    issues = list(_check_declaration(paths, spec, sessions))
+    names = list_sessions(paths, dataset)
+    sessions = [check_session(paths.session(dataset, name)) for name in names]
+    advance = started(sum(len(session.files) for session in sessions))
+    issues = list(_check_declaration(paths, spec, names))
     rows: list[tuple[str, str, tuple[str, ...]]] = []
-    for one in checked:
-        table = {row["recording_id"]: row for row in one.labels}
-        session = one.session_id
-        found = [*one.findings, *_check_samples(one, spec.audio, spec.features.window, advance)]
-        for name, row in table.items():
-            found += bad_labels(session, name, row, spec.targets)
-        found = without_rejected(found, list(rejected(session, table).values()))
-        issues += [*found, *_without_row(paths.session(dataset, session), one)]
+    for session in sessions:
+        found = _check_session(session, spec, advance)
+        issues += [*found, *_without_row(paths.session(dataset, session.session_id), session)]
         unusable = {f.recording_id for f in found if f.level == "error" or f.code == "rejected"}
-        for entry in one.files:
-            if (name := entry.recording_id) not in unusable:
-                label = tuple(table[name].get(target, "") for target in spec.targets)
-                rows.append((f"{session}/{name}", entry.sha256, label))
-    issues += label_issues({one.session_id: one.labels for one in checked}, spec)
+        labels = {row["recording_id"]: row for row in session.labels}
+        rows += [
+            (f"{session.session_id}/{name}", file.sha256, _values(labels[name], spec))
+            for file in session.files
+            if (name := file.recording_id) not in unusable
+        ]
+    issues += label_issues({session.session_id: session.labels for session in sessions}, spec)
     if rows:
         issues += copies(*zip(*rows, strict=True)).values()
-    return sum(len(one.labels) for one in checked), sorted(issues)
+    return sum(len(session.labels) for session in sessions), sorted(issues)
 
 
-def _check_declaration(
-    paths: Paths, spec: DatasetSpec, sessions: Sequence[str]
-) -> Iterator[Finding]:
+def _values(row: Row, spec: DatasetSpec) -> tuple[str, ...]:
+    return tuple(row.get(target, "") for target in spec.targets)
+
+
+def _check_declaration(paths: Paths, spec: DatasetSpec, names: Sequence[str]) -> Iterator[Finding]:
     """Yield problems of the declaration, and an error if simulated and recorded sessions meet."""
     virtual = session_names(spec.recipe) if spec.recipe else ()
     for problem, fix in config_problems(paths, spec, virtual):
         yield Finding(DATASET_FILE, "*", "", "error", "declaration", problem, fix)
     try:
-        check_one_kind(paths, spec, sessions)
+        check_one_kind(paths, spec, names)
     except DataError as error:
         yield Finding("*", "*", "", "error", "mixed", error.problem, error.fix)
+
+
+def _check_session(
+    session: SessionAudio, spec: DatasetSpec, advance: Callable[[], object]
+) -> list[Finding]:
+    """Return issues of files, samples, delays and labels; a rejected recording has one note."""
+    name, audio = session.session_id, spec.audio
+    excitation, issues = read_excitation(name, session.played, audio)
+    delays: dict[str, int] = {}
+
+    def check(file: AudioFile) -> Examined:
+        result = examine(file.path, audio, spec.features.window, excitation)
+        return Examined(None, result.remarks, result.delay)  # the samples would wait in memory
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:  # numpy and the file system release the lock
+        for file, result in zip(session.files, pool.map(check, session.files), strict=True):
+            issues += [finding(name, file.recording_id, file.path, r) for r in result.remarks]
+            if result.delay is not None:
+                delays[file.recording_id] = result.delay
+            advance()
+    issues += late_or_early(name, list(delays), list(delays.values()), audio.sample_rate_hz)
+    table = {row["recording_id"]: row for row in session.labels}
+    issues += [i for n, row in table.items() for i in bad_labels(name, n, row, spec.targets)]
+    return without_rejected([*session.findings, *issues], list(rejected(name, table).values()))
 
 
 def _without_row(folder: Path, session: SessionAudio) -> list[Finding]:
@@ -81,33 +117,97 @@ def _without_row(folder: Path, session: SessionAudio) -> list[Finding]:
     if any((f.recording_id, f.level) == (WHOLE_SESSION, "error") for f in session.findings):
         return []
     known = {entry.path.absolute() for entry in session.files}
-    known |= {(folder / found.file).absolute() for found in session.findings}
+    known |= {(folder / issue.file).absolute() for issue in session.findings}
     fix = "import its folder again, or remove the file"
+    audio = folder / AUDIO_FOLDER
     return [
         Finding(folder.name, path.as_posix(), path.name, "note", "no_row", "in no row", fix)
-        for path in search(folder / AUDIO_FOLDER)[0]
-        if (folder / AUDIO_FOLDER / path).absolute() not in known
+        for path in (search(audio)[0] if audio.is_dir() else ())
+        if (audio / path).absolute() not in known
     ]
 
 
-def _check_samples(
-    session: SessionAudio,
-    audio: AudioSettings,
-    window: int,
-    advance: Callable[[], object],
-) -> list[Finding]:
-    name = session.session_id
-    excitation, issues = read_excitation(name, session.played, audio)
-    delays: dict[str, int] = {}
+def label_tables(paths: Paths, dataset: str) -> dict[str, list[dict[str, str]]]:
+    """Return the label rows of each session of a data set."""
+    folders = [paths.session(dataset, name) for name in list_sessions(paths, dataset)]
+    return {f.name: label_rows(read_session(f), read_recordings(f)[0]) for f in folders}
 
-    def checked(entry: AudioFile) -> tuple[tuple[Remark, ...], int | None]:
-        found = examine(entry.path, audio, window, excitation)
-        return found.remarks, found.delay  # the samples would wait in memory
 
-    results = in_threads(checked, session.files, os.cpu_count() or 1)
-    for entry, (remarks, delay) in zip(session.files, results, strict=True):
-        issues += [finding(name, entry.recording_id, entry.path, remark) for remark in remarks]
-        if delay is not None:
-            delays[entry.recording_id] = delay
-        advance()
-    return issues + late_or_early(name, list(delays), list(delays.values()), audio.sample_rate_hz)
+def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
+    """Return a warning for grasps with two objects or target values, and for impossible tasks."""
+    mixed_fix = "give each grasp of a session its own grasp_id"
+    columns = dict.fromkeys(("object", *spec.targets))
+    problems = [_mixed_grasps(tables, column, spec.targets.get(column)) for column in columns]
+    issues = [("mixed_grasp", problem, mixed_fix) for problem in problems if problem]
+    class_fix = "record or import another class"
+    issues += [("no_task", problem, class_fix) for problem in impossible_tasks(tables, spec)]
+    return [Finding("*", "*", "", "warning", *issue) for issue in issues]
+
+
+def _mixed_grasps(tables: Tables, column: str, target: Target | None) -> str:
+    """Return a line on grasps with several values of a column; "" if there are none."""
+    values: dict[str, dict[str, None]] = defaultdict(dict)
+    for session, rows in tables.items():
+        for row in rows:
+            if not is_rejected(row) and (text := row.get(column, "")) not in _missing(target):
+                values[f"{session}/{row['grasp_id']}"][text] = None
+    mixed = [f"{grasp} ({', '.join(texts)})" for grasp, texts in values.items() if len(texts) > 1]
+    noun = "object" if column == "object" else f"value of {column}"
+    counted = f"{len(mixed)} of {len(values)} grasps have more than one {noun}"
+    return f"{counted}: {_listed(mixed)}" if mixed else ""
+
+
+def impossible_tasks(tables: Tables, spec: DatasetSpec) -> list[str]:
+    """Return a line for each task without two classes, or without a number."""
+    rows = [row for table in tables.values() for row in table if not is_rejected(row)]
+    problems = []
+    for name, task in spec.tasks.items() if rows else ():
+        target = spec.targets[task.target]
+        values = {row.get(task.target, "") for row in rows} - _missing(target)
+        if task.classes:
+            values &= set(task.classes)
+        if not values:
+            problems.append(f"task {name} is not possible: no recording has a {task.target}")
+        elif target.kind == "classification" and len(values) < CLASSES_NEEDED:
+            problems.append(f"task {name} is not possible: {values.pop()!r} is its only class")
+    return problems
+
+
+def counts(tables: Tables, targets: Mapping[str, Target]) -> dict[str, str]:
+    """Return the numbers of recordings, objects and grasps, and of recordings per class.
+
+    Empty-gripper references are not grasps and are counted separately.
+    """
+    all_rows = [(session, row) for session, table in tables.items() for row in table]
+    rows = [(session, row) for session, row in all_rows if not row.get(REFERENCE)]
+    used = [row for _, row in rows if not is_rejected(row)]
+    grasps = Counter((session, row["grasp_id"]) for session, row in rows)
+    sizes = sorted(Counter(grasps.values()).items())
+    rejections = f" ({len(rows) - len(used)} rejected)" if len(used) < len(rows) else ""
+    facts = {
+        "recordings": f"{len(rows)}{rejections}",
+        "objects": str(len({row["object"] for _, row in rows} - {""})),
+        "grasps": str(len(grasps)),
+        "samples per grasp": _listed([f"{size} ({n} grasp{'s' * (n != 1)})" for size, n in sizes]),
+    }
+    if references := len(all_rows) - len(rows):
+        facts["references"] = str(references)
+    for name, target in targets.items():
+        cells = Counter(row.get(name, "") for row in used)
+        missing = sum(cells.pop(text, 0) for text in _missing(target))
+        values = [f"{text} {count}" for text, count in cells.most_common()]
+        if target.kind == "regression":
+            values = [f"{cells.total()} numbers, {len(cells)} distinct"]
+        suffix = f"; {missing} missing" if missing else ""
+        facts[f"recordings per {name}"] = _listed(values) + suffix
+    return facts
+
+
+def _listed(texts: Sequence[str]) -> str:
+    """Return the first texts and the number of the remaining texts."""
+    more = f" and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
+    return ", ".join(texts[:_SHOWN]) + more
+
+
+def _missing(target: Target | None) -> set[str]:
+    return {"", *(target.missing if target else ())}

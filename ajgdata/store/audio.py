@@ -19,11 +19,13 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.store.files import why_no_file, write_bytes
+from ajgdata.store.files import write_bytes
 from ajgdata.types import AudioSettings, DataError
 from ajgdata.types.settings import HIGHEST_RATE_HZ, LOWEST_RATE_HZ
 
 if TYPE_CHECKING:
+    from io import BufferedReader
+
     import soundfile
 
 Float32 = NDArray[np.float32]
@@ -47,16 +49,11 @@ class Remark(NamedTuple):
 
 
 class AudioError(DataError):
-    """A recording that cannot be used; `code` is a stable slug, `remark` the same as a record."""
+    """A recording that cannot be used; `remark` is the same as a record, with a stable code."""
 
     def __init__(self, where: object, code: str, problem: str, fix: str) -> None:
         super().__init__(where, problem, fix)
-        self.code = code
         self.remark = Remark("error", code, problem, fix)
-
-    def __reduce__(self) -> tuple[type[AudioError], tuple[str, str, str, str]]:  # type: ignore[override]
-        """Comes back whole from another process."""
-        return type(self), (self.where, self.code, self.problem, self.fix)
 
 
 @dataclass(frozen=True)
@@ -126,13 +123,10 @@ def _open(path: Path) -> Iterator[soundfile.SoundFile]:
     """Open a file by libsndfile; its errors, and those of the system, become AudioError."""
     import soundfile
 
-    if wrong := why_no_file(path):
-        raise AudioError(path, "missing", *wrong)
     try:
-        with path.open("rb") as stream:
-            if not stream.read(1):
+        with _bytes(path) as stream:
+            if not path.stat().st_size:
                 raise AudioError(path, "empty", "the file is empty", _AGAIN)
-            stream.seek(0)
             with soundfile.SoundFile(stream) as file:
                 yield file
     except soundfile.LibsndfileError as error:
@@ -140,6 +134,17 @@ def _open(path: Path) -> Iterator[soundfile.SoundFile]:
         problem = f"cannot be decoded: damaged, or no audio that libsndfile reads ({reason})"
         fix = "record it again, or convert it to WAV"
         raise AudioError(path, "damaged", problem, fix) from None
+
+
+@contextmanager
+def _bytes(path: Path) -> Iterator[BufferedReader]:
+    """Open a file. A named pipe is not opened: reading it would wait for ever."""
+    if not path.is_file():
+        problem = "no such file, or a broken link"
+        raise AudioError(path, "missing", problem, "restore it or remove its row")
+    try:
+        with path.open("rb") as stream:
+            yield stream
     except OSError as error:
         problem = f"cannot be read ({error.strerror})"
         raise AudioError(path, "unreadable", problem, "check disk and permissions") from None
@@ -230,11 +235,5 @@ def pcm24_bytes(samples: NDArray[Any], sample_rate_hz: int) -> bytes:
 
 def file_sha256(path: Path) -> str:
     """Return the hexadecimal SHA-256 of a file's bytes. Raises AudioError if it cannot be read."""
-    if wrong := why_no_file(path):
-        raise AudioError(path, "missing", *wrong)
-    try:
-        with path.open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
-    except OSError as error:
-        problem = f"cannot be read ({error.strerror})"
-        raise AudioError(path, "missing", problem, "check disk and permissions") from None
+    with _bytes(path) as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

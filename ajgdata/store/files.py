@@ -11,10 +11,9 @@ import platform
 import re
 import shutil
 import tempfile
-import time
 import unicodedata
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -26,8 +25,6 @@ from ajgdata.types import DataError, describe, location
 Model = TypeVar("Model", bound=BaseModel)
 #: End of the names of temporary folders.
 TEMPORARY = ".tmp"
-#: A temporary folder without a change for so long (s) belongs to a process that was killed.
-STALE_S = 3600.0
 #: What imports and fetches do; they exclude each other.
 BRINGING = "bringing recordings into this data set"
 #: Beginning of a text that a spreadsheet takes for a formula; a number or a word after a sign is
@@ -70,14 +67,6 @@ def _own_folder(path: Path) -> Iterator[Path]:
         yield Path(folder)
 
 
-def remove_stale(folder: Path) -> None:
-    """Remove the temporary folders below `folder` that killed processes left, after STALE_S."""
-    for path in sorted(folder.rglob(f".*{TEMPORARY}")):
-        with suppress(OSError):  # it does not exist, or belongs to another user
-            if time.time() - path.stat().st_mtime > STALE_S:
-                shutil.rmtree(path, ignore_errors=True)
-
-
 @contextmanager
 def alone(path: Path, doing: str, fix: str = "wait for that one, or stop it") -> Iterator[None]:
     """Hold the lock of `path`, a file or folder that need not exist, during the work `doing`.
@@ -101,17 +90,6 @@ def alone(path: Path, doing: str, fix: str = "wait for that one, or stop it") ->
     finally:
         file.write_text("", encoding="utf-8")
         lock.release()
-
-
-def remove_empty_folders(path: Path) -> None:
-    """Remove the folder `path` and those above it, as far as nothing is in them."""
-    for folder in (path, *path.parents):
-        try:
-            folder.rmdir()
-        except FileNotFoundError:
-            continue
-        except OSError:  # something is in it
-            return
 
 
 def copy(source: Path, target: Path) -> None:
@@ -139,21 +117,6 @@ def bytes_below(path: Path) -> int:
     if path.is_file():
         return path.stat().st_size
     return sum(file.lstat().st_size for file in path.rglob("*") if not file.is_dir())
-
-
-def why_no_file(path: Path) -> tuple[str, str] | None:
-    """Return what is wrong and what to do where `path` is no file that can be read; None if it is.
-
-    Nothing is opened: a named pipe would wait for ever.
-    """
-    if path.is_file():
-        return None
-    if path.is_symlink() and not path.exists():
-        fix = "run `git annex get` where it came from, or mend the link"
-        return f"a link to {path.readlink()}, where nothing is", fix
-    if path.exists():
-        return "not a file", "rename or remove it"
-    return "there is no such file", "restore it or remove its row"
 
 
 def sha256_of(content: bytes) -> str:
@@ -265,33 +228,33 @@ def json_bytes(content: Any) -> bytes:
     return (json.dumps(content, indent=1, sort_keys=True, allow_nan=False) + "\n").encode()
 
 
-def read_csv(path: Path, required: Iterable[str] = ()) -> tuple[list[str], list[dict[str, str]]]:
+def read_csv(
+    path: Path, required: Iterable[str] = (), delimiter: str = ","
+) -> tuple[list[str], list[dict[str, str]]]:
     """Return the header and rows of a CSV file; every row has every column, as stripped text.
 
     Raises DataError for a missing, nameless or doubled column and for a row of another length.
     """
-    header, rows = numbered_rows(path, required)
+    header, rows = numbered_rows(path, required, delimiter)
     return header, [row for _, row in rows]
 
 
 def numbered_rows(
-    path: Path, required: Iterable[str] = (), standard: Collection[str] = ()
+    path: Path, required: Iterable[str] = (), delimiter: str = ","
 ) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
     """Return the header and rows as `read_csv` does, each row with the line on which it ends.
 
-    Empty lines are skipped. Columns named like those in `standard`, but in another case, get the
-    standard name.
+    Empty lines are skipped.
     """
-    reader = csv.reader(io.StringIO(read_text(path), newline=""), strict=True)
+    reader = csv.reader(io.StringIO(read_text(path), newline=""), delimiter=delimiter, strict=True)
     try:
         lines = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
     except csv.Error as error:
         where = f"{path}:{reader.line_num}"
         raise DataError(where, f"not valid CSV ({error})", "correct the quotes") from None
     header = lines[0][1] if lines else []
-    header = [name.lower() if name.lower() in standard else name for name in header]
     missing = [column for column in required if column not in header]
-    if missing or "" in header or len(set(header)) < len(header):
+    if not header or missing or "" in header or len(set(header)) < len(header):
         problem = f"needs {', '.join(missing) or 'one name per column'}; its header is {header}"
         raise DataError(path, problem, "correct the header, with commas between the cells")
     rows = [(line, cells) for line, cells in lines[1:] if any(cells)]

@@ -1,4 +1,4 @@
-"""Bring a folder of recordings in as sessions. Audio is copied or referenced, never altered.
+"""Import the recordings of one session. Audio is copied or referenced, never altered.
 
 Rows of a session and files of the folder are matched by sha256, then by path. Where they differ,
 `OnChange` decides which of them holds.
@@ -9,32 +9,39 @@ from __future__ import annotations
 import os
 import shutil
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE, Paths
-from ajgdata.store.audio import file_sha256, inspect_audio
-from ajgdata.store.files import remove_empty_folders, write_bytes
+from ajgdata.store.audio import AudioInfo, file_sha256
+from ajgdata.store.files import write_bytes
 from ajgdata.store.provenance import software
-from ajgdata.store.scan import Scan, ScannedFile
+from ajgdata.store.scan import Remarks, Scan, ScannedFile
 from ajgdata.store.sessions import inside, read_recordings, read_session, write_session
 from ajgdata.types import DataError, Excitation, OnChange, Recording, Session, describe
 
-#: Columns of recordings.csv that a folder tells, in addition to the labels.
-_TOLD = ("grasp_id", "sample", "object", "quality")
+#: Columns of recordings.csv that a folder specifies, in addition to the labels.
+CELLS = ("grasp_id", "sample", "object", "quality")
+#: sha256 and header of each file; None if it is not usable audio.
+Contents = dict[Path, tuple[str, AudioInfo | None]]
+OTHER_BYTES = (
+    "has different bytes in the folder. If these are other recordings, import them with --session; "
+    "--on-change files takes them"
+)
+OTHER_LABEL = "stays; --on-change labels takes the folder's"
+GONE = "no longer in the folder; --on-change prune removes it here, if all files can be read"
 
 
 @dataclass
 class Imported:
-    """Counts of one import, and the recordings or files that need attention.
+    """Counts of one import, and remarks: names and reasons by kind.
 
-    `conflicts` are recordings with different bytes in the folder, `differing` labels that differ
-    from the folder's, `gone` recordings without a file in the folder. `failed` are files that could
-    not be read or written, `unreadable` recordings that were imported but are not usable audio.
+    Kinds: `failed` could not be read, `unreadable` was imported but is not usable audio, `kept` has
+    different bytes in the folder, `label` a label that differs from the folder's, `gone` has no
+    file in the folder, `not used` is a file of the folder that is no recording, `note`.
     """
 
     sessions: int = 0
@@ -42,248 +49,197 @@ class Imported:
     changed: int = 0
     unchanged: int = 0
     removed: int = 0
-    conflicts: list[str] = field(default_factory=list)
-    differing: list[str] = field(default_factory=list)
-    gone: list[str] = field(default_factory=list)
-    failed: list[tuple[str, str]] = field(default_factory=list)
-    unreadable: list[tuple[str, str]] = field(default_factory=list)
+    remarks: Remarks = field(default_factory=lambda: defaultdict(list))
+
+    @property
+    def is_complete(self) -> bool:
+        """True if everything that belongs to the data set, by name or table, is imported."""
+        return not any(self.remarks[kind] for kind in ("failed", "unreadable", "kept"))
 
 
-def import_scan(
+def import_sessions(
     paths: Paths,
     dataset: str,
-    folder: Path,
     scanned: Scan,
-    *,
+    contents: Contents,
     copy: bool,
-    on_change: OnChange = OnChange.KEEP,
-    progress: Callable[[], object] = lambda: None,
+    on_change: OnChange,
+    progress: Callable[[], object],
 ) -> Imported:
-    """Write the sessions of `scanned` below `folder` into `dataset`.
+    """Write the sessions of `scanned` into `dataset`.
 
-    Running it again adds what is new, and leaves every row, file and session.yaml unchanged, unless
-    `on_change` takes the folder's files or labels, or removes recordings that are gone from the
-    folder. A recording with a known sha256 is the same recording, even if its file was moved. A
-    file that cannot be read is listed in `failed`, and nothing of it is written. Whatever ends the
-    import, each file that was written is in its session's table. Raises DataError, before anything
-    is written, for a session that cannot be added to.
+    A file that is not in `contents` could not be read, and nothing of it is written. Raises
+    DataError, before anything is written, for a session that cannot be added to.
     """
-    members: dict[str, list[ScannedFile]] = defaultdict(list)
-    for entry in scanned.files:
-        members[entry.session].append(entry)
-    result = Imported(sessions=len(members))
-    sessions = {
-        name: _SessionImport(paths.session(dataset, name), folder, copy, on_change, result)
-        for name in sorted(members)
-    }
-    for name, session in sessions.items():
-        try:
-            session.take(members[name], progress)
-            session.look_for_gone(prune=not scanned.missing)
-            session.describe(scanned.excitations.get(name))
-        finally:
-            session.write()
+    result = Imported(remarks=scanned.remarks)
+    sessions = [
+        _SessionImport(paths.session(dataset, name), scanned, copy, on_change)
+        for name in sorted({file.session for file in scanned.files})
+    ]
+    for session in sessions:
+        session.run(contents, result, progress)
     return result
 
 
 class _SessionImport:
     """One session: its declaration, its rows by recording_id, and the folder that is imported."""
 
-    def __init__(
-        self, target: Path, folder: Path, copy: bool, on_change: OnChange, result: Imported
-    ) -> None:
-        self.target, self.folder, self.copy = target, folder, copy
-        self.on_change, self.result = on_change, result
-        root = None if copy else str(folder.absolute())
+    def __init__(self, target: Path, scanned: Scan, copy: bool, on_change: OnChange) -> None:
+        self.target, self.folder = target, scanned.folder
+        self.copy, self.on_change, self.remarks = copy, on_change, scanned.remarks
+        self.files = [file for file in scanned.files if file.session == target.name]
+        self.played = scanned.excitations.get(target.name)
+        root = None if copy else str(self.folder.absolute())
         is_old = (target / SESSION_FILE).is_file()
-        self.declared = read_session(target) if is_old else _new_session(target, folder, root)
-        self.rows = _rows_of(target)
-        self.files = {row.file for row in self.rows.values()}
-        self.taken: set[str] = set()
-        self.obsolete: list[Path] = []
+        self.declared = read_session(target) if is_old else _new_session(target, self.folder, root)
+        self.rows = _rows(target)
+        self.original_files = {row.file for row in self.rows.values()}
         if self.declared.source != "import" or self.declared.audio_root != root:
             held = self.declared.audio_root
             problem = f"this session's source is {self.declared.source}, "
             problem += f"its recordings are in {held}" if held else "with copies of its recordings"
             raise DataError(target, problem, "import the same way, or with another --session")
 
-    def file_of(self, entry: ScannedFile) -> str:
-        """Return `file` of a new row: the path in the folder, or below audio/ for a copy."""
-        return f"{AUDIO_FOLDER}/{entry.path.as_posix()}" if self.copy else entry.path.as_posix()
-
-    def take(self, members: Sequence[ScannedFile], progress: Callable[[], object]) -> None:
-        """Bring the files of this session in, or list why not."""
-        digests: dict[Path, str] = {}
-        for entry in members:
-            with self._reported(entry.path):
-                digests[entry.path] = file_sha256(self.folder / entry.path)
-        readable = [entry for entry in members if entry.path in digests]
-        known = self._known(readable, digests)
-        for entry in readable:
-            name = known.get(entry.path) or self._new_id(entry)
-            self.taken.add(name)
-            with self._reported(entry.path):
-                self._take(entry, name, digests[entry.path])
-            progress()
-
-    @contextmanager
-    def _reported(self, path: Path) -> Iterator[None]:
-        """List a file of the folder that cannot be brought in, with the reason."""
+    def run(self, contents: Contents, result: Imported, progress: Callable[[], object]) -> None:
+        """Import the files of this session. Whatever ends it, written files are in the table."""
+        result.sessions += 1
+        obsolete: list[str] = []
         try:
-            yield
-        except DataError as error:
-            self.result.failed.append((path.as_posix(), f"{error.problem}; {error.fix}"))
-        except OSError as error:
-            reason = f"cannot be read or written ({error.strerror})"
-            self.result.failed.append((path.as_posix(), reason))
+            names = self._matched(contents)
+            for file, name in names:
+                self._take(file, name, contents[file.path][0], result)
+                progress()
+            unmatched = sorted(set(self.rows) - {name for _, name in names})
+            if self.on_change == OnChange.PRUNE and not self.remarks["failed"]:
+                obsolete = [self.rows.pop(name).file for name in unmatched]
+                result.removed += len(obsolete)
+            else:
+                self.remarks["gone"] += [(name, GONE) for name in unmatched]
+            infos = [contents[file.path][1] for file, _ in names]
+            rates = {self.declared.sample_rate_hz, *(i.sample_rate_hz for i in infos if i)} - {None}
+            self._declare(sample_rate_hz=rates.pop() if len(rates) == 1 else None)
+            if self.played and self.rows:
+                self._take_played(self.played)
+        finally:
+            if self.rows:
+                os.sync()  # the audio is on the disk before a table names it
+                rows = sorted(self.rows.values(), key=lambda row: row.recording_id)
+                write_session(self.target, self.declared, rows)
+        for name in obsolete if self.copy else ():
+            (self.target / name).unlink(missing_ok=True)
 
-    def _known(
-        self, members: Sequence[ScannedFile], digests: Mapping[Path, str]
-    ) -> dict[Path, str]:
-        """Return the recording_id of the row of each known file: the row with its sha256 (with its
-        path, too, if there are several), else the row with its path or recording_id."""
+    def _declare(self, **changes: object) -> None:
+        self.declared = self.declared.model_copy(update=changes)
+
+    def _matched(self, contents: Contents) -> list[tuple[ScannedFile, str]]:
+        """Return each readable file with the recording_id of its row: the row with its sha256 (and
+        its path, if there are several), else that with its path or recording_id, else a new one."""
         by_file = {row.file: name for name, row in self.rows.items()}
         by_digest: dict[str, list[str]] = defaultdict(list)
         for name, row in sorted(self.rows.items()):
             by_digest[row.sha256].append(name)
-        known, free = dict[Path, str](), set(self.rows)
-        for step in ("same", "moved", "edited"):
-            for entry in (one for one in members if one.path not in known):
-                names, at = by_digest[digests[entry.path]], by_file.get(self.file_of(entry), "")
-                if step == "same":
-                    names = [at] if at in names else []
-                elif step == "edited":
-                    names = [at, entry.recording_id]
-                if name := next((one for one in names if one in free), ""):
-                    known[entry.path] = name
-                    free.remove(name)
-        return known
+        matches = []
+        for file in self.files:
+            if file.path in contents:
+                same_bytes = by_digest[contents[file.path][0]]
+                same_path = by_file.get(self._file_name(file.path), "")
+                step = 0 if same_path in same_bytes else 1 if same_bytes else 2
+                ids = [same_path] if step == 0 else [*same_bytes, same_path]
+                matches.append((step, [*ids, file.cells["recording_id"]], file))
+        free, used = set(self.rows), set(self.rows)
+        names = []
+        for _, ids, file in sorted(matches, key=lambda match: match[0]):
+            name = next((name for name in ids if name in free), "") or _new_id(file, used)
+            free.discard(name)
+            used.add(name)
+            names.append((file, name))
+        return names
 
-    def _new_id(self, entry: ScannedFile) -> str:
-        """Return the id that a table gives, else the path without suffix; numbered if taken."""
-        plain = entry.recording_id or entry.path.with_suffix("").as_posix()
-        name, number = plain, 1
-        while name in self.rows or name in self.taken:
-            number += 1
-            name = f"{plain}_{number}"
-        return name
+    def _file_name(self, path: Path) -> str:
+        """Return `file` of a new row: the path in the folder, or below audio/ for a copy."""
+        return f"{AUDIO_FOLDER}/{path.as_posix()}" if self.copy else path.as_posix()
 
-    def _take(self, entry: ScannedFile, name: str, digest: str) -> None:
-        """Bring one file in as the recording `name`."""
+    def _take(self, file: ScannedFile, name: str, digest: str, result: Imported) -> None:
+        """Import one file as the recording `name`, or list why not."""
         old = self.rows.get(name)
         if old and old.sha256 != digest and self.on_change != OnChange.FILES:
-            self.result.conflicts.append(name)
+            self.remarks["kept"].append((name, OTHER_BYTES))
             return
-        new = self._row(entry, name, digest)
+        try:
+            new = self._row(file, name, digest)
+        except ValidationError as error:
+            problem = describe(error, file.path)
+            self.remarks["failed"].append((problem.where, f"{problem.problem}; {problem.fix}"))
+            return
         is_there = old is not None and old.sha256 == digest and (self.target / old.file).is_file()
         if self.copy and not is_there:
-            self._copy(entry.path, new.file)
+            self._copy(file.path, new.file)
         if old:
-            new = self._merged(old, new, told_quality=bool(entry.quality))
+            new = self._merged(old, new, has_quality=bool(file.cells["quality"]))
         self.rows[name] = new
-        self.result.added += old is None
-        self.result.changed += old not in (None, new)
-        self.result.unchanged += old == new
+        result.added += old is None
+        result.changed += old not in (None, new)
+        result.unchanged += old == new
 
-    def _row(self, entry: ScannedFile, name: str, digest: str) -> Recording:
-        file = self.file_of(entry)
+    def _row(self, file: ScannedFile, name: str, digest: str) -> Recording:
+        target = self._file_name(file.path)
         if self.copy and name in self.rows:
-            file = self.rows[name].file
-        elif self.copy and file in self.files:  # of a file that was moved
-            file = f"{Path(file).with_suffix('')}~{digest[:12]}{entry.path.suffix}"
-        try:
-            return Recording(
-                recording_id=name,
-                file=file,
-                sha256=digest,
-                grasp_id=entry.grasp,
-                sample=entry.sample,
-                object=entry.object,
-                quality=entry.quality or "ok",
-                labels=dict(entry.labels),
-            )
-        except ValidationError as error:
-            raise describe(error, self.folder / entry.path) from None
+            target = self.rows[name].file
+        elif self.copy and target in self.original_files:  # of a recording that was moved
+            target = f"{Path(target).with_suffix('')}~{digest[:12]}{file.path.suffix}"
+        defaults = {"sample": "0", "quality": "ok"}
+        cells = {column: file.cells[column] or defaults.get(column, "") for column in CELLS}
+        values = {"recording_id": name, "file": target, "sha256": digest, "labels": file.labels}
+        return Recording.model_validate(cells | values)
 
     def _copy(self, path: Path, file: str) -> None:
-        """Copy a file of the folder to `file` of the session."""
+        """Copy a file of the folder to `file` of the session, in one step."""
         destination = inside(self.target, file)
         temporary = self.target / AUDIO_FOLDER / ".copying"
-        temporary.parent.mkdir(parents=True, exist_ok=True)
+        destination.parent.mkdir(parents=True, exist_ok=True)
         try:
             shutil.copyfile(self.folder / path, temporary)
-            destination.parent.mkdir(parents=True, exist_ok=True)
             temporary.replace(destination)
         finally:
             temporary.unlink(missing_ok=True)
-            remove_empty_folders(destination.parent)
 
-    def _merged(self, old: Recording, new: Recording, *, told_quality: bool) -> Recording:
-        """Return the row here with new columns of the folder, and with the folder's cells if
+    def _merged(self, old: Recording, new: Recording, *, has_quality: bool) -> Recording:
+        """Return the old row with new columns of the folder, and with the folder's cells if
         `on_change` takes them; otherwise cells that differ are listed."""
-        told = [name for name in _TOLD if told_quality or name != "quality"]
-        here = {**old.labels, **{name: getattr(old, name) for name in _TOLD}}
-        found = {**new.labels, **{name: getattr(new, name) for name in told}}
-        for column, text in found.items():
-            if here.setdefault(column, text) == text:
+        columns = [column for column in CELLS if has_quality or column != "quality"]
+        cells = {**old.labels, **{column: getattr(old, column) for column in CELLS}}
+        offered = {**new.labels, **{column: getattr(new, column) for column in columns}}
+        for column, text in offered.items():
+            if cells.setdefault(column, text) == text:
                 continue
             if self.on_change == OnChange.LABELS:
-                here[column] = text
+                cells[column] = text
             else:
-                difference = f"{column} {here[column]!r} here, {text!r} in the folder"
-                self.result.differing.append(f"{old.recording_id}: {difference}")
-        labels = {column: text for column, text in here.items() if column not in _TOLD}
-        return new.model_copy(update={**{name: here[name] for name in _TOLD}, "labels": labels})
-
-    def look_for_gone(self, *, prune: bool) -> None:
-        """List the rows without a file in the folder, or remove them if that is requested and every
-        file could be read."""
-        gone = sorted(set(self.rows) - self.taken)
-        if not (prune and self.on_change == OnChange.PRUNE) or self.result.failed:
-            self.result.gone += gone
-            return
-        for name in gone:
-            row = self.rows.pop(name)
-            self.result.removed += 1
-            if self.copy:
-                self.obsolete.append(self.target / row.file)
-
-    def describe(self, played: Path | None) -> None:
-        """Complete what session.yaml says of rate and played sound."""
-        base = self.target if self.copy else self.folder
-        rates = {self.declared.sample_rate_hz} - {None}
-        for name in sorted(self.taken & set(self.rows)):
-            file = base / self.rows[name].file
-            try:
-                rates.add(inspect_audio(file).sample_rate_hz)
-            except DataError as error:
-                self.result.unreadable.append((file.name, error.problem))
-        rate = {"sample_rate_hz": rates.pop() if len(rates) == 1 else None}
-        self.declared = self.declared.model_copy(update=rate)
-        if played and self.rows:
-            with self._reported(played):
-                self._take_played(played)
+                difference = f"{column} {cells[column]!r} here, {text!r} in the folder"
+                self.remarks["label"].append((f"{old.recording_id}: {difference}", OTHER_LABEL))
+        labels = {column: text for column, text in cells.items() if column not in CELLS}
+        return new.model_copy(update={**{name: cells[name] for name in CELLS}, "labels": labels})
 
     def _take_played(self, played: Path) -> None:
         """Take the played sound of the folder, unless the session has another one."""
         digest, old = file_sha256(self.folder / played), self.declared.excitation
         if old and old.sha256 != digest and self.on_change != OnChange.FILES:
-            self.result.conflicts.append(f"{played.as_posix()}, the played sound")
+            self.remarks["kept"].append((f"{played.as_posix()}, the played sound", OTHER_BYTES))
         elif old is None or old.sha256 != digest:
             write_bytes(self.target / EXCITATION_FILE, (self.folder / played).read_bytes())
-            said = f"imported {played.name}"
-            found = Excitation(file=EXCITATION_FILE, sha256=digest, description=said)
-            self.declared = self.declared.model_copy(update={"excitation": found})
+            description = f"imported {played.name}"
+            new = Excitation(file=EXCITATION_FILE, sha256=digest, description=description)
+            self._declare(excitation=new)
 
-    def write(self) -> None:
-        """Write table and declaration, if they changed, then remove the copies of removed rows."""
-        if self.rows:
-            os.sync()  # the audio is on the disk before a table names it
-            rows = sorted(self.rows.values(), key=lambda row: row.recording_id)
-            write_session(self.target, self.declared, rows)
-        for path in self.obsolete:
-            path.unlink(missing_ok=True)
-            remove_empty_folders(path.parent)
+
+def _new_id(file: ScannedFile, used: Collection[str]) -> str:
+    """Return the id that a table gives, else the path without suffix; numbered if it is used."""
+    plain = file.cells["recording_id"] or file.path.with_suffix("").as_posix()
+    name, count = plain, 1
+    while name in used:
+        count += 1
+        name = f"{plain}_{count}"
+    return name
 
 
 def _new_session(target: Path, folder: Path, root: str | None) -> Session:
@@ -296,12 +252,12 @@ def _new_session(target: Path, folder: Path, root: str | None) -> Session:
     )
 
 
-def _rows_of(target: Path) -> dict[str, Recording]:
+def _rows(target: Path) -> dict[str, Recording]:
     """Return the rows of a session. Raises DataError for a table with errors."""
     if not (target / RECORDINGS_FILE).is_file():
         return {}
-    recordings, findings = read_recordings(target)
-    if errors := [finding for finding in findings if finding.level == "error"]:
-        problem = f"{errors[0].problem}; nothing was imported into this session"
-        raise DataError(target / RECORDINGS_FILE, problem, errors[0].fix)
+    recordings, issues = read_recordings(target)
+    if issues:
+        problem = f"{issues[0].problem}; nothing was imported into this session"
+        raise DataError(target / RECORDINGS_FILE, problem, issues[0].fix)
     return {row.recording_id: row for row in recordings}

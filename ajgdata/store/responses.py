@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ajgdata import gripper
-from ajgdata.store.files import remove_stale, sha256_of, write_bytes
+from ajgdata.store.files import sha256_of, write_bytes
 from ajgdata.store.provenance import layer_hash
 
 #: Room for about 45,000 responses of the default gripper, 7,000 without granulate.
@@ -65,7 +65,6 @@ class ResponseStore:
 
     def _trim(self) -> None:
         """Remove the least recently used files until the limit is met."""
-        remove_stale(self.folder)
         total = 0
         with contextlib.suppress(OSError):  # another process removed a file
             files = [(path.stat(), path) for path in self.folder.glob(f"*/*{SUFFIX}")]

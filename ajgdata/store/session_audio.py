@@ -60,7 +60,7 @@ def check_session(folder: Path) -> SessionAudio:
             digest = checked_sha256(path, recording.sha256)
             result.files.append(AudioFile(recording.recording_id, path, digest))
         except DataError as error:
-            code = error.code if isinstance(error, AudioError) else "escapes"
+            code = error.remark.code if isinstance(error, AudioError) else "escapes"
             names = (folder.name, recording.recording_id, recording.file)
             result.findings.append(Finding(*names, "error", code, error.problem, error.fix))
     try:

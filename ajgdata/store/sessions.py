@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import os
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
@@ -221,7 +220,7 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
     """
     path = folder / RECORDINGS_FILE
     required = ("recording_id", "file", "grasp_id")
-    header, rows = numbered_rows(path, required, RECORDING_COLUMNS)
+    header, rows = numbered_rows(path, required)
     extra = [column for column in header if column not in RECORDING_COLUMNS]
     if unusable := [
         column for column in extra if is_reserved(column) or not NAME.fullmatch(column)
@@ -251,19 +250,17 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
 
 
 def table_columns(paths: Paths, dataset: str, sessions: Iterable[str]) -> set[str]:
-    """Return the columns that the tables of some sessions have between them.
+    """Return the columns of the tables of some sessions, from their headers.
 
-    Only their headers are read; a table that cannot be is reported by whoever reads all of it.
+    A table that cannot be read is reported by the functions that read all of it.
     """
-    found: set[str] = set()
+    columns: set[str] = set()
     for session in sessions:
         path = paths.session(dataset, session) / RECORDINGS_FILE
-        try:
+        if path.is_file():
             with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
-                found |= {cell.strip() for cell in next(csv.reader(stream), [])}
-        except (OSError, csv.Error):
-            continue
-    return found
+                columns |= {cell.strip() for cell in next(csv.reader(stream), [])}
+    return columns
 
 
 def write_recordings(folder: Path, recordings: Sequence[Recording]) -> None:
@@ -290,17 +287,11 @@ def audio_path(folder: Path, session: Session, recording: Recording) -> Path:
 
 
 def inside(base: Path, file: str) -> Path:
-    """Return `base / file`; DataError when that lies elsewhere, be it by `..` or by a symbolic
-    link."""
-    parts = file.split("/")
-    leaves = file.startswith("/") or ".." in parts
-    steps = ["/".join([str(base), *parts[: n + 1]]) for n in range(len(parts))]
-    if not leaves and any(Path(step).is_symlink() for step in steps):
-        real, home = os.path.realpath(steps[-1]), os.path.realpath(base)
-        leaves = not real.startswith(home + os.sep)
-    if leaves:
+    """Return `base / file`. Raises DataError if it lies elsewhere, by `..` or a symbolic link."""
+    path = base / file
+    if ".." in path.parts or not path.resolve().is_relative_to(base.resolve()):
         raise DataError(file, f"leaves its folder {base}", "put the file inside and correct `file`")
-    return base / file
+    return path
 
 
 def seal(paths: Paths, dataset: str, session: str) -> int:

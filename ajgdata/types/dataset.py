@@ -33,9 +33,6 @@ class ImportSettings(Strict):
 
     pattern: str = Field("", description="'starter-kit' or a regular expression with named groups")
     table: str = Field("", description="table of labels inside the folder, instead of a pattern")
-    join: dict[str, str] = Field(
-        {}, description="further tables and the column that they share with `table`"
-    )
     file: str = Field("", description="with table: path of a row's file, e.g. 'wav/{name}.wav'")
     grasp: str = Field(
         "",
@@ -51,8 +48,6 @@ class ImportSettings(Strict):
             raise ValueError("give pattern or table, not both")
         if bool(self.table) != bool(self.file):
             raise ValueError("table needs file (a template such as 'audio/{name}.wav')")
-        if self.join and not self.table:
-            raise ValueError("join adds to a table: give one")
         return self
 
 

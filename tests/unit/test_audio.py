@@ -142,15 +142,15 @@ def test_broken_files_are_refused_with_a_remedy(put, name):
     content, code, fix = BROKEN[name]
     path = put(content)
     error = refusal(path)
-    assert error.code == code
+    assert error.remark.code == code
     assert fix in error.fix
     with pytest.raises(AudioError):
         inspect_audio(path)
 
 
 def test_missing_file_and_folder(tmp_path):
-    assert refusal(tmp_path / "none.wav").code == "missing"
-    assert refusal(tmp_path).code == "missing"
+    assert refusal(tmp_path / "none.wav").remark.code == "missing"
+    assert refusal(tmp_path).remark.code == "missing"
     with pytest.raises(AudioError, match="no such file"):
         file_sha256(tmp_path / "none.wav")
 
@@ -171,7 +171,7 @@ def test_no_cut_goes_unnoticed(tmp_path_factory, data):
 def test_rate_and_channels_are_rejected_unless_declared(put):
     path = put(encoded(noise(4800, 2), 48_000, format="WAV", subtype="PCM_16"))
     assert "audio.other_rate: resample" in refusal(path).fix
-    assert refusal(path, AudioSettings(sample_rate_hz=48_000, channel=2)).code == "channels"
+    assert refusal(path, AudioSettings(sample_rate_hz=48_000, channel=2)).remark.code == "channels"
 
 
 def test_conversions_do_what_they_say_and_are_reported(put):

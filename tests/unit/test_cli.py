@@ -1,8 +1,11 @@
 """The command: exit codes, printed summaries, and one line per user error."""
 
+import errno
+
 import pytest
 from worlds import assert_one_line, write_tone
 
+from ajgdata.pipeline.jobs import logged
 from ajgdata.store.sessions import read_dataset
 
 
@@ -17,8 +20,8 @@ def test_validate_clean_and_not(ajgdata, project, snapshot):
     code, out, err = ajgdata("validate")
     assert (code, err) == (1, "")
     lines = out.splitlines()
-    assert lines[1] == (
-        "s1/b       error  missing  there is no such file  restore it or remove its row"
+    assert lines[0] == (
+        "error missing s1/b: no such file, or a broken link; restore it or remove its row"
     )
     assert lines[-1] == "3 recordings checked: 1 errors, 0 warnings, 0 notes"
     assert lines[-2] == "missing 1"
@@ -43,6 +46,14 @@ def test_mistakes_are_one_line(ajgdata, project, arguments, said):
     assert (code, out) == (1, "")
     assert_one_line(err, said)
     assert not (project.root / "data").exists()
+
+
+def test_a_job_without_space_ends_with_a_line_and_keeps_the_traceback_in_its_log(tmp_path):
+    log = tmp_path / "log"
+    with pytest.raises(SystemExit) as ended, logged(str(log)):
+        raise OSError(errno.ENOSPC, "No space left on device", "store.nc")
+    assert ended.value.code == "OSError: [Errno 28] No space left on device: 'store.nc'"
+    assert "Traceback" in log.read_text()
 
 
 def test_outside_a_project(ajgdata, monkeypatch):
@@ -88,7 +99,7 @@ def test_an_import_that_could_not_do_all_says_so_in_its_exit_code(ajgdata, proje
     code, out, _ = ajgdata(*again)
     assert code == 3
     assert "1 added" in out
-    assert "failed 2_b.wav: a link to .git/annex/objects/2.wav, where nothing is; run `git" in out
+    assert "failed 2_b.wav: not a file, or a broken link" in out
     (project.root / "audio" / "2_b.wav").unlink()
     assert ajgdata(*again)[0] == 0
 

@@ -76,7 +76,7 @@ def test_the_folder_of_a_commit_and_nothing_else(paths, mirror, files, fetched_f
         {"commit": first, "folder": "hits", "into": "day1"},
         {"commit": again, "folder": "hits", "into": "day2/x"},
     )
-    _, result = fetched_from(mirror.url)
+    result = fetched_from(mirror.url)
     assert (result.sessions, result.added) == (2, 12)
     day1 = {name.replace("hits/", "day1/"): content for name, content in files.items()}
     day2 = {name.replace("hits/", "day2/x/"): content for name, content in files.items()}
@@ -93,7 +93,7 @@ def test_a_second_time_needs_no_network_and_mends_what_was_changed(
     fetched_from(mirror.url)
     (brought("hits") / NAMES[0]).write_bytes(b"changed")
     (brought("hits") / NAMES[1]).unlink()
-    _, result = fetched_from("file:///nowhere")
+    result = fetched_from("file:///nowhere")
     assert result.unchanged == len(files)
     assert held(paths) == files
 

@@ -1,7 +1,5 @@
 """Atomic replacement, and readers that answer bad input with one line."""
 
-import os
-
 import pytest
 
 from ajgdata.store.files import (
@@ -10,7 +8,6 @@ from ajgdata.store.files import (
     numbered_rows,
     read_csv,
     read_yaml,
-    remove_stale,
     replacing,
     write_bytes,
 )
@@ -31,15 +28,6 @@ def test_a_failing_writer_leaves_the_old_file_and_nothing_else(tmp_path):
         raise RuntimeError
     assert [p.name for p in tmp_path.iterdir()] == ["target"]
     assert target.read_bytes() == b"old"
-
-
-def test_stale_folders_are_removed_and_fresh_ones_kept(tmp_path):
-    stale, fresh = tmp_path / "audio" / ".a.tmp", tmp_path / "audio" / ".b.tmp"
-    for folder in (stale, fresh):
-        folder.mkdir(parents=True)
-    os.utime(stale, (0, 0))
-    remove_stale(tmp_path)
-    assert list((tmp_path / "audio").iterdir()) == [fresh]
 
 
 @pytest.mark.parametrize(

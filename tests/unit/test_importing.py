@@ -44,17 +44,21 @@ def rows(paths, session=KIT):
 
 def run(paths, folder, **options):
     settings = options.pop("settings", None)
-    return import_folder(paths, "d", folder, settings=settings, **options)[2]
+    return import_folder(paths, "d", folder, settings=settings, **options)[1]
 
 
 def counts(result):
-    return result.added, result.changed, result.unchanged, result.conflicts
+    return result.added, result.changed, result.unchanged, names(result, "kept")
+
+
+def names(result, kind):
+    return [name for name, _ in result.remarks[kind]]
 
 
 def test_starter_kit_folder(paths, kit):
-    spec, found, result = import_folder(paths, "d", kit, settings=None)
+    spec, result = import_folder(paths, "d", kit, settings=None)
     assert counts(result) == (3, 0, 0, [])
-    assert found.skipped == []
+    assert names(result, "not used") == []
     assert spec == read_dataset(paths, "d")
     assert spec.targets["label"].kind == "classification"
     assert list(spec.tasks) == ["label"]
@@ -190,14 +194,14 @@ def test_a_corrected_label_stays_and_is_named(paths, days):
     correct(paths, "mon", "mon/2_ball", label="bowl", grasp_id="g7")
     result = run(paths, days)
     assert (result.changed, result.unchanged) == (0, 4)
-    assert result.differing == [
+    assert names(result, "label") == [
         "mon/2_ball: label 'bowl' here, 'ball' in the folder",
         "mon/2_ball: grasp_id 'g7' here, 'mon/2_ball' in the folder",
     ]
     row = rows(paths, "mon")["mon/2_ball"]
     assert (row.labels["label"], row.grasp_id) == ("bowl", "g7")
     result = run(paths, days, on_change="labels")
-    assert (result.changed, result.differing) == (1, [])
+    assert (result.changed, names(result, "label")) == (1, [])
     row = rows(paths, "mon")["mon/2_ball"]
     assert (row.labels["label"], row.grasp_id) == ("ball", "mon/2_ball")
 
@@ -209,8 +213,13 @@ def test_a_moved_file_is_the_same_recording(paths, days):
     (days / "mon" / "2_ball.wav").rename(days / "mon" / "2_bowl.wav")
     write_tone(days / "mon" / "2_ball.wav", 777)  # another recording under its old name
     result = run(paths, days)
-    assert (result.added, result.unchanged, result.gone, result.conflicts) == (1, 4, [], [])
-    assert result.differing[0] == "mon/2_ball: label 'ball' here, 'bowl' in the folder"
+    assert (result.added, result.unchanged, names(result, "gone"), names(result, "kept")) == (
+        1,
+        4,
+        [],
+        [],
+    )
+    assert names(result, "label")[0] == "mon/2_ball: label 'ball' here, 'bowl' in the folder"
     assert set(rows(paths, "mon")) == {"mon/1_cube", "mon/2_ball", "mon/2_ball_2"}
     run(paths, days, on_change="labels")
     after = rows(paths, "mon")["mon/2_ball"]
@@ -225,10 +234,10 @@ def test_what_is_gone_is_named_and_removed_on_demand(paths, days, copy):
     run(paths, days, copy=copy)
     (days / "mon" / "1_cube.wav").unlink()
     result = run(paths, days, copy=copy)
-    assert (result.gone, len(rows(paths, "mon"))) == (["mon/1_cube"], 2)
+    assert (names(result, "gone"), len(rows(paths, "mon"))) == (["mon/1_cube"], 2)
     result = run(paths, days, copy=copy, on_change="prune")
-    assert (result.gone, result.removed) == ([], 1)
+    assert (names(result, "gone"), result.removed) == ([], 1)
     assert set(rows(paths, "mon")) == {"mon/2_ball"}
     if copy:
         assert_all_in_tables(paths)
-    assert run(paths, days, copy=copy).gone == []
+    assert names(run(paths, days, copy=copy), "gone") == []

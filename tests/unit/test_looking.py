@@ -4,7 +4,7 @@ import re
 import sys
 
 from ajgdata.cli.project import data_status, diagnostics
-from ajgdata.pipeline.label_counts import counts, label_tables
+from ajgdata.pipeline.validate import counts, label_tables
 
 
 def test_references_are_not_grasps(project):

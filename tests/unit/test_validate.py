@@ -71,13 +71,6 @@ def test_an_edit_that_keeps_size_and_time_is_found(project):
     assert "sha256 differs" in found.problem
 
 
-def issues(out):
-    """Recording, level and code of each line of the table that `validate` prints."""
-    lines = out.splitlines()
-    table = lines[1 : lines.index("")] if "" in lines else []
-    return [tuple(line.split()[:3]) for line in table]
-
-
 def test_an_invalid_cell_excludes_the_recording_from_its_target_only(ajgdata, project):
     number = {"kind": "regression"}
     project.declare(targets={"edge_mm": number, "other": {"kind": "classification"}})
@@ -87,8 +80,9 @@ def test_an_invalid_cell_excludes_the_recording_from_its_target_only(ajgdata, pr
     body = "".join(f"{name},audio/{name}.wav,{name},{edge},{o}\n" for name, edge, o in rows)
     (project.folder() / "recordings.csv").write_text(head + body)
     code, out, _ = ajgdata("validate", "d")
-    assert (code, issues(out)) == (1, [("s1/b", "warning", "bad_label")])
-    assert "edge_mm = 'wide' is not a finite number: no task of edge_mm uses it" in out
+    assert (code, out.count("\n")) == (1, 3)
+    problem = "edge_mm = 'wide' is not a finite number: no task of edge_mm uses it"
+    assert out.startswith(f"warning bad_label s1/b: {problem}; ")
     spec_targets = library.load_dataset("d", project.root).spec.targets
     project.shard()
     project.merge("s1", targets=dict(spec_targets))
