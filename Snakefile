@@ -17,6 +17,7 @@ from ajgdata.paths import (
     run_name,
 )
 from ajgdata.pipeline.experiments import asked_for, models_of
+from ajgdata.pipeline.opening import KIND as OPENING_KIND
 from ajgdata.pipeline.opening import subject_of
 from ajgdata.pipeline.plan import (
     Declared,

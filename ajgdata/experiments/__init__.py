@@ -67,12 +67,6 @@ class Asked:
         """Return the data sets that it needs beside its own."""
         return tuple(getattr(self.settings, "test_on", ()))
 
-    def optional_in(self, spec: DatasetSpec) -> bool:
-        """Return whether its data set declares that it may be skipped."""
-        if self.task in spec.embeddings:
-            return spec.embeddings[self.task].optional
-        return spec.tasks[self.task].optional
-
     def label(self, model: str, kind: Kind) -> str:
         """Return the name of what one job measures, for people: a model, or a comparison."""
         titles = getattr(self.settings, "titles", {})

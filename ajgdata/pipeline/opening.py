@@ -1,4 +1,4 @@
-"""One grasp of a run -> the opening picture, and what it shows in words and numbers.
+"""One grasp of a run -> the opening picture, and its content in words and numbers.
 
 Light: Snakemake imports it to choose the task.
 """
@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ajgdata.acquire.recipe import session_names
-from ajgdata.experiments import asked_of
 from ajgdata.experiments.cross_validation_results import GROUPED, PAPER_MODEL
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps
@@ -28,6 +27,7 @@ from ajgdata.types import (
     DatasetSpec,
     FeatureSettings,
     NotPossibleError,
+    Recipe,
 )
 
 if TYPE_CHECKING:
@@ -38,8 +38,10 @@ if TYPE_CHECKING:
     from ajgdata.store.features import Shard
     from ajgdata.types.table import Table
 
-#: Classes that are objects are what a picture can show.
+#: Target whose classes a picture can show.
 OBJECT = "object"
+#: Experiment whose predictions are shown.
+KIND = f"{CROSS_VALIDATION}-{PAPER_MODEL}"
 #: Grid and pulse of the field: finer than that of recordings, so that the wave is seen, not cells.
 FIELD_MM, PULSE_HZ, FRAME_S = 1.6, 10_000.0, 1e-5
 #: The first moment, as a share of the time that sound takes to the object.
@@ -48,74 +50,59 @@ SILENT_DB = -120.0
 
 
 class Subject(NamedTuple):
-    """The task whose recording is shown, and its jobs of cross-validation, the paper's first."""
+    """Data set and task of the recording that is shown."""
 
     dataset: str
     task: str
-    kinds: tuple[str, ...]
 
 
 def subject_of(specs: Mapping[str, DatasetSpec]) -> Subject | None:
-    """Return the task that tells objects, made by the virtual gripper, of the most kinds of shape.
-
-    None where a run has none: recordings of a real gripper are not put into a picture of a
-    simulated one.
-    """
-    found = []
-    for name, spec in specs.items():
-        if spec.recipe is None:
-            continue
-        for task in (t for t in spec.tasks if spec.tasks[t].target == OBJECT):
-            asked = [a for a in asked_of(spec, task) if a.experiment.name == CROSS_VALIDATION]
-            kinds = [kind for one in asked for kind in one.kinds]
-            if kinds:
-                first = f"{CROSS_VALIDATION}-{PAPER_MODEL}"
-                ordered = tuple(sorted(kinds, key=lambda kind: kind != first))
-                found.append((_kinds_of_shape(spec), Subject(name, task, ordered)))
-    return max(found, key=lambda one: one[0], default=(0, None))[1]
+    """Return the simulated task on objects with the most kinds of shape, if the paper's model is
+    evaluated on it; None if there is no such task."""
+    subjects = {
+        Subject(name, task): _shape_kinds(spec.recipe)
+        for name, spec in specs.items()
+        if spec.recipe
+        for task, settings in spec.tasks.items()
+        if settings.target == OBJECT and PAPER_MODEL in settings.models
+    }
+    return max(subjects, key=subjects.__getitem__, default=None)
 
 
-def _kinds_of_shape(spec: DatasetSpec) -> int:
+def _shape_kinds(recipe: Recipe) -> int:
     from ajgdata.gripper.object_library import OBJECTS
 
-    shapes = [one.shape for one in spec.recipe.objects] if spec.recipe else []
-    named = (OBJECTS[s].shape.kind if isinstance(s, str) else str(s.get("kind")) for s in shapes)
-    return len(set(named))
+    shapes = [one.shape for one in recipe.objects]
+    return len({OBJECTS[s].shape.kind if isinstance(s, str) else s.get("kind") for s in shapes})
 
 
 def build_opening(
-    paths: Paths,
-    *,
-    store: Path,
-    tables: Sequence[Path],
-    audio: AudioSettings,
-    code: str,
+    paths: Paths, *, store: Path, tables: Path, audio: AudioSettings, code: str
 ) -> None:
-    """Draw the opening picture of a task, and write what it shows (JSON) beside it.
+    """Draw the opening picture of a task, and write its content (JSON) to the same folder.
 
-    `tables` are of the task's cross-validations; the first with probabilities counts. The JSON
-    holds `alt` and `text` for people, what is shown (`dataset`, `task`, `object`, `grasp`,
-    `recording`, `model`, `fold`, `probability`, `moments_ms`, `grid_mm`), and what made it. If
-    nothing can be shown, it holds `skipped`, the reason, and there is no picture.
+    `tables` are those of the experiment KIND. The JSON contains `alt` for people, what is shown
+    (`dataset`, `task`, `object`, `grasp`, `recording`, `model`, `fold`, `probability`,
+    `moments_ms`, `grid_mm`), and software. If nothing can be shown, it contains `skipped`, the
+    reason, and there is no picture.
     """
     from ajgdata.report.canvas import save_figure
-    from ajgdata.report.opening import opening_caption, opening_figure
+    from ajgdata.report.opening import alt_text, opening_figure
     from ajgdata.store.features import read_store
     from ajgdata.store.provenance import software
 
-    made = {**software(), "code": code}
     try:
-        shown, facts = _opening(paths, read_store(store), tables, audio)
+        opening, facts = _opening(paths, read_store(store), tables, audio)
     except NotPossibleError as error:
-        write_bytes(paths.opening, json_bytes({"skipped": str(error), **made}))
-        return
-    save_figure(opening_figure(shown), paths.opening.with_suffix(""))
-    about = {**opening_caption(shown)._asdict(), **facts}
-    write_bytes(paths.opening, json_bytes(plain({**about, **made})))
+        about: dict[str, Any] = {"skipped": str(error)}
+    else:
+        save_figure(opening_figure(opening), paths.opening.with_suffix(""))
+        about = {"alt": alt_text(opening), **facts}
+    write_bytes(paths.opening, json_bytes(plain({**about, **software(), "code": code})))
 
 
 def _opening(
-    paths: Paths, shard: Shard, tables: Sequence[Path], audio: AudioSettings
+    paths: Paths, shard: Shard, tables: Path, audio: AudioSettings
 ) -> tuple[Opening, dict[str, Any]]:
     """Return the picture's content, and facts about it.
 
@@ -126,27 +113,21 @@ def _opening(
     from ajgdata.report.format import words
     from ajgdata.report.opening import Decision, Opening
 
-    about, predictions = _predictions(tables)
+    about, results = read_tables(tables)
+    if "skipped" in about:
+        raise NotPossibleError(about["skipped"])
     grasps = _planned(paths, about["dataset"])
-    digests = shard.columns.get("setup_sha256")
-    known = [] if digests is None else [d for d in digests.values.tolist() if d in grasps]
-    if digests is None or not known:
+    digests = shard.columns["setup_sha256"].values
+    simulated = [grasps[digest] for digest in digests.tolist() if digest in grasps]
+    if not simulated:
         raise NotPossibleError("no recording of a simulated grasp can be used")
-    name = _shown_object({grasps[d].object: grasps[d].setup for d in known})
-    row = _typical(shard, name, predictions)
-    scene = Scene.model_validate(grasps[str(digests.values[row])].setup)
-    recording, grasp, session = (
-        str(shard.columns[key].values[row]) for key in ("recording", "grasp_id", "session_id")
-    )
-    decision, prediction = None, dict[str, Any]()
-    if predictions is not None:
-        result = predictions.where(recording=recording).rows[0]
-        prediction = {"model": about["model"]}
-        prediction |= {key: result[key] for key in ("fold", "probability")}
-        label = model_label(about["model"], about["kind"])
-        decision = Decision(label, result["y_pred"], result["probability"], result["y_true"])
+    name = _shown_object({grasp.object: grasp.setup for grasp in simulated})
+    predictions = next(t for t in results if t.name == "predictions").where(split=GROUPED)
+    row, prediction = _typical(shard, name, predictions)
+    scene = Scene.model_validate(grasps[str(digests[row])].setup)
+    grasp, session = (str(shard.columns[key].values[row]) for key in ("grasp_id", "session_id"))
     film, moments_ms = field_of(scene)
-    shown = Opening(
+    opening = Opening(
         object=words(name),
         scene=scene,
         film=film,
@@ -155,11 +136,17 @@ def _opening(
         sample_rate_hz=audio.sample_rate_hz,
         frequency_hz=shard.frequency_hz,
         level_db=_level_db(shard, row),
-        decision=decision,
+        decision=Decision(
+            model_label(about["model"], about["kind"]),
+            prediction["y_pred"],
+            prediction["probability"],
+            prediction["y_true"],
+        ),
     )
-    facts = {"dataset": about["dataset"], "task": about["task"], "object": name, "grasp": grasp}
-    facts |= {"recording": recording, "moments_ms": moments_ms, "grid_mm": FIELD_MM, **prediction}
-    return shown, facts
+    facts = {key: about[key] for key in ("dataset", "task", "model")}
+    facts |= {key: prediction[key] for key in ("recording", "fold", "probability")}
+    facts |= {"object": name, "grasp": grasp, "moments_ms": moments_ms, "grid_mm": FIELD_MM}
+    return opening, facts
 
 
 def _planned(paths: Paths, dataset: str) -> dict[str, Grasp]:
@@ -167,21 +154,11 @@ def _planned(paths: Paths, dataset: str) -> dict[str, Grasp]:
     spec = read_dataset(paths, dataset)
     sessions = session_names(spec.recipe) if spec.recipe else []
     planned = planned_grasps(paths.dataset(dataset), spec, sessions) if sessions else []
-    return {one.digest: one for grasps in planned for one in grasps if one.object}
-
-
-def _predictions(tables: Sequence[Path]) -> tuple[Mapping[str, Any], Table | None]:
-    """Return the first result with probabilities of held-out recordings; else None of the first."""
-    read = [read_tables(file) for file in tables]
-    for about, some in read:
-        for table in (one.where(split=GROUPED) for one in some if one.name == "predictions"):
-            if table.rows and np.isfinite(table.numbers("probability")).all():
-                return about, table
-    return read[0][0], None
+    return {grasp.digest: grasp for grasps in planned for grasp in grasps if grasp.object}
 
 
 def _shown_object(setups: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return the smallest sphere, which every section through it shows as it is; else the first."""
+    """Return the smallest sphere, because every section through it is a circle; else the first."""
     from ajgdata.gripper import Scene
 
     objects = {name: Scene.model_validate(setup).object for name, setup in setups.items()}
@@ -189,17 +166,21 @@ def _shown_object(setups: Mapping[str, Mapping[str, Any]]) -> str:
     return min(spheres, key=lambda name: spheres[name]) if spheres else next(iter(objects))
 
 
-def _typical(shard: Shard, name: str, predictions: Table | None) -> int:
-    """Return the row of the object's recording with the median probability of all correct ones.
+def _typical(shard: Shard, name: str, predictions: Table) -> tuple[int, Mapping[str, Any]]:
+    """Return the row of the object's recording with the median probability, and its prediction.
 
-    If no prediction is correct, return the median of all; without predictions the first.
+    The median is that of all correct predictions; if there are none, of all. Raises
+    NotPossibleError if no recording of the object was predicted.
     """
     own = np.flatnonzero(shard.columns[OBJECT].values == name)
     row_of = dict(zip(shard.columns["recording"].values[own].tolist(), own.tolist(), strict=True))
-    rows = [r for r in (predictions.rows if predictions else ()) if r["recording"] in row_of]
+    rows = [row for row in predictions.rows if row["recording"] in row_of]
     rows = [row for row in rows if row["y_pred"] == name] or rows
+    if not rows:
+        raise NotPossibleError(f"no recording of {name} was predicted")
     ordered = sorted(rows, key=lambda row: (row["probability"], row["recording"]))
-    return row_of[ordered[(len(ordered) - 1) // 2]["recording"]] if ordered else int(own[0])
+    median = ordered[(len(ordered) - 1) // 2]
+    return row_of[median["recording"]], median
 
 
 def field_of(scene: Scene) -> tuple[Film, tuple[float, ...]]:

@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.experiments import models_of
 from ajgdata.report.comparison import tally_text
 from ajgdata.store.benchmarks import RuleCost, read_costs
 from ajgdata.store.features import open_store
 from ajgdata.store.files import read_json, write_bytes
 from ajgdata.store.findings import read_findings
 from ajgdata.store.models import ABOUT_FILE
-from ajgdata.store.sessions import list_datasets, read_dataset
-from ajgdata.types import DatasetSpec, left_out
+from ajgdata.store.sessions import list_datasets
+from ajgdata.types import left_out
 
-Key = tuple[str, str, str]  #: data set, task or embedding, and kind of measurement
-Result = tuple[str, str, str, dict[str, Any]]  #: the key, and what its file says of it
-TRAINING = "training"
 #: The summary of a run that skipped tasks ends with a line that begins with this.
 INCOMPLETE = "incomplete:"
 
@@ -49,56 +45,63 @@ def modified_ns(path: Path) -> int:
 
 
 def complete(
-    paths: Paths, datasets: Sequence[str], measurements: Sequence[Key], summary: Path
+    paths: Paths, datasets: Sequence[str], optional: Collection[str], summary: Path
 ) -> None:
-    """Write the `summary` of a whole run: its `measurements`, and the models of their tasks.
+    """Write the `summary` of a whole run: its measurements, and the models of `datasets`.
 
-    If a task was skipped that is not optional, the last line begins with INCOMPLETE.
+    `optional` are the tasks that may be skipped, as `data set/task`. If another task was skipped,
+    the last line begins with INCOMPLETE.
     """
-    specs = {name: read_dataset(paths, name) for name in datasets}
-    results = [(*key, read_json(path)) for *key, path in _results(paths, specs, measurements)]
-    skipped = _skipped(specs, results)
-    lines = _data_lines(paths, list(specs))
+    results = read_json(paths.all_metrics)["experiments"]
+    lines = _data_lines(paths, datasets)
     lines += dict.fromkeys(
-        f"left out  classes of {name}/{task} with fewer groups than min_groups: {', '.join(rare)}"
-        for name, task, _, about in results
-        if (rare := about.get("left_out"))
+        f"left out  classes of {task_name(about)} with fewer groups than min_groups: "
+        + ", ".join(about["left_out"])
+        for about in results
+        if about.get("left_out")
     )
-    absent = sum(
-        "skipped" in about and not kind.startswith(TRAINING) for *_, kind, about in results
-    )
-    count = len(measurements)
-    lines.append(f"{many(count, 'measurement')}: {count - absent} made, {absent} skipped")
-    for (task, reason, optional), kinds in sorted(skipped.items()):
-        word = "optional" if optional else "skipped "
-        lines.append(f"{word}  {task}, {', '.join(kinds)}: {reason}")
+    absent = sum("skipped" in about for about in results)
+    count = many(len(results), "measurement")
+    lines.append(f"{count}: {len(results) - absent} made, {absent} skipped")
+    skipped = _skipped(paths, datasets, results)
+    for (task, reason), parts in sorted(skipped.items()):
+        word = "optional" if task in optional else "skipped "
+        lines.append(f"{word}  {task}, {', '.join(parts)}: {reason}")
     if agreements := read_json(paths.runs).get("agreements", {}):
         lines.append(f"comparison with the paper: {tally_text(agreements)}")
-    if cost := run_cost(paths, list(specs), everything=not paths.run):
+    if cost := run_cost(paths, datasets, everything=not paths.run):
         lines.append(_cost_line(cost[-1]))
     lines.append(f"report: {paths.report}")
-    if missing := dict.fromkeys(task for task, _, optional in skipped if not optional):
+    if required := dict.fromkeys(task for task, _ in skipped if task not in optional):
         lines.append(
-            f"{INCOMPLETE} {', '.join(missing)} skipped (reasons above), everything else is done; "
+            f"{INCOMPLETE} {', '.join(required)} skipped (reasons above), everything else is done; "
             "correct the data, or declare `optional: true` for the task in dataset.yaml"
         )
     write_bytes(summary, "".join(f"{line}\n" for line in lines).encode())
 
 
+def task_name(about: Mapping[str, Any]) -> str:
+    """Return the data set and task of a result."""
+    return f"{about['dataset']}/{about['task']}"
+
+
 def _skipped(
-    specs: Mapping[str, DatasetSpec], results: Sequence[Result]
-) -> dict[tuple[str, str, bool], list[str]]:
-    """Return skipped measurements, models and parts, by task, reason and whether it is optional."""
+    paths: Paths, datasets: Sequence[str], results: Sequence[Mapping[str, Any]]
+) -> dict[tuple[str, str], list[str]]:
+    """Return skipped measurements, models and parts, by task and reason."""
     skipped = defaultdict(list)
-    for name, task, kind, about in results:
-        spec = specs[name]
-        optional = (spec.embeddings.get(task) or spec.tasks[task]).optional
+    for about in results:
+        kind = "-".join(filter(None, (about["experiment"], about["model"])))
         reasons = {kind: about.get("skipped", "")}
         reasons |= {f"{part} of {kind}": why for part, why in about.get("others", {}).items()}
-        for what, why in reasons.items():
-            if why:
-                skipped[f"{name}/{task}", str(why), optional].append(what)
-    return skipped
+        for part, reason in reasons.items():
+            skipped[task_name(about), str(reason)].append(part)
+    for name in datasets:
+        for file in sorted(paths.models(name).glob(f"*/*/{ABOUT_FILE}")):
+            *_, task, model, _ = file.parts
+            reason = read_json(file).get("skipped", "")
+            skipped[f"{name}/{task}", reason].append(f"training-{model}")
+    return {(task, reason): parts for (task, reason), parts in skipped.items() if reason}
 
 
 def _data_lines(paths: Paths, names: Sequence[str]) -> list[str]:
@@ -110,18 +113,6 @@ def _data_lines(paths: Paths, names: Sequence[str]) -> list[str]:
         if excluded := len(left_out(read_findings(paths.quarantine(name)))):
             lines.append(f"left out  {many(excluded, 'recording')}: {paths.quarantine(name)}")
     return [f"{many(len(names), 'data set')}: {many(used, 'recording')} used", *lines]
-
-
-def _results(
-    paths: Paths, specs: Mapping[str, DatasetSpec], keys: Sequence[Key]
-) -> Iterator[tuple[str, str, str, Path]]:
-    """Yield data set, task, kind and file of each measurement, then of each model that is there."""
-    for key in keys:
-        yield *key, paths.experiment(*key)
-    for name, task, model in models_of(specs, list(dict.fromkeys(key[:2] for key in keys))):
-        about = paths.model(name, task, model) / ABOUT_FILE
-        if about.is_file():
-            yield name, task, f"{TRAINING}-{model}", about
 
 
 def run_cost(paths: Paths, datasets: Sequence[str], *, everything: bool) -> list[RuleCost]:

@@ -19,7 +19,7 @@ from scipy.signal import spectrogram
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.simulation import Film
 from ajgdata.report.canvas import COLOURS, GREY, SOURCE_COLOURS, styled
-from ajgdata.report.format import Caption, number, words
+from ajgdata.report.format import number, words
 from ajgdata.report.scenes import draw_pressure, draw_section, section
 
 Real = NDArray[np.floating]
@@ -54,7 +54,7 @@ class Opening:
     sample_rate_hz: int
     frequency_hz: Real
     level_db: Real
-    decision: Decision | None = None
+    decision: Decision
 
 
 class Place(NamedTuple):
@@ -76,7 +76,7 @@ ARROWS_X, ARROW_Y, ARROW_IN = (1.36, 3.52, 7.84, 9.6), 1.15, 0.24
 
 @styled
 def opening_figure(opening: Opening) -> Figure:
-    """Return the picture; without a decision its place stays empty."""
+    """Return the picture."""
     figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN))
     width, height = WIDTH_IN, HEIGHT_IN
 
@@ -93,8 +93,7 @@ def opening_figure(opening: Opening) -> Figure:
         draw_pressure(place, opening.scene, cut, opening.film, index)
         _bare(place, MOMENTS[index], f"{opening.moments_ms[index]:.2f} ms", pt)
     _draw_spectrum(axes(SPECTRUM), opening, pt)
-    if opening.decision is not None:
-        _draw_decision(axes(DECISION), opening.decision, pt)
+    _draw_decision(axes(DECISION), opening.decision, pt)
     for x in ARROWS_X:
         ends = (x / width, ARROW_Y / height), ((x + ARROW_IN) / width, ARROW_Y / height)
         style: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 1.3 * pt, "lw": 1.8}
@@ -156,25 +155,16 @@ def _draw_decision(axes: Axes, decision: Decision, pt: float) -> None:
     _bare(axes, "decision", f"{decision.model}, new grasp", pt)
 
 
-def opening_caption(opening: Opening) -> Caption:
-    """Return words below the picture, and those for a person who cannot see it."""
+def alt_text(opening: Opening) -> str:
+    """Return the picture in words, for a person who cannot see it."""
     moments = [f"{ms:.2f}" for ms in opening.moments_ms]
     seconds = number(len(opening.sweep) / opening.sample_rate_hz, 2)
-    alt = (
+    model, predicted, probability, true = opening.decision
+    return (
         f"Simulated section of a jamming gripper that holds a {opening.object}: speaker and "
         f"microphone in the roof, air, grains in a membrane. A sweep of {seconds} s goes in; "
         f"the sound leaves the speaker ({moments[0]} ms), meets the {opening.object} "
-        f"({moments[1]} ms) and comes back ({moments[2]} ms); a spectrum comes out."
-    )
-    if opening.decision is not None:
-        model, predicted, probability, true = opening.decision
-        alt += (
-            f" {model}, trained without this grasp, predicts: {words(predicted)}, probability "
-            f"{probability:.2f}. It was a {words(true)}."
-        )
-    return Caption(
-        "What this is about, by one simulated grasp: what is played, the gripper cut through its "
-        "axis, the pressure of a short pulse at three moments (red above rest, blue below), the "
-        "spectrum of the recording, and the prediction of a model trained without this grasp.",
-        alt,
+        f"({moments[1]} ms) and comes back ({moments[2]} ms); a spectrum comes out. {model}, "
+        f"trained without this grasp, predicts: {words(predicted)}, probability "
+        f"{probability:.2f}. It was a {words(true)}."
     )

@@ -86,10 +86,7 @@ if OPENING:
     rule opening:
         input:
             store=PATHS.features(OPENING.dataset),
-            tables=[
-                PATHS.experiment(OPENING.dataset, OPENING.task, kind)
-                for kind in OPENING.kinds
-            ],
+            tables=PATHS.experiment(OPENING.dataset, OPENING.task, OPENING_KIND),
         output:
             folder=directory(PATHS.opening.parent),
         log:

@@ -57,9 +57,12 @@ rule complete:
     params:
         function="run_summary:complete",
         datasets=list(PLANS),
-        measurements=list(ASKED),
         run=PATHS.run,
-        optional=[key for key in ASKED if ASKED[key].optional_in(SPECS[key[0]])],
+        optional=[
+            f"{name}/{task}"
+            for name, task in MEASURED
+            if {**SPECS[name].tasks, **SPECS[name].embeddings}[task].optional
+        ],
         code=layer_hash("report"),
     message:
         "Was everything made that was asked for?"
