@@ -6,7 +6,7 @@ from snakemake.utils import min_version, validate
 
 from ajgdata.ablations import possible
 from ajgdata.acquire.recipe import recipe_hash
-from ajgdata.experiments import measure_files, packages_of
+from ajgdata.experiments import measure_files
 from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
 from ajgdata.paths import (
     ABLATIONS_PAGE,
@@ -33,7 +33,6 @@ from ajgdata.report.navigation import FIXED
 from ajgdata.store.files import read_yaml
 from ajgdata.store.provenance import layer_hash, settings_digest
 from ajgdata.store.report_files import report_files_digest
-from ajgdata.types import MODELS
 
 min_version("9.10")
 

@@ -140,19 +140,16 @@ def load_model(name: str, task: str, model: str = "cnn", project: Project = None
 def read_model(folder: Path) -> tuple[BaseEstimator, dict[str, Any]]:
     """Return the trained model in `folder`, and its description.
 
-    Raises DataError if it was not trained, and for a file with other types than the model's entry
-    in the registry trusts.
+    Raises DataError if there is no trained model, and for a file with types that are not in
+    `types.registry.TRUSTED_TYPES`.
     """
-    from ajgdata.models import restored_network, trusted_types
+    from ajgdata.models import restored_network
+    from ajgdata.types.registry import TRUSTED_TYPES
 
     about = read_about(folder)
     name, kind = about["model"], about["kind"]
-    try:
-        trusted = trusted_types(name)
-    except ValueError as error:  # of the registry: its package is no longer installed
-        raise DataError(folder, str(error), "install the package it came from") from None
     if "network" not in about:
-        return read_estimator(folder, trusted), about
+        return read_estimator(folder, TRUSTED_TYPES), about
     arrays = read_network(folder)
     return restored_network(name, kind, about["period"], arrays, about["network"]), about
 

@@ -40,9 +40,9 @@ FILES: dict[str, Model] = {
 }
 #: Settings of a task's `experiments`, by their names.
 MEASURED: dict[str, Model] = {
-    f"`tasks.<name>.experiments.{name}`": EXPERIMENTS.own[name].settings
-    for name in EXPERIMENTS.own
-    if not EXPERIMENTS.own[name].of_embedding and name != CROSS_VALIDATION
+    f"`tasks.<name>.experiments.{name}`": EXPERIMENTS[name].settings
+    for name in EXPERIMENTS
+    if not EXPERIMENTS[name].of_embedding and name != CROSS_VALIDATION
 }
 #: Parts of `scene`, `signal` and `variation` of a recipe, and of the files of `ajgdata gripper`.
 SCENES: dict[str, Model] = {
@@ -121,8 +121,7 @@ def _named(metadata: Sequence[object]) -> str:
     """Our names of the registry that a value is checked against; "" if there is none."""
     for registry in (MODELS, ROBOTS):
         if AfterValidator(registry.checked) in metadata:
-            own = ", ".join(f"`{name}`" for name in registry.own)
-            return f"{own} or a {registry.noun} that a package registers"
+            return ", ".join(f"`{name}`" for name in registry)
     return ""
 
 

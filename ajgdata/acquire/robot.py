@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from pkgutil import resolve_name
 from tempfile import TemporaryFile
 from typing import IO, Annotated, Any, Protocol
 
@@ -18,7 +19,6 @@ from pydantic import Field, ValidationError
 
 from ajgdata.types import ROBOTS, DataError, Strict, describe
 from ajgdata.types.protocol import Step
-from ajgdata.types.registry import resolve
 
 #: Object of a placement where something lies that nobody has named.
 UNNAMED = "object"
@@ -122,7 +122,7 @@ class ManualRobot:
 
 @contextmanager
 def open_manual(settings: Mapping[str, Any], confirm: Confirm) -> Iterator[ManualRobot]:
-    """Yield a person (types.RobotMaker). Raises DataError for any setting: there is none."""
+    """Yield a person. Raises DataError for any setting: there is none."""
     if settings:
         raise DataError(
             "protocol.robot_settings", f"unknown key {min(settings)}", "manual has no settings"
@@ -222,7 +222,7 @@ def _end(program: subprocess.Popen[bytes]) -> None:
 
 @contextmanager
 def open_command(settings: Mapping[str, Any], confirm: Confirm) -> Iterator[CommandRobot]:
-    """Yield a robot that runs programs (types.RobotMaker). Raises DataError for wrong settings."""
+    """Yield a robot that runs programs. Raises DataError for wrong settings."""
     try:
         checked = CommandSettings.model_validate(settings)
     except ValidationError as error:
@@ -233,11 +233,7 @@ def open_command(settings: Mapping[str, Any], confirm: Confirm) -> Iterator[Comm
 @contextmanager
 def open_robot(name: str, settings: Mapping[str, Any], confirm: Confirm) -> Iterator[Robot]:
     """Yield the robot `name`. Raises DataError if it, or one of its settings, is wrong."""
-    try:
-        opened = resolve(ROBOTS[name].open)
-    except ValueError as error:
-        raise DataError("protocol.robot", str(error), "the protocol may name another") from None
-    with opened(settings, confirm) as robot:
+    with resolve_name(ROBOTS[name])(settings, confirm) as robot:
         if not callable(getattr(robot, "move", None)):
             problem = f"robot {name!r} has no method move(step, **about)"
             raise DataError("protocol.robot", problem, "update its package")

@@ -1,8 +1,7 @@
 """Experiments on tasks and embeddings: the registry, and what they ask for. Light: Snakemake
 imports it.
 
-Every module of this package is an experiment, but for those that experiments share. A package adds
-its own by an entry point of the group `ajgdata.experiments` whose object is an `Experiment`.
+Every module of this package is an experiment, but for those that experiments share.
 """
 
 from __future__ import annotations
@@ -10,7 +9,6 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import re
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +21,6 @@ from ajgdata.models import model_label
 from ajgdata.store.files import line_of
 from ajgdata.types import (
     CROSS_VALIDATION,
-    MODELS,
     DataError,
     DatasetSpec,
     Embedding,
@@ -46,7 +43,7 @@ def _built_in() -> dict[str, Experiment]:
     return {module.EXPERIMENT.name: module.EXPERIMENT for module in modules}
 
 
-EXPERIMENTS = Registry("experiment", "ajgdata.experiments", _built_in())
+EXPERIMENTS = Registry("experiment", _built_in())
 
 
 @dataclass(frozen=True)
@@ -97,16 +94,11 @@ class Asked:
 
 def _for_tasks() -> list[str]:
     """Return the experiments that a task may name under `experiments`."""
-    own = EXPERIMENTS.own
-    apart = {name for name in own if own[name].of_embedding} | {CROSS_VALIDATION}
-    return [name for name in EXPERIMENTS.names() if name not in apart]
-
-
-def packages_of(asked: Asked, kind: str) -> list[str]:
-    """Return the packages, with versions, that the experiment and its models come from."""
-    models = asked.job_settings(kind).get("models", ())
-    named = [EXPERIMENTS.origin(asked.experiment.name), *map(MODELS.origin, models)]
-    return sorted(set(filter(None, named)))
+    return [
+        name
+        for name, experiment in EXPERIMENTS.items()
+        if not experiment.of_embedding and name != CROSS_VALIDATION
+    ]
 
 
 class SettingsError(ValueError):
@@ -128,7 +120,7 @@ def asked_of(spec: DatasetSpec, task: str) -> list[Asked]:
     for name, given in spec.tasks[task].asked.items():
         keys = ("tasks", task, *(("experiments", name) if name != CROSS_VALIDATION else ()))
         try:
-            if name not in EXPERIMENTS.names():
+            if name not in EXPERIMENTS:
                 raise ValueError(f"no experiment {name!r}: there are {', '.join(_for_tasks())}")
             one = EXPERIMENTS[name]
             if one.of_embedding:
@@ -159,7 +151,7 @@ def _asked_of_embedding(spec: DatasetSpec, embedding: str) -> list[Asked]:
     settings = spec.embeddings[embedding]
     asked = [
         Asked(one, spec.name, embedding, settings, ("",))
-        for one in (EXPERIMENTS[name] for name in EXPERIMENTS.names())
+        for one in EXPERIMENTS.values()
         if one.of_embedding and one.asks(settings)
     ]
     return sorted(asked, key=lambda one: (one.experiment.order, one.experiment.name))
@@ -181,8 +173,6 @@ def all_asked(spec: DatasetSpec, path: Path) -> Iterator[Asked]:
 def measure_files(name: str) -> tuple[str, ...]:
     """Return the sources of an experiment, and of the modules that it imports and that measure."""
     module = EXPERIMENTS[name].measure.__module__
-    if not module.startswith(__name__):  # of another package
-        return (str(sys.modules[module].__file__),)
     files: list[Path] = []
     waiting, known = [module.split(".")[2], "base"], {*DRAWING}
     while waiting:

@@ -151,7 +151,7 @@ def value_name(results: TaskResults, value: Value) -> str:
     text = str(value or "")
     if text in results.others:
         return results.others[text].title
-    if text in MODELS.names():
+    if text in MODELS:
         from ajgdata.models import model_label
 
         return model_label(text, results.kind)

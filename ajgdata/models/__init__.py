@@ -6,10 +6,10 @@ Which models there are stands in `types.registry.MODELS`.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, get_args
 
 from ajgdata.types import MODELS, Kind
-from ajgdata.types.registry import resolve
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,8 +31,7 @@ def make_model(
     that a tuned model uses for the choice at most (None: its own number). `seed` matters to
     networks, trees and inner folds. With a `period`, y and y + period are the same target: the
     model then learns (sin, cos) of 2 pi y / period (see `circular`). Raises ValueError for an
-    unknown name or kind, for a model of another package that cannot be imported, and for classes
-    with a period.
+    unknown name or kind, and for classes with a period.
 
     >>> import numpy as np
     >>> from ajgdata.models import make_model
@@ -47,7 +46,7 @@ def make_model(
         raise ValueError(f"unknown kind {kind!r}: choose one of {', '.join(get_args(Kind))}")
     if period is not None and kind != "regression":
         raise ValueError("classes have no period: leave it out")
-    estimator = resolve(model.make)(kind, seed)
+    estimator = resolve_name(model.make)(kind, seed)
     from ajgdata.models.tuning import Tuned
 
     if choosing is not None and isinstance(estimator, Tuned):
@@ -130,16 +129,8 @@ def chosen(fitted: BaseEstimator) -> tuple[BaseEstimator, dict[str, Any] | None]
 
 
 def model_label(name: str, kind: Kind) -> str:
-    """Return the name that the report gives a model; its plain name if it cannot be imported."""
-    try:
-        return MODELS[name].label(kind)
-    except ValueError:
-        return name
-
-
-def trusted_types(name: str) -> tuple[str, ...]:
-    """Return the types that the file of a trained model may hold, beside scikit-learn's."""
-    return (*MODELS[name].trusted, "ajgdata.models.circular.Circular")
+    """Return the name that the report gives a model; an unknown name is returned unchanged."""
+    return MODELS[name].label(kind) if name in MODELS else name
 
 
 def network_state(

@@ -38,8 +38,6 @@ from ajgdata.types.registry import (
     ROBOTS,
     Kind,
     Model,
-    Registry,
-    RobotMaker,
 )
 from ajgdata.types.session import (
     HIGHEST_SAMPLE,

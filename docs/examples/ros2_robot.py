@@ -1,16 +1,14 @@
 """A ROS 2 arm as a robot: each step is one call, and what is sent is made by pure functions.
 
-[project.entry-points."ajgdata.robots"]    # in the pyproject.toml of your package `lab`
-ros2 = "lab:ROS2"                          # then, in dataset.yaml: protocol: {robot: ros2, …}
+In ROBOTS of ajgdata/types/registry.py: "ros2": "lab:open_ros2", for your package `lab`;
+then, in dataset.yaml: protocol: {robot: ros2, …}
 """
 
 import time
 from contextlib import contextmanager
 
 from ajgdata.acquire.robot import RobotError
-from ajgdata.types import RobotMaker
 
-ROS2 = RobotMaker("lab:open_ros2")
 PRESS = "/gripper/press"  # control_msgs/action/GripperCommand of an impedance controller
 PUMP = "/gripper/pump"  # std_srvs/srv/SetBool: true evacuates
 LIFTED_M, LOW_M, LIFT_FORCE_N = 0.10, 0.0, 50.0

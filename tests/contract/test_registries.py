@@ -1,4 +1,4 @@
-"""What every registered model, source and robot must do, ours and those of other packages."""
+"""What every registered model, source and robot must do, by contract."""
 
 import sys
 
@@ -38,7 +38,7 @@ def features() -> tuple[np.ndarray, dict[str, np.ndarray]]:
 
 
 @pytest.mark.parametrize("target", TARGETS)
-@pytest.mark.parametrize("name", MODELS.names())
+@pytest.mark.parametrize("name", MODELS)
 def test_a_model_predicts_what_it_was_given_and_repeats_itself(name, target):
     kind, (x, y) = TARGETS[target], features()
     model = make_model(name, kind, seed=3)
@@ -53,7 +53,7 @@ def test_a_model_predicts_what_it_was_given_and_repeats_itself(name, target):
         assert np.isfinite(first).all()
 
 
-@pytest.mark.parametrize("name", MODELS.names())
+@pytest.mark.parametrize("name", MODELS)
 def test_a_model_comes_back_from_disk_as_it_was(name, tmp_path, monkeypatch):
     monkeypatch.setattr("ajgdata.evaluate.in_use.FOLDS", 2)
     (x, y), store = features(), tmp_path / "d.nc"
@@ -73,7 +73,7 @@ def test_a_model_comes_back_from_disk_as_it_was(name, tmp_path, monkeypatch):
     assert (about["model"], about["recordings"]) == (name, 24)
 
 
-@pytest.mark.parametrize("name", ROBOTS.names())
+@pytest.mark.parametrize("name", ROBOTS)
 def test_a_robot_grasps_and_lets_go(name):
     """Every step returns, and the force is a number of N or not known."""
     program = [sys.executable, "-c", "print('{\"force_n\": 8}')"]

@@ -99,7 +99,7 @@ def test_a_model_of_a_repeating_target_comes_back_whole(store):
 
 def test_foreign_types_are_refused(store, monkeypatch):
     folder = train(store, "kind", "linear")
-    monkeypatch.setattr("ajgdata.models.trusted_types", lambda name: ())
+    monkeypatch.setattr("ajgdata.types.registry.TRUSTED_TYPES", ())
     with pytest.raises(DataError, match="Untrusted types"):
         read_model(folder)
 

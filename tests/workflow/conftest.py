@@ -48,17 +48,6 @@ EMBEDDING = {
 }
 
 
-def python_path_with(site: Path, module: str, points: str) -> str:
-    """Install a package as pip leaves it, in a folder of its own: a module, and metadata with entry
-    points; return the PYTHONPATH with it."""
-    about = site / "somebody-1.0.dist-info"
-    about.mkdir(parents=True)
-    (site / "somebody.py").write_text(module)
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: somebody\nVersion: 1.0\n")
-    (about / "entry_points.txt").write_text(points)
-    return os.pathsep.join([str(site), os.environ.get("PYTHONPATH", "")])
-
-
 #: The studies of the virtual gripper take minutes; tests ask for what they look at.
 SETTINGS = {"pages": [], "publish": [], "quick": True}
 

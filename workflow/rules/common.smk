@@ -34,12 +34,6 @@ def recipe_of_session(wildcards):
     return recipe_hash(spec.recipe, wildcards.session, spec.excitation)
 
 
-def model_packages(wildcards):
-    """Packages and versions of the models of a data set, by model."""
-    tasks = SPECS[wildcards.dataset].tasks.values()
-    return {name: MODELS.origin(name) for task in tasks for name in task.models}
-
-
 def embedding_settings(wildcards):
     """Settings of an embedding that its latents follow from."""
     embedding = SPECS[wildcards.dataset].embeddings[wildcards.embedding]

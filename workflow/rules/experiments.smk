@@ -24,7 +24,6 @@ rule experiment:
         others=lambda wildcards: list(asked(wildcards).others),
         audio=setting("audio"),
         features=setting("features"),
-        packages=lambda wildcards: packages_of(asked(wildcards), wildcards.kind),
         rendered=rendered_from,
         seed=config["seed"],
         code=measure_hash,

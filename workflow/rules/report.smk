@@ -38,7 +38,6 @@ rule report:
         opening=str(PATHS.opening) if OPENING else None,
         declared=[settings_digest(one.spec) for one in PLANS.values()],
         code=layer_hash("report"),
-        packages=sorted({p for key in ASKED for p in packages_of(ASKED[key], key[2])}),
         texts=REPORT_FILES,
     message:
         "Report on {params.datasets}"

@@ -15,7 +15,6 @@ rule train:
         tasks=lambda wildcards: SPECS[wildcards.dataset].trainings(),
         seed=config["seed"],
         code=layer_hash("evaluate", "pipeline/train.py"),
-        packages=model_packages,
     message:
         "Training every model of {wildcards.dataset} on all of it"
     script:
