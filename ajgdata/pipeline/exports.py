@@ -7,21 +7,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from ajgdata.experiments.base import SCORES, TaskResults
 from ajgdata.paths import TABLES
 from ajgdata.report.comparison import PaperComparison
-from ajgdata.report.page import spectra_name
 from ajgdata.report.render import Picture
-from ajgdata.report.report_data import Report, Spectra
+from ajgdata.report.report_data import Report
 from ajgdata.store.files import csv_bytes, replacing_folder, spreadsheet_cell, write_bytes
 from ajgdata.types.table import Column, Table, table_of
 
-#: Tables of a whole report: comparison with the paper.
+#: Table of the comparison with the paper.
 BESIDE_PAPER = "beside-paper"
-#: Results of all tasks, relative to the report's folder.
-METRICS = "../metrics.csv"
 PAPER_KEYS = (
     "figure", "where", "paper", "unit", "paper_text", "dataset", "task", "source", "model",
     "result", "split", "agrees", "train_s", "inference_ms_per_recording",
@@ -33,7 +28,7 @@ def write_exports(report: Report, results: Sequence[TaskResults], folder: Path) 
 
     `results` are those that the report shows. Returns the names of the files without suffix.
     """
-    tables = report_tables(report)
+    tables = {BESIDE_PAPER: paper_table(report.comparisons)} if report.comparisons else {}
     for result in results:
         tables |= table_files(result)
     with replacing_folder(folder) as new:
@@ -77,11 +72,11 @@ def table_files(results: TaskResults) -> dict[str, Table]:
 
 
 def with_tables(shown: Picture, names: Iterable[str]) -> Picture:
-    """Return a picture that also links its table: the longest of `names` that its name begins
-    with, else the metrics of all tasks."""
+    """Return a picture that also links its table, if there is one: the longest of `names` that its
+    name begins with."""
     own = [name for name in names if re.match(rf"{re.escape(name)}(-|$)", shown.name)]
-    link = f"{TABLES}/{max(own, key=len)}.csv" if own else METRICS
-    return shown._replace(links={**shown.links, "csv": link})
+    link = {"csv": f"{TABLES}/{max(own, key=len)}.csv"} if own else {}
+    return shown._replace(links={**shown.links, **link})
 
 
 def _of_model(table: Table, model: str, has_models: bool) -> Table:
@@ -90,27 +85,6 @@ def _of_model(table: Table, model: str, has_models: bool) -> Table:
         return table
     rows = tuple({"model": model, **row} for row in table.rows)
     return replace(table, columns=(Column("model", "Model"), *table.columns), rows=rows)
-
-
-def report_tables(report: Report) -> dict[str, Table]:
-    """Return the tables of a whole report by file name without suffix: comparison with the paper,
-    and mean spectra, named like their figures."""
-    tables = {BESIDE_PAPER: paper_table(report.comparisons)} if report.comparisons else {}
-    for dataset in report.datasets:
-        if dataset.spectra is not None:
-            tables[spectra_name(dataset.name)] = _spectra_table(dataset.spectra)
-    return tables
-
-
-def _spectra_table(spectra: Spectra) -> Table:
-    """Return a row for each label and frequency."""
-    rows = (
-        {"group": label, "frequency_hz": hz, "mean": mean}
-        for label, means in zip(spectra.labels, np.asarray(spectra.mean, float), strict=True)
-        for hz, mean in zip(np.asarray(spectra.frequency_hz, float), means, strict=True)
-    )
-    heads = {"group": spectra.grouping, "frequency_hz": "Frequency, Hz", "mean": "Mean feature"}
-    return table_of("spectra", "Mean feature", rows, **heads)
 
 
 def paper_table(rows: Sequence[PaperComparison]) -> Table:

@@ -212,19 +212,18 @@ def _describe(
 
 def _provenance(spec: DatasetSpec, store: Shard, grippers: Sequence[str]) -> dict[str, str]:
     """Return the software, settings and grippers of a published data set, by topic."""
-    publisher, attrs = software(), store.attrs
-    facts = {
-        "simulated or recorded": str(attrs["source"]),
-        "gripper": ", ".join(grippers),
-        "version of the data set": spec.version,
-        "published by": f"ajgdata {publisher['ajgdata_version']}, "
-        f"commit {publisher['git_commit'] or '–'}",
-        "features made by": f"ajgdata {attrs['ajgdata_version']}, "
-        f"commit {attrs['git_commit'] or '–'}",
-        "digest of the declaration": settings_digest(spec),
-        "digest of the feature settings": str(attrs["settings_digest"]),
-        "digest of the recordings": str(attrs["inputs_sha256"]),
+    attrs = store.attrs
+    programs = {"published by": software(), "features computed by": attrs}
+    facts = {"simulated or recorded": attrs["source"], "gripper": ", ".join(grippers)}
+    facts |= {
+        topic: f"ajgdata {made['ajgdata_version']}, commit {made['git_commit'] or '–'}"
+        for topic, made in programs.items()
+    }
+    facts |= {
+        "digest of dataset.yaml": settings_digest(spec),
+        "digest of the feature settings": attrs["settings_digest"],
+        "digest of the recordings": attrs["inputs_sha256"],
     }
     if attrs["source"] == "simulated":
         facts["digest of the code of the virtual gripper"] = layer_hash("gripper")
-    return facts
+    return {topic: str(text) for topic, text in facts.items()}

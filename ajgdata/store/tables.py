@@ -10,51 +10,40 @@ from typing import Any
 import numpy as np
 
 from ajgdata.store.files import json_bytes, read_json, write_bytes
-from ajgdata.types import DataError
 from ajgdata.types.table import Column, Table
 
 
 def write_tables(path: Path, tables: Sequence[Table], **about: Any) -> None:
-    """Write `tables`, and what is to be known `about` them, to `path` (JSON) in one step."""
+    """Write `tables`, and facts `about` them by key, to `path` (JSON), atomically."""
     write_bytes(path, json_bytes(plain({**about, "tables": [as_json(t) for t in tables]})))
 
 
 def read_tables(path: Path) -> tuple[dict[str, Any], list[Table]]:
-    """Return what `write_tables` was told about the tables, and the tables.
-
-    Raises DataError for any other file.
-    """
+    """Return `about` and the tables of a file that `write_tables` wrote."""
     content = read_json(path)
-    try:
-        tables = [_from_json(table) for table in content.pop("tables")]
-    except (AttributeError, KeyError, TypeError, ValueError):
-        raise DataError(path, "is not a file of tables", "delete it and run again") from None
+    tables = [_from_json(table) for table in content.pop("tables")]
     return content, tables
 
 
 def as_json(table: Table) -> dict[str, Any]:
-    """Return the table with its rows as lists in the order of the columns."""
+    """Return the table with its rows as lists in the order of the columns; a number that is not
+    finite becomes its name."""
     keys = [column.key for column in table.columns]
-    return {
-        "name": table.name,
-        "title": table.title,
-        "note": table.note,
-        "columns": [vars(column) for column in table.columns],
-        "rows": [[_cell(row[key]) for key in keys] for row in table.rows],
-    }
+    columns = [vars(column) for column in table.columns]
+    rows = [[_cell(row[key]) for key in keys] for row in table.rows]
+    return {**vars(table), "columns": columns, "rows": rows}
 
 
 def _cell(value: Any) -> Any:
-    """Return a value that JSON has; a number that is not finite becomes its name."""
     value = value.item() if hasattr(value, "item") else value
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _from_json(given: Mapping[str, Any]) -> Table:
-    columns = tuple(Column(**column) for column in given["columns"])
+def _from_json(content: Mapping[str, Any]) -> Table:
+    columns = tuple(Column(**column) for column in content["columns"])
     keys = [column.key for column in columns]
-    rows = tuple(dict(zip(keys, row, strict=True)) for row in given["rows"])
-    return Table(given["name"], given["title"], given["note"], columns, rows)
+    rows = tuple(dict(zip(keys, row, strict=True)) for row in content["rows"])
+    return Table(content["name"], content["title"], content["note"], columns, rows)
 
 
 def plain(value: Any) -> Any:

@@ -11,7 +11,7 @@ from report_samples import PAPER, SCRIPT, sample_report
 
 from ajgdata.experiments.embedding_projections import point_table
 from ajgdata.paths import FIGURES, INDEX, TABLES
-from ajgdata.pipeline.exports import report_tables, write_csv
+from ajgdata.pipeline.exports import write_exports
 from ajgdata.report.comparison import Cost, PaperComparison, mark_of
 from ajgdata.report.explorer import render_explorer
 from ajgdata.report.format import Score
@@ -90,8 +90,7 @@ def sample_site(folder: Path) -> Site:
     for name, html in pages.items():
         write_bytes(index.parent / name, html.encode())
     write_bytes(folder / "metrics.csv", b"dataset\n")
-    for name, table in report_tables(report).items():
-        write_csv(index.parent / TABLES / f"{name}.csv", table)
+    write_exports(report, [], index.parent / TABLES)
     for dataset in report.datasets:
         write_bytes(folder / "quarantine" / f"{dataset.name}.csv", b"session_id\n")
     return Site(index.parent)
