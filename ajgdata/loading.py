@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ajgdata.acquire.recipe import session_names
+from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
 from ajgdata.paths import Paths, find_project
 from ajgdata.store.features import open_store, read_store
 from ajgdata.store.models import read_about, read_estimator, read_guard, read_network
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
     from torch.utils.data import TensorDataset
 
-    from ajgdata.evaluate.task_data import TaskData
     from ajgdata.live.predictor import Predictor
 
 Project = str | Path | None
@@ -42,11 +42,11 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
 
     Returns an xarray.Dataset with `feature` (recording, frequency), float32, and every label as a
     coordinate along `recording` (numbers: NaN is missing; text: "" is missing). `recording` is
-    `<session>/<recording_id>`; `sha256` is the hash of its file. Use it in a `with` block or call
-    `.close()`, since it keeps the file open. `project` is the folder that holds `datasets/`
-    (default: AJGDATA_ROOT, else the working directory or the nearest folder above it).
+    `<session>/<recording_id>`; `sha256` is the hash of its file. Use a `with` block or `.close()`,
+    because the file stays open. `project` is the folder that contains `datasets/` (default:
+    AJGDATA_ROOT, else the working directory or the nearest folder above it).
 
-    Raises DataError when the features have not been made, FileNotFoundError outside a project.
+    Raises DataError if there are no features yet, FileNotFoundError outside a project.
 
     >>> import ajgdata
     >>> with ajgdata.load_features("size") as features:
@@ -58,18 +58,16 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
 
 
 def load_recordings(name: str, project: Project = None) -> xr.Dataset:
-    """Return the recordings of the data set `name` as one array, of which only what is asked for is
-    read.
+    """Return the recordings of the data set `name` as one array, which is read when it is used.
 
-    Returns an xarray.Dataset with `waveform` (recording, time), float32, full scale ±1; `time` is
-    in seconds; the labels are coordinates along `recording`, as in `load_features`, and so are
-    `frames` (samples of each recording) and `file`. A recording shorter than the longest ends in
-    NaN. Each file is opened when samples of it are used (`.values`, `.load()`), converted as far as
-    dataset.yaml allows (`audio.other_rate`, `audio.channel`), and refused if its bytes are not
-    those that were recorded. Nothing needs to have been run.
+    Returns an xarray.Dataset with `waveform` (recording, time), float32, full scale ±1, NaN after
+    the end of a shorter recording; `time` is in seconds. Coordinates along `recording` are the
+    labels (as in `load_features`), `frames` (samples of each recording) and `file`. Each file is
+    converted as far as dataset.yaml allows (`audio.other_rate`, `audio.channel`), and refused if
+    its bytes are not the recorded ones. No features are needed.
 
-    Recordings that are rejected or unusable are excluded; a UserWarning gives the number of
-    unusable recordings. Raises DataError when there is none, FileNotFoundError outside a project.
+    Rejected and unusable recordings are excluded; a UserWarning gives the number of unusable
+    recordings. Raises DataError if no recording is left, FileNotFoundError outside a project.
 
     >>> import ajgdata
     >>> recordings = ajgdata.load_recordings("size")
@@ -105,10 +103,9 @@ def _warn_of(issues: Sequence[Finding], name: str) -> None:
 
 
 def load_dataset(name: str, project: Project = None) -> Dataset:
-    """Return the data set `name`: its declaration, features, recordings, and the folds of its
-    tasks.
+    """Return the data set `name` with its tasks and their folds.
 
-    Raises DataError when it is not declared, FileNotFoundError outside a project.
+    Raises DataError if it has no dataset.yaml, FileNotFoundError outside a project.
 
     >>> import ajgdata
     >>> size = ajgdata.load_dataset("size")
@@ -124,8 +121,8 @@ def load_dataset(name: str, project: Project = None) -> Dataset:
 def load_model(name: str, task: str, model: str = "cnn", project: Project = None) -> BaseEstimator:
     """Return the model trained for `task` on all recordings of the data set `name`.
 
-    Returns a fitted scikit-learn estimator that takes features (n, n_features) as `load_features`
-    gives them. Raises DataError when it has not been, or could not be, trained.
+    Returns a fitted scikit-learn estimator for features (n, n_features) as in `load_features`.
+    Raises DataError if it has not been, or could not be, trained.
 
     >>> import ajgdata
     >>> with ajgdata.load_features("size") as features:
@@ -157,10 +154,10 @@ def read_model(folder: Path) -> tuple[BaseEstimator, dict[str, Any]]:
 def load_predictor(name: str, task: str, model: str = "cnn", project: Project = None) -> Predictor:
     """Return the model trained for `task` of the data set `name`, ready for new recordings.
 
-    It takes waveforms, checks them as the workflow does, and returns calibrated probabilities, or a
-    number with an interval. It also reports an empty gripper, and novel objects. See
-    `docs/predicting.md`. Raises DataError when it has not been, or could not be, trained, and for
-    features that one recording alone does not give.
+    It checks waveforms as the workflow does, and returns calibrated probabilities, or a number with
+    an interval, and whether the gripper is empty or the object novel: `docs/predicting.md`. Raises
+    DataError if it has not been, or could not be, trained, and for features that need more than the
+    recording.
 
     >>> import ajgdata
     >>> predictor = ajgdata.load_predictor("size", "size", "ridge")
@@ -211,11 +208,11 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Recordings with their labels for one task, as arrays; row i of each is one recording.
+    """Recordings with their labels for one task; row i of each array is one recording.
 
-    `X` (n, n_features) float32; `y` (n,) float64 or text; `groups` (n,) what never straddles folds;
-    `recordings` (n,) `<session>/<recording_id>`; `classes` all of the task, sorted, of this part or
-    not (none for regression).
+    `X` (n, n_features) float32; `y` (n,) float64 or text; `groups` (n,), never in two parts;
+    `recordings` (n,) `<session>/<recording_id>`; `classes` of the whole task, sorted (none for
+    regression).
     """
 
     X: np.ndarray
@@ -228,10 +225,8 @@ class Part:
         return len(self.y)
 
     def to_torch(self) -> TensorDataset:
-        """Return pairs (feature, label) for a torch DataLoader.
-
-        Features are float32; labels float32 for regression, else the number of the class in
-        `classes` (int64).
+        """Return pairs (feature, label) for a torch DataLoader: features float32; labels float32
+        for regression, else the number of the class in `classes` (int64).
 
         >>> import ajgdata
         >>> features, edge_mm = ajgdata.load_dataset("size").all("size").to_torch()[:]
@@ -247,7 +242,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Dataset:
-    """One data set of a project. Made by `load_dataset`."""
+    """One data set of a project; see `load_dataset`."""
 
     paths: Paths
     spec: DatasetSpec
@@ -262,15 +257,12 @@ class Dataset:
         return _part(*self._rows(task))
 
     def withheld(self, task: str) -> Part:
-        """Return the recordings whose value no fold trains on; each fold's model may be tested on
-        them."""
+        """Return the recordings whose value no fold trains on: further test data of each fold."""
         rows, classes = self._rows(task)
         return _part(self._split_withheld(task, rows)[1], classes)
 
     def split(self, task: str, fold: int, seed: int = 0) -> tuple[Part, Part]:
-        """Return what to train on and what to test on in `fold` (from 0): as the evaluation does.
-
-        See `folds`. Raises DataError for a fold that there is not, too.
+        """Return the training and the test part of `fold` (from 0), see `folds`.
 
         >>> import ajgdata
         >>> train, test = ajgdata.load_dataset("size").split("size", fold=0)
@@ -283,11 +275,11 @@ class Dataset:
         return parts[fold]
 
     def folds(self, task: str, seed: int = 0) -> list[tuple[Part, Part]]:
-        """Return the folds of the evaluation, as pairs of what to train on and what to test on.
+        """Return the training and the test part of each fold of the evaluation.
 
-        No two recordings of one group are on both sides. `seed` is the workflow's (0 unless it was
-        run with another). Values that the task withholds are in neither part, see `withheld`.
-        Raises DataError for a task that there is not, and when its folds cannot be made.
+        No group is in both parts. `seed` is that of the workflow. Values that the task withholds
+        are in neither part, see `withheld`. Raises DataError for an unknown task or fold, and if
+        the folds are not possible.
         """
         from ajgdata.evaluate.splits import grouped_folds
 
@@ -305,8 +297,6 @@ class Dataset:
 
     def _rows(self, task: str) -> tuple[TaskData, tuple[str, ...]]:
         """Return the recordings that have the target of a task, and the target's classes."""
-        from ajgdata.evaluate.task_data import frequent_classes, task_data
-
         if task not in self.spec.tasks:
             raise self._error(f"there is no task {task!r}", f"use {', '.join(self.spec.tasks)}")
         settings = self.spec.tasks[task]
@@ -322,8 +312,6 @@ class Dataset:
         return rows, tuple(present)
 
     def _split_withheld(self, task: str, rows: TaskData) -> tuple[TaskData, TaskData]:
-        from ajgdata.evaluate.task_data import split_withheld
-
         with self._possible(task):
             return split_withheld(rows, self.spec.tasks[task].withhold)
 
