@@ -260,7 +260,7 @@ PLOTS = (
         name="predictions",
     ),
     Plot(
-        "scatter", run_times, "error against training time; filled: no model is better in both",
+        "scatter", run_times, "error against training time; grey line: no model is better in both",
         value="error", x="train_s", chance="chance", name="run-time",
     ),
 )  # fmt: skip

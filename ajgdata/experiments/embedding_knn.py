@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -56,26 +56,29 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     columns = {"space": "Space", "dimension": "Dimension", "run": "Run", "accuracy": "Accuracy"}
     tables = score_table(scores, TITLE), table_of("knn", TITLE, accuracies, **columns)
     tested = len(data.feature) / len({*latents.validation_fold.tolist()})
-    times = list(_times(scored, inputs.training_cost, tested))
-    cost_scores: list[ScoreRow] = [
-        ("", "cost of training", name, "measured", value)
-        for name, value in inputs.training_cost.items()
+    cost = _cost_tables(list(_times(scored, inputs.training_cost, tested)), inputs.training_cost)
+    about = {"k": NEIGHBOURS, "target": settings.target, "chance": float(chance)}
+    return Outcome(tables, cost, about | data.thinned)
+
+
+def _cost_tables(
+    times: Sequence[dict[str, Any]], training_cost: Mapping[str, float]
+) -> tuple[Table, Table]:
+    """Return the scores of training all encoders and of a fold in each space, and `times`."""
+    scores: list[ScoreRow] = [
+        ("", "cost of training", name, "measured", value) for name, value in training_cost.items()
     ]
-    cost_scores += [
+    scores += [
         (row["space"], f"cost of {_part(row['dimension'])}", name, "measured", row[name])
         for row in times
         for name in TIMES
     ]
-    cost = (
-        score_table(cost_scores, f"{TITLE}: cost"),
-        table_of(
-            "times", f"{TITLE}: times of a fold", times,
-            space="Space", dimension="Dimension", fit_s="Fitting the space, s",
-            transform_s="Placing validation points, s", query_s="k-NN, s", recordings="Recordings",
-        ),
+    table = table_of(
+        "times", f"{TITLE}: times of a fold", times,
+        space="Space", dimension="Dimension", fit_s="Fitting the space, s",
+        transform_s="Placing validation points, s", query_s="k-NN, s", recordings="Recordings",
     )  # fmt: skip
-    about = {"k": NEIGHBOURS, "target": settings.target, "chance": float(chance)}
-    return Outcome(tables, cost, about | data.thinned)
+    return score_table(scores, f"{TITLE}: cost"), table
 
 
 def _part(dimension: int | None) -> str:

@@ -45,27 +45,9 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     A latent of two dimensions is included as it is. Each recording has its object, category,
     targets, session and grasp. Raises NotPossibleError if nothing could be trained.
     """
-    from ajgdata.embed.projections import project
-    from ajgdata.models.baselines import raw_scaling
-
     data, latents = trained(inputs, settings)
     training = latents.validation_fold != FOLD
-    raw = raw_scaling().fit(data.feature[training]).transform(data.feature)
-    spaces = {"raw": raw, "latent": latents.latent[settings.shown][FOLD, INIT]}
-    planes = {
-        (space, method): plane
-        for space, points in spaces.items()
-        for method, plane in project(points, training, inputs.seed).items()
-    }
-    if 2 in latents.latent:
-        planes = {("latent", PLANE): latents.latent[2][FOLD, INIT]} | planes
-    first = settings.instance, settings.category or settings.target
-    targets = [name for name in inputs.kinds if name in data.columns]
-    names = dict.fromkeys((*first, *targets, "session_id", settings.groups))
-    columns = {"recording": data.column("recording"), "training": training}
-    columns |= {name: data.column(name) for name in names}
-    values = zip(*columns.values(), strict=True)
-    recordings = (dict(zip(columns, row, strict=True)) for row in values)
+    planes = _planes(data, latents, settings, training, inputs.seed)
     points = (
         {"space": space, "method": method, "x": _seven_digits(x), "y": _seven_digits(y)}
         for (space, method), plane in planes.items()
@@ -86,11 +68,43 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     tables = (
         score_table(scores, TITLE),
         silhouettes,
-        table_of("recordings", "Recordings", recordings, **{name: words(name) for name in columns}),
+        _recordings(data, settings, inputs.kinds, training),
         table_of("points", TITLE, points, note, space="Space", method="Method", x="x", y="y"),
     )
     about = {"fold": FOLD, "init": INIT, "dimension": settings.shown, **data.thinned}
     return Outcome(tables, about=about)
+
+
+def _planes(
+    data: EmbeddingData, latents: Latents, settings: Embedding, training: np.ndarray, seed: int
+) -> dict[tuple[str, str], np.ndarray]:
+    """Return every recording in the plane (n, 2), by space and method."""
+    from ajgdata.embed.projections import project
+    from ajgdata.models.baselines import raw_scaling
+
+    raw = raw_scaling().fit(data.feature[training]).transform(data.feature)
+    spaces = {"raw": raw, "latent": latents.latent[settings.shown][FOLD, INIT]}
+    planes = {
+        (space, method): plane
+        for space, points in spaces.items()
+        for method, plane in project(points, training, seed).items()
+    }
+    if 2 in latents.latent:
+        planes = {("latent", PLANE): latents.latent[2][FOLD, INIT]} | planes
+    return planes
+
+
+def _recordings(
+    data: EmbeddingData, settings: Embedding, targets: Iterable[str], training: np.ndarray
+) -> Table:
+    """Return what is known of each recording; `training` (n,) is True for training recordings."""
+    names = [settings.instance, settings.category or settings.target]
+    names += [name for name in targets if name in data.columns]
+    columns = {"recording": data.column("recording"), "training": training}
+    columns |= {name: data.column(name) for name in (*names, "session_id", settings.groups)}
+    values = zip(*columns.values(), strict=True)
+    rows = (dict(zip(columns, row, strict=True)) for row in values)
+    return table_of("recordings", "Recordings", rows, **{name: words(name) for name in columns})
 
 
 def _silhouettes(

@@ -55,27 +55,25 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     )  # fmt: skip
     label = np.searchsorted(result.classes, data.value)
     scores: list[ScoreRow] = []
-    bins, conditions, runs = [], [], []
+    bins, conditions, runs = list[Row](), list[Row](), list[Row]()
     for name, probability in ((PLAIN, result.plain), ("scaled", result.scaled)):
         reliable = reliability(probability.max(axis=1), probability.argmax(axis=1) == label)
         bins += [{"part": name, **dataclasses.asdict(one)} for one in reliable]
         taken = decisions(probability, settings.threshold)
         conditions.append({"part": name, **shares(probability, taken, label)})
-        orders = (stream(label, inputs.seed + n) for n in range(RUNS))
         own_runs = [
-            {"part": name, "run": n, **vars(run_of(taken, label, order))}
-            for n, order in enumerate(orders)
+            {"part": name, "run": n, **vars(run_of(taken, label, stream(label, inputs.seed + n)))}
+            for n in range(RUNS)
         ]
-        part, error = f"sorting, {name}", calibration_error(reliable)
-        scores += [(model, part, "calibration_error", "pooled", error)]
+        part = f"sorting, {name}"
+        scores.append((model, part, "calibration_error", "pooled", calibration_error(reliable)))
         scores += _scores(model, part, conditions[-1], own_runs)
         runs += own_runs
     part_column = {"part": "Probabilities"}
     fields = {key: key for key in bins[0]} | {"confidence": "Probability", "accuracy": "Correct"}
     of_grasps = {"accuracy": "Accuracy", "accepted": "Accepted", "right": "Correct of those"}
     of_runs = {"run": "Run", "sorts": "Objects sorted by the paper's rule"}
-    of_runs |= {"before_error": "Objects sorted before the first error"}
-    of_runs |= {"mistakes": "In a wrong bin"}
+    of_runs |= {"before_error": "Objects before the first error", "mistakes": "In a wrong bin"}
     return Outcome(
         (
             score_table(scores, "Sorting"),

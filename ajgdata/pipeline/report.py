@@ -181,7 +181,6 @@ def _part(paths: Paths, results: TaskResults) -> Part:
     one = EXPERIMENTS[results.experiment]
     return Part(
         experiment=one.name,
-        name=results.named(),
         page=results.page,
         title=one.title,
         summary=" ".join(filter(None, (one.summary(results), _left_out(results)))),

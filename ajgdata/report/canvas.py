@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, ParamSpec
 
 import matplotlib.style
-import numpy as np
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -157,17 +156,6 @@ def plain_ticks(axis: Axis, at: Sequence[float] = ()) -> None:
         axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(FuncFormatter(lambda given, _: value(float(given))))
     axis.set_minor_formatter(NullFormatter())
-
-
-def pareto_front(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Return which of n points no other point beats: boolean (n,).
-
-    A point is beaten by another that is no worse in both and better in one; equals stay.
-    """
-    cost, error = np.asarray(cost, float), np.asarray(error, float)
-    no_worse = (cost[:, None] <= cost) & (error[:, None] <= error)
-    better = (cost[:, None] < cost) | (error[:, None] < error)
-    return ~np.any(no_worse & better, axis=0)
 
 
 def encode(figure: Figure, suffix: str) -> bytes:

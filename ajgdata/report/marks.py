@@ -1,7 +1,7 @@
 """Five marks, each of which draws any points: lines, rows, scatter, matrix and histogram.
 
 `lines`: a value over a numeric axis, one line per series. `rows`: one row per place, with its
-interval. `scatter`: a value over its cost, with the Pareto front of each series. `matrix`: shares
+interval. `scatter`: a value over its cost, with the Pareto front. `matrix`: shares
 of predicted classes per true class. `histogram`: the distribution of values per series. All but
 `matrix` show chance and the published value.
 """
@@ -19,7 +19,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure, pareto_front, plain_ticks
+from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure, plain_ticks
 from ajgdata.report.format import Caption, Score, Source, number, with_unit
 from ajgdata.report.format import value as value_text
 from ajgdata.report.report_data import Illustration
@@ -132,47 +132,33 @@ def lines(picture: Picture) -> Figure:
 
 
 def scatter(picture: Picture) -> Figure:
-    """Return points over their cost; filled points on a line form the Pareto front of a series.
-
-    If no series has several points, the front is that of all of them. The front assumes that lower
-    values are better.
-    """
+    """Return points over their cost, with a line along their Pareto front: no point is lower at the
+    same cost or less."""
     figure, grid = _grid(picture)
     for axes, panel in zip(grid, picture.panels, strict=True):
-        series = {name: picture.of(panel, name) for name in picture.series}
-        alone = all(len(points) <= 1 for points in series.values())
-        every = [point for points in series.values() for point in points]
-        if alone:
-            x, mean, _ = _arrays(every)
-            _front_line(axes, x, mean, GREY)
-        for index, (name, points) in enumerate(series.items()):
-            if points:
-                _front(axes, points, index, name, every if alone else points)
+        cost, value, _ = _arrays([point for point in picture.points if point.panel == panel])
+        front = np.flatnonzero(pareto_front(cost, value))
+        front = front[np.argsort(cost[front], kind="stable")]
+        axes.plot(cost[front], value[front], color=GREY, lw=0.8, zorder=1)
+        for index, name in enumerate(picture.series):
+            if points := picture.of(panel, name):
+                style = {**line_style(index), "ls": "", "elinewidth": 0.7}
+                axes.errorbar(*_arrays(points), label=name, **style)
         _references(axes, picture, panel, "y")
         _numeric_x(axes, picture, panel)
         axes.margins(x=0.12)
     return _finished(figure, grid, picture)
 
 
-def _front(
-    axes: Axes, points: Sequence[Point], index: int, name: str, among: Sequence[Point]
-) -> None:
-    """Draw the points of a series, hollow where others `among` which they are beat them."""
-    x, mean, bars = _arrays(points)
-    best = pareto_front(*_arrays(among)[:2])
-    front = np.array([best[list(among).index(point)] for point in points])
-    style = {**line_style(index), "ls": "", "elinewidth": 0.7}
-    axes.errorbar(x[front], mean[front], bars[:, front], label=name, **style)
-    if not front.all():
-        axes.errorbar(x[~front], mean[~front], bars[:, ~front], **style, mfc="white")
-    if len(among) == len(points):
-        _front_line(axes, x, mean, style["color"])
+def pareto_front(cost: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """Return which of n points no other point beats: boolean (n,).
 
-
-def _front_line(axes: Axes, x: np.ndarray, mean: np.ndarray, colour: str) -> None:
-    front = pareto_front(x, mean)
-    order = np.flatnonzero(front)[np.argsort(x[front], kind="stable")]
-    axes.plot(x[order], mean[order], color=colour, lw=0.8, zorder=1)
+    A point is beaten by another that is no worse in both and better in one; equals stay.
+    """
+    cost, value = np.asarray(cost, float), np.asarray(value, float)
+    no_worse = (cost[:, None] <= cost) & (value[:, None] <= value)
+    better = (cost[:, None] < cost) | (value[:, None] < value)
+    return ~np.any(no_worse & better, axis=0)
 
 
 def rows(picture: Picture) -> Figure:

@@ -76,15 +76,6 @@ def experiment_link(page: str) -> str:
     return f"{EXPERIMENT_PAGES}/{page}.html"
 
 
-def page_links(names: Sequence[str], groups: Sequence[str]) -> list[Link]:
-    """Return links to those of the pages `names` that are of some groups, in their order."""
-    return [
-        Link(f"{name}.html", lead.title, lead.about)
-        for name, lead in LEADS.items()
-        if name in names and lead.about in groups
-    ]
-
-
 def navigation(
     experiments: Sequence[Link], pages: Sequence[str], explorers: Iterable[Link]
 ) -> list[Group]:
@@ -93,12 +84,14 @@ def navigation(
     `experiments` are its pages on experiments, `pages` names those on ablations and on the virtual
     gripper, `explorers` those with scatter plots of recordings.
     """
-    overview = Link(INDEX, "Overview", "Results")
-    first = [overview, FIXED["paper"], *page_links(pages, ("Results",)), FIXED["results"]]
-    listed = [Group("Results", tuple(first))]
-    for about in dict.fromkeys(link.about for link in experiments):
-        listed.append(Group(about, tuple(link for link in experiments if link.about == about)))
-    listed.append(Group(EXPLORERS, tuple(explorers)))
-    listed.append(Group("The virtual gripper", tuple(page_links(pages, ("The virtual gripper",)))))
-    listed.append(Group("This run", (FIXED["datasets"], FIXED["run"])))
-    return [group for group in listed if group.links]
+    links = [Link(INDEX, "Overview", "Results"), FIXED["paper"]]
+    studies = [Link(f"{n}.html", lead.title, lead.about) for n, lead in LEADS.items() if n in pages]
+    links += [link for link in studies if link.about == "Results"]
+    links += [FIXED["results"], *experiments]
+    links += [link._replace(about=EXPLORERS) for link in explorers]
+    links += [link for link in studies if link.about != "Results"]
+    links += [FIXED["datasets"], FIXED["run"]]
+    groups: dict[str, list[Link]] = {}
+    for link in links:
+        groups.setdefault(link.about, []).append(link)
+    return [Group(title, tuple(some)) for title, some in groups.items()]

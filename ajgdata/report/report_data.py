@@ -96,12 +96,11 @@ class DatasetSummary:
 class Part:
     """One experiment on one task: rows of the main table, figures, tables.
 
-    `name` is what the names of its files begin with. `summary` is said first; `text` (Markdown)
-    says what is asked, how it is made and how its figure is read.
+    `summary` is said first; `text` (Markdown) says what is asked, how it is made and how its figure
+    is read.
     """
 
     experiment: str
-    name: str
     page: str
     title: str
     summary: str

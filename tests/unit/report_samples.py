@@ -41,7 +41,6 @@ def row(label: str, value: str, **changes) -> ResultRow:
 def part(rows: tuple[ResultRow, ...], **changes) -> Part:
     values = {
         "experiment": "cross_validation",
-        "name": "cross-validation--size--edge",
         "page": "size",
         "title": "Cross-validation",
         "summary": "Regression of edge_mm.",

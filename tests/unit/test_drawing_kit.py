@@ -7,10 +7,11 @@ from hypothesis import strategies as st
 from report_samples import dataset
 
 from ajgdata.paths import Paths
-from ajgdata.report.canvas import draw, encode, new_figure, pareto_front
+from ajgdata.report.canvas import draw, encode, new_figure
 from ajgdata.report.comparison import parse_paper
 from ajgdata.report.figures import spectra_figure
 from ajgdata.report.format import Caption, Score, mean_sd, number
+from ajgdata.report.marks import pareto_front
 from ajgdata.report.render import draw_figures
 from ajgdata.report.report_data import Illustration
 from ajgdata.store.report_files import read_paper
