@@ -112,13 +112,6 @@ def write_if_changed(path: Path, content: bytes) -> bool:
     return True
 
 
-def bytes_below(path: Path) -> int:
-    """Return the size of a file, or of all files of a folder; 0 for what is not there."""
-    if path.is_file():
-        return path.stat().st_size
-    return sum(file.lstat().st_size for file in path.rglob("*") if not file.is_dir())
-
-
 def sha256_of(content: bytes) -> str:
     """Return the hexadecimal SHA-256."""
     return hashlib.sha256(content).hexdigest()

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
 
 from ajgdata.store.audio import AudioError, file_sha256
 from ajgdata.store.sessions import audio_path, inside, read_recordings, read_session
@@ -13,7 +12,6 @@ from ajgdata.types import SESSION_COLUMNS, DataError, Finding, Recording, Sessio
 
 LABEL_COLUMNS = ("recording_id", "grasp_id", "sample", "object", "quality")
 WHOLE_SESSION = "*"
-Level = Literal["error", "warning"]
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,6 @@ import time
 import pytest
 import world
 
-from ajgdata.store.files import bytes_below
-
 pytestmark = pytest.mark.torture
 
 #: A share of all trials, the seed, and the longest time of one kind of trial.
@@ -96,7 +94,11 @@ def test_a_full_disk(deeds, place, start, name):
     trial = place(deed.start)
     if world.command("mount", "-t", "tmpfs", "-o", "size=64m", "none", trial):
         pytest.skip("no file system can be mounted here")
-    needed = bytes_below(deed.end) - bytes_below(deed.start)
+    used = [
+        sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+        for folder in (deed.start, deed.end)
+    ]
+    needed = used[1] - used[0]
     for generator in trials(f"full {name}", 4):
         place(deed.start)
         free = shutil.disk_usage(trial).free - int(generator.uniform(0, 1) * needed)

@@ -87,9 +87,7 @@ def test_import_says_what_it_did(ajgdata, project):
     assert read_dataset(project.paths, "e").imports.pattern == "starter-kit"
     write_tone(project.root / "audio" / "1_a [x].wav", 530)
     out = ajgdata(*command)[1]
-    assert "0 added, 0 changed, 1 unchanged" in out
     assert "kept 1_a [x]: has different bytes in the folder." in out
-    assert "0 added, 1 changed, 1 unchanged" in ajgdata(*command, "--on-change", "files")[1]
 
 
 def test_an_import_that_could_not_do_all_says_so_in_its_exit_code(ajgdata, project):

@@ -61,15 +61,6 @@ def test_regular_expression_with_roles(tmp_path):
     assert result.remarks["not used"] == [("README.wav", "does not match the pattern")]
 
 
-def test_named_groups_that_are_roles_are_no_labels(tmp_path):
-    files(tmp_path, "mon/cube/7_2.wav", "tue/cube/7_x.wav")
-    pattern = r"(?P<session>\w+)/(?P<object>\w+)/(?P<grasp>\d+)_(?P<sample>\w+)(?P<opt>-.)?\.wav"
-    one, other = scanned(tmp_path, pattern=pattern).files
-    assert (one.session, *list(one.cells.values())[:2]) == ("mon", "cube/7", "cube")
-    assert (one.cells["sample"], other.cells["sample"]) == ("0", "1")  # 2 and x are texts
-    assert one.labels == {"opt": ""}
-
-
 @pytest.mark.parametrize(
     ("said", "sample"),
     [("03", "03"), ("3.0", "3"), ("", "0"), ("x", "0"), ("-1", "0")],
