@@ -54,10 +54,6 @@ class Recordings(Protocol):
         window of that length. Raises NotPossibleError for one that cannot be used."""
         ...
 
-    def played(self, dataset: str, name: str) -> np.ndarray | None:
-        """Return what was played (m,) to a recording; None where its session does not have it."""
-        ...
-
 
 @dataclass(frozen=True, eq=False)
 class Inputs:

@@ -175,7 +175,6 @@ def _rendered(
 ) -> Iterator[tuple[int, np.ndarray, Maker]]:
     """Yield simulated recordings with the sounds of the variants instead of their own."""
     from ajgdata.acquire.excitation import excitation_samples
-    from ajgdata.features.maker import feature_maker
 
     if inputs.render is None:
         raise NotPossibleError("it needs a virtual data set: other sounds are played in its scenes")
@@ -184,10 +183,7 @@ def _rendered(
         sounds = [excitation_samples(excitation_of(one), rate) for one in variants.values()]
     except ValueError as error:  # beyond half the rate of the recordings
         raise NotPossibleError(str(error)) from None
-    makers = [
-        feature_maker(features_of(one, inputs.features), rate, sound)
-        for one, sound in zip(variants.values(), sounds, strict=True)
-    ]
+    makers = [_maker(inputs, one) for one in variants.values()]
     for recordings in inputs.render(names, sounds):
         for at, samples, make in zip(variants, recordings, makers, strict=True):
             yield at, samples.astype(np.float32), make
@@ -199,29 +195,22 @@ def _recorded(
     """Yield the recordings themselves; each is read once."""
     if inputs.recordings is None:
         raise NotPossibleError("the recordings themselves are needed")
-    tried = [features_of(one, inputs.features) for one in variants.values()]
-    first = {name.partition("/")[0]: name for name in reversed(names)}
-    makers = {session: _makers(inputs, dataset, name, tried) for session, name in first.items()}
-    longest = max(one.window for one in tried)
+    makers = [_maker(inputs, one) for one in variants.values()]
+    longest = max(features_of(one, inputs.features).window for one in variants.values())
     for start in range(0, len(names), BLOCK):
         block = names[start : start + BLOCK]
         read = list(inputs.recordings.samples(dataset, block, longest))
-        for at, number in enumerate(variants):
-            for name, samples in zip(block, read, strict=True):
-                yield number, samples, makers[name.partition("/")[0]][at]
+        for at, make in zip(variants, makers, strict=True):
+            for samples in read:
+                yield at, samples, make
 
 
-def _makers(
-    inputs: Inputs, dataset: str, name: str, tried: Sequence[FeatureSettings]
-) -> list[Maker]:
-    """Return the feature makers for the session of a recording, in the order of the settings."""
-    from ajgdata.features.maker import feature_maker
+def _maker(inputs: Inputs, variant: Variant) -> Maker:
+    """Return the function that makes a variant's feature of a recording."""
+    from ajgdata.features.spectrum import spectrum
 
-    played = inputs.recordings.played(dataset, name) if inputs.recordings else None
-    try:
-        return [feature_maker(one, inputs.audio.sample_rate_hz, played) for one in tried]
-    except NotPossibleError as error:
-        raise NotPossibleError(f"session {name.partition('/')[0]}: {error}") from None
+    settings = features_of(variant, inputs.features)
+    return partial(spectrum, sample_rate_hz=inputs.audio.sample_rate_hz, settings=settings)
 
 
 # Report

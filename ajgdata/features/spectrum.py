@@ -20,6 +20,7 @@ the samples are scaled by the power of two nearest to their peak, which is exact
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -63,10 +64,8 @@ def spectrum(samples: NDArray[Any], sample_rate_hz: float, settings: FeatureSett
     A normalised spectrum does not depend on the amplitude of the samples; that of silence is zero
     rather than 0/0. Safe to call from several threads. Raises ValueError for samples that are
     shorter than one window, not one-dimensional or not finite, for a spectrum that, not being
-    normalised, exceeds float32, and for settings of another kind of feature (see `feature_maker`).
+    normalised, exceeds float32.
     """
-    if settings.kind != "stft":
-        raise ValueError(f"features.kind {settings.kind} is no spectrum: it needs the played sound")
     samples = np.asarray(samples)
     band = _band(sample_rate_hz, settings)
     exponent = _check(samples, settings)
@@ -190,7 +189,21 @@ def within(
     return np.reshape(rows, (len(feature), -1)).astype(np.float32), frequency_hz[inside]
 
 
-def third_octaves(low_hz: float = 25.0, high_hz: float = 16_000.0) -> np.ndarray:
-    """Return the exact centres of third octaves, 1000 · 10^(k/10) Hz (IEC 61260), within limits."""
-    k = np.arange(np.ceil(10 * np.log10(low_hz / 1_000) - 1e-9), 10 * np.log10(high_hz / 1_000))
-    return np.asarray(1_000 * 10 ** (k / 10))
+#: Of a spectrum; the rest of the feature settings moves no bin and scales none.
+SPECTRUM = ("kind", "window", "hop", "window_shape", "quantity", "normalisation", "band_hz")
+RATE = "audio.sample_rate_hz"
+
+
+def differing_axes(
+    one: Mapping[str, Mapping[str, Any]], other: Mapping[str, Mapping[str, Any]]
+) -> list[tuple[str, Any, Any]]:
+    """Return the settings in which the features of two stores differ, with both values.
+
+    Each of the two is what a store says of itself: `audio` and `features` as JSON has them. The
+    frequencies of the bins follow from sample rate, window and band.
+    """
+    pairs = [(RATE, "audio", "sample_rate_hz")] + [
+        (f"features.{k}", "features", k) for k in SPECTRUM
+    ]
+    values = [(name, one.get(p, {}).get(k), other.get(p, {}).get(k)) for name, p, k in pairs]
+    return [(name, a, b) for name, a, b in values if a != b]

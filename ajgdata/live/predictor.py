@@ -94,10 +94,9 @@ class Predictor:
 
     def __post_init__(self) -> None:
         """Refuse features that need more than one recording."""
-        if self.features.needs_excitation:
-            key = "align" if self.features.align else f"kind: {self.features.kind}"
+        if self.features.align:
             raise NotPossibleError(
-                f"features.{key} needs the played sound, which one recording lacks"
+                "features.align needs the played sound, which one recording lacks"
             )
 
     @property

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ajgdata.experiments import EXPERIMENTS, Asked, asked_of
 from ajgdata.experiments.base import Inputs, Other, Result, TaskResults
-from ajgdata.features.maker import differing_axes
+from ajgdata.features.spectrum import differing_axes
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tell
 from ajgdata.store.features import read_store

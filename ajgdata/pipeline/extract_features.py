@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import nullcontext
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ajgdata.features.align import shift
-from ajgdata.features.maker import feature_maker
-from ajgdata.features.spectrum import frequencies_hz
+from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.pipeline.recordings import (
     OTHER_DELAY,
     examine,
@@ -32,7 +30,7 @@ from ajgdata.store.session_audio import (
     check_session,
     label_columns,
 )
-from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding, NotPossibleError
+from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding
 
 SETTINGS_ATTRIBUTE = "settings_digest"
 
@@ -94,25 +92,21 @@ def _rows(
     Without the played sound, if features need it, there are no rows, and the session has a finding.
     """
     played, sha256 = None, ""
-    if features.needs_excitation:
+    if features.align:
         played, issues = read_excitation(session.session_id, session.played, audio)
         session.findings += issues
         if played is None or session.played is None:
-            setting, other = ("align", "false") if features.align else ("kind", "stft")
-            problem = f"features.{setting} needs the played sound, which this session does not have"
-            fix = f"add it to session.yaml, or set features.{setting} to {other}"
+            problem = "features.align needs the played sound, which this session does not have"
+            fix = "add it to session.yaml, or set features.align to false"
             session.findings.append(_of_session(session, "no_excitation", problem, fix))
             return settings_digest(audio, features), {}, 0
         sha256 = session.played.sha256
     digest = sha256_of(f"{settings_digest(audio, features)} {code} {sha256}".encode())[:16]
     known = _known_rows(shard, findings, digest)
     new = [file for file in session.files if (file.recording_id, file.sha256) not in known]
-    try:
-        computed = _computed(session.session_id, new, audio, features, played)
-    except NotPossibleError as error:
-        fix = f"set features.kind to stft: {features.kind} cannot be computed with this sound"
-        session.findings.append(_of_session(session, "unfit_excitation", str(error), fix))
-        return digest, {}, 0
+    computed = {
+        file.recording_id: _row(session.session_id, file, audio, features, played) for file in new
+    }
     files = {file.recording_id: file.sha256 for file in session.files}
     rows = {name: computed.get(name) or known[name, sha] for name, sha in files.items()}
     return digest, rows, len(new)
@@ -122,43 +116,21 @@ def _of_session(session: SessionAudio, code: str, problem: str, fix: str) -> Fin
     return Finding(session.session_id, WHOLE_SESSION, "", "error", code, problem, fix)
 
 
-def _computed(
-    session: str,
-    files: Sequence[AudioFile],
-    audio: AudioSettings,
-    features: FeatureSettings,
-    played: np.ndarray | None,
-) -> dict[str, Row]:
-    """Return the row of each file, by recording_id."""
-    if not files:
-        return {}
-    from threadpoolctl import threadpool_limits
-
-    # The sums of BLAS have one order, however many cores there are; a spectrum has none.
-    is_response = features.kind == "transfer_function"
-    with threadpool_limits(limits=1) if is_response else nullcontext():
-        make = feature_maker(features, audio.sample_rate_hz, played)
-        return {
-            file.recording_id: _row(session, file, audio, features, played, make) for file in files
-        }
-
-
 def _row(
     session: str,
     file: AudioFile,
     audio: AudioSettings,
     features: FeatureSettings,
     played: np.ndarray | None,
-    make: Callable[[np.ndarray], np.ndarray],
 ) -> Row:
-    result = examine(file.path, audio, features.window, played if features.align else None)
+    result = examine(file.path, audio, features.window, played)
     issues = tuple(finding(session, file.recording_id, file.path, r) for r in result.remarks)
     if result.samples is None:
         return Row(None, np.nan, issues)
     delay = np.nan if result.delay is None else result.delay
     samples = result.samples if result.delay is None else shift(result.samples, result.delay)
     try:
-        return Row(make(samples), delay, issues)
+        return Row(spectrum(samples, audio.sample_rate_hz, features), delay, issues)
     except ValueError as error:  # for instance: not normalised, and beyond float32
         fix = "change features in dataset.yaml, or set quality to reject"
         names = (session, file.recording_id, "")

@@ -16,7 +16,7 @@ from ajgdata.features.align import delay_outliers, delay_samples
 from ajgdata.features.checks import check_audio
 from ajgdata.paths import Paths
 from ajgdata.store.audio import AudioError, Remark, read_audio
-from ajgdata.store.session_audio import AudioFile, checked_sha256, played_sound
+from ajgdata.store.session_audio import AudioFile, checked_sha256
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import (
     AudioSettings,
@@ -81,7 +81,6 @@ class RecordingReader:
     def __init__(self, paths: Paths, audio: Mapping[str, AudioSettings]) -> None:
         self._paths, self._audio = paths, dict(audio)
         self._sessions: dict[tuple[str, str], tuple[Session, dict[str, Recording]]] = {}
-        self._played: dict[tuple[str, str], np.ndarray | None] = {}
 
     def samples(self, dataset: str, names: Sequence[str], window: int) -> Iterator[np.ndarray]:
         """Yield the samples (n,) of recordings of a data set, fit for windows of that length.
@@ -104,19 +103,6 @@ class RecordingReader:
                     f"{problem}: see its data set's quarantine, or lower the window"
                 )
             yield found
-
-    def played(self, dataset: str, name: str) -> np.ndarray | None:
-        """Return what was played (m,) to a recording; None where its session does not have it."""
-        session = name.partition("/")[0]
-        if (dataset, session) not in self._played:
-            folder = self._paths.session(dataset, session)
-            try:
-                sound = played_sound(folder, self._session(dataset, session)[0])
-            except DataError:  # a warning in the quarantine
-                sound = None
-            found, _ = read_excitation(session, sound, self._audio[dataset])
-            self._played[dataset, session] = found
-        return self._played[dataset, session]
 
     def _session(self, dataset: str, session: str) -> tuple[Session, dict[str, Recording]]:
         if (dataset, session) not in self._sessions:

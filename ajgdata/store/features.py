@@ -7,7 +7,6 @@ stored as fixed-length characters, which compress well and which every netCDF re
 from __future__ import annotations
 
 import errno
-import json
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -26,7 +25,6 @@ CHUNK_ROWS = 128
 CONVENTIONS = "CF-1.11"
 _FREQUENCY = {"units": "Hz", "standard_name": "sound_frequency", "long_name": "frequency"}
 _COMPRESSED = {"zlib": True, "complevel": 4, "shuffle": True}
-_LONG_NAMES = {"stft": "spectrum", "transfer_function": "size of the transfer function"}
 
 
 @dataclass(frozen=True)
@@ -64,9 +62,7 @@ def write_store(path: Path, shard: Shard) -> None:
 
     if not np.isfinite(shard.feature).all():
         raise ValueError(f"{path}: a feature is NaN or infinite; no file is written")
-    settings = json.loads(str(shard.attrs.get("settings", "{}")))
-    kind = settings.get("features", {}).get("kind", "stft")
-    attrs = {"long_name": _LONG_NAMES[kind], "units": "1"}
+    attrs = {"long_name": "spectrum", "units": "1"}
     spectra = shard.feature.astype(np.float32, copy=False)
     dataset = xr.Dataset(
         {"feature": (("recording", "frequency"), spectra, attrs)},

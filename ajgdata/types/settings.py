@@ -9,24 +9,15 @@ from pydantic import Field, model_validator
 from ajgdata.types.base import Strict
 from ajgdata.types.registry import Kind
 
-#: Samples of an impulse response: what is solved for it grows with the cube.
-LONGEST_RESPONSE = 8192
-
-
 #: Sample rates that can be declared; a file outside them has a damaged header.
 LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 1_000, 768_000
 
 
 class FeatureSettings(Strict):
     """Signal -> spectrum. The paper gives the window (2048), the sum over time and *a*
-    normalisation; window shape, hop, magnitude or power, and which norm are ours. A transfer
-    function has neither hop nor window shape."""
+    normalisation; window shape, hop, magnitude or power, and which norm are ours."""
 
-    kind: Literal["stft", "transfer_function"] = Field(
-        "stft",
-        description="stft: summed over time (paper); transfer_function: deconvolved with the played"
-        " sound, so that recordings of other sounds compare, window the length of the response",
-    )
+    kind: Literal["stft"] = Field("stft", description="short-time Fourier transform (paper)")
     window: int = Field(2048, ge=16, description="STFT window and FFT length in samples (paper)")
     hop: int = Field(512, ge=1, description="samples between windows (the paper leaves it open)")
     window_shape: Literal["hann", "hamming", "blackman", "boxcar"] = Field(
@@ -47,19 +38,10 @@ class FeatureSettings(Strict):
         False, description="shift each recording to the excitation by cross-correlation first"
     )
 
-    @property
-    def needs_excitation(self) -> bool:
-        """True if a feature cannot be made without knowing what was played."""
-        return self.align or self.kind != "stft"
-
     @model_validator(mode="after")
     def _ordered(self) -> FeatureSettings:
         if self.hop > self.window:
             raise ValueError(f"hop {self.hop} exceeds window {self.window}: samples would be lost")
-        if self.kind == "transfer_function" and self.window > LONGEST_RESPONSE:
-            raise ValueError(
-                f"window {self.window} is too long a response: at most {LONGEST_RESPONSE} samples"
-            )
         if self.band_hz and not 0 <= self.band_hz[0] < self.band_hz[1]:
             raise ValueError(f"band_hz {self.band_hz} must be 0 <= low < high")
         return self

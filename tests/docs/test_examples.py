@@ -61,7 +61,6 @@ MODULES = (
     "ajgdata.evaluate.splits",
     "ajgdata.features.align",
     "ajgdata.features.spectrum",
-    "ajgdata.features.transfer_function",
     "ajgdata.gripper",
     "ajgdata.gripper.scene",
     "ajgdata.acquire.excitation",

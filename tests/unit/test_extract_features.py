@@ -6,7 +6,6 @@ from worlds import AUDIO, FEATURES, RATE_HZ, tone, write_tone
 
 from ajgdata.features.spectrum import spectrum
 from ajgdata.store.audio import read_audio, write_pcm24
-from ajgdata.store.features import read_store
 from ajgdata.store.sessions import read_recordings
 
 ALIGNED = FEATURES.model_copy(update={"align": True})
@@ -143,36 +142,6 @@ def test_alignment_takes_delays_out_and_records_them(project, late):
     assert project.shard(features=ALIGNED) == (0, 9)
     assert project.read_shard().columns["delay_samples"].values.tolist() == list(late.values())
     assert project.shard_findings() == [found]
-
-
-TRANSFER = FEATURES.model_copy(update={"kind": "transfer_function", "normalisation": "none"})
-
-
-def played_noise(samples=4000):
-    return 0.5 * np.sign(np.random.default_rng(0).standard_normal(samples))
-
-
-def test_transfer_functions_of_sessions_with_other_sounds_are_the_same(project):
-    """Half as loud, and an echo 5 samples later: |1/2 + 1/4 exp(-2 pi i 5 k / 256)|."""
-    for session, sound in {"s1": sweep(), "s2": played_noise()}.items():
-        rows = project.session(session, {f"{session}_a": 500.0})
-        heard = 0.5 * sound
-        heard[5:] += 0.25 * sound[:-5]
-        write_pcm24(project.folder(session) / "audio" / f"{session}_a.wav", heard, RATE_HZ)
-        rows = [r.model_copy(update={"sha256": ""}) for r in rows]
-        project.write(rows, session, excitation=project.excitation(session, sound))
-        assert project.shard(session, features=TRANSFER) == (1, 0)
-    one, other = (read_store(project.paths.shard("d", s)) for s in ("s1", "s2"))
-    hz = np.arange(129) * RATE_HZ / 256
-    true = np.abs(0.5 + 0.25 * np.exp(-2j * np.pi * 5 * hz / RATE_HZ))
-    inside = (hz > 300) & (hz < 3200)  # of the sweep: 100 to 3500 Hz
-    np.testing.assert_allclose(other.feature[0], true, rtol=2e-3)
-    np.testing.assert_allclose(one.feature[0][inside], true[inside], rtol=2e-3)
-    np.testing.assert_array_equal(one.frequency_hz, hz)
-    assert project.shard("s1", features=TRANSFER) == (0, 1)
-    rows = read_recordings(project.folder("s1"))[0]
-    project.write(rows, "s1", excitation=project.excitation("s1", 0.9 * sweep()))
-    assert project.shard("s1", features=TRANSFER) == (1, 0)
 
 
 def test_without_the_played_sound_a_session_is_left_out_and_the_run_goes_on(project, late):
