@@ -53,7 +53,7 @@ def small(png: bytes, colours: int = COLOURS, width: int = 0) -> bytes:
 def write_screenshots(page: Path) -> None:
     """Write a report's opening picture and its first screen to docs/images; say what is missing if
     that cannot be."""
-    drawn = page.parent / Paths().opening_picture().relative_to(Paths().report.parent)
+    drawn = page.parent / Paths().opening.relative_to(Paths().report.parent)
     opening = drawn.with_suffix(".png")
     if opening.is_file():
         _write("opening", small(opening.read_bytes(), OPENING_COLOURS, OPENING_WIDTH))

@@ -138,9 +138,7 @@ def _opening(
         level_db=_level_db(shard, row),
         decision=Decision(
             model_label(about["model"], about["kind"]),
-            prediction["y_pred"],
-            prediction["probability"],
-            prediction["y_true"],
+            *(prediction[key] for key in ("y_pred", "probability", "y_true")),
         ),
     )
     facts = {key: about[key] for key in ("dataset", "task", "model")}

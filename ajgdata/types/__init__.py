@@ -20,7 +20,6 @@ from ajgdata.types.base import (
     location,
 )
 from ajgdata.types.dataset import DatasetSpec, ImportSettings, OnChange
-from ajgdata.types.embedding import Embedding
 from ajgdata.types.excitation import (
     DEFAULT_EXCITATION,
     ChirpTrain,
@@ -53,4 +52,4 @@ from ajgdata.types.session import (
 )
 from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
 from ajgdata.types.source import GitOrigin, GitPart, Source
-from ajgdata.types.tasks import CROSS_VALIDATION, Task
+from ajgdata.types.tasks import CROSS_VALIDATION, Embedding, Task

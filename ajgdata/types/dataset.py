@@ -9,14 +9,13 @@ from typing import Any
 from pydantic import Field, model_validator
 
 from ajgdata.types.base import Name, Strict
-from ajgdata.types.embedding import Embedding
 from ajgdata.types.excitation import DEFAULT_EXCITATION, ExcitationSpec
 from ajgdata.types.protocol import ACQUIRED_COLUMNS, GraspProtocol
 from ajgdata.types.recipe import Recipe
 from ajgdata.types.registry import Kind
 from ajgdata.types.session import SESSION_COLUMNS, is_reserved
 from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
-from ajgdata.types.tasks import Task
+from ajgdata.types.tasks import Embedding, Task
 
 
 class OnChange(StrEnum):
