@@ -68,7 +68,8 @@ with errors_in_one_line():
             for kind in one.kinds
         }
     )
-    ABLATED = possible(PATHS, [name for name, one in PLANS.items() if one.virtual])
+    SIMULATED = [name for name, one in PLANS.items() if one.virtual]
+    ABLATED = {} if config["quick"] else possible(PATHS, SIMULATED)
     # Pages on the simulation, if they are possible and configured.
     PAGES = [ABLATIONS_PAGE] * bool(ABLATED) + [*STUDIES]
     if config["pages"] is not None:
@@ -79,7 +80,7 @@ with errors_in_one_line():
     OPENING = subject_of(SPECS) if PAGES else None
 
 # The solver is checked if it simulates recordings.
-WITH_SOLVER = not config["quick"] and any(one.virtual for one in PLANS.values())
+WITH_SOLVER = not config["quick"] and bool(SIMULATED)
 EVERYTHING = [
     PATHS.report,
     PATHS.all_metrics,

@@ -6,15 +6,16 @@ import dataclasses
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from pydantic import JsonValue
 
-from ajgdata.ablations.verdicts import Folds, Measured, trial_table, value_table
+from ajgdata.ablations import trial_table
 from ajgdata.acquire.recipe import Grasp, plan_session, session_names
 from ajgdata.acquire.virtual import VirtualGripper
-from ajgdata.evaluate.crossval import cross_validate
+from ajgdata.evaluate.crossval import Scores, cross_validate
 from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data
 from ajgdata.features.spectrum import spectrum, within
 from ajgdata.gripper import SAMPLE_RATE_HZ
@@ -24,7 +25,7 @@ from ajgdata.paths import Paths
 from ajgdata.store.features import read_store
 from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import overridden, read_dataset
-from ajgdata.types import NotPossibleError
+from ajgdata.types import DatasetSpec, NotPossibleError
 from ajgdata.types.ablation import WITHHELD, Ablation, AblationVariant, Grasps
 from ajgdata.types.table import Table
 
@@ -38,89 +39,88 @@ def nuisances(factor: float) -> dict[str, JsonValue]:
     return {name: factor * getattr(base, name) for name in NUISANCES}
 
 
-def measure(
-    paths: Paths, name: str, ablation: Ablation, *, seed: int, quick: bool = False
-) -> list[Table]:
-    """Return the tests of an ablation's hypotheses, and the values of all its variants.
+def measure(paths: Paths, name: str, ablation: Ablation, *, seed: int) -> Table:
+    """Return the tests of an ablation's hypotheses.
 
-    `quick`: without the CNN, and grasps of one session. Raises NotPossibleError for data sets that
-    lack what it asks for.
+    Raises NotPossibleError for data sets that lack what it asks for.
     """
-    data = AblationData(paths, ablation, seed, quick)
-    models = [model for model in ablation.models if not quick or model != "cnn"]
-    folds = {
-        model: {
-            f"{variant} on:{tested}" if tested else variant: one
-            for variant, settings in ablation.variants.items()
-            for tested, one in data.evaluated(settings, model).items()
-        }
-        for model in models
-    }
-    measured = Measured(*data.metric, folds)
-    return [f(name, ablation, measured) for f in (trial_table, value_table)]
+    spec = read_dataset(paths, ablation.train)
+    task = spec.task_settings(ablation.task)
+    metric = "accuracy" if task["kind"] == "classification" else "rmse"
+    folds: dict[str, dict[str, Sequence[float]]] = {model: {} for model in ablation.models}
+    for variant_name, variant in ablation.variants.items():
+        data = VariantData(paths, spec, ablation, variant)
+        known, tests = data.recordings()
+        for model, variants in folds.items():
+            scores = _evaluated(variant, data.task, known, tests, model, seed)
+            for tested, one in scores.items():
+                label = f"{variant_name} on:{tested}" if tested else variant_name
+                variants[label] = one.per_fold[metric]
+    return trial_table(name, ablation, folds, metric, task["unit"] if metric == "rmse" else "")
+
+
+def _evaluated(
+    variant: AblationVariant,
+    task: Mapping[str, Any],
+    known: TaskData,
+    tests: Mapping[str, TaskData],
+    model: str,
+    seed: int,
+) -> dict[str, Scores]:
+    """Return the scores of a model on held-out grasps, by what is tested on ("": its own)."""
+    grouped = variant.split == "grouped"
+    result = cross_validate(
+        known.feature, known.value, known.group if grouped else None, kind=task["kind"],
+        model=model, folds=task["folds"], seed=seed, period=task["period_deg"],
+        extra_tests=tests if grouped else None,
+    )  # fmt: skip
+    return {"": result.scores} | {k: one.scores for k, one in result.extra_tests.items()}
 
 
 @dataclass(frozen=True)
-class AblationData:
-    """Recordings of the variants of an ablation. `quick`: of one session of the recipe."""
+class VariantData:
+    """Recordings of a variant of an ablation; `spec` is the data set that it trains on."""
 
     paths: Paths
+    spec: DatasetSpec
     ablation: Ablation
-    seed: int = 0
-    quick: bool = False
+    variant: AblationVariant
 
-    def evaluated(self, variant: AblationVariant, model: str) -> dict[str, Folds]:
-        """Return the metric of each fold on held-out grasps, by what is tested on ("": its own)."""
-        known, tests = self._rows(variant)
-        task, grouped = self._task(variant.task), variant.split == "grouped"
-        result = cross_validate(
-            known.feature, known.value, known.group if grouped else None, kind=task["kind"],
-            model=model, folds=task["folds"], seed=self.seed, period=task["period_deg"],
-            extra_tests=tests if grouped else None,
-        )  # fmt: skip
-        scores = {"": result.scores} | {k: one.scores for k, one in result.extra_tests.items()}
-        return {name: one.per_fold[self.metric[0]] for name, one in scores.items()}
+    @cached_property
+    def task(self) -> dict[str, Any]:
+        """Return the settings of the task that the variant evaluates."""
+        return self.spec.task_settings(self.variant.task or self.ablation.task)
 
-    @property
-    def metric(self) -> tuple[str, str]:
-        """Return the metric that is compared, and its unit."""
-        task = self._task()
-        return ("accuracy", "") if task["kind"] == "classification" else ("rmse", task["unit"])
-
-    def _task(self, name: str | None = None) -> dict[str, Any]:
-        spec = read_dataset(self.paths, self.ablation.train)
-        return spec.task_settings(name or self.ablation.task)
-
-    def _rows(self, variant: AblationVariant) -> tuple[TaskData, dict[str, TaskData]]:
+    def recordings(self) -> tuple[TaskData, dict[str, TaskData]]:
         """Return the recordings to train on, and those to test on as well."""
-        if variant.grasps is not None:
-            grasps = self.planned(variant.grasps)
-            changed = variant.grasps.is_changed
-            return (self.changed if changed else self.recorded)(variant, grasps), {}
-        withhold = self._task(variant.task)["withhold"]
+        if self.variant.grasps is not None:
+            grasps = self.planned(self.variant.grasps)
+            changed = self.variant.grasps.is_changed
+            return (self.changed if changed else self.recorded)(grasps), {}
+        withhold = self.task["withhold"]
         trained = [
-            split_withheld(self._stored(name, variant), withhold)
-            for name in variant.train or (self.ablation.train,)
+            split_withheld(self._stored(name), withhold)
+            for name in self.variant.train or (self.spec.name,)
         ]
         known, withheld = (_joined(parts) for parts in zip(*trained, strict=True))
         tests = {WITHHELD: withheld} if len(withhold) else {}
         for name in self.ablation.test:
-            tests[name] = split_withheld(self._stored(name, variant), withhold)[0]
+            tests[name] = split_withheld(self._stored(name), withhold)[0]
         return known, tests
 
-    def _stored(self, dataset: str, variant: AblationVariant) -> TaskData:
+    def _stored(self, dataset: str) -> TaskData:
         """Return the recordings of a data set in the order of their names."""
-        shard, task = read_store(self.paths.features(dataset)), self._task(variant.task)
+        shard, task = read_store(self.paths.features(dataset)), self.task
         rows = task_data(shard, task["target"], task["kind"], task["groups"], task["classes"])
         rows = rows.where(np.argsort(rows.name))
         if self.ablation.exclude:
             rows = rows.where(~np.isin(rows.value, self.ablation.exclude))
-        if variant.one_recording:
+        if self.variant.one_recording:
             rows = rows.where(np.sort(np.unique(rows.group, return_index=True)[1]))
-        if variant.band_hz is None:
+        if self.variant.band_hz is None:
             return rows
         normalisation = read_dataset(self.paths, dataset).features.normalisation
-        band = within(rows.feature, shard.frequency_hz, variant.band_hz, normalisation)
+        band = within(rows.feature, shard.frequency_hz, self.variant.band_hz, normalisation)
         return rows._replace(feature=band[0])
 
     def planned(self, settings: Grasps) -> list[Grasp]:
@@ -128,39 +128,37 @@ class AblationData:
 
         Raises NotPossibleError for a data set without a recipe.
         """
-        spec = read_dataset(self.paths, self.ablation.train)
+        spec = self.spec
         if spec.recipe is None:
             raise NotPossibleError(f"{spec.name} has no recipe: grasps cannot be simulated again")
-        sessions = session_names(spec.recipe)[: 1 if self.quick else settings.sessions]
         planned = [
             dataclasses.replace(grasp, grasp_id=f"{session}/{grasp.grasp_id}")
-            for session in sessions
+            for session in session_names(spec.recipe)[: settings.sessions]
             for grasp in _first(plan_session(spec.recipe, spec.name, session, ""), settings.each)
             if not set(map(str, grasp.targets.values())) & set(self.ablation.exclude)
         ]
         return sorted(planned, key=lambda grasp: grasp.grasp_id)
 
-    def recorded(self, variant: AblationVariant, grasps: Sequence[Grasp]) -> TaskData:
+    def recorded(self, grasps: Sequence[Grasp]) -> TaskData:
         """Return the first recording of each of `grasps` as it is in the store, in their order."""
-        rows = self._stored(self.ablation.train, variant)
+        rows = self._stored(self.spec.name)
         names, first = np.unique(rows.group, return_index=True)  # rows are in order of names
         place = dict(zip(names.tolist(), first.tolist(), strict=True))
         if missing := [g.grasp_id for g in grasps if g.grasp_id not in place]:
             raise NotPossibleError(f"there is no recording of grasp {missing[0]}")
         return rows.where(np.array([place[grasp.grasp_id] for grasp in grasps]))
 
-    def changed(self, variant: AblationVariant, grasps: Sequence[Grasp]) -> TaskData:
+    def changed(self, grasps: Sequence[Grasp]) -> TaskData:
         """Return the same grasps simulated with the variant's changes, each recorded once."""
-        spec, change = read_dataset(self.paths, self.ablation.train), variant.grasps or Grasps()
-        recipe, target = spec.recipe, self._task(variant.task)["target"]
-        assert recipe is not None, "planned from it"
+        change, recipe, target = self.variant.grasps, self.spec.recipe, self.task["target"]
+        assert recipe is not None and change is not None, "planned from them"
         solver, feature, value = ResponseStore(self.paths.responses), [], []
         # One for all: what is played is filtered once.
-        source = VirtualGripper(grasps[0].setup, solver, recipe.signal, spec.excitation)
+        source = VirtualGripper(grasps[0].setup, solver, recipe.signal, self.spec.excitation)
         for grasp in grasps:
             setup = changed_setup(grasp.setup, change, recipe.vary)
             take = source.take(dataclasses.replace(grasp, setup=setup), 0)
-            feature.append(spectrum(take.samples, SAMPLE_RATE_HZ, spec.features))
+            feature.append(spectrum(take.samples, SAMPLE_RATE_HZ, self.spec.features))
             value.append(grasp.object if target == "object" else grasp.targets[target])
         names = np.array([grasp.grasp_id for grasp in grasps])
         return TaskData(np.array(feature), np.array(value), names, names)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ajgdata.ablations.verdicts import with_verdicts
+from ajgdata.ablations import with_verdicts
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.exports import write_csv
 from ajgdata.report.navigation import Group, experiment_link

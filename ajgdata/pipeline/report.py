@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from ajgdata.ablations.verdicts import reasons_of, with_verdicts
+from ajgdata.ablations import reasons_of, with_verdicts
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import training_cost

@@ -43,21 +43,19 @@ def run_study(study: str, tables: Path, *, tests: str = "", quick: bool = False)
     write_tables(tables, results, study=study, quick=quick, **about)
 
 
-def run_ablation(
-    paths: Paths, ablation: str, tables: Path, *, seed: int, quick: bool = False
-) -> None:
+def run_ablation(paths: Paths, ablation: str, tables: Path, *, seed: int) -> None:
     """Run an ablation on the stores of its data sets and write its results to `tables` (JSON).
 
-    Scenes that are simulated for it are kept as those of data sets are. `quick`: fewer grasps and
-    the fastest model. Where data sets lack what it asks for, the reason is written instead.
+    Scenes that are simulated for it are kept as those of data sets are. If data sets lack what it
+    asks for, the reason is written instead.
     """
     from ajgdata.ablations.measure import measure
 
     try:
         settings = read_ablations(paths)[ablation]
-        results = measure(paths, ablation, settings, seed=seed, quick=quick)
-    except NotPossibleError as error:  # too few grasps, say: a result, and the run goes on
+        result = measure(paths, ablation, settings, seed=seed)
+    except NotPossibleError as error:  # for example too few grasps
         reason = {"reason": str(error)}
-        results = [table_of(ablation, f"Not made: {ablation}", [reason], reason="Reason")]
+        result = table_of(ablation, f"Not made: {ablation}", [reason], reason="Reason")
     about = {**software(), "code": ablation_hash()}
-    write_tables(tables, results, study=ablation, quick=quick, **about)
+    write_tables(tables, [result], study=ablation, quick=False, **about)

@@ -48,7 +48,6 @@ rule ablate:
         ],
         settings=lambda wildcards: settings_digest(ABLATED[wildcards.ablation]),
         seed=config["seed"],
-        quick=config["quick"],
         code=ablation_hash(),
     message:
         "Why simulation and paper differ: {wildcards.ablation}"
