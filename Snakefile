@@ -74,7 +74,7 @@ with errors_in_one_line():
     PAGES = [ABLATIONS_PAGE] * bool(ABLATED) + [*STUDIES]
     if config["pages"] is not None:
         PAGES = [name for name in PAGES if name in config["pages"]]
-    LATENTS = list(dict.fromkeys(key[:2] for key in ASKED if ASKED[key].of_latents))
+    LATENTS = list(dict.fromkeys(key[:2] for key in ASKED if ASKED[key].experiment.of_embedding))
     NAVIGATION = navigation_of(PATHS, SPECS, MEASURED, PAGES, LATENTS)
     # Data set and task of the opening picture.
     OPENING = subject_of(SPECS) if PAGES else None

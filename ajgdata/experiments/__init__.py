@@ -23,7 +23,6 @@ from ajgdata.types import (
     CROSS_VALIDATION,
     DataError,
     DatasetSpec,
-    Embedding,
     Kind,
     describe,
     location,
@@ -70,11 +69,6 @@ class Asked:
         return titles.get(model) or (model_label(model, kind) if model else "")
 
     @property
-    def of_latents(self) -> bool:
-        """Return whether it needs the latents of the embedding's encoders."""
-        return isinstance(self.settings, Embedding)
-
-    @property
     def kinds(self) -> tuple[str, ...]:
         """Return the names of its jobs: `learning_curve-cnn`, or `reflected_energy`."""
         name = self.experiment.name
@@ -115,46 +109,47 @@ def asked_of(spec: DatasetSpec, task: str) -> list[Asked]:
     Raises SettingsError for an unknown experiment and wrong settings.
     """
     if task in spec.embeddings:
-        return _asked_of_embedding(spec, task)
-    asked = []
-    for name, given in spec.tasks[task].asked.items():
-        keys = ("tasks", task, *(("experiments", name) if name != CROSS_VALIDATION else ()))
-        try:
-            if name not in EXPERIMENTS:
-                raise ValueError(f"no experiment {name!r}: there are {', '.join(_for_tasks())}")
-            one = EXPERIMENTS[name]
-            if one.of_embedding:
-                raise ValueError(f"experiments.{name} is for embeddings: declare it there")
-            asked.append(_asked(spec, task, one, one.settings.model_validate(given)))
-        except ValidationError as error:
-            problem = f"task {task}: experiments.{name}: {describe(error, '').problem}"
-            raise SettingsError(problem, (*keys, *location(error))) from None
-        except ValueError as error:
-            raise SettingsError(f"task {task}: {error}", keys) from None
+        settings = spec.embeddings[task]
+        asked = [
+            Asked(experiment, spec.name, task, settings, ("",))
+            for experiment in EXPERIMENTS.values()
+            if experiment.of_embedding
+        ]
+    else:
+        asked = [_asked(spec, task, name) for name in spec.tasks[task].asked]
     return sorted(asked, key=lambda one: (one.experiment.order, one.experiment.name))
 
 
-def _asked(spec: DatasetSpec, task: str, one: Experiment, settings: Any) -> Asked:
+def _asked(spec: DatasetSpec, task: str, name: str) -> Asked:
+    """Return the experiment `name` of a task with its settings, or raise SettingsError."""
+    keys = ("tasks", task, *(("experiments", name) if name != CROSS_VALIDATION else ()))
+    try:
+        if name not in EXPERIMENTS:
+            raise ValueError(f"no experiment {name!r}: there are {', '.join(_for_tasks())}")
+        experiment = EXPERIMENTS[name]
+        if experiment.of_embedding:
+            raise ValueError(f"experiments.{name} is for embeddings: declare it there")
+        settings: Any = experiment.settings.model_validate(spec.tasks[task].asked[name])
+        _check(spec, task, experiment, settings)
+    except ValidationError as error:
+        problem = f"task {task}: experiments.{name}: {describe(error, '').problem}"
+        raise SettingsError(problem, (*keys, *location(error))) from None
+    except ValueError as error:
+        raise SettingsError(f"task {task}: {error}", keys) from None
+    models = tuple(settings.models) if experiment.by_model else ("",)
+    return Asked(experiment, spec.name, task, settings, models)
+
+
+def _check(spec: DatasetSpec, task: str, experiment: Experiment, settings: Any) -> None:
+    """Raise ValueError for settings that the task cannot have."""
     kind = spec.targets[spec.tasks[task].target].kind
-    if kind not in one.kinds:
-        raise ValueError(f"experiments.{one.name} is for {one.kinds[0]}, not {kind}")
-    one.check(settings, kind, spec.features)
+    if kind not in experiment.kinds:
+        raise ValueError(f"experiments.{experiment.name} is for {experiment.kinds[0]}, not {kind}")
+    experiment.check(settings, kind, spec.features)
     for key in ("models", "test_on", "coverages", "groups", "grasps", "lengths_s", "kinds"):
         listed = getattr(settings, key, ())
         if len(set(listed)) != len(listed):
-            raise ValueError(f"experiments.{one.name}.{key} lists one twice")
-    models = tuple(settings.models) if one.by_model else ("",)
-    return Asked(one, spec.name, task, settings, models)
-
-
-def _asked_of_embedding(spec: DatasetSpec, embedding: str) -> list[Asked]:
-    settings = spec.embeddings[embedding]
-    asked = [
-        Asked(one, spec.name, embedding, settings, ("",))
-        for one in EXPERIMENTS.values()
-        if one.of_embedding and one.asks(settings)
-    ]
-    return sorted(asked, key=lambda one: (one.experiment.order, one.experiment.name))
+            raise ValueError(f"experiments.{experiment.name}.{key} lists one twice")
 
 
 def all_asked(spec: DatasetSpec, path: Path) -> Iterator[Asked]:

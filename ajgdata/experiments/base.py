@@ -21,19 +21,17 @@ from ajgdata.report.comparison import PaperComparison, PaperFigure
 from ajgdata.report.format import Source
 from ajgdata.report.report_data import Illustration, ResultRow
 from ajgdata.types import AudioSettings, FeatureSettings, Kind, Level, Strict
-from ajgdata.types.table import Column, Table, table_of
+from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
     from ajgdata.store.features import Shard
     from ajgdata.store.latents import Latents
 
-#: One number a row: what `results/metrics.csv` is made of.
-SCORE_COLUMNS = (
-    Column("model", "Model"), Column("part", "Part"), Column("metric", "Metric"),
-    Column("statistic", "Statistic"), Column("value", "Value"),
-)  # fmt: skip
-#: Metrics that are read first, for people.
-METRIC_NAMES = {"accuracy": "accuracy", "rmse": "RMSE"}
+#: Columns of one number per row: what `results/metrics.csv` is made of.
+SCORE_COLUMNS = {
+    "model": "Model", "part": "Part", "metric": "Metric", "statistic": "Statistic",
+    "value": "Value",
+}  # fmt: skip
 #: A row of a table of scores: model, part, metric, statistic and value.
 ScoreRow = tuple[str, str, str, str, float | None]
 STATISTICS = ("mean", "sd", "pooled", "chance")
@@ -191,7 +189,7 @@ class TaskResults:
     @property
     def metric_title(self) -> str:
         """Return the metric that is read first as a reader says it: `RMSE` or `accuracy`."""
-        return METRIC_NAMES[self.metric]
+        return "RMSE" if self.kind == "regression" else "accuracy"
 
     @property
     def scale(self) -> int:
@@ -209,11 +207,8 @@ class TaskResults:
         Both numbers are as shown.
         """
         perfect = 100.0 if self.kind == "classification" else 0.0
-        return (
-            text
-            if is_better_than_chance(value, UNDEFINED, chance, perfect)
-            else f"{text}, {NO_BETTER}"
-        )
+        is_better = is_better_than_chance(value, UNDEFINED, chance, perfect)
+        return text if is_better else f"{text}, {NO_BETTER}"
 
     def compared(
         self, paper: PaperFigure, result: str, model: str, agrees: Verdict, **more: Any
@@ -241,14 +236,11 @@ class Experiment:
     `summary` stands above the figures of a task. `measure(inputs, settings, model)` raises
     NotPossibleError for a task that lacks what it needs. `test_on` of the settings model, if it has
     one, names further data sets; its `models`, if `by_model`, are measured in jobs of their own.
-    `check(settings, kind, features)` raises ValueError for settings
-    that the task cannot have.
+    `check(settings, kind, features)` raises ValueError for settings that the task cannot have.
 
-    An experiment with its `own_page` does not stand on that of its task.
-
-    Those `of_embedding` are made of embeddings, whose declaration is their settings;
-    `asks(settings)` is False for an embedding that does not ask for it. On data sets that stand
-    beside the paper they stand beside its figure `paper`.
+    An experiment with its `own_page` does not stand on that of its task. Those `of_embedding` are
+    made of embeddings, whose declaration is their settings; they are compared with the row `paper`
+    of the paper, if a task of the data set is compared with the paper.
     """
 
     name: str
@@ -267,7 +259,6 @@ class Experiment:
     reads_recordings: bool = False
     renders: bool = False
     of_embedding: bool = False
-    asks: Callable[[Any], bool] = lambda settings: True
     paper: str = ""
 
     def figures(self, results: TaskResults) -> Iterable[Illustration]:
@@ -289,9 +280,8 @@ def score_table(rows: Iterable[ScoreRow], title: str) -> Table:
 
     NaN becomes a missing value. Infinity stays: the width of an interval without an end is known.
     """
-    keys = [column.key for column in SCORE_COLUMNS[:-1]]
-    named = ({**dict(zip(keys, row[:-1], strict=True)), "value": row[-1]} for row in rows)
-    return table_of(SCORES, title, named, **{column.key: column.title for column in SCORE_COLUMNS})
+    cells = (dict(zip(SCORE_COLUMNS, row, strict=True)) for row in rows)
+    return table_of(SCORES, title, cells, **SCORE_COLUMNS)
 
 
 def fold_scores(model: str, part: str, scores: Any) -> Iterator[ScoreRow]:

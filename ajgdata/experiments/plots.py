@@ -38,12 +38,13 @@ class Plot:
 
     `table` is the name of a table, or a function that makes one of the results. Rows that agree in
     `panel`, `series` and `x` are one point: their mean and standard deviation over `over`, or the
-    ends in the columns `interval`. A column `metric` selects the metric of the task, unless `where`
-    does; its values are shown in the unit of the task. `about` says in a sentence what is plotted.
+    ends in the columns `interval`. A column `metric` selects the metric of the task; its values
+    are shown in the unit of the task. Only rows with the values `where` are plotted. `about` says
+    in a sentence what is plotted.
     `headline` names the conclusion: the best point, the first series over x, or the range of all;
     `title` returns another.
-    With `published`, the value of the paper is drawn, or (`point`) its place and value, or places
-    and values that a function returns. `listed`: the points are rows in the table of results.
+    With `published`, the value of the paper is drawn, or (`point`) its place and value. `listed`:
+    the points are rows in the table of results.
     """
 
     mark: MarkName
@@ -60,7 +61,7 @@ class Plot:
     headline: Headline = "best"
     title: Callable[[TaskResults], str] | None = None
     better: Literal["high", "low"] = "low"
-    published: Literal["", "value", "point"] | Callable[[TaskResults], tuple[float, ...]] = ""
+    published: Literal["", "value", "point"] = ""
     percent: bool = False
     ideal: bool = False
     listed: bool = False
@@ -82,16 +83,14 @@ def table_for(results: TaskResults, plot: Plot) -> Table:
         own = {column.key for column in first.columns}
         columns = first.columns if MODEL.key in own else (MODEL, *first.columns)
         table = Table(first.name, first.title, first.note, columns, tuple(joined))
-    where = dict(plot.where)
-    if _is_metric(table, plot):
-        where["metric"] = results.metric
-    return table.where(**where)
+    metric = {"metric": results.metric} if _is_metric(table, plot) else {}
+    return table.where(**plot.where, **metric)
 
 
 def _is_metric(table: Table, plot: Plot) -> bool:
     """Return whether the values are those of the metric that the task reads first."""
     keys = {column.key for column in table.columns}
-    return plot.value == "value" and "metric" in keys and "metric" not in plot.where
+    return plot.value == "value" and "metric" in keys
 
 
 def points_for(results: TaskResults, plot: Plot, **where: Value) -> list[Point]:
@@ -279,9 +278,7 @@ def picture_for(results: TaskResults, plot: Plot) -> Picture:
 
     paper = results.paper
     published: tuple[float, ...] = ()
-    if callable(plot.published):
-        published = plot.published(results)
-    elif plot.published and paper is not None and paper.value is not None:
+    if plot.published and paper is not None and paper.value is not None:
         if plot.published == "value":
             published = (float(paper.value),)
         elif paper.reached is not None:

@@ -137,8 +137,8 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
                 settings=one.job_settings(kind), split=spec.task_settings(one.task),
                 others=list(one.others), rendered="x" if one.experiment.renders else "",
                 audio=AudioSettings(sample_rate_hz=RATE_HZ), features=spec.features,
-                paths=paths, encoders=encoders if one.of_latents else [], seed=0, tables=tables,
-                cost=paths.experiment_cost("little", one.task, kind),
+                paths=paths, encoders=encoders if one.experiment.of_embedding else [], seed=0,
+                tables=tables, cost=paths.experiment_cost("little", one.task, kind),
             )  # fmt: skip
             told[one.task, kind] = read_json(tables).get("skipped", "")
     return told

@@ -63,7 +63,7 @@ def rendered_from(wildcards):
 def encoder_files(wildcards):
     """Latents and training cost, for the experiments on them."""
     key = wildcards.dataset, wildcards.task
-    if not asked(wildcards).of_latents:
+    if not asked(wildcards).experiment.of_embedding:
         return []
     return [PATHS.latents(*key), PATHS.training_cost(*key)]
 
