@@ -42,7 +42,8 @@ def show(
     from ajgdata.report.scenes import cross_section_figure
 
     title, content = _open_scene(scene)
-    figure = cross_section_figure(content, title, _plan(scene, content).left_out)
+    _plan(scene, content)  # which checks the scene
+    figure = cross_section_figure(content, title)
     path = (folder or Path(f"gripper-{title}")) / "cross-section"
     say(escape(str(save_figure(figure, path)[0])))
 

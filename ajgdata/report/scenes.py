@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,22 +75,17 @@ def section(scene: Scene) -> Section:
 
 
 @styled
-def cross_section_figure(scene: Scene, title: str, left_out: Sequence[str] = ()) -> Figure:
-    """Return a drawing of the plane y = 0: housing, grains, membrane, transducers and object.
-
-    `left_out` are the parts that the plan does not solve; they are listed below the drawing.
-    """
-    lines = textwrap.wrap("Left out: " + "; ".join(left_out), 110) if left_out else []
-    size = WIDTH_IN, 4.9 + 0.16 * len(lines)
-    figure = new_figure(size, title, _grasp_line(scene), ["simulated"])
+def cross_section_figure(scene: Scene, title: str) -> Figure:
+    """Return a drawing of the plane y = 0: housing, grains, membrane, transducers and object."""
+    about = f"{scene.medium.kind}, bed {number(scene.gripper.bed_depth_mm)} mm"
+    about += f", {number(scene.grasp.force_n)} N, {number(scene.grasp.angle_deg)}°"
+    figure = new_figure((WIDTH_IN, 4.9), title, about, ["simulated"])
     axes = figure.subplots()
     name = scene.object.kind if scene.object is not None else ""
     draw_section(axes, scene, section(scene), name, TEXT_PT)
     axes.set(xlabel="x (mm), cut at y = 0", ylabel="height over the rim (mm)")
     axes.grid(False)
     axes.legend(loc="upper left", bbox_to_anchor=(1, 1))
-    if lines:
-        figure.supxlabel("\n".join(lines), x=0.02, ha="left", fontsize=8, color=GREY)
     return figure
 
 
@@ -197,13 +190,3 @@ def _fit(axes: Axes, scene: Scene, low: float, high: float) -> None:
     beside = scene.gripper.rim_radius_mm + BESIDE_MM
     axes.set(xlim=(-beside, beside), ylim=(low, high))
     axes.set_aspect("equal", adjustable="box", anchor="N")
-
-
-def _grasp_line(scene: Scene) -> str:
-    grasp, numerics = scene.grasp, scene.numerics
-    parts = [f"{scene.medium.kind}, bed {number(scene.gripper.bed_depth_mm)} mm"]
-    if scene.medium.kind == "air":
-        parts = ["no grains"]
-    if scene.object is not None:
-        parts.append(f"{number(grasp.force_n)} N, {number(grasp.angle_deg)}°")
-    return "   ".join([*parts, f"seed {grasp.seed}", f"grid {number(numerics.dx_mm)} mm"])
