@@ -79,23 +79,22 @@ def learning_curve(
     """Train on ever more groups per class, and test always on the same: those of the first fold.
 
     Each repeat draws an order of every class's training groups and takes the first of them; its
-    seed is the model's as well. Sizes that some class has too few training groups for, or that the
-    model cannot learn from, are skipped. Raises NotPossibleError for fewer than two possible sizes
-    (of several), and for a group of several classes.
+    seed is the model's as well. Impossible sizes are skipped. Raises NotPossibleError for fewer
+    than two possible sizes (of several), and for a group of several classes.
     """
     train, test = grouped_folds(data.value, data.group, kind, folds, seed)[0]
     known, tested = data.where(train), data.where(test)
     fewest = _fewest_groups(known)
     problem = f"a class has {fewest}; lower learning_curve.groups, or record more"
-    others = {size: problem for size in sizes if size > fewest}
+    others = dict.fromkeys((size for size in sizes if size > fewest), problem)
     fit = partial(fit_named_model, model, kind, period=period, limits=limits)
     points = []
     with threadpool_limits(limits=1):
         for repeat, size in product(range(repeats), sizes):
             if size in others:
                 continue
-            generator = np.random.default_rng([seed, repeat])
-            orders = _ordered_groups(known.value, known.group, generator)
+            random = np.random.default_rng([seed, repeat])
+            orders = _ordered_groups(known.value, known.group, random)
             rows = known.where(_first(orders, size, known.group))
             try:
                 fitted = fit(rows.feature, rows.value, rows.group, seed=seed + repeat)

@@ -55,16 +55,14 @@ class Cells:
 def cut_cells(columns: Columns, h: float, half_width: float, bottom: float, top: float) -> Cells:
     """Cut a cubic grid of spacing `h` (m) with `columns`.
 
-    The grid is centred on the axis, covers ±half_width, and a face lies at z = top. Volumes and
-    areas are exact along z and sampled four times finer than the grid along x and y; horizontal
-    faces weigh each sample by the slope of the boundary through it, so that all areas vary
-    smoothly with the geometry. Raises ValueError if the domain touches the edge of the grid.
+    The grid covers ±half_width, and a face is at z = top. Volumes and areas are exact along z and
+    sampled four times finer along x and y; the slope of the boundary weighs horizontal faces, so
+    that areas vary smoothly. Raises ValueError if the domain touches the edge of the grid.
     """
     nx = 2 * int(np.ceil(half_width / h - 1e-9))
     ny = next(rows for rows in range(nx, nx + LANES, 2) if rows * nx % LANES == 0)
     nz = int(np.ceil((top - bottom) / h)) + 4
-    # One layer more all around, where nothing may be.
-    x, y = (_centred(count + 2, h) for count in (nx, ny))
+    x, y = (_centred(count + 2, h) for count in (nx, ny))  # with an empty layer all around
     z = top + (np.arange(nz) - nz + 2.5) * h
     base, spacing = float(z[0]) - h / 2, h / FINER
     fine_x, fine_y = (_centred(len(axis) * FINER, spacing) for axis in (x, y))

@@ -150,19 +150,28 @@ def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int, Re
         strongest = max(strongest, energy)
         if not len(drive) and energy < strongest * 10 ** (-numerics.decay_db / 10):
             break
-    # Where it stops, so that nothing jumps: the slowest resonance of the balloon goes on below
-    # the band of the transducers.
-    static = float(heard[-len(heard) // 2 :].mean())
-    heard = np.concatenate(pieces)
-    # The static pressure enters with the pulse, as its running sum.
-    entered = np.cumsum(pulse) / factor
-    heard[: len(entered)] -= static * entered
-    heard[len(entered) :] -= static
-    plain = numerics.scheme == "second"
-    samples = heard[::factor] if plain else undisperse(heard, factor, latency)
+    samples, static = _settled(pieces, pulse, factor, latency, numerics)
     velocity = patch_velocity(np.hstack(pushes) / scale, model.skin.motion, 1 / SAMPLE_RATE_HZ)
     outside = diffuse_gain(velocity, model.skin.centre, model.air, 1 / SAMPLE_RATE_HZ)
-    return samples / scale, static / scale, len(heard), latency, outside
+    return samples / scale, static / scale, sum(map(len, pieces)), latency, outside
+
+
+def _settled(
+    pieces: list[Real], pulse: Real, factor: int, latency: int, numerics: Numerics
+) -> tuple[Real, float]:
+    """Return the marched response at 44.1 kHz less what it settles at, and that.
+
+    That is the mean where it stops, so that nothing jumps: the slowest resonance of the balloon
+    goes on below the band of the transducers.
+    """
+    static = float(pieces[-1][-len(pieces[-1]) // 2 :].mean())
+    response = np.concatenate(pieces)
+    # The static pressure enters with the pulse, as its running sum.
+    entered = np.cumsum(pulse) / factor
+    response[: len(entered)] -= static * entered
+    response[len(entered) :] -= static
+    plain = numerics.scheme == "second"
+    return response[::factor] if plain else undisperse(response, factor, latency), static
 
 
 @njit(nogil=True, cache=True)
