@@ -168,7 +168,6 @@ class Tree:
 
     README = "README.md"
     LICENCE = "LICENSE"
-    CITATION = "CITATION.cff"
     SUMS = "SHA256SUMS"
     CROISSANT = "croissant.json"
     DATAPACKAGE = "datapackage.json"

@@ -48,7 +48,7 @@ from ajgdata.store.sources import bring, list_sources, read_source
 from ajgdata.types import NAME, DataError, DatasetSpec, Session, checked_name
 
 #: Stored with the recordings, because the licence may require it.
-KEPT = (Tree.README, Tree.LICENCE, Tree.CITATION, Tree.SUMS)
+KEPT = (Tree.README, Tree.LICENCE, Tree.SUMS)
 #: Keys of dataset.yaml that are not taken over: they can start a program or name other files.
 NOT_TAKEN_OVER = ("recipe", "protocol", "imports")
 #: What to do about a published data set with an error.

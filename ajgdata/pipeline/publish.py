@@ -58,10 +58,9 @@ def publish(
 ) -> Published:
     """Write the data set `dataset` with its features into the folder `out`, all or nothing.
 
-    Its version is that of dataset.yaml, its date the day of the commit. It contains the recordings
-    of the feature file `store` (default: that of `ajgdata.load_features`). `each` iterates over the
-    recordings and may show progress. Raises DataError, and keeps the old folder, if the features
-    are missing or outdated, or if another process publishes there.
+    It contains the recordings of the feature file `store` (default: that of `load_features`).
+    `each` iterates over them and may show progress. Raises DataError, and keeps the old folder, if
+    features are missing or outdated, or if another process publishes there.
 
     >>> from pathlib import Path
     >>> from ajgdata.paths import find_project
@@ -69,7 +68,7 @@ def publish(
     >>> publish(find_project(), "size", Path("tree/size")).recordings
     16
     >>> sorted(path.name for path in Path("tree/size").iterdir())[:3]
-    ['CITATION.cff', 'LICENSE', 'README.md']
+    ['LICENSE', 'README.md', 'SHA256SUMS']
     """
     out = Path(out)
     _check_target(out)
@@ -202,7 +201,6 @@ def _describe(
     hashes = {name: file_sha256(tree / name) for name in described}
     _write(tree, tree.CROISSANT, json_bytes(croissant(about, table, hashes, sizes)))
     _write(tree, tree.DATAPACKAGE, json_bytes(datapackage(about, table, hashes, sizes)))
-    _write(tree, tree.CITATION, yaml_bytes(card.citation(about)))
     _write(tree, tree.LICENCE, card.licence_text(about).encode())
     facts = _provenance(spec, contents.store, grippers)
     text = card.render_card(about, about_data, table, sizes, facts, paths)

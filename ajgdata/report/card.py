@@ -1,8 +1,8 @@
-"""Texts of a published data set: dataset card, citation and licence."""
+"""Texts of a published data set: dataset card and licence."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from markupsafe import Markup
@@ -13,12 +13,9 @@ from ajgdata.report.report_data import DatasetSummary
 from ajgdata.store.files import yaml_bytes
 from ajgdata.store.publishing.documents import About
 from ajgdata.store.publishing.table import Table
-from ajgdata.types import Finding
 
 #: Findings that the card lists one by one.
 MAX_FINDINGS = 20
-#: Upper ends of Hugging Face's size categories.
-_SIZES = ((1e3, "n<1K"), (1e4, "1K<n<10K"), (1e5, "10K<n<100K"), (float("inf"), "100K<n<1M"))
 
 
 def render_card(
@@ -32,7 +29,7 @@ def render_card(
     """Return README.md; `sizes` are bytes of files by name, `provenance` texts by topic."""
     templates = environment(project)
     templates.keep_trailing_newline = True
-    templates.filters.update(cell=cell, finding=finding_text)
+    templates.filters["cell"] = cell
     targets = (column.name for column in table.columns if column.is_target)
     return templates.get_template("card.md.j2").render(
         about=about,
@@ -41,16 +38,16 @@ def render_card(
         groups=sorted({task.groups for task in about.spec.tasks.values()}),
         sizes=sizes,
         provenance=provenance,
-        front=yaml_bytes(front_matter(about, len(table.rows))).decode(),
+        front=yaml_bytes(front_matter(about)).decode(),
         label=next(targets, "object"),
         left_out=[f for f in summary.findings if f.leaves_out],
-        flagged=_by_code([f for f in summary.findings if not f.leaves_out]),
+        flagged=[f for f in summary.findings if not f.leaves_out],
         max_findings=MAX_FINDINGS,
         tree=Tree,
     )
 
 
-def front_matter(about: About, recordings: int) -> dict[str, Any]:
+def front_matter(about: About) -> dict[str, Any]:
     """Return what Hugging Face shows and searches, and which files are the data."""
     categories = {"classification": "audio-classification", "regression": "tabular-regression"}
     kinds = {about.spec.targets[task.target].kind for task in about.spec.tasks.values()}
@@ -60,35 +57,12 @@ def front_matter(about: About, recordings: int) -> dict[str, Any]:
         "language": ["en"],
         "tags": [word.replace(" ", "-") for word in about.keywords] + ["croissant"],
         "task_categories": sorted(categories[kind] for kind in kinds),
-        "size_categories": [next(name for top, name in _SIZES if recordings < top)],
-        "annotations_creators": [
-            "machine-generated" if about.source == "simulated" else "expert-generated"
-        ],
         "configs": [
             {
                 "config_name": "default",
                 "data_files": [{"split": "train", "path": [Tree.METADATA, "audio/**"]}],
             }
         ],
-    }
-
-
-def citation(about: About) -> dict[str, Any]:
-    """Return the content of CITATION.cff of the data set."""
-    spec = about.spec
-    return {
-        "cff-version": "1.2.0",
-        "message": "If you use this data set, please cite it.",
-        "type": "dataset",
-        "title": about.title,
-        "abstract": about.description,
-        "authors": [{"name": name} for name in about.authors],
-        "version": spec.version,
-        **({"date-released": about.date} if about.date else {}),
-        **({"license": about.spdx} if about.spdx else {}),
-        **({"url": spec.url} if spec.url else {}),
-        "keywords": about.keywords,
-        **({"notes": spec.citation} if spec.citation else {}),
     }
 
 
@@ -101,19 +75,6 @@ def licence_text(about: About) -> str:
         )
     head = f"The data set {about.spec.name} is licensed under {about.spec.licence}.\n"
     return head + (f"Its text: {about.licence_url}\n" if about.licence_url else "")
-
-
-def _by_code(findings: Sequence[Finding]) -> list[tuple[int, Finding]]:
-    """Return how many findings of each kind there are, and the first of each."""
-    kinds: dict[str, list[Finding]] = {}
-    for finding in findings:
-        kinds.setdefault(finding.code, []).append(finding)
-    return [(len(some), some[0]) for some in kinds.values()]
-
-
-def finding_text(finding: Finding) -> str:
-    """Return a finding as one line."""
-    return f"{finding.session_id}/{finding.recording_id}: {finding.problem}"
 
 
 def cell(text: object) -> Markup:
