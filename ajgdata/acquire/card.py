@@ -1,13 +1,9 @@
-"""The interface of a sound card: settings, recordings and errors.
-
-`acquire.sound_card` implements it for a real card, `acquire.virtual` for the virtual gripper.
-"""
+"""Settings, recordings and errors of a sound card, real or simulated."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,28 +89,3 @@ class Capture:
         names = ("latency_samples", "arrival_samples", "clipped", "xruns", "attempts", "time")
         cells = {name: str(getattr(self, name)) for name in names}
         return {**cells, "peak_dbfs": f"{self.peak_dbfs:.2f}"}
-
-
-class Card(Protocol):
-    """A speaker and a microphone on one sound card, for one session."""
-
-    @property
-    def settings(self) -> CardSettings:
-        """Device, rate and channels, constant in a session."""
-        ...
-
-    def resume(self, latency_samples: int | None) -> None:
-        """Use the known latency of a session that is resumed."""
-        ...
-
-    def take(self, played: NDArray[np.float32], tail: int = 0) -> Capture:
-        """Play (n,) once and return n + tail samples. Raises TakeError, or CardError for good."""
-        ...
-
-    def describe(self) -> Mapping[str, Any]:
-        """Return device, driver, channels and latency, for session.yaml."""
-        ...
-
-    def close(self) -> None:
-        """Close the card. May be called twice."""
-        ...

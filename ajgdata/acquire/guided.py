@@ -9,11 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ajgdata.acquire.card import Capture, Card, CardError, TakeError
+from ajgdata.acquire.card import Capture, CardError, TakeError
 from ajgdata.acquire.live_session import REJECTED, LiveSession
 from ajgdata.acquire.operator import Choice, Decision, Operator
 from ajgdata.acquire.protocol import DOUBT, REFERENCE, PlannedGrasp, grasp_id, remaining
 from ajgdata.acquire.robot import Placement, Robot, RobotError, grasp_once
+from ajgdata.acquire.virtual import Card
 from ajgdata.features.checks import check_samples
 from ajgdata.types import GraspProtocol
 
@@ -127,7 +128,7 @@ class GuidedAcquisition:
         problems = self._check(grasp, capture, usual)
         self._problems += problems
         texts = [problem.text for problem in problems]
-        empty = dict.fromkeys((name for name in self.targets if name not in grasp.targets), "")
+        empty = dict.fromkeys(sorted(set(self.targets) - set(grasp.targets)), "")
         labels = {**empty, "force_reached_n": force_n, **capture.labels(), DOUBT: "; ".join(texts)}
         quality = REJECTED if problems else "ok"
         self.session.record(grasp, attempt, sample, capture.samples, quality=quality, labels=labels)

@@ -79,18 +79,14 @@ def plan_session(
     code: str,
     played: ExcitationSpec = DEFAULT_EXCITATION,
 ) -> list[Grasp]:
-    """Return every grasp of one session: of nothing first, then of the objects in the recipe's
-    order, in turn or one after another.
+    """Return every grasp of one session: references first, then the objects in the recipe's order.
 
-    Each grasp draws from its own seed, derived from (recipe seed, data set, session, object,
-    number): adding an object or a grasp changes no other, but where the bed remembers (a variation
-    with memory) those that come after it. Variants share their seeds unless each draws its own
-    grasps; the data set is `recipe.grasps_of` where that is given. `code` is a digest of the
-    gripper's sources; with scene, signal chain and what is played (where that is not the default)
-    it makes the grasp's digest, so that changed physics is simulated again. What `vary` draws is a
-    label of the recording, too.
-
-    Raises ValidationError for a variation that cannot be.
+    Each grasp draws from its own seed, derived from (recipe seed, data set or `grasps_of`, session,
+    object, number): a new object or grasp changes no other, except later ones in a bed with memory.
+    Variants share their seeds unless each draws its own grasps. `code` is the hash of the gripper's
+    sources; with scene, signal chain and excitation (unless it is the default) it makes the digest,
+    so that changed physics is simulated again. Drawn settings are labels of the recording, too.
+    Raises ValidationError for an invalid variation.
     """
     drawn_by, variant = _sessions(recipe)[session]
     scene = {**recipe.scene, **recipe.variants.get(variant, {})}

@@ -1,4 +1,4 @@
-"""Robots: whoever moves the gripper, and the steps of one grasp in their order."""
+"""Robots: what moves the gripper, and the steps of one grasp in their order."""
 
 from __future__ import annotations
 
@@ -13,23 +13,22 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pkgutil import resolve_name
 from tempfile import TemporaryFile
-from typing import IO, Annotated, Any, Protocol
+from typing import Annotated, Any, Protocol
 
 from pydantic import Field, ValidationError
 
 from ajgdata.types import ROBOTS, DataError, Strict, describe
 from ajgdata.types.protocol import Step
 
-#: Object of a placement where something lies that nobody has named.
+#: Object of a placement whose name is not known.
 UNNAMED = "object"
-#: Says something to the person and returns when that has been done.
+#: Prints a request and returns when the person has confirmed it.
 Confirm = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class Placement:
-    """One grasp, as a robot needs to know it. `object` is "" when nothing shall be held, UNNAMED
-    when nobody knows what lies there."""
+    """One grasp for a robot. `object` is "" for the empty gripper, UNNAMED if it is not known."""
 
     grasp_id: str
     object: str
@@ -38,22 +37,22 @@ class Placement:
 
 
 class RobotError(DataError):
-    """A step that was not made; what is recorded stays."""
+    """A step that failed; recordings are kept."""
 
 
 class Robot(Protocol):
     """Moves the gripper."""
 
     def move(self, step: str, **about: Any) -> float | None:
-        """Make one step, and return when it is done. Raises RobotError if it cannot be made.
+        """Make one step, and return when it is done. Raises RobotError if it is impossible.
 
         - `loosen`: make the grains flow again, away from any object.
         - `approach` (with the fields of a `Placement`): press the gripper onto the object until
-          `force_n`, and return the force (N) that was reached, None if nothing measures it. Nothing
-          is touched if `object` is "".
-        - `hold` (`seconds`): keep still. `jam`: evacuate the gripper. `lift`: lift what is held.
+          `force_n`, and return the measured force (N), None if nothing measures it. Touch nothing
+          if `object` is "".
+        - `hold` (`seconds`): keep still. `jam`: evacuate the gripper. `lift`: lift the object.
         - `release`: put the object down and let go; also called to end a grasp that failed.
-        - `place` (`bin`): carry what is held to a bin and let go.
+        - `place` (`bin`): carry the object to a bin and let go.
         - `halt` (`held`): stop at once and stay safe. `held` is the object in the gripper, "" if it
           is empty. Called once, as the last step, at any moment, also in the middle of another
           step, and when that failed.
@@ -68,9 +67,9 @@ def grasp_once(
     wait_s: float,
     sense: Callable[[float | None], None],
 ) -> None:
-    """Make the steps of `sequence`; `sense` is called with the force that was reached.
+    """Make the steps of `sequence`; `sense` is called with the measured force (N).
 
-    Whatever ends it between `approach` and `release`, the robot lets go before the error goes on.
+    After an error between `approach` and `release` the robot lets go before the error is raised.
     """
     force: float | None = None
     pressing = False
@@ -88,20 +87,19 @@ def grasp_once(
                     robot.move(step)
     except BaseException:
         if pressing:
-            with suppress(Exception):  # the first error is the one to mend
+            with suppress(Exception):  # the first error is the cause
                 robot.move("release")
         raise
 
 
 class ManualRobot:
-    """A person, who is asked once per grasp."""
+    """A person, who confirms each grasp."""
 
     def __init__(self, confirm: Confirm) -> None:
         self._confirm = confirm
 
     def move(self, step: str, **about: Any) -> float | None:
-        """Ask for a step; the steps that are part of another one do nothing. No force is
-        measured."""
+        """Request a step; steps that are part of another one do nothing. No force is measured."""
         match step:
             case "approach" if about["object"]:
                 named = "the next object" if about["object"] == UNNAMED else about["object"]
@@ -143,10 +141,10 @@ class CommandRobot:
     """Runs a program for each step (see acquire.robot.Robot).
 
     On standard input: {"step": "approach", "object": "cube", "grasp_id": "cube_01", "number": 1,
-    "force_n": 8.0}; `hold` comes with "seconds", `place` with "bin", `halt` with "held" (what is in
-    the gripper, or ""), the others with the step alone. A step may be ended in the middle: `halt`
-    follows. Exit code 0 says that the step was made; of `approach`, standard output may hold
-    {"force_n": 7.9}, the force that was reached. The last line of standard error says why not.
+    "force_n": 8.0}; `hold` has "seconds", `place` "bin", `halt` "held", other steps nothing else. A
+    step may be ended in the middle: `halt` follows. Exit code 0 means success; for `approach`,
+    standard output may contain {"force_n": 7.9}, the measured force. The last line of standard
+    error is the reason of a failure.
     """
 
     def __init__(self, settings: CommandSettings) -> None:
@@ -154,70 +152,58 @@ class CommandRobot:
 
     def move(self, step: str, **about: Any) -> float | None:
         """Run the program for a step; return the force (N) that it prints for `approach`."""
-        force = self._run(step, **about).get("force_n")
-        if step != "approach" or force is None:
-            return None
-        is_number = isinstance(force, int | float) and not isinstance(force, bool)
-        if not is_number or not math.isfinite(force):
-            raise self._error(step, f"says force_n = {force!r}", "let it print a number of N")
-        return float(force)
-
-    def _run(self, step: str, **about: Any) -> dict[str, Any]:
         limit_s = self._settings.timeout_s + about.get("seconds", 0.0)
-        asked = json.dumps({"step": step, **about}).encode()
-        # Into files: a pipe ends only with the last of the processes that hold it.
-        with TemporaryFile() as out, TemporaryFile() as err:
+        code, output, errors = self._run(step, json.dumps({"step": step, **about}), limit_s)
+        if code is None:
+            fix = "check the robot, then raise robot_settings.timeout_s if it was only slow"
+            raise self._error(step, f"was not done after {limit_s:g} s", fix)
+        if code:
+            reason = (errors.strip().splitlines() or ["no message"])[-1]
+            fix = "check the robot, then run again"
+            raise self._error(step, f"failed with exit code {code}: {reason}", fix)
+        if step != "approach" or not output.strip():
+            return None
+        try:
+            force = float(json.loads(output)["force_n"])
+        except (ValueError, TypeError, KeyError):
+            force = math.nan
+        if not math.isfinite(force):
+            problem = f"printed {output.strip()[:60]!r}"
+            raise self._error(step, problem, 'print nothing, or {"force_n": 7.9}')
+        return force
+
+    def _run(self, step: str, message: str, limit_s: float) -> tuple[int | None, str, str]:
+        """Return exit code (None after `limit_s`), standard output and standard error."""
+        # Files instead of pipes: a pipe ends only with the last process that has it.
+        with TemporaryFile() as output, TemporaryFile() as errors:
             try:
                 program = subprocess.Popen(
                     self._settings.command,
                     stdin=subprocess.PIPE,
-                    stdout=out,
-                    stderr=err,
-                    start_new_session=True,  # what it starts is ended with it
+                    stdout=output,
+                    stderr=errors,
+                    start_new_session=True,  # its child processes are ended with it
                 )
             except OSError as error:
                 problem = f"cannot be started ({error.strerror})"
                 raise self._error(step, problem, "correct it") from None
+            code = None
             try:
-                program.communicate(asked, timeout=limit_s)
-            except subprocess.TimeoutExpired:
-                fix = "look at the robot, then raise robot_settings.timeout_s if it was only slow"
-                raise self._error(step, f"was not done after {limit_s:g} s", fix) from None
+                with suppress(subprocess.TimeoutExpired):
+                    program.communicate(message.encode(), timeout=limit_s)
+                    code = program.returncode
             finally:
-                _end(program)
-            if program.returncode:
-                said = (_text(err).strip().splitlines() or ["it says nothing"])[-1]
-                problem = f"failed with exit code {program.returncode}: {said}"
-                raise self._error(step, problem, "look at the robot, then go on")
-            return self._answer(step, _text(out))
-
-    def _answer(self, step: str, out: str) -> dict[str, Any]:
-        if not out.strip():
-            return {}
-        try:
-            answer = json.loads(out)
-        except json.JSONDecodeError:
-            answer = None
-        if not isinstance(answer, dict):
-            fix = "let it print one JSON object, or nothing"
-            raise self._error(step, f"printed {out.strip()[:60]!r}", fix)
-        return answer
+                with suppress(ProcessLookupError):  # all have ended
+                    os.killpg(program.pid, signal.SIGKILL)
+                program.wait()
+            texts = []
+            for file in (output, errors):
+                file.seek(0)
+                texts.append(file.read().decode(errors="replace"))
+        return code, texts[0], texts[1]
 
     def _error(self, step: str, problem: str, fix: str) -> RobotError:
         return RobotError(f"robot, {step}", f"{self._settings.command[0]} {problem}", fix)
-
-
-def _text(file: IO[bytes]) -> str:
-    """Return what a program wrote, whatever its encoding."""
-    file.seek(0)
-    return file.read().decode(errors="replace")
-
-
-def _end(program: subprocess.Popen[bytes]) -> None:
-    """End what is left of a program and of what it started."""
-    with suppress(ProcessLookupError):  # nothing is left
-        os.killpg(program.pid, signal.SIGKILL)
-    program.wait()
 
 
 @contextmanager

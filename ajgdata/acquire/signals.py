@@ -1,4 +1,4 @@
-"""Signals that end a program in the middle of a step: once is enough, then it tidies up."""
+"""Signals that end a program: the first one ends it, then it cleans up undisturbed."""
 
 from __future__ import annotations
 
@@ -7,60 +7,46 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any
 
-#: Those that there are on every system, and those of POSIX.
 _ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
-_Handlers = dict[int, Any]
 
 
 @contextmanager
 def ended_by_signals(names: tuple[str, ...] = _ENDING[1:]) -> Iterator[None]:
     """Let the first of these signals end the program, SIGINT by KeyboardInterrupt, the others by
-    SystemExit of 128 and their number; those that follow are ignored.
+    SystemExit of 128 plus their number. Later signals are ignored.
 
-    A signal that was to be ignored from the start stays so, but SIGINT, by which a live run is
-    stopped. For the main thread.
+    A signal that was ignored before (`nohup`) stays ignored, except SIGINT, which stops a live run.
+    For the main thread.
     """
 
     def end(number: int, _frame: FrameType | None) -> None:
-        for one in before:
-            signal.signal(one, signal.SIG_IGN)  # what is going on now is tidying up
+        for other in numbers:
+            signal.signal(other, signal.SIG_IGN)  # the program cleans up
         raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(128 + number)
 
-    before = {
-        number: handler
-        for number, handler in _handlers(names).items()
-        if handler != signal.SIG_IGN or number == signal.SIGINT
-    }
-    for number in before:
-        signal.signal(number, end)
+    numbers = [
+        number
+        for number in (getattr(signal, name) for name in names)
+        if number == signal.SIGINT or signal.getsignal(number) != signal.SIG_IGN
+    ]
+    before = [signal.signal(number, end) for number in numbers]
     try:
         yield
     finally:
-        _restore(before)
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
 
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """Ignore these signals meanwhile, if this is the main thread (no other one hears them)."""
+    """Ignore these signals in the block, if this is the main thread (others receive none)."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = _handlers(_ENDING)
-    for number in before:
-        signal.signal(number, signal.SIG_IGN)
+    before = {name: signal.signal(getattr(signal, name), signal.SIG_IGN) for name in _ENDING}
     try:
         yield
     finally:
-        _restore(before)
-
-
-def _handlers(names: tuple[str, ...]) -> _Handlers:
-    known = (getattr(signal, name, None) for name in names)
-    return {number: signal.getsignal(number) for number in known if number is not None}
-
-
-def _restore(before: _Handlers) -> None:
-    for number, handler in before.items():
-        signal.signal(number, handler)
+        for name, handler in before.items():
+            signal.signal(getattr(signal, name), handler)

@@ -33,7 +33,7 @@ class _Fault(NamedTuple):
 
 
 class SoundCard:
-    """Records through a line (see Card). The first take measures the latency of the session, unless
+    """Records through a line. The first take measures the latency of the session, unless
     the session is resumed."""
 
     def __init__(self, line: PortAudioLine, settings: CardSettings) -> None:
@@ -153,15 +153,13 @@ class SoundCard:
         peaks = np.abs(samples).max(axis=0)
         skip = {number, self.settings.loopback_channel}
         louder = [n + 1 for n, p in enumerate(peaks) if n + 1 not in skip and p > SILENT]
+        problem, fix = f"input {number} is silent", "check plug, mute and gain of the microphone"
         if peaks[number - 1] > SILENT:
-            peak = 20 * np.log10(float(peaks[number - 1]))
-            problem = f"input {number} does not record the output (peak {peak:.0f} dBFS)"
-            return _Fault(problem, "check plug, level and channel of the speaker", permanent=True)
-        if louder:
-            problem = f"input {number} is silent, input {louder[0]} is not: wrong channel"
-            return _Fault(problem, f"use input channel {louder[0]}", permanent=True)
-        fix = "check plug, mute and gain of the microphone"
-        return _Fault(f"input {number} is silent", fix, permanent=True)
+            problem = f"input {number} does not record the output"
+            fix = "check plug, level and channel of the speaker"
+        elif louder:
+            problem, fix = f"{problem}, input {louder[0]} is not", f"use input channel {louder[0]}"
+        return _Fault(problem, fix, permanent=True)
 
 
 @contextmanager

@@ -19,6 +19,7 @@ from ajgdata.acquire.card import DEVICE, Capture, CardSettings
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.recipe import NEW, Grasp, new_setup
 from ajgdata.acquire.robot import Robot
+from ajgdata.acquire.sound_card import SoundCard
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.store.responses import ResponseStore
 from ajgdata.types import DEFAULT_EXCITATION, DataError, ExcitationSpec, Recipe, describe
@@ -55,16 +56,16 @@ class VirtualGripper:
         played: ExcitationSpec = DEFAULT_EXCITATION,
     ) -> None:
         self.sample_rate_hz: int = gripper.SAMPLE_RATE_HZ
-        self._scene = scene_of("recipe", setup)
-        self._chain = chain_of("recipe: signal", signal or {})
+        self._scene = checked(gripper.Scene, "recipe", setup)
+        self._chain = checked(gripper.SignalChain, "recipe: signal", signal or {})
         self._solver, self._before = solver, solver.solved
         self._played = played
         self._samples = excitation_samples(played, self.sample_rate_hz)
-        self._solved: tuple[str, gripper.ImpulseResponse] | None = None
+        self._response: tuple[str, gripper.ImpulseResponse] | None = None  # of a grasp's digest
 
     @property
     def solved(self) -> int:
-        """Scenes that had to be simulated since this source was made."""
+        """Number of scenes that this source simulated."""
         return self._solver.solved - self._before
 
     def excitation(self) -> np.ndarray | None:
@@ -76,24 +77,21 @@ class VirtualGripper:
         return self.record(grasp, sample, [self._samples])[0]
 
     def record(self, grasp: Grasp, sample: int, sounds: Sequence[np.ndarray]) -> list[Take]:
-        """Return recordings (n,) of one sample of a grasp, one for each of `sounds` (n,).
-
-        Each is what `take` returns where that sound is what is declared.
-        """
-        scene = scene_of(grasp.grasp_id, grasp.setup)
-        if self._solved is None or self._solved[0] != grasp.digest:
+        """Return recordings (n,) of one sample of a grasp, one for each of `sounds` (n,)."""
+        scene = checked(gripper.Scene, grasp.grasp_id, grasp.setup)
+        if self._response is None or self._response[0] != grasp.digest:
             try:
-                self._solved = (grasp.digest, self._solver.solve(scene))
+                self._response = (grasp.digest, self._solver.solve(scene))
             except gripper.SceneError as error:
                 raise GraspError(grasp.grasp_id, str(error), "correct the recipe") from None
         seed = gripper.derive_seed(scene.grasp.seed, "noise", sample)
         angle = scene.grasp.angle_deg
-        response = self._solved[1]
-        taken = (gripper.record(response, sound, self._chain, seed, angle) for sound in sounds)
-        return [Take(one.samples, one.clipped_count) for one in taken]
+        response = self._response[1]
+        takes = (gripper.record(response, sound, self._chain, seed, angle) for sound in sounds)
+        return [Take(take.samples, take.clipped_count) for take in takes]
 
     def describe(self) -> Mapping[str, Any]:
-        """Return what session.yaml keeps of this source."""
+        """Return its keys of session.yaml."""
         scene = self._scene.model_dump(mode="json")
         shared = {key: scene[key] for key in SHARED}
         names = (name for name, known in GRIPPERS.items() if known == self._scene.gripper)
@@ -112,14 +110,14 @@ class VirtualGripper:
 class VirtualTable:
     """The virtual gripper over the objects of a recipe, as a robot and a sound card.
 
-    `seed` draws poses, nuisances and noise; no grasp is one that the recipe records. Responses are
-    kept in `folder`. `robot` is moved along, if there is one. Raises DataError for a recipe with a
+    `seed` draws poses, nuisances and noise, so that no grasp is one of the recipe. Responses are
+    cached in `folder`. `robot` makes the same steps, if given. Raises DataError for a recipe with a
     silent speaker.
     """
 
     def __init__(self, recipe: Recipe, seed: int, folder: Path, robot: Robot | None = None) -> None:
         self._recipe, self._seed, self._robot = recipe, seed, robot
-        self._chain = chain_of("recipe: signal", recipe.signal)
+        self._chain = checked(gripper.SignalChain, "recipe: signal", recipe.signal)
         if self._chain.level_db_spl is None:
             raise DataError("recipe.signal", "the speaker is silent", "use another data set")
         self._solver = ResponseStore(folder)
@@ -128,7 +126,7 @@ class VirtualTable:
         self.settings = CardSettings(device=DEVICE, sample_rate_hz=gripper.SAMPLE_RATE_HZ)
 
     def move(self, step: str, **about: Any) -> float | None:
-        """Make a step of a robot (see acquire.robot); only `approach` changes what is heard."""
+        """Make a step of a robot (see acquire.robot); only `approach` changes the response."""
         force = self._robot.move(step, **about) if self._robot else None
         if step != "approach":
             return force
@@ -141,7 +139,7 @@ class VirtualTable:
         nuisance = gripper.derive_seed(self._seed, "grasp", name, grasp_id)
         try:
             setup = new_setup(self._recipe, name, pose, nuisance, (self._seed, NEW))
-            scene = scene_of(grasp_id, setup)
+            scene = checked(gripper.Scene, grasp_id, setup)
             self._response = self._solver.solve(scene)
         except ValueError as error:
             raise DataError("objects", str(error), "correct its name") from None
@@ -178,17 +176,12 @@ class VirtualTable:
         """Do nothing: there is nothing to end."""
 
 
-def scene_of(where: str, setup: Mapping[str, Any]) -> gripper.Scene:
-    """Return the scene of a grasp's setup; DataError names `where`, key, value and fix."""
-    return _validated(gripper.Scene, where, setup)
+#: What records in live use: a speaker and a microphone, real or simulated.
+Card = SoundCard | VirtualTable
 
 
-def chain_of(where: str, signal: Mapping[str, Any]) -> gripper.SignalChain:
-    """Return the signal chain with the overrides `signal`; DataError as for `scene_of`."""
-    return _validated(gripper.SignalChain, where, signal)
-
-
-def _validated(kind: type[Settings], where: str, content: Mapping[str, Any]) -> Settings:
+def checked(kind: type[Settings], where: str, content: Mapping[str, Any]) -> Settings:
+    """Return settings of the simulation; DataError names `where`, key, value and fix."""
     try:
         return kind.model_validate(content)
     except ValidationError as error:

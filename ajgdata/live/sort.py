@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.acquire.card import Card
 from ajgdata.acquire.robot import UNNAMED, Placement, Robot
+from ajgdata.acquire.virtual import Card
 from ajgdata.live.control import Control
 from ajgdata.live.decision import Action, Decision, judge
 from ajgdata.live.drift import DriftWatch

@@ -11,7 +11,7 @@ from typing import Any
 from numpy.typing import NDArray
 from pydantic import JsonValue
 
-from ajgdata.acquire.card import Card, CardSettings, card_settings
+from ajgdata.acquire.card import CardSettings, card_settings
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.guided import GuidedAcquisition, Outcome
 from ajgdata.acquire.live_session import LiveSession, live_session
@@ -19,7 +19,7 @@ from ajgdata.acquire.operator import Operator
 from ajgdata.acquire.protocol import plan_protocol, remaining
 from ajgdata.acquire.robot import Confirm, Robot, open_robot
 from ajgdata.acquire.sound_card import open_card
-from ajgdata.acquire.virtual import VirtualTable
+from ajgdata.acquire.virtual import Card, VirtualTable
 from ajgdata.paths import EXCITATION_FILE, Paths
 from ajgdata.store.audio import pcm24_bytes, read_audio
 from ajgdata.store.files import sha256_of
@@ -45,28 +45,22 @@ def acquire_live(
     operator: Operator,
     notes: str = "",
 ) -> tuple[str, Outcome]:
-    """Record the missing grasps of the protocol of `dataset` into `session`; "": see
-    `session_name`.
+    """Record the missing grasps of a protocol; return the session's name and the outcome.
 
-    `device` are keys of `CardSettings` except the rate, which the data set declares; `notes` are
-    for session.yaml. Returns the session's name and the outcome. Raises DataError if recording is
-    impossible.
+    An empty `session` means `session_name`. `device` are keys of `CardSettings` except the rate,
+    which the data set declares. Raises DataError if recording is impossible.
     """
     spec = read_dataset(paths, dataset)
     protocol = protocol_of(paths, spec)
     _check_robot(paths, dataset, protocol, operator)
     check_one_kind(paths, spec, list_sessions(paths, dataset), adding=False)
-    session = session or session_name(paths, dataset, protocol)
-    if not NAME.fullmatch(session):
-        fix = "use letters, digits, _ and -"
-        raise DataError("--session", f"no session can have the name {session!r}", fix)
+    session = _checked_name(session or session_name(paths, dataset, protocol))
     settings = card_settings(sample_rate_hz=spec.audio.sample_rate_hz, **device)
     folder = paths.session(dataset, session)
     # Settings of the robot may contain hosts and tokens, and a time limit may be raised.
     plan = {"protocol": protocol.model_dump(mode="json", exclude={"robot_settings"})}
-    about = {"gripper": protocol.gripper, "medium": protocol.medium}
     with (
-        open_session(folder, spec, settings, plan, about) as live,
+        open_session(folder, spec, settings, plan, gripper_of(spec)) as live,
         open_robot(protocol.robot, protocol.robot_settings, operator.confirm) as robot,
         open_card(settings) as card,
     ):
@@ -76,7 +70,7 @@ def acquire_live(
             session=live,
             planned=plan_protocol(protocol, session),
             protocol=protocol,
-            targets=[name for name in spec.targets if name != "object"],  # it has its own column
+            targets=spec.targets.keys() - {"object"},  # it has its own column
             window=spec.features.window,
             card=card,
             played=stored_excitation(folder, settings.sample_rate_hz),
@@ -87,6 +81,14 @@ def acquire_live(
             return session, acquisition.run()
         finally:
             store_card(live, card)
+
+
+def _checked_name(session: str) -> str:
+    """Return the name of a session. Raises DataError for an invalid name."""
+    if not NAME.fullmatch(session):
+        fix = "use letters, digits, _ and -"
+        raise DataError("--session", f"no session can have the name {session!r}", fix)
+    return session
 
 
 def _check_robot(paths: Paths, dataset: str, protocol: GraspProtocol, operator: Operator) -> None:
@@ -129,6 +131,11 @@ def stored_excitation(folder: Path, sample_rate_hz: int) -> NDArray[Any]:
     """Return the excitation (n,) of a session, float32, as it is stored in 24 bits."""
     audio = AudioSettings(sample_rate_hz=sample_rate_hz)
     return read_audio(folder / EXCITATION_FILE, audio).samples
+
+
+def gripper_of(spec: DatasetSpec) -> dict[str, str]:
+    """Return gripper and medium of a protocol, for session.yaml."""
+    return {key: getattr(spec.protocol, key, "unknown") for key in ("gripper", "medium")}
 
 
 def excitation_of(spec: DatasetSpec) -> NDArray[Any]:
@@ -190,9 +197,8 @@ def open_hands(
     with ExitStack() as stack:
         if source != VIRTUAL:
             settings = card_settings(**{**card, "sample_rate_hz": spec.audio.sample_rate_hz})
-            about = {key: getattr(spec.protocol, key, "unknown") for key in ("gripper", "medium")}
             mover = stack.enter_context(open_robot(robot, robot_settings, confirm))
-            yield mover, stack.enter_context(open_card(settings)), about
+            yield mover, stack.enter_context(open_card(settings)), gripper_of(spec)
             return
         if spec.recipe is None:
             fix = "name a data set that has one, or use a sound card"

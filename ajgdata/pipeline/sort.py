@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ajgdata.acquire.card import DEVICE, Card
+from ajgdata.acquire.card import DEVICE
 from ajgdata.acquire.live_session import LiveSession
 from ajgdata.acquire.robot import Confirm
+from ajgdata.acquire.virtual import Card
 from ajgdata.live.control import Control
 from ajgdata.live.drift import REFERENCES_NEEDED, DriftWatch
 from ajgdata.live.events import EventLog, Listener, shown_spectrum

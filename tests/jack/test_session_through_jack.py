@@ -1,5 +1,6 @@
 """Sessions by the command line, through PortAudio: killed, resumed, refused to a second one."""
 
+import itertools
 import os
 import random
 import signal
@@ -79,8 +80,8 @@ def test_killed_at_random_moments(paths, rig):
 def test_a_card_that_went_away_is_named_and_the_session_goes_on_with_another(paths, rig):
     started = rig(RESPONSE, noise=1e-4)
     process = acquisition(paths, started, "--session", "s1")
-    while not process.stdout.readline().startswith("4 of"):
-        pass
+    lines = list(itertools.takewhile(lambda line: not line.startswith("4 of"), process.stdout))
+    assert process.poll() is None, (lines, process.communicate())
     os.kill(started.jackd, signal.SIGKILL)
     _, errors = process.communicate(timeout=900)
     assert process.returncode == 1 and len(errors.splitlines()) == 1

@@ -6,7 +6,7 @@ import pytest
 from ajgdata import gripper
 from ajgdata.acquire.recipe import new_setup
 from ajgdata.acquire.robot import Placement
-from ajgdata.acquire.virtual import VirtualTable, scene_of
+from ajgdata.acquire.virtual import VirtualTable, checked
 from ajgdata.gripper import SignalChain, derive_seed, excitation_sweep
 from ajgdata.store.responses import ResponseStore
 from ajgdata.types import DataError, Recipe
@@ -34,7 +34,7 @@ def test_a_take_is_what_the_simulation_records(folder):
     table = VirtualTable(RECIPE, 3, folder)
     table.place("cube", 1, "g1")
     seeds = derive_seed(3, "pose", "cube", 1), derive_seed(3, "grasp", "cube", "g1")
-    scene = scene_of("g1", new_setup(RECIPE, "cube", *seeds, (3, "new")))
+    scene = checked(gripper.Scene, "g1", new_setup(RECIPE, "cube", *seeds, (3, "new")))
     response = ResponseStore(folder).solve(scene)
     noise = derive_seed(3, "noise", 1)
     expected = gripper.record(response, SWEEP, SignalChain(), noise).samples
