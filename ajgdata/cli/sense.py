@@ -20,8 +20,8 @@ from ajgdata.cli.console import out, say
 from ajgdata.types import DataError
 
 if TYPE_CHECKING:
-    from ajgdata.acquire.card import Card
     from ajgdata.acquire.robot import Robot
+    from ajgdata.acquire.virtual import Card
     from ajgdata.live.predictor import Prediction, Predictor
     from ajgdata.types import DatasetSpec
 
