@@ -20,6 +20,9 @@ from ajgdata.report.format import column_title
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
 
+TITLE = "Conformal intervals"
+COLUMNS = {"coverage": "Stated coverage", "fold": "Fold", "held": "Coverage"}
+
 
 class Settings(Strict):
     """Prediction intervals of stated coverage for a number."""
@@ -68,13 +71,11 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
                 scores += [(model, part, "coverage", f"fold {fold}", held)]
                 scores += [(model, part, "width", f"fold {fold}", width)]
                 rows.append({"coverage": coverage, "fold": fold, "held": held, "width": width})
-    columns = {"coverage": "Stated coverage", "fold": "Fold", "held": "Coverage"}
-    columns |= {"width": column_title("Width", inputs.unit)}
-    title = "Conformal intervals"
+    columns = COLUMNS | {"width": column_title("Width", inputs.unit)}
     cost = [(model, "cost of intervals", "train_cpu_s", "measured", spent)]
     return Outcome(
-        (score_table(scores, title), table_of("intervals", title, rows, **columns)),
-        (score_table(cost, title),),
+        (score_table(scores, TITLE), table_of("intervals", TITLE, rows, **columns)),
+        (score_table(cost, TITLE),),
     )
 
 
@@ -102,7 +103,7 @@ WIDTH = Plot(
 EXPERIMENT = Experiment(
     name="conformal_intervals",
     order=35,
-    title="Conformal intervals",
+    title=TITLE,
     settings=Settings,
     measure=measure,
     plots=(COVERAGE, WIDTH),

@@ -19,7 +19,7 @@ from ajgdata.evaluate.agreement import (
     together,
 )
 from ajgdata.experiments.base import SCORES, Lookup, Result, TaskResults
-from ajgdata.experiments.plots import Plot
+from ajgdata.experiments.plots import Plot, binned
 from ajgdata.report.comparison import (
     NEAR_CHANCE,
     Cost,
@@ -51,7 +51,6 @@ BASELINES = "baselines"
 FAILS = ("limit", "lesson")
 #: Row of the paper that also counts the classes with at least this accuracy.
 COUNTED, MIN_ACCURACY = "ycb", 0.9
-MAX_VALUES = 30  #: more true values than this are put into bins
 SHORTEST_S = 1e-3  #: shorter times are drawn as this on a logarithmic axis
 
 
@@ -218,17 +217,6 @@ def numbers(results: TaskResults) -> Table:
     return table_of(
         "values", "Predictions", rows, **columns, predicted=f"Predicted {name}", mean=""
     )
-
-
-def binned(y_true: np.ndarray, max_values: int = MAX_VALUES) -> np.ndarray:
-    """Return true values (n,); more than `max_values` distinct ones are put into as many bins of
-    equal width, and each becomes the mean of its bin."""
-    import pandas as pd
-
-    if len(np.unique(y_true)) <= max_values:
-        return y_true
-    numbers = pd.Series(y_true)
-    return numbers.groupby(pd.cut(numbers, max_values), observed=True).transform("mean").to_numpy()
 
 
 def run_times(results: TaskResults) -> Table:

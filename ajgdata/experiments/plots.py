@@ -29,6 +29,8 @@ Headline = Literal["best", "trend", "range"]
 PERCENTILES = (5, 50, 95)
 #: Points that an alternative text lists.
 MAX_LISTED = 60
+#: More places on an x axis than this are put into bins.
+MAX_VALUES = 30
 MODEL = Column("model", "Model")
 
 
@@ -141,6 +143,17 @@ def _grouped(table: Table, plot: Plot) -> dict[tuple[Any, ...], list[dict[str, A
             series = tuple(row[key] for key in plot.series)
             groups.setdefault((panel, series, row[plot.x] if plot.x else ""), []).append(row)
     return groups
+
+
+def binned(x: np.ndarray, max_values: int = MAX_VALUES) -> np.ndarray:
+    """Return places on an x axis (n,); more than `max_values` distinct ones are put into as many
+    bins of equal width, and each becomes the mean of its bin."""
+    import pandas as pd
+
+    if len(np.unique(x)) <= max_values:
+        return x
+    numbers = pd.Series(x)
+    return numbers.groupby(pd.cut(numbers, max_values), observed=True).transform("mean").to_numpy()
 
 
 def value_name(results: TaskResults, value: Value) -> str:

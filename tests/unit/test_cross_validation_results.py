@@ -18,7 +18,8 @@ from test_shortcut import silence
 
 from ajgdata.experiments.base import Other
 from ajgdata.experiments.cross_validation import EXPERIMENT, Settings
-from ajgdata.experiments.cross_validation_results import binned, run_times
+from ajgdata.experiments.cross_validation_results import run_times
+from ajgdata.experiments.plots import binned
 from ajgdata.report.canvas import styled
 from ajgdata.report.format import Score
 
