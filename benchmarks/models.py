@@ -24,7 +24,7 @@ from rich.console import Console
 from rich.table import Table
 from threadpoolctl import threadpool_limits
 
-from ajgdata.models import fit_model, limits, make_model
+from ajgdata.models import fit_model, make_model, most_recordings
 from ajgdata.store.features import read_store
 
 NOISE = 0.05
@@ -51,7 +51,7 @@ def repeated(store: Path, target: str, count: int) -> tuple[np.ndarray, np.ndarr
 def one(store: Path, target: str, model: str, count: int, limited: bool) -> dict[str, float]:
     """Return s of training, s of predicting a thousand, and the largest memory in MB."""
     features, y, grasp = repeated(store, target, count)
-    most = limits.most_recordings(model, {}) if limited else None
+    most = most_recordings(model, {}) if limited else None
     choosing = None if limited else sys.maxsize
     before = peak_mb()
     with threadpool_limits(limits=1):

@@ -7,7 +7,7 @@ place a further point: it is fitted on all, and shows what it shows of all.
 from __future__ import annotations
 
 import warnings
-from typing import Any, Literal, Protocol, cast
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,31 +26,22 @@ FEWEST = 16
 PERPLEXITY = 30.0
 
 
-class Reducer(Protocol):
-    """Both methods take (n, f) and give (n, dimension)."""
+def make_reducer(name: ReducerName, dimension: int, seed: int) -> Any:
+    """Return an unfitted reducer with its library's defaults; the same seed gives the same points.
 
-    def fit_transform(self, X: np.ndarray) -> np.ndarray:
-        """Learn from X (n, f) and return it reduced (n, dimension)."""
-        ...
-
-    def transform(self, X: np.ndarray) -> np.ndarray:
-        """Return further points (n, f) reduced (n, dimension)."""
-        ...
-
-
-def make_reducer(name: ReducerName, dimension: int, seed: int) -> Reducer:
-    """Return an unfitted reducer with its library's defaults; the same seed gives the same
-    points."""
+    `fit_transform` learns from points (n, f) and returns them reduced (n, dimension); `transform`
+    reduces further points.
+    """
     if name == "pca":
         from sklearn.decomposition import PCA
 
-        return cast(Reducer, PCA(dimension, random_state=seed))
+        return PCA(dimension, random_state=seed)
     with warnings.catch_warnings():  # about TensorFlow, which only parametric UMAP needs
         warnings.filterwarnings("ignore", "Tensorflow not installed", ImportWarning)
         from umap import UMAP
 
     seeds = {"random_state": seed, "transform_seed": seed}
-    return cast(Reducer, UMAP(n_components=dimension, n_jobs=1, **seeds))
+    return UMAP(n_components=dimension, n_jobs=1, **seeds)
 
 
 def reducible(dimension: int, rows: int) -> bool:

@@ -29,8 +29,7 @@ from threadpoolctl import threadpool_limits
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.splits import grouped_folds, random_folds
 from ajgdata.evaluate.task_data import TaskData
-from ajgdata.models import fit_model, make_model
-from ajgdata.models.limits import CHOOSING, most_recordings
+from ajgdata.models import CHOOSING, fit_model, make_model, most_recordings
 from ajgdata.types import Kind, NotPossibleError
 
 TIMED = 5  # timed predictions; their median ignores one interruption or two

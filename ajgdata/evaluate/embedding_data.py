@@ -66,7 +66,7 @@ def embedding_data(shard: Shard, settings: Embedding) -> EmbeddingData:
     Of more than `most_recordings` as many of every grasp as can be. Raises
     ValueError for a column that is missing, and where fewer than two things are left.
     """
-    from ajgdata.models.limits import thinned
+    from ajgdata.models import thinned
 
     names = (settings.instance, "grasp_id", settings.groups)
     for name in names:
@@ -98,20 +98,14 @@ def train_on(
     seeds: Sequence[int],
 ) -> list[Encoder]:
     """Return encoders of `dimensions`, trained on the rows `train`."""
-    from ajgdata.embed.encoder import Training, train_encoders
+    from ajgdata.embed.encoder import train_encoders
 
-    training = Training(
-        margin=settings.margin,
-        epochs=settings.epochs,
-        batch_instances=settings.batch_instances,
-        batch_recordings=settings.batch_recordings,
-    )
     return train_encoders(
         data.feature[train],
         data.instance[train],
         data.grasp[train],
         dimensions=dimensions,
-        training=training,
+        settings=settings,
         seed=int(np.random.SeedSequence(seeds).generate_state(1)[0]),
     )
 
@@ -144,7 +138,7 @@ def runs_by_space(
     data: EmbeddingData, latent: np.ndarray, fold: np.ndarray
 ) -> Iterator[tuple[str, list[Run]]]:
     """Yield the runs of the latent, then of the raw features, which have one for each fold."""
-    from ajgdata.models.baselines import raw_scaling
+    from ajgdata.models.scaling import raw_scaling
 
     yield "latent", list(runs_of(latent, fold))
     runs = []

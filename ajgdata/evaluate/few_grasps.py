@@ -19,8 +19,7 @@ from threadpoolctl import threadpool_limits
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.evaluate.task_data import TaskData
-from ajgdata.models import fit_named_model
-from ajgdata.models.limits import most_recordings
+from ajgdata.models import fit_named_model, most_recordings
 from ajgdata.types import Kind, NotPossibleError
 
 NONE, STANDARDISED = "as it is", "standardised"

@@ -18,7 +18,8 @@ from threadpoolctl import threadpool_limits
 
 from ajgdata.embed.projections import REDUCERS, ReducerName, make_reducer, reducible
 from ajgdata.evaluate.embedding_data import EmbeddingData, runs_of
-from ajgdata.models.baselines import NEIGHBOURS, raw_scaling
+from ajgdata.models.baselines import NEIGHBOURS
+from ajgdata.models.scaling import raw_scaling
 
 if TYPE_CHECKING:
     from ajgdata.store.latents import Latents

@@ -54,7 +54,7 @@ class Guard:
         `grasp` (n,)."""
         from sklearn.preprocessing import StandardScaler
 
-        from ajgdata.models.baselines import Compress
+        from ajgdata.models.scaling import Compress
 
         compress = Compress().fit(features)
         points = compress.transform(features)

@@ -80,7 +80,7 @@ def _planes(
 ) -> dict[tuple[str, str], np.ndarray]:
     """Return every recording in the plane (n, 2), by space and method."""
     from ajgdata.embed.projections import project
-    from ajgdata.models.baselines import raw_scaling
+    from ajgdata.models.scaling import raw_scaling
 
     raw = raw_scaling().fit(data.feature[training]).transform(data.feature)
     spaces = {"raw": raw, "latent": latents.latent[settings.shown][FOLD, INIT]}

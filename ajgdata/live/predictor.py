@@ -20,7 +20,7 @@ from ajgdata.evaluate.in_use import Calibration
 from ajgdata.evaluate.novelty import Guard
 from ajgdata.features.checks import BEYOND, check_audio
 from ajgdata.features.spectrum import frequencies_hz, spectrum
-from ajgdata.store.audio import Audio, AudioInfo, check_layout, read_audio, resample
+from ajgdata.store.audio import Audio, AudioInfo, read_audio
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, Kind, NotPossibleError
 
 if TYPE_CHECKING:
@@ -146,10 +146,8 @@ class Predictor:
     def predict(self, waveform: ArrayLike, sample_rate_hz: float) -> Prediction:
         """Return what the model says of one recording.
 
-        `waveform` (n,), or (n, channels) where the data set says what to do with them; full scale
-        ±1. Raises DataError for what the workflow would not use: another rate or channels (unless
-        the data set converts them), too short, NaN, silence; and for integers, complex numbers and
-        samples that are not scaled to ±1.
+        `waveform` (n,) floats at the sample rate of the model, full scale ±1. Raises DataError for
+        other waveforms, and for what the workflow would not use: too short, NaN, silence.
         """
         return self._predicted(_audio(waveform, sample_rate_hz, self.audio), HERE)
 
@@ -221,35 +219,25 @@ def _verdict(nothing: bool, novelty: float | None) -> Verdict:
     return Verdict.UNKNOWN if novelty > 1 else Verdict.KNOWN
 
 
-def _audio(waveform: ArrayLike, sample_rate_hz: float, wanted: AudioSettings) -> Audio:
-    """Return samples as `read_audio` would return them from a file of floats."""
+def _audio(waveform: ArrayLike, sample_rate_hz: float, settings: AudioSettings) -> Audio:
+    """Return samples (n,) as `read_audio` would return them from a file of floats.
+
+    Raises DataError for other types, shapes and rates, and if full scale is not ±1.
+    """
     array = np.asarray(waveform)
-    _check_scale(array)
-    with np.errstate(over="ignore"):  # infinity is for the checks
-        given = array.astype(np.float32)
-    if given.ndim not in (1, 2):
-        raise DataError(HERE, f"an array of shape {given.shape}", "give (n,) or (n, channels)")
-    columns = given[:, np.newaxis] if given.ndim == 1 else given
-    frames, channels = columns.shape
-    if sample_rate_hz != int(sample_rate_hz):
-        raise DataError(HERE, f"sampled at {sample_rate_hz} Hz", "give a whole number of Hz")
-    info = AudioInfo("", "FLOAT", int(sample_rate_hz), channels, frames)
-    check_layout(HERE, info, wanted)
-    if isinstance(wanted.channel, int):
-        columns = np.ascontiguousarray(columns[:, [wanted.channel]])
-    with np.errstate(invalid="ignore", over="ignore"):  # NaN and infinity are for the checks
-        samples = columns[:, 0] if columns.shape[1] == 1 else columns.mean(axis=1)
-    if info.sample_rate_hz != wanted.sample_rate_hz:
-        samples = resample(samples, info.sample_rate_hz, wanted.sample_rate_hz)
-    return Audio(samples, columns, info, ())
-
-
-def _check_scale(array: np.ndarray) -> None:
-    """Raise DataError for samples that are not real floating-point numbers of full scale ±1."""
-    if array.dtype.kind != "f":
-        fix = "give real floats, with full scale ±1 (divide 16-bit integers by 32768)"
-        raise DataError(HERE, f"samples are {array.dtype}, not floats", fix)
+    if array.dtype.kind != "f" or array.ndim != 1:
+        fix = "give floats (n,), with full scale ±1 (divide 16-bit integers by 32768)"
+        raise DataError(HERE, f"samples are {array.dtype} of shape {array.shape}", fix)
     finite = array[np.isfinite(array)]
     if finite.size and (peak := float(np.abs(finite).max())) > MAX_PEAK:
         fix = "divide by full scale (32768 for 16-bit samples), so that full scale is ±1"
         raise DataError(HERE, f"the peak is {peak:.4g}, of a full scale of 1", fix)
+    rate_hz = settings.sample_rate_hz
+    if sample_rate_hz != rate_hz:
+        problem = f"sampled at {sample_rate_hz:g} Hz, not {rate_hz} Hz"
+        raise DataError(HERE, problem, "resample it, or use predict_file")
+    with np.errstate(over="ignore"):  # infinity is for the checks
+        samples = array.astype(np.float32)
+    return Audio(
+        samples, samples[:, np.newaxis], AudioInfo("", "FLOAT", rate_hz, 1, len(array)), ()
+    )

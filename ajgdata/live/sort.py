@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ajgdata.acquire.robot import UNNAMED, Placement, Robot
 from ajgdata.acquire.virtual import Card
 from ajgdata.live.control import Control
-from ajgdata.live.decision import Action, Decision, judge
+from ajgdata.live.decision import Action, judge
 from ajgdata.live.drift import DriftWatch
 from ajgdata.live.events import EventLog, shown_spectrum
 from ajgdata.live.kept import KeptRun
@@ -120,7 +120,7 @@ class Sorter:
             looks.append(self._look(number, len(looks) + 1, thing))
             begin = time.perf_counter()
             decision = judge(looks, self.plan)
-            self._say_decision(decision, time.perf_counter() - begin)
+            self.log.say("decision", seconds=time.perf_counter() - begin, **vars(decision))
             if decision.action in (Action.PLACE, Action.REJECT):
                 value = decision.value if decision.action is Action.PLACE else ""
                 self._steps.place(value, decision.bin)
@@ -165,33 +165,18 @@ class Sorter:
         grasp = self.kept.reference(number, capture)
         self._steps.let_go()
         rate = self.card.settings.sample_rate_hz
-        ratio = self._observed(self.senses.feature(capture.samples, rate))
-        self.log.say("reference", kind=NOTHING, recording=self.kept.name(grasp), drift=ratio)
-        if ratio is not None:
-            self._warn_of_drift(ratio)
-
-    def _observed(self, feature: NDArray[np.float32]) -> float | None:
-        """Learn how the empty gripper sounds; return how far that is from what it was."""
-        ratio = self.watch.observe(feature) if self.watch else None
+        feature = self.senses.feature(capture.samples, rate)
         self.senses = self.senses.with_references(feature[np.newaxis])
-        return ratio
-
-    def _warn_of_drift(self, ratio: float) -> None:
-        """Say once that the gripper has changed, until it is as it was."""
-        if ratio > 1 and not self._changed:
+        ratio = self.watch.observe(feature) if self.watch else None
+        self.log.say("reference", kind=NOTHING, recording=self.kept.name(grasp), drift=ratio)
+        has_changed = ratio is not None and ratio > 1
+        if has_changed and not self._changed:  # once, until the gripper is as it was
             text = (
                 f"the gripper has changed: empty, it sounds {ratio:.2g} times as different as the "
                 "alarm allows; check filling, membrane and temperature"
             )
             self.log.say("drift", text=text, ratio=ratio)
-        self._changed = ratio > 1
-
-    def _say_decision(self, decision: Decision, seconds: float) -> None:
-        self.log.say(
-            "decision", action=str(decision.action), value=decision.value, bin=decision.bin,
-            probability=dict(decision.probability), looks=decision.looks, reason=decision.reason,
-            seconds=seconds,
-        )  # fmt: skip
+        self._changed = has_changed
 
     def _say_stopped(self, reason: str, *, finished: bool = False) -> None:
         seconds, held = time.monotonic() - self._begun, self._steps.held

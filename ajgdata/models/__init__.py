@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     import numpy as np
     from sklearn.base import BaseEstimator
 
+#: Key of a task's limits for the recordings on which tuned models choose their settings.
+CHOOSING = "choosing"
+
 
 def make_model(
     name: str,
@@ -30,8 +33,8 @@ def make_model(
     all others have the same settings for every data set. `choosing` is the number of recordings
     that a tuned model uses for the choice at most (None: its own number). `seed` matters to
     networks, trees and inner folds. With a `period`, y and y + period are the same target: the
-    model then learns (sin, cos) of 2 pi y / period (see `circular`). Raises ValueError for an
-    unknown name or kind, and for classes with a period.
+    model then learns (sin, cos) of 2 pi y / period (see `scaling.Circular`). Raises ValueError for
+    an unknown name or kind, and for classes with a period.
 
     >>> import numpy as np
     >>> from ajgdata.models import make_model
@@ -55,14 +58,14 @@ def make_model(
         return estimator
     from sklearn.multioutput import MultiOutputRegressor
 
-    from ajgdata.models.circular import Circular
+    from ajgdata.models.scaling import Circular
 
-    def turning(one: BaseEstimator) -> BaseEstimator:
-        return Circular(one if model.several else MultiOutputRegressor(one), period)
+    def wrap(regressor: BaseEstimator) -> BaseEstimator:
+        return Circular(regressor if model.several else MultiOutputRegressor(regressor), period)
 
     if isinstance(estimator, Tuned):
-        return estimator.each(turning, period)
-    return turning(estimator)
+        return estimator.circular(wrap, period)
+    return wrap(estimator)
 
 
 def fit_model(
@@ -75,12 +78,10 @@ def fit_model(
     """Return `model` trained on features (n, n_features) and `target` (n,).
 
     Inner folds of a tuned model never split `groups` (n,); without groups it chooses nothing.
-    With more than `most` recordings, an even subset is used (see `models.limits`).
+    With more than `most` recordings, an even subset is used (see `thinned`).
     """
     import numpy as np
     from sklearn.utils.validation import has_fit_parameter
-
-    from ajgdata.models.limits import thinned
 
     if most is not None and len(target) > most:
         rows = thinned(np.arange(len(target)) if groups is None else groups, most, target)
@@ -107,11 +108,43 @@ def fit_named_model(
 
     `limits` are those that a task declares (`most_recordings`), by model.
     """
-    from ajgdata.models.limits import CHOOSING, most_recordings
-
     declared = limits or {}
     model = make_model(name, kind, seed, period, declared.get(CHOOSING))
     return fit_model(model, features, target, groups, most_recordings(name, declared))
+
+
+def most_recordings(name: str, declared: Mapping[str, int]) -> int | None:
+    """Return the limit of a model of the registry; what a task has `declared` comes first.
+
+    Plain and other variants of a model share its limit. None: it is trained on all recordings.
+    """
+    family = name.removesuffix("_plain").removesuffix("_one_scale")
+    return declared.get(family, MODELS[name].most_recordings)
+
+
+def thinned(groups: np.ndarray, most: int, target: np.ndarray | None = None) -> np.ndarray:
+    """Return `most` sorted row numbers, equally many of every part, as far as possible.
+
+    A part is a value of `target` (n,) in a group of `groups` (n,). The rows of a part are a random
+    choice, which is the same each time; if some parts get a row more, these have all values alike.
+
+    >>> import numpy as np
+    >>> from ajgdata.models import thinned
+    >>> groups = np.array([7, 7, 7, 7, 8, 8, 9])
+    >>> groups[thinned(groups, 5)].tolist()
+    [7, 7, 8, 8, 9]
+    """
+    import numpy as np
+    import pandas as pd
+
+    if most >= len(groups):
+        return np.arange(len(groups))
+    order = np.random.default_rng(0).permutation(len(groups))
+    value = np.zeros(len(groups)) if target is None else np.asarray(target)
+    rows = pd.DataFrame({"group": np.asarray(groups)[order], "value": value[order]})
+    rows["round"] = rows.groupby(["group", "value"]).cumcount()
+    rows["turn"] = rows.groupby(["round", "value"]).cumcount()
+    return np.sort(order[rows.sort_values(["round", "turn"]).index[:most]])
 
 
 def chosen(fitted: BaseEstimator) -> tuple[BaseEstimator, dict[str, Any] | None]:
@@ -140,7 +173,7 @@ def network_state(
 
     None for an estimator without `state()`, of which scikit-learn's own file is written.
     """
-    from ajgdata.models.circular import Circular
+    from ajgdata.models.scaling import Circular
 
     network = fitted.estimator_ if isinstance(fitted, Circular) else fitted
     return network.state() if hasattr(network, "state") else None

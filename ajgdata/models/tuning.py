@@ -19,7 +19,7 @@ from sklearn.utils import get_tags
 from sklearn.utils.metaestimators import available_if
 from sklearn.utils.validation import check_is_fitted
 
-from ajgdata.models.limits import thinned
+from ajgdata.models import thinned
 from ajgdata.models.scaling import AtLeast
 
 Folds = list[tuple[np.ndarray, np.ndarray]]
@@ -81,14 +81,10 @@ class Tuned(MetaEstimatorMixin, BaseEstimator):
     def __sklearn_tags__(self) -> Any:
         return get_tags(self.candidates[0][1])
 
-    def each(
-        self, wrap: Callable[[BaseEstimator], BaseEstimator], period: float | None = None
-    ) -> Tuned:
-        """Return the same choice among wrapped candidates."""
+    def circular(self, wrap: Callable[[BaseEstimator], BaseEstimator], period: float) -> Tuned:
+        """Return the same choice among wrapped candidates, which predict a repeating target."""
         wrapped = [(name, wrap(estimator)) for name, estimator in self.candidates]
-        place = _place(wrapped[0][1], self.candidates[0][1])
-        cheaper = {f"{place}{name}": value for name, value in (self.while_choosing or {}).items()}
-        return Tuned(wrapped, period, self.random_state, cheaper, self.choosing)
+        return Tuned(wrapped, period, self.random_state, choosing=self.choosing)
 
     def fit(self, X: Any, y: Any, groups: Any = None) -> Self:
         """Choose and train on features (n, n_features), targets (n,) and groups (n,)."""
@@ -157,13 +153,6 @@ class Tuned(MetaEstimatorMixin, BaseEstimator):
         """Return probabilities (n, k) of `classes_` by the chosen estimator."""
         check_is_fitted(self, "best_estimator_")
         return self.best_estimator_.predict_proba(X)
-
-
-def _place(outer: BaseEstimator, inner: BaseEstimator) -> str:
-    """Return the prefix of the settings of `inner` among those of `outer`, which wraps it."""
-    if outer is inner:
-        return ""
-    return next(f"{name}__" for name, one in outer.get_params().items() if one is inner)
 
 
 def _needs(candidate: BaseEstimator) -> int:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ajgdata.acquire.card import DEVICE
-from ajgdata.acquire.live_session import LiveSession
 from ajgdata.acquire.robot import Confirm
 from ajgdata.acquire.virtual import Card
 from ajgdata.live.control import Control
@@ -72,32 +71,30 @@ def open_run(
     check_one_kind(paths, spec, sessions, adding=plan.source == VIRTUAL)
     session = _next_name(paths, spec.name)
     folder, log_file = paths.session(spec.name, session), paths.events(spec.name, session)
+    target = spec.tasks[plan.task].target
+    # Settings of the robot may contain hosts and tokens.
+    settings = plan.model_dump(mode="json", exclude={"robot_settings", "card"})
+    setup = {"sort": {**settings, "target": target}}
     with (
         open_hands(
             paths, spec, source=plan.source, card=plan.card, robot=plan.robot,
             robot_settings=plan.robot_settings, seed=plan.seed, confirm=confirm,
         ) as (robot, card, gripper),
-        _session(folder, spec, plan, card, gripper) as live,
+        open_session(folder, spec, card.settings, setup, gripper) as live,
         EventLog(log_file) as log,
     ):  # fmt: skip
         log.listen(listen)
-        target = spec.tasks[plan.task].target
         played = stored_excitation(folder, card.settings.sample_rate_hz)
         kept = KeptRun(live, lambda name: labels_of(spec, target, name))
         truth = lambda name: class_of(spec, target, name) or name  # noqa: E731
-        watch = _watch(predictor)
+        known = predictor.references
+        watch = DriftWatch(known) if len(known) >= REFERENCES_NEEDED else None
         sorter = Sorter(plan, predictor, card, played, robot, kept, log, control, truth, watch)
         start = {**_start_event(paths, spec, plan, predictor, card), "session": session}
         try:
             yield OpenRun(sorter, f"{spec.name}/{session}", log_file, start)
         finally:
             store_card(live, card)
-
-
-def _watch(predictor: Predictor) -> DriftWatch | None:
-    """Return the alarm for a changed gripper; None if the model has too few references."""
-    known = predictor.references
-    return DriftWatch(known) if len(known) >= REFERENCES_NEEDED else None
 
 
 def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:
@@ -132,16 +129,6 @@ def _next_name(paths: Paths, dataset: str) -> str:
     names = [*list_sessions(paths, dataset), *(p.name for p in live.glob("*"))]
     numbers = [int(found[1]) for name in names if (found := _NAME.fullmatch(name))]
     return f"sort-{max(numbers, default=0) + 1:02d}"
-
-
-def _session(
-    folder: Path, spec: DatasetSpec, plan: SortPlan, card: Card, gripper: Mapping[str, str]
-) -> AbstractContextManager[LiveSession]:
-    """Open the session of a run; its setup contains the plan."""
-    # Settings of the robot may contain hosts and tokens.
-    settings = plan.model_dump(mode="json", exclude={"robot_settings", "card"})
-    setup = {"sort": {**settings, "target": spec.tasks[plan.task].target}}
-    return open_session(folder, spec, card.settings, setup, gripper)
 
 
 def _start_event(

@@ -61,58 +61,65 @@ def train_from_shard(
     task: str = "",
 ) -> None:
     """Fit `model` on all recordings of `shard` that have `target` and write it into `folder`, with
-    its calibration and what a predictor needs beside.
+    its calibration and the arrays that a predictor needs.
 
-    How well it will do on new recordings is what the evaluation says, not its fit to these. A model
-    that cannot be trained is written as such with the reason; one that cannot be calibrated is
-    written whole, and says why.
+    If the model cannot be trained, the reason is written instead; if it cannot be calibrated, the
+    model is written with the reason.
     """
-    from threadpoolctl import threadpool_limits
-
-    from ajgdata.evaluate.in_use import calibration
-    from ajgdata.models import chosen, fit_named_model, make_model, network_state
-    from ajgdata.models.limits import most_recordings as limit_of
-
     about: dict[str, Any] = {"target": target, "kind": kind, "unit": unit, "model": model}
     about |= {"period": period_deg, "seed": seed, "task": task, "provenance": dict(shard.attrs)}
-    try:
-        make_model(model, kind, seed, period_deg)
-    except ValueError as error:  # of another package's model, which cannot be imported
-        write_about(folder, {**about, "skipped": str(error)})
-        return
     try:
         if min_groups:
             classes, _ = frequent_classes(shard, target, groups, classes, min_groups)
         data = task_data(shard, target, kind, groups, classes)
-        most = limit_of(model, limits := most_recordings or {})
-        used = len(data.name) if most is None else min(most, len(data.name))
-        with threadpool_limits(limits=1):
-            fitted = fit_named_model(
-                model, kind, data.feature, data.value, data.group,
-                seed=seed, period=period_deg, limits=limits,
-            )  # fmt: skip
-            estimator, choice = chosen(fitted)
-            found = calibration(
-                data.feature, data.value, data.group, grasp := _grasps(shard, data),
-                model=model, kind=kind, objects=_column(shard, data, "object"), seed=seed,
-                period=period_deg, limits=limits,
-            )  # fmt: skip
+        about |= _train(shard, data, about, most_recordings or {}, folder)
     except NotPossibleError as error:
-        write_about(folder, {**about, "skipped": str(error)})
-        return
-    about |= json.loads(str(shard.attrs["settings"]))  # audio and features
-    about |= {"recordings": len(data.name), "frequency_hz": shard.frequency_hz}
-    about |= {"classes": np.unique(data.value).tolist() if kind == "classification" else []}
-    about |= {"calibration": found.plain()}
-    about |= {"tuning": choice} if choice else {}
-    about |= {"trained_on": used} if used < len(data.name) else {}
-    write_guard(folder, _guarding(shard, target, kind, data, grasp))
+        about["skipped"] = str(error)
+    write_about(folder, plain(about))
+
+
+def _train(
+    shard: Shard,
+    data: TaskData,
+    about: Mapping[str, Any],
+    limits: Mapping[str, int],
+    folder: Path,
+) -> dict[str, Any]:
+    """Train and calibrate the model that `about` describes, and write its arrays into `folder`.
+
+    Returns the rest of its description. Raises NotPossibleError if it cannot be trained, for
+    instance because the package of the model is missing.
+    """
+    from threadpoolctl import threadpool_limits
+
+    from ajgdata.evaluate.in_use import calibration
+    from ajgdata.models import chosen, fit_named_model, make_model, most_recordings, network_state
+
+    model, kind, seed = about["model"], about["kind"], about["seed"]
+    try:
+        make_model(model, kind, seed, about["period"])
+    except ValueError as error:
+        raise NotPossibleError(str(error)) from None
+    options: dict[str, Any] = {"seed": seed, "period": about["period"], "limits": limits}
+    arrays, grasp = (data.feature, data.value, data.group), _grasps(shard, data)
+    with threadpool_limits(limits=1):
+        estimator, choice = chosen(fit_named_model(model, kind, *arrays, **options))
+        objects = _column(shard, data, "object")
+        calibrated = calibration(*arrays, grasp, model=model, kind=kind, objects=objects, **options)
+    description = json.loads(str(shard.attrs["settings"]))  # audio and features
+    description |= {"recordings": len(data.name), "frequency_hz": shard.frequency_hz}
+    description["classes"] = np.unique(data.value).tolist() if kind == "classification" else []
+    description["calibration"] = calibrated.plain()
+    description |= {"tuning": choice} if choice else {}
+    used = min(most_recordings(model, limits) or len(data.name), len(data.name))
+    description |= {"trained_on": used} if used < len(data.name) else {}
+    write_guard(folder, _guard_arrays(shard, about["target"], kind, data, grasp))
     if state := network_state(estimator):
-        arrays, about["network"] = state
-        write_network(folder, arrays)
+        weights, description["network"] = state
+        write_network(folder, weights)
     else:
         write_estimator(folder, estimator)
-    write_about(folder, plain(about))
+    return description
 
 
 def _grasps(shard: Shard, data: TaskData) -> np.ndarray:
@@ -127,7 +134,7 @@ def _column(shard: Shard, data: TaskData, name: str) -> np.ndarray:
     return shard.columns[name].values[chosen].astype(str)
 
 
-def _guarding(
+def _guard_arrays(
     shard: Shard, target: str, kind: Kind, data: TaskData, grasp: np.ndarray
 ) -> dict[str, np.ndarray]:
     """Return the arrays of the guard by name; references are recordings of no object that have no

@@ -20,9 +20,9 @@ Entry = TypeVar("Entry")
 _SVM, _NETWORK, _KNN, _OTHER = 5_000, 10_000, 20_000, 30_000
 #: Types in the files of models that skops does not list as safe: others are not loaded.
 TRUSTED_TYPES = (
-    "ajgdata.models.baselines.Compress",
-    "ajgdata.models.circular.Circular",
     "ajgdata.models.scaling.AtLeast",
+    "ajgdata.models.scaling.Circular",
+    "ajgdata.models.scaling.Compress",
     "ajgdata.models.scaling.OneScale",
     "sklearn.tree._tree.Tree",
     "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor",
@@ -74,35 +74,37 @@ class Registry(dict[str, Entry]):
         return name
 
 
-_CANDIDATES, _BASELINES = "ajgdata.models.candidates", "ajgdata.models.baselines"
+_BASELINES = "ajgdata.models.baselines"
 MODELS = Registry(
     "model",
     {
         "cnn": Model("ajgdata.models.cnn:cnn", "CNN", _NETWORK),
         "linear": Model(
-            f"{_CANDIDATES}:linear",
+            f"{_BASELINES}:linear",
             "logistic regression",
             regression="ridge",
             plain="linear_plain",
         ),
         "ridge": Model(
-            f"{_CANDIDATES}:ridge", "ridge classifier", regression="ridge", plain="ridge_plain"
+            f"{_BASELINES}:ridge", "ridge classifier", regression="ridge", plain="ridge_plain"
         ),
-        "knn": Model(f"{_CANDIDATES}:nearest_neighbours", "k-NN", _KNN, plain="knn_plain"),
+        "knn": Model(f"{_BASELINES}:nearest_neighbours", "k-NN", _KNN, plain="knn_plain"),
         "svm": Model(
-            f"{_CANDIDATES}:support_vectors", "SVM", _SVM, several=False, plain="svm_plain"
+            f"{_BASELINES}:support_vectors", "SVM", _SVM, several=False, plain="svm_plain"
         ),
         "boosting": Model(f"{_BASELINES}:boosting", "gradient boosting", several=False),
         "forest": Model(f"{_BASELINES}:forest", "random forest"),
         "mlp": Model(f"{_BASELINES}:perceptron", "MLP", _NETWORK),
         "linear_plain": Model(
-            f"{_BASELINES}:logistic", "logistic regression, plain", regression="ridge, plain"
+            f"{_BASELINES}:linear_plain", "logistic regression, plain", regression="ridge, plain"
         ),
         "ridge_plain": Model(
-            f"{_BASELINES}:ridge", "ridge classifier, plain", regression="ridge, plain"
+            f"{_BASELINES}:ridge_plain", "ridge classifier, plain", regression="ridge, plain"
         ),
-        "knn_plain": Model(f"{_BASELINES}:nearest_neighbours", "k-NN, plain", _KNN),
-        "svm_plain": Model(f"{_BASELINES}:support_vectors", "SVM, plain", _SVM, several=False),
+        "knn_plain": Model(f"{_BASELINES}:nearest_neighbours_plain", "k-NN, plain", _KNN),
+        "svm_plain": Model(
+            f"{_BASELINES}:support_vectors_plain", "SVM, plain", _SVM, several=False
+        ),
         "cnn_one_scale": Model("ajgdata.models.cnn:cnn_one_scale", "CNN, one scale", _NETWORK),
     },
 )

@@ -5,7 +5,7 @@ import pytest
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from ajgdata.models import make_model
-from ajgdata.models.baselines import Compress
+from ajgdata.models.scaling import Compress
 from ajgdata.types import MODELS
 
 #: Of the CNN, see test_cnn.py.

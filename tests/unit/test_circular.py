@@ -10,7 +10,7 @@ from sklearn.dummy import DummyRegressor
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.models import make_model
-from ajgdata.models.circular import Circular
+from ajgdata.models.scaling import Circular
 
 
 def bar(n: int = 60, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:

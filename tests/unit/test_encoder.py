@@ -5,11 +5,14 @@ import pytest
 import torch
 
 from ajgdata.embed.contrastive import contrastive_loss, draw_batches, pair_weights
-from ajgdata.embed.encoder import Training, new_network, train_encoders
-from ajgdata.embed.stacked_encoders import StackedEncoders
-from ajgdata.models.cnn import CnnClassifier
+from ajgdata.embed.encoder import StackedEncoders, new_network, train_encoders
+from ajgdata.models.cnn import Descent
+from ajgdata.types import Embedding
 
 THINGS, GRASPS, BINS = 4, 6, 96
+SETTINGS = Embedding(
+    supervision="objects", target="object", epochs=30, batch_instances=4, batch_recordings=4
+)
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +33,7 @@ def test_things_come_apart_and_grasps_together(spectra):
     new = grasp % GRASPS == GRASPS - 1  # the last grasp of each thing is not trained on
     (encoder,) = train_encoders(
         features[~new], thing[~new], grasp[~new],
-        dimensions=(2,), training=Training(1.0, 30, 4, 4), seed=0,
+        dimensions=(2,), settings=SETTINGS, seed=0,
     )  # fmt: skip
     latent = encoder.encode(features)
     apart = np.linalg.norm(latent[:, None] - latent[None], axis=-1)
@@ -50,7 +53,7 @@ def test_networks_side_by_side_are_each_what_they_were(spectra):
     together = StackedEncoders(networks)
     for alone, beside in zip(networks, together(z), strict=True):
         torch.testing.assert_close(beside, alone.trunk(z), rtol=1e-5, atol=1e-5)
-    descent = CnnClassifier().descent(together, 1)
+    descent = Descent(together, 1, peak=3e-3, weight_decay=0.1)
     loss = torch.stack([contrastive_loss(x, pairs, 1.0) for x in together(z)]).sum()
     loss.backward(retain_graph=True)
     together_after = [p.grad for p in together.convolutions.parameters()]

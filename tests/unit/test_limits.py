@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ajgdata.evaluate.crossval import cross_validate
-from ajgdata.models import chosen, fit_model, limits, make_model
+from ajgdata.models import chosen, fit_model, make_model, thinned
 
 
 def spectra(groups=20, each=3):
@@ -18,7 +18,7 @@ def spectra(groups=20, each=3):
 @pytest.mark.parametrize("most", [3, 10])
 def test_rows_are_left_out_of_the_largest_groups_first(most):
     groups = np.random.default_rng(1).permutation(np.repeat([3, 1, 4, 5], [1, 2, 5, 6]))
-    rows = limits.thinned(groups, most)
+    rows = thinned(groups, most)
     assert len(rows) == len(set(rows.tolist())) == most
     assert (np.diff(rows) > 0).all()
     had, kept = (np.bincount(some, minlength=6)[[3, 1, 4, 5]] for some in (groups, groups[rows]))
@@ -28,7 +28,7 @@ def test_rows_are_left_out_of_the_largest_groups_first(most):
 
 def test_every_class_of_a_session_loses_as_many():
     session, y = np.repeat(np.arange(4), 2500), np.tile(np.repeat(np.arange(20), 125), 4)
-    rows = limits.thinned(session, 5000, y)
+    rows = thinned(session, 5000, y)
     kept = np.bincount(session[rows] * 20 + y[rows], minlength=80)
     assert kept.min() == 62 and kept.max() == 63  # 5000 / 80 is 62.5
 
@@ -36,9 +36,9 @@ def test_every_class_of_a_session_loses_as_many():
 @pytest.mark.parametrize("group", [np.arange(200), np.repeat(np.arange(10), 20)])
 def test_no_class_goes_with_groups_that_are_left_out(group):
     y = np.tile(np.arange(5), 40)
-    rows = limits.thinned(group, 20, y)
+    rows = thinned(group, 20, y)
     assert np.bincount(y[rows]).tolist() == [4] * 5
-    assert limits.thinned(group, 20, y).tolist() == rows.tolist()
+    assert thinned(group, 20, y).tolist() == rows.tolist()
 
 
 def test_beyond_its_limit_a_model_learns_from_some_of_each_group():
@@ -46,7 +46,7 @@ def test_beyond_its_limit_a_model_learns_from_some_of_each_group():
     everything = cross_validate(x, y, group, kind="classification", model="knn_plain", folds=5)
     assert everything.thinned == ()
     fitted = fit_model(make_model("knn_plain", "classification"), x, y, group, 16)
-    np.testing.assert_array_equal(fitted[-1]._fit_X, x[limits.thinned(group, 16, y)])
+    np.testing.assert_array_equal(fitted[-1]._fit_X, x[thinned(group, 16, y)])
     found = cross_validate(
         x, y, group, kind="classification", model="knn_plain", folds=5, limits={"knn": 16}
     )
@@ -56,7 +56,7 @@ def test_beyond_its_limit_a_model_learns_from_some_of_each_group():
 
 def test_a_tuned_model_is_chosen_on_some_and_learns_from_all():
     x, y, group = spectra()
-    some = limits.thinned(group, 20, y)
+    some = thinned(group, 20, y)
     fitted = fit_model(make_model("knn", "classification", choosing=20), x, y, group)
     alone = fit_model(make_model("knn", "classification"), x[some], y[some], group[some])
     assert fitted.inner_scores_ == alone.inner_scores_
