@@ -153,7 +153,7 @@ def cross_validate(
     never straddle folds, or None for a random split, which is optimistic. Targets y and
     y + `period` are equal. A fold predicts the extra rows whose group has no training row.
     `model` is a name in `models.MODELS` (tuned by grouped inner folds) or an unfitted estimator;
-    `limits` are the most recordings that models are trained on (see `models.limits`). BLAS and
+    `limits` are the most recordings that models are trained on (see `models.thinned`). BLAS and
     OpenMP get one thread: results do not depend on the number of cores.
 
     Raises ValueError for missing values, lengths that differ, folds that cannot be made (see

@@ -229,7 +229,7 @@ SIXTEEN_BIT = (tone(750) * 32767).astype(np.int16)
 #: Samples that are not real numbers of full scale ±1, the problem, and what to do.
 UNSCALED = {
     "int16": (SIXTEEN_BIT, "samples are int16", "divide 16-bit integers by 32768"),
-    "complex": (tone(750).astype(complex), "samples are complex128", "give real floats"),
+    "complex": (tone(750).astype(complex), "samples are complex128", "give floats"),
     "text": (["a"] * 2000, "samples are <U1", "floats"),
     "int16 as float": (SIXTEEN_BIT.astype(float), "the peak is ", "divide by full scale (32768"),
 }
