@@ -87,19 +87,14 @@ def _train(
 ) -> dict[str, Any]:
     """Train and calibrate the model that `about` describes, and write its arrays into `folder`.
 
-    Returns the rest of its description. Raises NotPossibleError if it cannot be trained, for
-    instance because the package of the model is missing.
+    Returns the rest of its description. Raises NotPossibleError if it cannot be trained.
     """
     from threadpoolctl import threadpool_limits
 
     from ajgdata.evaluate.in_use import calibration
-    from ajgdata.models import chosen, fit_named_model, make_model, most_recordings, network_state
+    from ajgdata.models import chosen, fit_named_model, most_recordings, network_state
 
     model, kind, seed = about["model"], about["kind"], about["seed"]
-    try:
-        make_model(model, kind, seed, about["period"])
-    except ValueError as error:
-        raise NotPossibleError(str(error)) from None
     options: dict[str, Any] = {"seed": seed, "period": about["period"], "limits": limits}
     arrays, grasp = (data.feature, data.value, data.group), _grasps(shard, data)
     with threadpool_limits(limits=1):
