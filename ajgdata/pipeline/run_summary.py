@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -44,9 +44,7 @@ def modified_ns(path: Path) -> int:
     return path.stat().st_mtime_ns if path.is_file() else 0
 
 
-def complete(
-    paths: Paths, datasets: Sequence[str], optional: Collection[str], summary: Path
-) -> None:
+def complete(paths: Paths, datasets: Sequence[str], optional: Sequence[str], summary: Path) -> None:
     """Write the `summary` of a whole run: its measurements, and the models of `datasets`.
 
     `optional` are the tasks that may be skipped, as `data set/task`. If another task was skipped,

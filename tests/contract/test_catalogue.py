@@ -2,8 +2,10 @@
 
 import re
 from pathlib import Path
+from pkgutil import resolve_name
 
 import yaml
+from pydantic import validate_call
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -23,3 +25,11 @@ def test_the_catalogue_is_told_how_to_use_it():
     assert all((ROOT / name).is_file() for name in ("README.md", "LICENSE", "CITATION.cff"))
     assert (ROOT / "config/README.md").samefile(ROOT / "workflow/config/README.md")
     assert all(path.suffix == ".smk" for path in (ROOT / "workflow/rules").iterdir())
+
+
+def test_every_rule_names_a_function_whose_arguments_can_be_validated():
+    rules = "".join(file.read_text() for file in (ROOT / "workflow/rules").glob("*.smk"))
+    names = re.findall(r'function="([^"]+)"', rules)
+    assert len(names) == rules.count("script:")
+    for name in names:
+        validate_call(resolve_name(f"ajgdata.pipeline.{name}"))
