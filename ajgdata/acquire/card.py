@@ -31,12 +31,6 @@ class CardSettings(Strict):
     sample_rate_hz: int = Field(44_100, gt=0)
     output_channel: int = Field(1, ge=1)
     input_channel: int = Field(1, ge=1)
-    loopback_channel: int | None = Field(
-        None,
-        ge=1,
-        description="input that a cable connects to the output: latency is then exact in each take;"
-        " null: measured by the microphone, once a session",
-    )
     attempts: int = Field(3, ge=1, le=20, description="takes with a fault before it gives up")
 
 

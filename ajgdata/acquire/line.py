@@ -31,13 +31,11 @@ SLOWEST = 4.0
 OPEN_S = 30.0
 #: Time that the process may need in addition to its own limit.
 SLACK_S = 5.0
-#: All inputs of a device are opened, up to this number, to detect sound on the wrong input.
-ALL_INPUTS = 8
 FLAGS = ("input_overflow", "input_underflow", "output_overflow", "output_underflow")
 #: Largest deviation from the requested rate; no crystal is off by more.
 RATE_TOLERANCE = 1e-3
 
-#: Samples float32 (frames, inputs), and the reports of the driver.
+#: Samples float32 (frames,) of the microphone, and the reports of the driver.
 Recorded = tuple[NDArray[np.float32], tuple[str, ...]]
 
 
@@ -73,7 +71,7 @@ class PortAudioLine:
         return samples, flags
 
     def describe(self) -> Mapping[str, Any]:
-        """Return API, driver and number of inputs."""
+        """Return API and driver."""
         return dict(self.opened)
 
     def close(self) -> None:
@@ -180,9 +178,8 @@ def find_device(portaudio: Any, name: str) -> tuple[int, dict[str, Any]]:
     if matches:
         choices = " or ".join(f'"{names[number][1]}"' for number in matches)
         raise DataError(name, f"{len(matches)} devices have this name", f"use {choices}")
-    similar = [short for short, _ in names if name.lower() in short.lower()]
-    fix = f'did you mean "{similar[0]}"?' if similar else "see `ajgdata device list`"
-    raise DataError(name, "there is no such device", f"give its exact name: {fix}")
+    fix = "give its exact name: see `ajgdata device list`"
+    raise DataError(name, "there is no such device", fix)
 
 
 class _Job(NamedTuple):
@@ -200,14 +197,18 @@ class Duplex:
 
     def __init__(self, portaudio: Any, settings: Mapping[str, Any]) -> None:
         self._name, self._rate_hz = settings["device"], settings["sample_rate_hz"]
-        self._channel = settings["output_channel"] - 1
+        self._output, self._input = settings["output_channel"], settings["input_channel"]
         self._job: _Job | None = None
         self._done = threading.Event()
         self._frames = 0
         self._flags: list[str] = []
         index, self._device = find_device(portaudio, self._name)
         self._version = portaudio.get_portaudio_version()[1]
-        self._inputs = _count_inputs(self._device, settings)
+        for number, kind in ((self._output, "outputs"), (self._input, "inputs")):
+            if number > self._device[kind]:
+                fix = "give another channel, or use one device that has inputs and outputs"
+                problem = f"channel {number} of {self._device[kind]} {kind}"
+                raise DataError(self._name, problem, fix)
         self._stream = self._open(portaudio, index)
 
     def _open(self, portaudio: Any, index: int) -> Any:
@@ -216,7 +217,7 @@ class Duplex:
                 samplerate=self._rate_hz,
                 blocksize=0,
                 device=index,
-                channels=(self._inputs, self._channel + 1),
+                channels=(self._input, self._output),
                 dtype="float32",
                 callback=self._callback,
             )
@@ -235,14 +236,14 @@ class Duplex:
         return stream
 
     def describe(self) -> dict[str, Any]:
-        """Return API, driver and number of inputs."""
-        return {"api": self._device["api"], "driver": self._version, "inputs": self._inputs}
+        """Return API and driver."""
+        return {"api": self._device["api"], "driver": self._version}
 
     def play(self, sound: NDArray[np.float32], frames: int) -> Recorded:
-        """Play `sound` (n,) and return `frames` samples. DataError when frames no longer come."""
+        """Play `sound` (n,) and record `frames` samples. DataError when frames no longer come."""
         self._flags.clear()
         self._done.clear()
-        buffer = np.zeros((frames, self._inputs), dtype=np.float32)
+        buffer = np.zeros(frames, dtype=np.float32)
         self._job = _Job(sound, buffer, 0)
         self._wait()
         return buffer, tuple(self._flags)
@@ -275,23 +276,11 @@ class Duplex:
         if (job := self._job) is not None:
             self._flags += [flag for flag in FLAGS if getattr(status, flag)] if status else []
             part = job.sound[job.at : job.at + frames]
-            played[: len(part), self._channel] = part
+            played[: len(part), self._output - 1] = part
             room = job.buffer[job.at : job.at + frames]
-            room[:] = recorded[: len(room)]
+            room[:] = recorded[: len(room), self._input - 1]
             more = job.at + frames < len(job.buffer)
             self._job = job._replace(at=job.at + frames) if more else None
             if not more:
                 self._done.set()
         self._frames += frames
-
-
-def _count_inputs(device: Mapping[str, Any], settings: Mapping[str, Any]) -> int:
-    """Return the number of inputs to open. DataError for a device that has too few channels."""
-    for key in ("output_channel", "input_channel", "loopback_channel"):
-        kind = "outputs" if key == "output_channel" else "inputs"
-        if (number := settings[key] or 0) > device[kind]:
-            fix = f"give another {key}" if device[kind] else "use one device that has both"
-            problem = f"{key} {number}, but it has {device[kind]} {kind}"
-            raise DataError(settings["device"], problem, fix)
-    needed = max(settings["input_channel"], settings["loopback_channel"] or 0)
-    return int(device["inputs"] if device["inputs"] <= ALL_INPUTS else needed)

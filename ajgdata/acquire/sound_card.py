@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ajgdata.acquire.card import Capture, CardError, CardSettings, TakeError
 from ajgdata.acquire.line import PortAudioLine
-from ajgdata.acquire.markers import MARKER_S, Arrival, Framed, arrival, framed
+from ajgdata.acquire.markers import MARKER_S, Arrival, arrival, framed
 
 #: Longest latency of a card that is detected. Once it is known, takes are shorter.
 MAX_LATENCY_S = 2.0
@@ -61,19 +61,19 @@ class SoundCard:
             time = datetime.now(UTC).isoformat(timespec="milliseconds")
             samples, flags = self._line.play(sound.sound, len(sound.sound) + self._margin())
             xruns += len(flags)
-            at_microphone, reference = self._arrivals(samples, sound)
-            if fault := self._fault(samples, flags, at_microphone, reference):
+            arrived = arrival(samples, sound)
+            if fault := self._fault(samples, flags, arrived):
                 faults.append(fault)
                 continue
-            if self._latency is None or self.settings.loopback_channel:
-                self._latency = reference.latency_samples
+            if self._latency is None:
+                self._latency = arrived.latency_samples
             self._measured = True
-            begin, channel = self._latency + sound.start, self.settings.input_channel - 1
+            begin = self._latency + sound.start
             return Capture.measured(
-                samples[begin : begin + len(played) + tail, channel],
+                samples[begin : begin + len(played) + tail],
                 FULL_SCALE,
                 latency_samples=self._latency,
-                arrival_samples=at_microphone.latency_samples,
+                arrival_samples=arrived.latency_samples,
                 xruns=xruns,
                 time=time,
                 doubts=tuple(fault.problem for fault in faults),
@@ -86,8 +86,7 @@ class SoundCard:
 
     def listen(self, frames: int) -> NDArray[np.float32]:
         """Play nothing and return what the microphone records, (frames,). Raises CardError."""
-        samples, _ = self._line.play(np.zeros(frames, dtype=np.float32), frames)
-        return samples[:, self.settings.input_channel - 1]
+        return self._line.play(np.zeros(frames, dtype=np.float32), frames)[0]
 
     def describe(self) -> Mapping[str, Any]:
         """Return device, driver, channels and latency, for session.yaml."""
@@ -104,62 +103,34 @@ class SoundCard:
         known = (self._latency or 0) + (0.1 if self._measured else MAX_LATENCY_S) * rate
         return round(known + MARKER_S * rate)
 
-    def _arrivals(self, samples: NDArray[np.float32], sound: Framed) -> tuple[Arrival, Arrival]:
-        """Return the arrival at the microphone, and the arrival that defines the latency."""
-        if not np.all(np.isfinite(samples)):
-            return Arrival(0, 0, 0.0), Arrival(0, 0, 0.0)
-        loopback = self.settings.loopback_channel
-        at_microphone = arrival(samples[:, self.settings.input_channel - 1], sound)
-        reference = arrival(samples[:, loopback - 1], sound) if loopback else at_microphone
-        return at_microphone, reference
-
     def _fault(
-        self,
-        samples: NDArray[np.float32],
-        flags: tuple[str, ...],
-        at_microphone: Arrival,
-        reference: Arrival,
+        self, samples: NDArray[np.float32], flags: tuple[str, ...], arrived: Arrival
     ) -> _Fault | None:
-        """Return the worst fault of a take; None if it is good."""
+        """Return the worst fault of a take (frames,); None if it is good."""
         if bad := int(np.count_nonzero(~np.isfinite(samples))):
             return _Fault(f"the driver gave {bad} samples that are not numbers", "use another API")
-        if not at_microphone.found:
+        if not arrived.found:
             return self._no_sound(samples)
-        if not reference.found:
-            problem = f"input {self.settings.loopback_channel}, the loop-back, has no sound"
-            fix = "connect it with a cable, or leave the loop-back channel out"
-            return _Fault(problem, fix, permanent=True)
         if flags:
             reports = ", ".join(sorted(set(flags)))
             return _Fault(f"the driver reported {reports}", "close other programs")
-        return self._timing_fault(at_microphone, reference)
-
-    def _timing_fault(self, at_microphone: Arrival, reference: Arrival) -> _Fault | None:
-        """Return a fault if frames were lost in this take, or before it."""
-        if lost := reference.lost or at_microphone.lost:
+        if lost := arrived.lost:
             problem = f"{lost} frames lost" if lost > 0 else f"{-lost} frames too many"
             return _Fault(f"{problem} between the markers", "close other programs")
-        if self._latency is not None and self.settings.loopback_channel is None:
-            moved = reference.latency_samples - self._latency
-            if abs(moved) > WANDER_S * self.settings.sample_rate_hz:
-                problem = f"latency moved by {moved} samples since the session began"
-                fix = "record into another --session; with a loop-back cable it may move"
-                return _Fault(problem, fix, permanent=True)
+        moved = 0 if self._latency is None else arrived.latency_samples - self._latency
+        if abs(moved) > WANDER_S * self.settings.sample_rate_hz:
+            problem = f"latency moved by {moved} samples since the session began"
+            return _Fault(problem, "record into another --session", permanent=True)
         return None
 
     def _no_sound(self, samples: NDArray[np.float32]) -> _Fault:
-        """Return the reason for a take (frames, inputs) without the sound at the microphone."""
+        """Return the reason for a take (frames,) without the sound at the microphone."""
         number = self.settings.input_channel
-        peaks = np.abs(samples).max(axis=0)
-        skip = {number, self.settings.loopback_channel}
-        louder = [n + 1 for n, p in enumerate(peaks) if n + 1 not in skip and p > SILENT]
-        problem, fix = f"input {number} is silent", "check plug, mute and gain of the microphone"
-        if peaks[number - 1] > SILENT:
+        if np.abs(samples).max() > SILENT:
             problem = f"input {number} does not record the output"
-            fix = "check plug, level and channel of the speaker"
-        elif louder:
-            problem, fix = f"{problem}, input {louder[0]} is not", f"use input channel {louder[0]}"
-        return _Fault(problem, fix, permanent=True)
+            return _Fault(problem, "check plug, level and channel of the speaker", permanent=True)
+        fix = "check plug, mute, gain and channel of the microphone"
+        return _Fault(f"input {number} is silent", fix, permanent=True)
 
 
 @contextmanager

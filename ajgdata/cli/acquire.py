@@ -9,7 +9,7 @@ from rich.markup import escape
 
 from ajgdata.acquire.signals import ended_by_signals
 from ajgdata.cli.console import out, say, warn
-from ajgdata.cli.device import InputChannel, LoopbackChannel, OutputChannel
+from ajgdata.cli.device import InputChannel, OutputChannel
 from ajgdata.pipeline.progress import bar
 from ajgdata.types import DataError
 
@@ -34,7 +34,6 @@ def acquire(
     ] = "",
     input_channel: InputChannel = 1,
     output_channel: OutputChannel = 1,
-    loopback_channel: LoopbackChannel = None,
     yes: Annotated[
         bool,
         typer.Option(
@@ -44,15 +43,13 @@ def acquire(
     notes: Annotated[str, typer.Option(help="notes for session.yaml", rich_help_panel=_CARD)] = "",
 ) -> None:
     """Record the missing grasps of recipes, or of a protocol. Safe to interrupt."""
-    channels = (input_channel, output_channel, loopback_channel)
     if not device:
-        if yes or notes or channels != (1, 1, None):
+        if yes or notes or (input_channel, output_channel) != (1, 1):
             raise DataError("ajgdata acquire", "has options of a sound card", "add --device")
         _record_recipes(dataset or [], session)
     if len(dataset or []) != 1:
         raise DataError("--device", "needs one data set", "ajgdata acquire NAME --device …")
-    keys = ("input_channel", "output_channel", "loopback_channel")
-    card = {"device": device, **dict(zip(keys, channels, strict=True))}
+    card = {"device": device, "input_channel": input_channel, "output_channel": output_channel}
     _record_protocol((dataset or [""])[0], session, card, yes, notes)
 
 

@@ -73,7 +73,6 @@ def sense(
     ] = "",
     input_channel: Channel = 1,
     output_channel: Channel = 1,
-    loopback_channel: Annotated[int | None, typer.Option(min=1, rich_help_panel=_CARD)] = None,
     objects: Annotated[
         list[str] | None,
         typer.Option(
@@ -90,10 +89,7 @@ def sense(
     if source == "soundcard" and not device:
         fix = 'add --device "…" (see `ajgdata device list`), or --source virtual'
         raise DataError("ajgdata sense", "needs a device", fix)
-    card = {
-        "device": device, "input_channel": input_channel, "output_channel": output_channel,
-        "loopback_channel": loopback_channel,
-    }  # fmt: skip
+    card = {"device": device, "input_channel": input_channel, "output_channel": output_channel}
     seed = secrets.randbelow(2**31) if seed is None else seed
     with stopped_by_hand(), _sensing((dataset, task, model), source, card, objects, seed) as takes:
         for take in takes:

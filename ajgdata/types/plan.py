@@ -71,8 +71,8 @@ class SortPlan(Strict):
     )
     card: dict[str, JsonValue] = Field(
         {},
-        description="of a sound card: device, input_channel, output_channel, loopback_channel, "
-        "attempts; as the options of `ajgdata acquire`",
+        description="of a sound card: device, input_channel, output_channel, attempts; "
+        "as the options of `ajgdata acquire`",
     )
     robot: RobotName = Field("manual", description="who moves; manual: a person")
     robot_settings: dict[str, JsonValue] = Field({}, description="settings of the robot, its own")

@@ -1,5 +1,5 @@
-"""A plant as a sound card: a JACK client of one output (`speaker`) and two inputs (`microphone`,
-`loopback`) that PortAudio sees as a device.
+"""A plant as a sound card: a JACK client of one output (`speaker`) and one input (`microphone`)
+that PortAudio sees as a device.
 
     python simulated_card.py RESPONSE.npy PERIOD NOISE
 
@@ -46,14 +46,14 @@ class Plant:
         self._random = np.random.default_rng(0)
         self.sound = threading.Event()  #: set while something is played
 
-    def process(self, played: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return microphone and loop-back (n,) while the block `played` (n,) is played."""
+    def process(self, played: np.ndarray) -> np.ndarray:
+        """Return what the microphone records (n,) while the block `played` (n,) is played."""
         if played.any():
             self.sound.set()
         heard, self._state = lfilter(self._response, 1, played, zi=self._state)
         if self._noise:
             heard = heard + self._noise * self._random.standard_normal(len(played))
-        return np.clip(np.round(heard * 2**23), -(2**23), 2**23 - 1) / 2**23, played
+        return np.clip(np.round(heard * 2**23), -(2**23), 2**23 - 1) / 2**23
 
 
 @contextmanager
@@ -90,14 +90,13 @@ def running_card(plant: Plant) -> Iterator[threading.Event]:
 
     client = jack.Client(DEVICE, use_exact_name=True, no_start_server=True)
     speaker = client.inports.register("speaker")
-    inputs = [client.outports.register(name) for name in ("microphone", "loopback")]
+    microphone = client.outports.register("microphone")
     stop = threading.Event()
     client.set_shutdown_callback(lambda *_: stop.set())
 
     @client.set_process_callback
     def process(_frames: int) -> None:
-        for port, block in zip(inputs, plant.process(speaker.get_array()), strict=True):
-            port.get_array()[:] = block
+        microphone.get_array()[:] = plant.process(speaker.get_array())
 
     with client:
         yield stop

@@ -32,15 +32,11 @@ class Fault:
 
 @dataclass
 class FakeLine:
-    """Line (see acquire.line) through `response`, after `latency` samples, on `channel` of
-    `channels`; the loop-back, if any, is the bare output. `faults` are used one a take; then none.
-    """
+    """Line (see acquire.line) through `response`, after `latency` samples. `faults` are used one a
+    take; then none."""
 
     response: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.5, -0.25]))
     latency: int = 1_024
-    channels: int = 1
-    channel: int = 1
-    loopback: int | None = None
     noise: float = 0.0
     faults: Sequence[Fault] = ()
     takes: int = 0
@@ -52,12 +48,11 @@ class FakeLine:
         self.takes += 1
         if fault.unplugged:
             raise CardError("fake", "went away while it played", "plug it in again")
-        out = np.zeros((frames, self.channels))
+        out = np.zeros(frames)
         late = self.latency + fault.shift
         heard = fftconvolve(sound, self.response)[: frames - late] * fault.gain
-        for number, what in ((self.channel, heard), (self.loopback, sound)):
-            if number and not fault.silent:
-                out[late : late + len(what), number - 1] = what
+        if not fault.silent:
+            out[late : late + len(heard)] = heard
         cut = fault.at + late
         if fault.delete:
             out = np.concatenate([out[:cut], out[cut + fault.delete :], out[: fault.delete] * 0])

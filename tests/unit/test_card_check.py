@@ -1,43 +1,28 @@
 """The check of a card names known faults of a fake card, and accepts a good one."""
 
-import re
-
 import numpy as np
 import pytest
 from fake_card import RATE_HZ, FakeLine, fake_card
 
 from ajgdata.acquire.card_check import CardCheck, check_card
 
-GOOD = CardCheck(
-    latency_samples=(1_024, 1_024, 1_024),
-    peak_dbfs=-9.0,
-    clipped=0,
-    xruns=0,
-    repeated=0,
-    snr_db=60.0,
-)
+GOOD = CardCheck((1_024, 1_024, 1_024), peak_dbfs=-9.0, clipped=0, repeated=0, snr_db=60.0)
 
 
 @pytest.mark.parametrize(
-    "changed, fatal, text",
+    "changed, text",
     [
-        ({"clipped": 7}, True, "7 samples are clipped; lower output"),
-        ({"peak_dbfs": -1.0}, False, "peak -1.0 dBFS is too loud; lower .* -9 dBFS"),
-        ({"peak_dbfs": -49.0}, False, "too quiet; raise"),
-        ({"snr_db": -1.0}, True, "the sweep is -1 dB above the noise"),
-        ({"latency_samples": (5, 9, 5)}, False, "latency differs by 4 samples"),
-        ({"repeated": 1, "xruns": 2}, False, "2 xruns reported by the driver, 1 takes repeated"),
+        ({"clipped": 7, "peak_dbfs": 0.0}, "7 samples are clipped; lower output"),
+        ({"peak_dbfs": -1.0}, "peak is too loud; change output"),
+        ({"peak_dbfs": -49.0}, "peak is too quiet; change output"),
+        ({"snr_db": 19.0}, "too much noise; play louder"),
+        ({"latency_samples": (5, 9, 5)}, "latency differs by 4 samples"),
+        ({"repeated": 1}, "1 takes repeated; close other programs"),
     ],
 )
-def test_each_issue_is_named(changed, fatal, text):
+def test_each_issue_is_named(changed, text):
     (issue,) = GOOD._replace(**changed).issues
-    assert issue.fatal == fatal
-    assert re.search(text, f"{issue.problem}; {issue.fix}")
-
-
-def test_the_worst_comes_first():
-    check = GOOD._replace(peak_dbfs=-1.0, snr_db=-1.0, latency_samples=(1, 2, 1))
-    assert [issue.fatal for issue in check.issues] == [True, False, False]
+    assert issue.startswith(text)
 
 
 def test_a_good_card_is_measured_as_it_is():

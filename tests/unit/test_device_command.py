@@ -66,7 +66,7 @@ def test_a_good_card_is_ready(card):
     done = RUN.invoke(cli.app, ["device", "check", "fake"])
     assert done.exit_code == 0, done.output
     assert "good         the card is ready: record" in done.stdout
-    assert re.search(r"latency +1024 samples, spread 0", done.stdout)
+    assert re.search(r"latency +1024, 1024, 1024 samples", done.stdout)
 
 
 def test_a_card_that_cannot_be_used_ends_with_code_1(card):

@@ -15,7 +15,7 @@ SOUND = np.random.default_rng(0).uniform(-1, 1, 5_000).astype(np.float32)
 
 def opened(fake: FakePortAudio, **settings) -> Duplex:
     usual = {"device": "fake", "sample_rate_hz": 44_100, "output_channel": 1, "input_channel": 1}
-    return Duplex(fake, {**usual, "loopback_channel": None, **settings})
+    return Duplex(fake, {**usual, **settings})
 
 
 def test_every_frame_is_there_once_however_the_driver_cuts_them():
@@ -26,7 +26,7 @@ def test_every_frame_is_there_once_however_the_driver_cuts_them():
     expected[1_024:6_024] = SOUND
     for _ in range(3):
         heard, flags = stream.play(SOUND, 7_001)
-        np.testing.assert_array_equal(heard[:, 0], expected)
+        np.testing.assert_array_equal(heard, expected)
         assert flags == ()
     stream.close()
 
@@ -56,17 +56,10 @@ TWO = [device("fake", api=0), device("fake", api=1), device("mic", outputs=0)]
 @pytest.mark.parametrize(
     "settings, said",
     [
-        (
-            {"device": "fak"},
-            'there is no such device; give its exact name: did you mean "fake"',
-        ),
         ({"device": "zzz"}, "zzz: there is no such device; .*see `ajgdata device list`"),
         ({}, '2 devices have this name; use "fake, ALSA" or "fake, JACK Audio Connection Kit"'),
-        ({"device": "mic"}, "output_channel 1, but it has 0 outputs; use one device that has both"),
-        (
-            {"device": "fake, ALSA", "loopback_channel": 2},
-            "loopback_channel 2, but it has 1 inputs",
-        ),
+        ({"device": "mic"}, "mic: channel 1 of 0 outputs; give another channel"),
+        ({"device": "fake, ALSA", "input_channel": 2}, "channel 2 of 1 inputs"),
         (
             {"device": "fake, ALSA", "sample_rate_hz": 48_000},
             "does not support 48000 Hz; its own rate is 44100 Hz",
