@@ -156,8 +156,7 @@ def load_predictor(name: str, task: str, model: str = "cnn", project: Project = 
 
     It checks waveforms as the workflow does, and returns calibrated probabilities, or a number with
     an interval, and whether the gripper is empty or the object novel: `docs/predicting.md`. Raises
-    DataError if it has not been, or could not be, trained, and for features that need more than the
-    recording.
+    DataError if it has not been, or could not be, trained.
 
     >>> import ajgdata
     >>> predictor = ajgdata.load_predictor("size", "size", "ridge")
@@ -188,22 +187,19 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
 
     estimator, about = read_model(folder)
     calibration = Calibration(**about["calibration"])
-    try:
-        return Predictor(
-            estimator=estimator,
-            dataset=dataset,
-            task=task,
-            model=about["model"],
-            kind=about["kind"],
-            unit=about["unit"],
-            classes=tuple(about["classes"]),
-            audio=AudioSettings.model_validate(about["audio"]),
-            features=FeatureSettings.model_validate(about["features"]),
-            calibration=calibration,
-            guard=Guard(**read_guard(folder), threshold=calibration.novelty_threshold),
-        )
-    except NotPossibleError as error:
-        raise DataError(folder, str(error), "choose a data set without") from None
+    return Predictor(
+        estimator=estimator,
+        dataset=dataset,
+        task=task,
+        model=about["model"],
+        kind=about["kind"],
+        unit=about["unit"],
+        classes=tuple(about["classes"]),
+        audio=AudioSettings.model_validate(about["audio"]),
+        features=FeatureSettings.model_validate(about["features"]),
+        calibration=calibration,
+        guard=Guard(**read_guard(folder), threshold=calibration.novelty_threshold),
+    )
 
 
 @dataclass(frozen=True, eq=False)

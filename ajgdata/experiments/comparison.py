@@ -91,8 +91,6 @@ def features_of(variant: Variant, own: FeatureSettings) -> FeatureSettings:
 def check(settings: Settings, _: Kind, features: FeatureSettings) -> None:
     """Raise ValueError for variants that no feature, or no sound, can have."""
     for name, comparison in settings.comparisons.items():
-        if comparison.makes_features and features.align:
-            raise ValueError(f"comparison {name}: features.align is not possible here")
         for variant in comparison.all_variants:
             try:
                 features_of(variant, features)

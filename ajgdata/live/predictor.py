@@ -21,7 +21,7 @@ from ajgdata.evaluate.novelty import Guard
 from ajgdata.features.checks import BEYOND, check_audio
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.store.audio import Audio, AudioInfo, read_audio
-from ajgdata.types import AudioSettings, DataError, FeatureSettings, Kind, NotPossibleError
+from ajgdata.types import AudioSettings, DataError, FeatureSettings, Kind
 
 if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
@@ -91,13 +91,6 @@ class Predictor:
     features: FeatureSettings
     calibration: Calibration
     guard: Guard
-
-    def __post_init__(self) -> None:
-        """Refuse features that need more than one recording."""
-        if self.features.align:
-            raise NotPossibleError(
-                "features.align needs the played sound, which one recording lacks"
-            )
 
     @property
     def sample_rate_hz(self) -> int:

@@ -10,26 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ajgdata.features.align import shift
 from ajgdata.features.spectrum import frequencies_hz, spectrum
-from ajgdata.pipeline.recordings import (
-    OTHER_DELAY,
-    examine,
-    finding,
-    late_or_early,
-    read_excitation,
-)
-from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
+from ajgdata.pipeline.recordings import examine, finding
+from ajgdata.store.features import Shard, read_store, text_column, write_store
 from ajgdata.store.files import csv_bytes, sha256_of, write_bytes
 from ajgdata.store.findings import read_findings, write_findings
 from ajgdata.store.provenance import settings_digest, software
-from ajgdata.store.session_audio import (
-    WHOLE_SESSION,
-    AudioFile,
-    SessionAudio,
-    check_session,
-    label_columns,
-)
+from ajgdata.store.session_audio import AudioFile, SessionAudio, check_session, label_columns
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding
 
 SETTINGS_ATTRIBUTE = "settings_digest"
@@ -37,11 +24,9 @@ SETTINGS_ATTRIBUTE = "settings_digest"
 
 @dataclass(frozen=True)
 class Row:
-    """One recording's part of a shard: feature (f,), None if it cannot be used; delay in samples,
-    NaN if not measured; issues."""
+    """One recording's part of a shard: feature (f,), None if it cannot be used, and issues."""
 
     feature: np.ndarray | None
-    delay: float
     issues: tuple[Finding, ...]
 
 
@@ -58,9 +43,8 @@ def extract_features(
     """Write `shard`, `findings` and `labels` of the session in `folder`.
 
     Returns how many features were computed and how many reused. Rows of the old `shard` are reused
-    while recording_id, sha256, settings, excitation and `code` are the same. A recording that
-    cannot be used becomes a finding and has no row; so do all recordings of a session without the
-    played sound, if features need it.
+    while recording_id, sha256, settings and `code` are the same. A recording that cannot be used
+    becomes a finding and has no row.
     """
     session = check_session(folder)
     digest, rows, computed = _rows(session, audio, features, code, shard, findings)
@@ -68,9 +52,6 @@ def extract_features(
     issues += [issue for row in rows.values() for issue in row.issues]
     reused = len(rows) - computed
     rows = {name: row for name, row in rows.items() if row.feature is not None}
-    if features.align:
-        delays = [int(row.delay) for row in rows.values()]
-        issues += late_or_early(session.session_id, list(rows), delays, audio.sample_rate_hz)
     hashes = {file.recording_id: file.sha256 for file in session.files}
     write_store(shard, _shard(rows, hashes, issues, audio, features, digest))
     write_findings(findings, issues)
@@ -87,55 +68,28 @@ def _rows(
     shard: Path,
     findings: Path,
 ) -> tuple[str, dict[str, Row], int]:
-    """Return the digest of the settings, a row per file, and how many rows were computed.
-
-    Without the played sound, if features need it, there are no rows, and the session has a finding.
-    """
-    played, sha256 = None, ""
-    if features.align:
-        played, issues = read_excitation(session.session_id, session.played, audio)
-        session.findings += issues
-        if played is None or session.played is None:
-            problem = "features.align needs the played sound, which this session does not have"
-            fix = "add it to session.yaml, or set features.align to false"
-            session.findings.append(_of_session(session, "no_excitation", problem, fix))
-            return settings_digest(audio, features), {}, 0
-        sha256 = session.played.sha256
-    digest = sha256_of(f"{settings_digest(audio, features)} {code} {sha256}".encode())[:16]
+    """Return the digest of the settings, a row per file, and how many rows were computed."""
+    digest = sha256_of(f"{settings_digest(audio, features)} {code}".encode())[:16]
     known = _known_rows(shard, findings, digest)
     new = [file for file in session.files if (file.recording_id, file.sha256) not in known]
-    computed = {
-        file.recording_id: _row(session.session_id, file, audio, features, played) for file in new
-    }
+    computed = {file.recording_id: _row(session.session_id, file, audio, features) for file in new}
     files = {file.recording_id: file.sha256 for file in session.files}
     rows = {name: computed.get(name) or known[name, sha] for name, sha in files.items()}
     return digest, rows, len(new)
 
 
-def _of_session(session: SessionAudio, code: str, problem: str, fix: str) -> Finding:
-    return Finding(session.session_id, WHOLE_SESSION, "", "error", code, problem, fix)
-
-
-def _row(
-    session: str,
-    file: AudioFile,
-    audio: AudioSettings,
-    features: FeatureSettings,
-    played: np.ndarray | None,
-) -> Row:
-    result = examine(file.path, audio, features.window, played)
+def _row(session: str, file: AudioFile, audio: AudioSettings, features: FeatureSettings) -> Row:
+    result = examine(file.path, audio, features.window)
     issues = tuple(finding(session, file.recording_id, file.path, r) for r in result.remarks)
     if result.samples is None:
-        return Row(None, np.nan, issues)
-    delay = np.nan if result.delay is None else result.delay
-    samples = result.samples if result.delay is None else shift(result.samples, result.delay)
+        return Row(None, issues)
     try:
-        return Row(spectrum(samples, audio.sample_rate_hz, features), delay, issues)
+        return Row(spectrum(result.samples, audio.sample_rate_hz, features), issues)
     except ValueError as error:  # for instance: not normalised, and beyond float32
         fix = "change features in dataset.yaml, or set quality to reject"
         names = (session, file.recording_id, "")
         issue = Finding(*names, "error", "no_feature", str(error), fix)
-        return Row(None, np.nan, (*issues, issue))
+        return Row(None, (*issues, issue))
 
 
 def _shard(
@@ -154,9 +108,6 @@ def _shard(
         "sha256": text_column([hashes[name] for name in rows], long_name="SHA-256 of the file"),
         "flags": text_column([flags.get(name, "") for name in rows], long_name="findings"),
     }
-    if features.align:
-        delay = np.asarray([row.delay for row in rows.values()], np.float64)
-        columns["delay_samples"] = Column(delay, {"long_name": "delay taken out", "units": "1"})
     feature = np.asarray([row.feature for row in rows.values()], np.float32)
     settings = {
         "audio": audio.model_dump(mode="json"),
@@ -187,14 +138,12 @@ def _known_rows(path: Path, findings: Path, digest: str) -> dict[tuple[str, str]
         return {}
     values = {name: column.values.tolist() for name, column in shard.columns.items()}
     names, hashes, flags = values["recording"], values["sha256"], values["flags"]
-    delays = values.get("delay_samples", [np.nan] * len(names))
     codes = _codes(remarks)
     issues = defaultdict(list)
     for issue in remarks:
-        if issue.code != OTHER_DELAY:  # depends on the other recordings
-            issues[issue.recording_id].append(issue)
+        issues[issue.recording_id].append(issue)
     return {
-        (name, sha256): Row(shard.feature[row], delays[row], tuple(issues[name]))
+        (name, sha256): Row(shard.feature[row], tuple(issues[name]))
         for row, (name, sha256) in enumerate(zip(names, hashes, strict=True))
         if flags[row] == codes.get(name, "")  # else shard and findings are of different runs
     }

@@ -17,8 +17,9 @@ from ajgdata.acquire.recipe import session_names
 from ajgdata.experiments.cross_validation_results import GROUPED, PAPER_MODEL
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps
+from ajgdata.store.audio import read_audio
 from ajgdata.store.files import json_bytes, write_bytes
-from ajgdata.store.sessions import read_dataset, read_session
+from ajgdata.store.sessions import inside, read_dataset, read_session
 from ajgdata.store.tables import plain, read_tables
 from ajgdata.types import (
     CROSS_VALIDATION,
@@ -216,16 +217,12 @@ def field_of(scene: Scene) -> tuple[Film, tuple[float, ...]]:
 
 def _sweep(folder: Path, audio: AudioSettings) -> np.ndarray:
     """Return what the session in `folder` played, (samples,), or raise NotPossibleError."""
-    from ajgdata.pipeline.recordings import read_excitation
-    from ajgdata.store.session_audio import played_sound
-
     try:
-        samples, _ = read_excitation(folder.name, played_sound(folder, read_session(folder)), audio)
+        if played := read_session(folder).excitation:
+            return read_audio(inside(folder, played.file), audio).samples
     except DataError:
-        samples = None
-    if samples is None:
-        raise NotPossibleError(f"session {folder.name} lacks the sound that it played")
-    return samples
+        pass
+    raise NotPossibleError(f"session {folder.name} lacks the sound that it played")
 
 
 def _level_db(shard: Shard, row: int) -> np.ndarray:

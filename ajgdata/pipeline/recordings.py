@@ -12,11 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ajgdata.features.align import delay_outliers, delay_samples
 from ajgdata.features.checks import check_audio
 from ajgdata.paths import Paths
 from ajgdata.store.audio import AudioError, Remark, read_audio
-from ajgdata.store.session_audio import AudioFile, checked_sha256
+from ajgdata.store.session_audio import checked_sha256
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import (
     AudioSettings,
@@ -27,24 +26,17 @@ from ajgdata.types import (
     Session,
 )
 
-#: A delay beyond this is not looked for: the sound would hardly overlap a one-second recording.
-MAX_DELAY_S = 0.5
-OTHER_DELAY = "other_delay"
-
 
 @dataclass(frozen=True)
 class Examined:
-    """Samples (n,) float32, None when the recording cannot be used; delay if it was asked for."""
+    """Samples (n,) float32, None if the recording cannot be used, and remarks."""
 
     samples: np.ndarray | None
     remarks: tuple[Remark, ...]
-    delay: int | None = None
 
 
-def examine(
-    path: Path, audio: AudioSettings, window: int, excitation: np.ndarray | None = None
-) -> Examined:
-    """Read and check one recording; with `excitation` (m,), also measure when it arrives."""
+def examine(path: Path, audio: AudioSettings, window: int) -> Examined:
+    """Read and check one recording; its feature has windows of `window` samples."""
     try:
         read = read_audio(path, audio)
     except AudioError as error:
@@ -52,24 +44,7 @@ def examine(
     remarks = tuple(check_audio(read, window))
     if errors := tuple(remark for remark in remarks if remark.level == "error"):
         return Examined(None, errors)  # what else is odd about it no longer matters
-    if excitation is None:
-        return Examined(read.samples, remarks)
-    reach = int(MAX_DELAY_S * audio.sample_rate_hz)
-    return Examined(read.samples, remarks, delay_samples(read.samples, excitation, reach))
-
-
-def read_excitation(
-    session: str, played: AudioFile | None, audio: AudioSettings
-) -> tuple[np.ndarray | None, list[Finding]]:
-    """The played sound of a session (m,), None if there is none or it cannot be used."""
-    if played is None:
-        return None, []
-    found = examine(played.path, audio, window=1)
-    if found.samples is not None:
-        return found.samples, []
-    problem = f"the played sound cannot be used: {found.remarks[0].problem}"
-    file, fix = played.path.name, found.remarks[0].fix
-    return None, [Finding(session, "*", file, "warning", "bad_excitation", problem, fix)]
+    return Examined(read.samples, remarks)
 
 
 class RecordingReader:
@@ -110,24 +85,6 @@ class RecordingReader:
             rows = {row.recording_id: row for row in read_recordings(folder)[0]}
             self._sessions[dataset, session] = read_session(folder), rows
         return self._sessions[dataset, session]
-
-
-def late_or_early(
-    session: str, names: Sequence[str], delays: Sequence[int], sample_rate_hz: int
-) -> list[Finding]:
-    """A warning for each recording whose excitation arrives at another time than the others'."""
-    usual = float(np.median(delays)) if delays else 0.0
-    odd = delay_outliers(delays, sample_rate_hz)
-    return [
-        Finding(
-            session, name, "", "warning", OTHER_DELAY,
-            f"the sound arrives {1e3 * (delay - usual) / sample_rate_hz:+.1f} ms from the "
-            "session's median",
-            "record it again, unless features.align is true, which takes the delay out",
-        )
-        for name, delay, is_odd in zip(names, delays, odd, strict=True)
-        if is_odd
-    ]  # fmt: skip
 
 
 def finding(session: str, recording_id: str, path: Path, remark: Remark) -> Finding:

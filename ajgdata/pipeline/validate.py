@@ -14,7 +14,8 @@ from ajgdata.experiments import all_asked
 from ajgdata.paths import AUDIO_FOLDER, DATASET_FILE, Paths
 from ajgdata.pipeline.plan import config_problems
 from ajgdata.pipeline.progress import Started
-from ajgdata.pipeline.recordings import Examined, examine, finding, late_or_early, read_excitation
+from ajgdata.pipeline.recordings import examine, finding
+from ajgdata.store.audio import Remark
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
 from ajgdata.store.labels import bad_labels, copies
 from ajgdata.store.scan import search
@@ -42,7 +43,7 @@ _SHOWN = 5
 
 
 def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int, list[Finding]]:
-    """Check every session of a data set: files, samples, delays, labels, copies.
+    """Check every session of a data set: files, samples, labels, copies.
 
     Returns the number of recordings and all issues. Raises DataError for a declaration that cannot
     be used.
@@ -88,22 +89,16 @@ def _check_declaration(paths: Paths, spec: DatasetSpec, names: Sequence[str]) ->
 def _check_session(
     session: SessionAudio, spec: DatasetSpec, advance: Callable[[], object]
 ) -> list[Finding]:
-    """Return issues of files, samples, delays and labels; a rejected recording has one note."""
-    name, audio = session.session_id, spec.audio
-    excitation, issues = read_excitation(name, session.played, audio)
-    delays: dict[str, int] = {}
+    """Return issues of files, samples and labels; a rejected recording has one note."""
+    name, issues = session.session_id, list[Finding]()
 
-    def check(file: AudioFile) -> Examined:
-        result = examine(file.path, audio, spec.features.window, excitation)
-        return Examined(None, result.remarks, result.delay)  # the samples would wait in memory
+    def check(file: AudioFile) -> tuple[Remark, ...]:
+        return examine(file.path, spec.audio, spec.features.window).remarks
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # numpy and the file system release the lock
-        for file, result in zip(session.files, pool.map(check, session.files), strict=True):
-            issues += [finding(name, file.recording_id, file.path, r) for r in result.remarks]
-            if result.delay is not None:
-                delays[file.recording_id] = result.delay
+        for file, remarks in zip(session.files, pool.map(check, session.files), strict=True):
+            issues += [finding(name, file.recording_id, file.path, r) for r in remarks]
             advance()
-    issues += late_or_early(name, list(delays), list(delays.values()), audio.sample_rate_hz)
     table = {row["recording_id"]: row for row in session.labels}
     issues += [i for n, row in table.items() for i in bad_labels(name, n, row, spec.targets)]
     return without_rejected([*session.findings, *issues], list(rejected(name, table).values()))

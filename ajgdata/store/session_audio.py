@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ajgdata.store.audio import AudioError, file_sha256
-from ajgdata.store.sessions import audio_path, inside, read_recordings, read_session
+from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import SESSION_COLUMNS, DataError, Finding, Recording, Session
 
 LABEL_COLUMNS = ("recording_id", "grasp_id", "sample", "object", "quality")
@@ -16,7 +16,7 @@ WHOLE_SESSION = "*"
 
 @dataclass(frozen=True)
 class AudioFile:
-    """The file of a recording, or of the played sound, and the sha256 of its bytes."""
+    """The file of a recording and the sha256 of its bytes."""
 
     recording_id: str
     path: Path
@@ -25,12 +25,11 @@ class AudioFile:
 
 @dataclass
 class SessionAudio:
-    """One session: recordings whose file is there and unchanged, the played sound (None if it
-    cannot be used), a row of labels for each row of its table, and issues."""
+    """One session: recordings whose file is there and unchanged, a row of labels for each row of
+    its table, and issues."""
 
     session_id: str
     files: list[AudioFile] = field(default_factory=list)
-    played: AudioFile | None = None
     labels: list[dict[str, str]] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
 
@@ -61,24 +60,9 @@ def check_session(folder: Path) -> SessionAudio:
             code = error.remark.code if isinstance(error, AudioError) else "escapes"
             names = (folder.name, recording.recording_id, recording.file)
             result.findings.append(Finding(*names, "error", code, error.problem, error.fix))
-    try:
-        result.played = played_sound(folder, session)
-    except DataError as error:
-        problem = f"the played sound cannot be used: {error.problem}"
-        names = (folder.name, WHOLE_SESSION, "")
-        result.findings.append(Finding(*names, "warning", "bad_excitation", problem, error.fix))
     result.labels = label_rows(session, recordings)
     result.findings.sort()
     return result
-
-
-def played_sound(folder: Path, session: Session) -> AudioFile | None:
-    """Return what a session played; None if it declares nothing. Raises DataError if it cannot be
-    used."""
-    if session.excitation is None:
-        return None
-    path = inside(folder, session.excitation.file)
-    return AudioFile("", path, checked_sha256(path, session.excitation.sha256))
 
 
 def checked_sha256(path: Path, declared: str) -> str:

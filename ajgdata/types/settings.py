@@ -34,9 +34,6 @@ class FeatureSettings(Strict):
     band_hz: tuple[float, float] | None = Field(
         None, description="keep bins with low <= f <= high; null keeps all window/2 + 1"
     )
-    align: bool = Field(
-        False, description="shift each recording to the excitation by cross-correlation first"
-    )
 
     @model_validator(mode="after")
     def _ordered(self) -> FeatureSettings:

@@ -59,7 +59,6 @@ MODULES = (
     "ajgdata.evaluate.crossval",
     "ajgdata.evaluate.metrics",
     "ajgdata.evaluate.splits",
-    "ajgdata.features.align",
     "ajgdata.features.spectrum",
     "ajgdata.gripper",
     "ajgdata.gripper.scene",

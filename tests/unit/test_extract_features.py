@@ -1,14 +1,10 @@
 """Shards: only what changed is computed, and what cannot be used is said, never NaN."""
 
 import numpy as np
-import pytest
 from worlds import AUDIO, FEATURES, RATE_HZ, tone, write_tone
 
 from ajgdata.features.spectrum import spectrum
 from ajgdata.store.audio import read_audio, write_pcm24
-from ajgdata.store.sessions import read_recordings
-
-ALIGNED = FEATURES.model_copy(update={"align": True})
 
 
 def expected(project, name, session="s1"):
@@ -23,7 +19,6 @@ def test_values(project):
     assert shard.columns["recording"].values.tolist() == ["a", "b", "c"]
     assert shard.columns["sha256"].values.tolist() == [r.sha256 for r in rows]
     assert shard.columns["flags"].values.tolist() == ["", "", ""]
-    assert "delay_samples" not in shard.columns
     np.testing.assert_array_equal(shard.frequency_hz, np.arange(129) * RATE_HZ / 256)
     for row, (name, hz) in enumerate({"a": 500, "b": 750, "c": 1000}.items()):
         np.testing.assert_array_equal(shard.feature[row], expected(project, name))
@@ -103,52 +98,3 @@ def test_broken_recordings_are_findings(project):
     assert shard.columns["recording"].values.tolist() == ["h"]
     assert np.isfinite(shard.feature).all()
     assert project.shard() == (6, 1)
-
-
-def sweep(samples=4000):
-    time_s = np.arange(samples) / RATE_HZ
-    phase = 2 * np.pi * (100 * time_s + (3500 - 100) / (2 * time_s[-1]) * time_s**2)
-    return 0.5 * np.sin(phase)
-
-
-def delayed(delay, samples=4500):
-    heard = np.zeros(samples)
-    heard[delay : delay + 4000] = sweep()
-    return heard
-
-
-@pytest.fixture
-def late(project):
-    """Recordings of one sweep; the last one arrives 60 ms after the others."""
-    delays = {name: 20 + number for number, name in enumerate("abcdefgh")} | {"z": 500}
-    rows = project.session("s1", dict.fromkeys(delays, 500.0))
-    for name, delay in delays.items():
-        write_pcm24(project.folder() / "audio" / f"{name}.wav", delayed(delay), RATE_HZ)
-    rows = [r.model_copy(update={"sha256": ""}) for r in rows]
-    project.write(rows, excitation=project.excitation("s1", sweep()))
-    return delays
-
-
-def test_alignment_takes_delays_out_and_records_them(project, late):
-    assert project.shard(features=ALIGNED) == (9, 0)
-    shard = project.read_shard()
-    assert shard.columns["delay_samples"].values.tolist() == list(late.values())
-    for row in range(1, 9):  # once shifted, all recordings are the same, 24-bit rounding apart
-        np.testing.assert_allclose(shard.feature[row], shard.feature[0], rtol=0, atol=2**-20)
-    (found,) = project.shard_findings()
-    assert (found.recording_id, found.level, found.code) == ("z", "warning", "other_delay")
-    assert "+59.5 ms" in found.problem  # (500 - 24) / 8 kHz
-    assert shard.columns["flags"].values.tolist() == [""] * 8 + ["other_delay"]
-    assert project.shard(features=ALIGNED) == (0, 9)
-    assert project.read_shard().columns["delay_samples"].values.tolist() == list(late.values())
-    assert project.shard_findings() == [found]
-
-
-def test_without_the_played_sound_a_session_is_left_out_and_the_run_goes_on(project, late):
-    rows = read_recordings(project.folder())[0]
-    project.write(rows, excitation=project.excitation("s1", np.zeros(4000)))
-    assert project.shard(features=ALIGNED) == (0, 0)
-    assert project.read_shard().feature.shape == (0, 129)
-    errors = [f for f in project.shard_findings() if f.level == "error"]
-    assert [(f.recording_id, f.code) for f in errors] == [("*", "no_excitation")]
-    assert project.shard(features=FEATURES) == (9, 0)

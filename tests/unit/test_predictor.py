@@ -18,8 +18,7 @@ from ajgdata.pipeline.recordings import examine
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.audio import read_audio, write_pcm24
 from ajgdata.store.features import read_store
-from ajgdata.store.files import json_bytes
-from ajgdata.types import AudioSettings, DataError, FeatureSettings, Recording, Target
+from ajgdata.types import AudioSettings, DataError, Recording, Target
 
 TARGETS = {
     "edge_mm": {"kind": "regression", "unit": "mm"},
@@ -202,7 +201,7 @@ def test_another_rate_or_channel_is_refused_but_in_files_that_the_data_set_conve
 
 
 def test_models_that_cannot_be_used_are_refused(trained, tmp_path):
-    """Features that need more than one recording, a damaged file, no file."""
+    """A damaged file, no file."""
     folder = tmp_path / "model"
     shutil.copytree(trained.paths.model("d", "what", "linear"), folder)
 
@@ -210,12 +209,6 @@ def test_models_that_cannot_be_used_are_refused(trained, tmp_path):
         with pytest.raises(DataError, match=message):
             read_predictor(folder, "d", "what")
 
-    about = json.loads((folder / "model.json").read_text())
-    changed = FeatureSettings.model_validate(about["features"] | {"align": True})
-    about_changed = about | {"features": changed.model_dump(mode="json")}
-    (folder / "model.json").write_bytes(json_bytes(about_changed))
-    refused("features.align needs the played sound")
-    (folder / "model.json").write_bytes(json_bytes(about))
     for name in ("guard.safetensors", "model.skops"):
         (folder / name).write_bytes(b"spoilt")
         refused("not a readable model")

@@ -23,7 +23,6 @@ LAST = ("flags", "sha256")
 MEANING = MEANINGS | {
     FILE_NAME: "recording, relative to this table",
     "flags": "codes of the issues of the recording, with commas between them",
-    "delay_samples": "delay that was taken out before the feature was computed",
     "setup_sha256": "digest of the scene and of the settings it was simulated with",
     "sha256": "SHA-256 of the file",
 }
