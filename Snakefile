@@ -7,7 +7,6 @@ from snakemake.utils import min_version, validate
 from ajgdata.ablations import possible
 from ajgdata.acquire.recipe import recipe_hash
 from ajgdata.experiments import measure_files
-from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
 from ajgdata.paths import (
     ABLATIONS_PAGE,
     EXPERIMENT_PAGES,
@@ -74,8 +73,7 @@ with errors_in_one_line():
     PAGES = [ABLATIONS_PAGE] * bool(ABLATED) + [*STUDIES]
     if config["pages"] is not None:
         PAGES = [name for name in PAGES if name in config["pages"]]
-    LATENTS = list(dict.fromkeys(key[:2] for key in ASKED if ASKED[key].experiment.of_embedding))
-    NAVIGATION = navigation_of(PATHS, SPECS, MEASURED, PAGES, LATENTS)
+    NAVIGATION = navigation_of(PATHS, SPECS, MEASURED, PAGES)
     # Data set and task of the opening picture.
     OPENING = subject_of(SPECS) if PAGES else None
 

@@ -138,7 +138,6 @@ class Paths:
     page = Places("report/{name}.html", "of_run")
     page_figures = Places("report/{page}", "of_run")
     #: Page on which every recording of an embedding is seen and heard.
-    explorer = Places("report/latents/{dataset}/{embedding}.html", "of_run")
     opening = Place("report/opening/opening.json", "of_run")  #: see `pipeline.opening`
 
     # May be deleted at any time.

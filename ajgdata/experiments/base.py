@@ -231,7 +231,7 @@ class Experiment:
     """One experiment: how it is asked for, made, and shown.
 
     `plots` name its marks, or a function makes them of the results. Figures and rows of the table
-    of results follow from them, unless `own_rows` makes the rows.
+    of results follow from them, unless `own_rows` makes the rows. `drawings` are further figures.
 
     `summary` stands above the figures of a task. `measure(inputs, settings, model)` raises
     NotPossibleError for a task that lacks what it needs. `test_on` of the settings model, if it has
@@ -248,6 +248,7 @@ class Experiment:
     settings: type[Strict]
     measure: Callable[[Inputs, Any, str], Outcome]
     plots: Sequence[Plot] | Callable[[TaskResults], Sequence[Plot]] = ()
+    drawings: Callable[[TaskResults], Iterable[Illustration]] = lambda results: ()
     own_rows: Callable[[TaskResults], Iterable[ResultRow]] | None = None
     paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = lambda *_: ()
     summary: Callable[[TaskResults], str] = lambda results: ""
@@ -262,8 +263,8 @@ class Experiment:
     paper: str = ""
 
     def figures(self, results: TaskResults) -> Iterable[Illustration]:
-        """Return the figures of its plots that have something to draw."""
-        return illustrations(results, self._plots_for(results))
+        """Return its drawings, and the figures of its plots that have something to draw."""
+        return [*self.drawings(results), *illustrations(results, self._plots_for(results))]
 
     def rows(self, results: TaskResults) -> Iterable[ResultRow]:
         """Return its rows in the table of results: its own, or those of its `listed` plots."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,25 +20,25 @@ from ajgdata.experiments.embedding import (
 from ajgdata.experiments.embedding_knn import encoder_cost
 from ajgdata.experiments.plots import Plot
 from ajgdata.report.comparison import PaperComparison, holds
-from ajgdata.report.format import mean_sd, words
+from ajgdata.report.format import Caption, mean_sd, words
+from ajgdata.report.report_data import Illustration
 from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from matplotlib.figure import Figure
 
     from ajgdata.evaluate.embedding_data import EmbeddingData
     from ajgdata.store.latents import Latents
 
-NAME = "embedding_projections"
 TITLE = "Embedding: projections"
 #: The run that is looked at.
 FOLD, INIT = 0, 0
 #: The method of a space that has two dimensions and is shown as it is.
 PLANE = "plane"
 METHODS = {"pca": "PCA", "umap": "UMAP", "tsne": "t-SNE", PLANE: "2-D"}
-#: Of more recordings, this many are shown, so that the page opens quickly.
-MAX_SHOWN = 1000
+#: Panels side by side, and the height of one in inches.
+COLUMNS, PANEL_IN = 3, 2.2
 
 
 def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
@@ -128,31 +130,61 @@ def _seven_digits(value: float) -> float:
     return float(f"{value:.7g}")
 
 
-def point_table(tables: Iterable[Table], most: int = MAX_SHOWN) -> pd.DataFrame:
-    """Return a row per space and recording for `report.explorer.scatters`.
+def drawings(results: TaskResults) -> Iterator[Illustration]:
+    """Yield the figure of the recordings in the plane, one panel per space and method."""
+    tables = results.results[0].tables
+    objects = list(dict.fromkeys(map(str, tables["recordings"].column(results.settings.instance))))
+    panels = _panels(tables["points"])
+    count = len(tables["recordings"].rows)
+    text = (
+        f"{results.title}, {results.source}. {count:,} recordings of {len(objects)} objects; "
+        "filled: training recordings, open: validation recordings. Axes have no unit."
+    )
+    alt = f"Scatter plots of {count:,} recordings: {'; '.join(panels)}."
+    draw = partial(_figure, results, objects)
+    yield Illustration(results.named("points"), Caption(text, alt), draw)
 
-    Places x and y of each space are from -1 to 1, because a projection has no unit. At most `most`
-    recordings, evenly drawn from their order.
-    """
-    import pandas as pd
 
-    frames = {
-        one.name: pd.DataFrame(one.rows, columns=[column.key for column in one.columns])
-        for one in tables
+def _panels(points: Table) -> dict[str, Table]:
+    """Return the points of each space and method, by the title of their panel."""
+    return {
+        f"{SPACES[space]}, {METHODS[method]}": plane
+        for space, of_space in points.parted("space").items()
+        for method, plane in of_space.parted("method").items()
     }
-    recordings = frames["recordings"]
-    shown = np.linspace(0, len(recordings) - 1, min(most, len(recordings))).round().astype(int)
-    part = np.where(recordings.pop("training"), "training", "validation")
-    recordings.insert(1, "part", part)
-    spaces = []
-    for space_and_method, points in frames["points"].groupby(["space", "method"], sort=False):
-        space, method = map(str, space_and_method)
-        place = points[["x", "y"]].to_numpy(float)
-        place = place - (place.min(axis=0) + place.max(axis=0)) / 2
-        x, y = (place / (np.abs(place).max() or 1.0))[shown].T
-        label = f"{SPACES[space]} · {METHODS[method]}"
-        spaces.append(recordings.iloc[shown].assign(space=label, x=x, y=y))
-    return pd.concat(spaces)
+
+
+def _figure(results: TaskResults, objects: list[str]) -> Figure:
+    """Return a panel per space and method, with colour and marker for each object."""
+    from matplotlib.lines import Line2D
+
+    from ajgdata.report.canvas import WIDTH_IN, line_style, new_figure
+
+    tables = results.results[0].tables
+    label = np.array(tables["recordings"].column(results.settings.instance), dtype=str)
+    training = np.array(tables["recordings"].column("training"), dtype=bool)
+    panels = _panels(tables["points"])
+    n_rows = math.ceil(len(panels) / COLUMNS)
+    figure = new_figure(
+        (WIDTH_IN, 1.5 + PANEL_IN * n_rows), "Recordings in the plane", results.title,
+        [results.source],
+    )  # fmt: skip
+    grid = figure.subplots(n_rows, COLUMNS, squeeze=False).ravel()
+    for axes, (title, points) in zip(grid, panels.items(), strict=False):
+        x, y = points.numbers("x"), points.numbers("y")
+        for index, name in enumerate(objects):
+            style = line_style(index)
+            look = {"marker": style["marker"], "s": 12, "linewidths": 0.7, "rasterized": True}
+            for part, face in ((training, style["color"]), (~training, "none")):
+                shown = (label == name) & part
+                axes.scatter(x[shown], y[shown], color=style["color"], facecolor=face, **look)
+        axes.set(title=title, xticks=[], yticks=[])
+    for axes in grid[len(panels) :]:
+        axes.set_visible(False)
+    styles = map(line_style, range(len(objects)))
+    handles = [Line2D([], [], **style | {"ls": ""}) for style in styles]
+    figure.legend(handles, list(map(words, objects)), loc="outside lower center", ncols=4)
+    return figure
 
 
 def with_titles(results: TaskResults) -> Table:
@@ -197,11 +229,12 @@ SILHOUETTES = Plot(
     name="silhouettes",
 )
 EXPERIMENT = Experiment(
-    name=NAME,
+    name="embedding_projections",
     title=TITLE,
     settings=Embedding,
     measure=measure,
     plots=(SILHOUETTES,),
+    drawings=drawings,
     paper_comparison=paper_comparison,
     summary=supervision,
     of_embedding=True,

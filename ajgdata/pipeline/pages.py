@@ -1,4 +1,4 @@
-"""Pages that have jobs of their own: simulation studies, ablations, and scatter plots."""
+"""Pages that have jobs of their own: simulation studies and ablations."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from pathlib import Path
 from ajgdata.ablations import with_verdicts
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.exports import write_csv
-from ajgdata.report.navigation import Group, experiment_link
+from ajgdata.report.navigation import Group
 from ajgdata.store.files import write_bytes
-from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
 
 
@@ -31,38 +30,3 @@ def build_page(paths: Paths, name: str, files: Sequence[Path], nav: Sequence[Gro
         write_csv(paths.page_figures(name) / f"{table.name}.csv", table)
     html = render_study(name, read[0][0], tables, figures, nav, paths)
     write_bytes(paths.page(name), html.encode())
-
-
-def build_explorer(
-    projections: Path,
-    *,
-    dataset: str,
-    embedding: str,
-    paths: Paths,
-    page: Path,
-    nav: Sequence[Group] = (),
-) -> None:
-    """Write the page that shows the recordings of an embedding.
-
-    `projections` are the tables of experiment `embedding_projections`.
-    """
-    from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
-    from ajgdata.experiments.embedding_projections import point_table
-    from ajgdata.report.explorer import render_explorer
-
-    spec, (about, tables) = read_dataset(paths, dataset), read_tables(projections)
-    points = None if "skipped" in about else point_table(tables)
-    count = next((len(table.rows) for table in tables if table.name == "recordings"), 0)
-    text = render_explorer(
-        points,
-        here=paths.explorer(dataset, embedding).relative_to(paths.report.parent).as_posix(),
-        nav=nav,
-        project=paths,
-        title=f"{spec.title or spec.name} · {embedding.replace('_', ' ')}",
-        source="simulated" if about["provenance"]["source"] == "simulated" else "recorded",
-        supervision=spec.embeddings[embedding].supervision,
-        more=f"../../{experiment_link(PROJECTIONS)}",
-        available=about.get("available", count),
-        skipped=about.get("skipped", ""),
-    )
-    write_bytes(page, text.encode())

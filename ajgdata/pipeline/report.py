@@ -75,7 +75,7 @@ def build_report(
     specs = {name: read_dataset(paths, name) for name in datasets}
     paper = parse_paper(read_paper(paths))
     results, skipped = _read(paths, specs, tasks, paper)
-    report = _assembled(paths, specs, tasks, ablations, page, results, paper)
+    report = _assembled(paths, specs, tasks, ablations, results, paper)
     report = dataclasses.replace(
         report,
         skipped=skipped,
@@ -100,7 +100,6 @@ def _assembled(
     specs: Mapping[str, DatasetSpec],
     tasks: Sequence[tuple[str, str]],
     ablations: Sequence[str],
-    page: Path,
     results: Sequence[TaskResults],
     paper: Mapping[str, PaperFigure],
 ) -> Report:
@@ -114,7 +113,7 @@ def _assembled(
         datasets=tuple(
             summary(paths, spec, read_store(paths.features(name))) for name, spec in specs.items()
         ),
-        sections=tuple(_sections(paths, results, page)),
+        sections=tuple(_sections(paths, results)),
         pages=tuple(pages_of(paths, specs, tasks)),
         comparisons=tuple(comparisons(results, paper, reasons)),
         paper=tuple(paper.values()),
@@ -161,19 +160,16 @@ def _checks(paths: Paths, studies: Sequence[str]) -> tuple[int, int]:
     return len(verdicts), sum(verdicts)
 
 
-def _sections(paths: Paths, results: Sequence[TaskResults], page: Path) -> Iterator[TaskSection]:
+def _sections(paths: Paths, results: Sequence[TaskResults]) -> Iterator[TaskSection]:
     """Yield a section for each task that has a result."""
     for dataset, task in dict.fromkeys((one.dataset, one.task) for one in results):
         own = [one for one in results if (one.dataset, one.task) == (dataset, task)]
-        place = paths.explorer(dataset, task)  # an embedding's, beside the whole report alone
-        beside = page == paths.report and place.is_file()
         yield TaskSection(
             dataset,
             task,
             own[0].title,
             own[0].source,
             tuple(_part(paths, one) for one in own),
-            explorer=str(place.relative_to(page.parent)) if beside else "",
         )
 
 

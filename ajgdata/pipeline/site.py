@@ -99,19 +99,10 @@ def navigation_of(
     specs: Mapping[str, DatasetSpec],
     tasks: Sequence[TaskKey],
     pages: Sequence[str],
-    explorers: Sequence[TaskKey] = (),
 ) -> list[Group]:
     """Return the navigation of the report on some tasks: the same on all its pages."""
     links = [
         Link(experiment_link(one.name), one.title, one.about)
         for one in pages_of(paths, specs, tasks)
     ]
-    plots = [
-        Link(
-            paths.explorer(dataset, name).relative_to(paths.report.parent).as_posix(),
-            specs[dataset].title or dataset,
-            "",
-        )
-        for dataset, name in explorers
-    ]
-    return navigation(links, pages, plots)
+    return navigation(links, pages)

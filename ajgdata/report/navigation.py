@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from ajgdata.paths import EXPERIMENT_PAGES, INDEX
@@ -68,7 +68,6 @@ FIXED = {
     "datasets": Link("datasets.html", "Data sets", "This run"),
     "run": Link("run.html", "How it was made", "This run"),
 }
-EXPLORERS = "Projections"
 
 
 def experiment_link(page: str) -> str:
@@ -76,19 +75,16 @@ def experiment_link(page: str) -> str:
     return f"{EXPERIMENT_PAGES}/{page}.html"
 
 
-def navigation(
-    experiments: Sequence[Link], pages: Sequence[str], explorers: Iterable[Link]
-) -> list[Group]:
+def navigation(experiments: Sequence[Link], pages: Sequence[str]) -> list[Group]:
     """Return the navigation of a report, in the order in which it is shown.
 
     `experiments` are its pages on experiments, `pages` names those on ablations and on the virtual
-    gripper, `explorers` those with scatter plots of recordings.
+    gripper.
     """
     links = [Link(INDEX, "Overview", "Results"), FIXED["paper"]]
     studies = [Link(f"{n}.html", lead.title, lead.about) for n, lead in LEADS.items() if n in pages]
     links += [link for link in studies if link.about == "Results"]
     links += [FIXED["results"], *experiments]
-    links += [link._replace(about=EXPLORERS) for link in explorers]
     links += [link for link in studies if link.about != "Results"]
     links += [FIXED["datasets"], FIXED["run"]]
     groups: dict[str, list[Link]] = {}

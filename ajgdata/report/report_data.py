@@ -111,17 +111,13 @@ class Part:
 
 @dataclass(frozen=True)
 class TaskSection:
-    """A task (or an embedding) of a data set with its experiments, in the order of the report.
-
-    `explorer` is a link to the scatter plot of its recordings, if there is one.
-    """
+    """A task (or an embedding) of a data set with its experiments, in the order of the report."""
 
     dataset: str
     task: str
     title: str
     source: Source
     parts: tuple[Part, ...]
-    explorer: str = ""
 
     @property
     def anchor(self) -> str:

@@ -6,16 +6,13 @@ from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import unquote, urlsplit
 
-from embedding_samples import projections
-from report_samples import PAPER, SCRIPT, sample_report
+from report_samples import PAPER, sample_report
 
-from ajgdata.experiments.embedding_projections import point_table
-from ajgdata.paths import FIGURES, INDEX, TABLES
+from ajgdata.paths import FIGURES, TABLES
 from ajgdata.pipeline.exports import write_exports
 from ajgdata.report.comparison import Cost, PaperComparison, mark_of
-from ajgdata.report.explorer import render_explorer
 from ajgdata.report.format import Score
-from ajgdata.report.navigation import EXPLORERS, Link, experiment_link, navigation
+from ajgdata.report.navigation import Link, experiment_link, navigation
 from ajgdata.report.page import illustrations, render_pages
 from ajgdata.report.render import draw_figures
 from ajgdata.report.report_data import Report
@@ -78,15 +75,10 @@ def sample_site(folder: Path) -> Site:
     """A small report with hostile names, all kinds of pages, as the workflow leaves it."""
     index = folder / "report/index.html"
     report = full_report()
-    plot = Link("latents/size/poses.html", SCRIPT, EXPLORERS)
     listed = [Link(experiment_link(page.name), page.title, page.about) for page in report.pages]
-    nav = navigation(listed, [], [plot])
+    nav = navigation(listed, [])
     figures = draw_figures(illustrations(report), index.parent / FIGURES)
     pages = render_pages(report, figures, nav)
-    pages[plot.link] = render_explorer(
-        point_table(projections()), here=plot.link, nav=nav, title=SCRIPT, source="simulated",
-        supervision="Told.", more=f"../../{INDEX}", available=32, skipped="",
-    )  # fmt: skip
     for name, html in pages.items():
         write_bytes(index.parent / name, html.encode())
     write_bytes(folder / "metrics.csv", b"dataset\n")

@@ -13,12 +13,10 @@ import yaml
 from recorded import make_features
 
 from ajgdata.experiments import EXPERIMENTS
-from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.embed import train_embedding
 from ajgdata.pipeline.experiments import asked_for, run_experiment
-from ajgdata.pipeline.pages import build_explorer
 from ajgdata.pipeline.report import build_report
 from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.train import train_model
@@ -149,11 +147,6 @@ def report(paths: Paths, kinds: list[tuple[str, str]]) -> dict[str, str]:
     specs = {name: read_dataset(paths, name) for name in ("little", "whole")}
     tasks = [("little", t) for t in (*specs["little"].tasks, *specs["little"].embeddings)]
     nav = navigation_of(paths, specs, tasks, [])
-    build_explorer(
-        paths.experiment("little", "alone", PROJECTIONS), dataset="little", embedding="alone",
-        paths=paths, nav=nav,
-        page=paths.explorer("little", "alone"),
-    )  # fmt: skip
     collect(
         paths, [("little", *key) for key in kinds], document=paths.all_metrics,
         table=paths.metrics_table, predictions=paths.predictions,

@@ -17,7 +17,7 @@ from ajgdata.report.page import illustrations, render_pages
 from ajgdata.report.render import picture
 from ajgdata.report.report_data import Report
 
-NAV = navigation([Link("experiments/size.html", "How large?", "Paper's")], ["accuracy"], [])
+NAV = navigation([Link("experiments/size.html", "How large?", "Paper's")], ["accuracy"])
 
 
 def render(report: Report, *more) -> dict[str, str]:

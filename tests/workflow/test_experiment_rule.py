@@ -51,7 +51,7 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
         file = paths.comparisons / f"{name}.yaml"
         file.write_text(yaml.safe_dump(COMPARED | {"variants": variants}))
     page = ("results/report/index.html", "results/metrics.json")
-    new = {"features": 2, "merge": 1, "experiment": 9, "embed": 1, "explorer": 1}
+    new = {"features": 2, "merge": 1, "experiment": 9, "embed": 1}
     assert project.planned(*page) == {**new, "report": 1, "collect": 1}
     project.snakemake(*page)
 

@@ -110,10 +110,7 @@ def test_only_what_is_new_is_read_and_edits_are_left_out_until_they_are_sealed(p
         ({"audio": {"channel": "mean"}}, {"features": 2, "merge": 1, **TASKS}),
         ({"tasks": {"pitch": PITCH | {"folds": 2}}}, TASKS),
         ({"tasks": {"pitch": PITCH | {"models": ["knn", "linear"]}}}, TASKS),
-        (
-            {"embeddings": {"tones": EMBEDDING}},
-            {"embed": 1, "experiment": 3, "explorer": 1, "report": 1},
-        ),
+        ({"embeddings": {"tones": EMBEDDING}}, {"embed": 1, "experiment": 3, "report": 1}),
     ],
     ids=["title", "hop", "channel", "folds", "model", "embedding"],
 )

@@ -20,27 +20,3 @@ rule embed:
         "Training encoders for {wildcards.embedding} of {wildcards.dataset}"
     script:
         "../scripts/run.py"
-
-
-rule explorer:
-    input:
-        projections=PATHS.experiment("{dataset}", "{embedding}", PROJECTIONS),
-    output:
-        page=PATHS.explorer("{dataset}", "{embedding}"),
-    log:
-        "results/logs/explorer/{dataset}.{embedding}.log",
-    benchmark:
-        "results/benchmarks/explorer/{dataset}.{embedding}.tsv"
-    conda:
-        "../../environment.yml"
-    params:
-        function="pages:build_explorer",
-        code=layer_hash("report"),
-        declared=lambda wildcards: settings_digest(SPECS[wildcards.dataset]),
-        nav=NAVIGATION,
-        run=PATHS.run,
-        texts=REPORT_FILES,
-    message:
-        "Scatter plot of {wildcards.embedding} of {wildcards.dataset}"
-    script:
-        "../scripts/run.py"

@@ -8,7 +8,6 @@ rule report:
         quarantines=[PATHS.quarantine(name) for name in PLANS],
         tables=[PATHS.experiment(*key) for key in ASKED],
         costs=[PATHS.experiment_cost(*key) for key in ASKED],
-        explorers=[PATHS.explorer(*key) for key in LATENTS],
         pages=[PATHS.page(name) for name in PAGES],
         ablations=[PATHS.ablation(name) for name in REASONS],
         trees=[PATHS.published_sums(name) for name in PUBLISHED],
