@@ -1,30 +1,14 @@
 /* The solver's kernel in plain C, slab by slab as ours: what a compiler makes of it. */
 #include <stddef.h>
 
-void march_second(float *restrict p, float *restrict ux, float *restrict uy, float *restrict uz,
-               const float *restrict gx, const float *restrict gy, const float *restrict gz,
-               const float *restrict yield, const size_t *lo, const size_t *hi,
-               size_t slabs, size_t row, size_t slab, size_t steps)
-{
-    for (size_t n = 0; n < steps; n++)
-        for (size_t k = 0; k < slabs; k++) {
-            for (size_t i = lo[k]; i < hi[k]; i++) ux[i] -= gx[i] * (p[i + 1] - p[i]);
-            for (size_t i = lo[k]; i < hi[k]; i++) uy[i] -= gy[i] * (p[i + row] - p[i]);
-            for (size_t i = lo[k]; i < hi[k]; i++) uz[i] -= gz[i] * (p[i + slab] - p[i]);
-            for (size_t i = lo[k]; i < hi[k]; i++)
-                p[i] -= yield[i] * ((ux[i] - ux[i - 1]) + (uy[i] - uy[i - row])
-                                    + (uz[i] - uz[i - slab]));
-        }
-}
-
 /* Four-point differences: reach is w/(1 + 3w) of each face. The velocities of slab k + 1 come before
    the pressures of slab k, which need them. */
-void march_wide(float *restrict p, float *restrict ux, float *restrict uy, float *restrict uz,
-                const float *restrict gx, const float *restrict gy, const float *restrict gz,
-                const float *restrict yield,
-                const float *restrict rx, const float *restrict ry, const float *restrict rz,
-                const size_t *lo, const size_t *hi,
-                size_t slabs, size_t row, size_t slab, size_t steps)
+void march(float *restrict p, float *restrict ux, float *restrict uy, float *restrict uz,
+           const float *restrict gx, const float *restrict gy, const float *restrict gz,
+           const float *restrict yield,
+           const float *restrict rx, const float *restrict ry, const float *restrict rz,
+           const size_t *lo, const size_t *hi,
+           size_t slabs, size_t row, size_t slab, size_t steps)
 {
     for (size_t n = 0; n < steps; n++)
         for (size_t above = 1; above < slabs; above++) {

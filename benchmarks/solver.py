@@ -1,7 +1,6 @@
 """The wave kernel beside the same scheme in C and Devito: one grid, same steps.
 
-Run `python benchmarks/solver.py` (`--dx 2.5` for another grid, `--scheme second` for two-point
-differences). All march the lossless cavity of
+Run `python benchmarks/solver.py` (`--dx 2.5` for another grid). All march the lossless cavity of
 one grasp, with its cut cells, from the same random pressures in float32, on one core; their final
 pressures must agree. C needs a compiler (`cc`), Devito needs Devito (`pip install devito`); what is
 missing is said and left out. Rates count open cells. Runs are interleaved and the best of each
@@ -47,8 +46,8 @@ def best_times(made: dict[str, Callable[[], object]], repeats: int) -> dict[str,
 
 
 @njit(nogil=True, cache=True)
-def wide_stream(p, ux, uy, uz, gx, gy, gz, yield_, rx, ry, rz, repeats):
-    """Reads 11 arrays and writes 4, as four-point differences in air do."""
+def stream(p, ux, uy, uz, gx, gy, gz, yield_, rx, ry, rz, repeats):
+    """Reads 11 arrays and writes 4, as the kernel does in air; looks at no neighbour."""
     for _ in range(repeats):
         for i in range(len(p)):
             a = ux[i] - gx[i] * (rx[i] * p[i])
@@ -58,32 +57,19 @@ def wide_stream(p, ux, uy, uz, gx, gy, gz, yield_, rx, ry, rz, repeats):
             p[i] -= yield_[i] * (a + b + c)
 
 
-@njit(nogil=True, cache=True)
-def stream(p, ux, uy, uz, gx, gy, gz, yield_, repeats):
-    """Reads 8 arrays and writes 4, as two-point differences in air do; looks at no neighbour."""
-    for _ in range(repeats):
-        for i in range(len(p)):
-            a = ux[i] - gx[i] * p[i]
-            b = uy[i] - gy[i] * p[i]
-            c = uz[i] - gz[i] * p[i]
-            ux[i], uy[i], uz[i] = a, b, c
-            p[i] -= yield_[i] * (a + b + c)
-
-
-def streamed(given: Problem, cells: int, repeats: int) -> Callable[[], object]:
-    loop, count = (wide_stream, 11) if given.reach else (stream, 8)
-    arrays = [aligned(cells, np.float32) for _ in range(count)]
+def streamed(cells: int, repeats: int) -> Callable[[], object]:
+    arrays = [aligned(cells, np.float32) for _ in range(11)]
     for array in arrays:
         array[:] = 1e-3
-    loop(*arrays, 1)  # compile it, and touch the memory
-    return functools.partial(loop, *arrays, repeats)
+    stream(*arrays, 1)  # compile it, and touch the memory
+    return functools.partial(stream, *arrays, repeats)
 
 
 def bounds(given: Problem) -> dict[str, tuple[Callable[[], object], int]]:
     """Streams with the cells they update: in cache, and in memory."""
     return {
-        "bound: stream in cache": (streamed(given, given.cells, 500), given.cells * 500),
-        "bound: stream in memory": (streamed(given, MEMORY_CELLS, 1), MEMORY_CELLS),
+        "bound: stream in cache": (streamed(given.cells, 500), given.cells * 500),
+        "bound: stream in memory": (streamed(MEMORY_CELLS, 1), MEMORY_CELLS),
     }
 
 
@@ -110,19 +96,18 @@ def report(given: Problem, made: dict[str, Route], steps: int, repeats: int) -> 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--dx", type=float, default=4.0, help="grid spacing in mm")
-    parser.add_argument("--scheme", choices=("wide", "second"), default="wide")
     parser.add_argument("--steps", type=int, default=500)
     parser.add_argument("--repeats", type=int, default=5)
     arguments = parser.parse_args()
     console = Console(width=100)
-    given = problem(arguments.dx, arguments.scheme)
+    given = problem(arguments.dx)
     made, missing = routes(given)
     for name, difference in disagreement(made, arguments.steps).items():
         if difference > AGREE:
             raise SystemExit(f"{name} differs by {difference:.1e} of the largest pressure")
     span = given.system.span
     console.print(
-        f"{arguments.dx:g} mm, {arguments.scheme}: {given.cells:,} open cells of "
+        f"{arguments.dx:g} mm: {given.cells:,} open cells of "
         f"{given.start.size:,} (ours visits {int((span.hi - span.lo).sum()):,}), "
         f"{arguments.steps} steps, best of {arguments.repeats}, one core, load "
         f"{os.getloadavg()[0]:.1f}; all pressures agree within {AGREE:g}"

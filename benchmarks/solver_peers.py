@@ -44,20 +44,18 @@ class Problem:
         return int(np.count_nonzero(self.system.mass))
 
 
-def problem(dx_mm: float, scheme: str) -> Problem:
+def problem(dx_mm: float) -> Problem:
     """A 20 mm cube in the default gripper, filled with nothing but air, all walls rigid."""
-    numerics = {"dx_mm": dx_mm, "scheme": scheme}
-    spec = {"object": {"kind": "cube", "edge_mm": 20}, "numerics": numerics}
+    spec = {"object": {"kind": "cube", "edge_mm": 20}, "numerics": {"dx_mm": dx_mm}}
     plan = build_plan(Scene.model_validate(spec))
     air, dt = air_fluid(Air(22.0)), plan.system.dt
-    wide = wide_weight(plan.cells.h) if scheme == "wide" else 0.0
-    system = assemble(plan.cells, air, dt, dtype=np.float32, wide=wide)
+    system = assemble(plan.cells, air, dt, dtype=np.float32, wide=wide_weight(plan.cells.h))
     live = system.mass > 0
     # Not a pulse: its edge would be denormal numbers, which are slow.
     noise = np.random.default_rng(0).uniform(-1, 1, system.shape).astype(np.float32)
     faces = system.faces
     gx, gy, gz = (g.reshape(system.shape) for g in (faces.gain_x, faces.gain_y, faces.gain_z))
-    reach = tuple(r.reshape(system.shape) for r in system.reach if r.size)
+    reach = tuple(r.reshape(system.shape) for r in system.reach)
     yield_ = system.capacities.yield_.reshape(system.shape)
     return Problem(system, noise * live, (gx, gy, gz), reach, yield_)
 
@@ -79,7 +77,7 @@ def by_c(given: Problem) -> Route:
         library = Path(folder) / "solver.so"
         subprocess.run(["cc", *FLAGS, "-o", str(library), str(source)], check=True)
         loaded = ctypes.CDLL(str(library))
-    kernel = loaded.march_wide if given.reach else loaded.march_second
+    kernel = loaded.march
     span = given.system.span
     bounds = [np.ascontiguousarray(b, dtype=np.uintp) for b in (span.lo, span.hi)]
     fixed = [np.ascontiguousarray(a) for a in (*given.gains, given.yield_, *given.reach)]
@@ -110,10 +108,10 @@ def by_devito(given: Problem) -> Route:
     for number, values in enumerate((given.yield_, *given.gains, *given.reach)):
         fixed.append(devito.Function(name=f"f{number}", grid=grid, space_order=4))
         fixed[-1].data[:] = values
-    yield_, gains, reach = fixed[0], fixed[1:4], fixed[4:] or [0, 0, 0]
+    yield_, gains, reach = fixed[0], fixed[1:4], fixed[4:]
 
     def at(field: Any, along: Any, cells: int) -> Any:
-        return field.subs({along: along + cells * along.spacing}) if field else 0
+        return field.subs({along: along + cells * along.spacing})
 
     moves, out = [], 0
     for u, gain, far, along in zip((ux, uy, uz), gains, reach, (x, y, z), strict=True):

@@ -59,7 +59,6 @@ def plan_command(scene: SceneArgument) -> None:
     plan, numerics = _plan(scene, content), content.numerics
     system, cells = plan.system, np.count_nonzero(plan.system.mass)
     facts = {
-        "scheme": numerics.scheme,
         "grid": f"{number(numerics.dx_mm)} mm, {cells:,} open cells of {system.mass.size:,}",
         "time step": f"{1e6 * system.dt:.3f} µs, {plan.steps_per_sample} per sample",
         "steps": f"until {number(numerics.decay_db)} dB down, up to {plan.most_steps:,}",

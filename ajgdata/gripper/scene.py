@@ -26,7 +26,6 @@ HOTTEST_C = 30.0
 #: The local porosity stays within this many standard deviations.
 PACKING_SIGMAS = 3.0
 SAMPLE_RATE_HZ = 44_100
-Scheme = Literal["wide", "second"]
 Precision = Literal["float32", "float64"]
 Shift = Annotated[float, Field(ge=-50, le=50)]
 Degrees = Annotated[float, Field(ge=-45, le=45)]
@@ -147,18 +146,13 @@ class Environment(SceneModel):
 
 
 class Numerics(SceneModel):
-    """Grid, scheme and stopping.
+    """Grid, precision and stopping.
 
     The error of the feature against run time is measured by `ajgdata.studies.accuracy`.
     """
 
     dx_mm: Annotated[float, Field(ge=0.8, le=6)] = Field(
         4.2, description="nearly the finest grid with four steps a sample"
-    )
-    scheme: Scheme = Field(
-        "wide",
-        description="wide: four-point differences of little dispersion, and the dispersion of the "
-        "time step undone; second: two-point differences, as marched",
     )
     poles: Literal[0, 1, 2] = Field(
         2, description="relaxation poles in the compressibility of the grains"

@@ -97,8 +97,8 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
     >>> response = simulate(Scene.model_validate({"object": "cube_20p7", **short}))
     >>> response.sample_rate_hz, response.latency_samples, response.samples.dtype
     (44100, 28, dtype('float64'))
-    >>> response.provenance["scheme"]
-    'wide'
+    >>> response.provenance["dx_mm"]
+    6.0
     """
     model = what if isinstance(what, Plan) else build_plan(what)
     scene = model.scene
@@ -109,7 +109,6 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
         "dt_s": model.system.dt,
         "steps": steps,
         "cells": int(np.count_nonzero(model.system.mass)),
-        "scheme": scene.numerics.scheme,
         "left_out": model.left_out,
     }
     return ImpulseResponse(samples, static, SAMPLE_RATE_HZ, latency, provenance, outside)
@@ -150,15 +149,13 @@ def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int, Re
         strongest = max(strongest, energy)
         if not len(drive) and energy < strongest * 10 ** (-numerics.decay_db / 10):
             break
-    samples, static = _settled(pieces, pulse, factor, latency, numerics)
+    samples, static = _settled(pieces, pulse, factor, latency)
     velocity = patch_velocity(np.hstack(pushes) / scale, model.skin.motion, 1 / SAMPLE_RATE_HZ)
     outside = diffuse_gain(velocity, model.skin.centre, model.air, 1 / SAMPLE_RATE_HZ)
     return samples / scale, static / scale, sum(map(len, pieces)), latency, outside
 
 
-def _settled(
-    pieces: list[Real], pulse: Real, factor: int, latency: int, numerics: Numerics
-) -> tuple[Real, float]:
+def _settled(pieces: list[Real], pulse: Real, factor: int, latency: int) -> tuple[Real, float]:
     """Return the marched response at 44.1 kHz less what it settles at, and that.
 
     That is the mean where it stops, so that nothing jumps: the slowest resonance of the balloon
@@ -170,8 +167,7 @@ def _settled(
     entered = np.cumsum(pulse) / factor
     response[: len(entered)] -= static * entered
     response[len(entered) :] -= static
-    plain = numerics.scheme == "second"
-    return response[::factor] if plain else undisperse(response, factor, latency), static
+    return undisperse(response, factor, latency), static
 
 
 @njit(nogil=True, cache=True)

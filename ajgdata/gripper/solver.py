@@ -1,6 +1,7 @@
 """The kernel: staggered leapfrog in pressure and volume velocity, one horizontal slab at a time.
 
-U <- decay U - gain (p₊ - p);  p <- keep p + Σ return_j q_j - yield ΣU;  then source and walls.
+U <- decay U - gain Dp;  p <- keep p + Σ return_j q_j - yield D*U;  then source and walls, with the
+four-point differences D p = (p₊ - p) - reach (p₊₊ - p₋) and their adjoint D*.
 What is kept of a relaxing density is r = q - rate p, from the start of a step on: whatever source,
 walls and modes do to p afterwards is in q as soon as it is wanted, and they need not touch it.
 Velocity and pressure of a slab are updated while it is in the first-level cache. Indices are
@@ -67,47 +68,20 @@ def at_rest(system: System) -> State:
 
 
 @njit(nogil=True, cache=True)
-def _velocity(u, gain, p, lo, hi, step):
-    for i in range(lo, hi):
-        u[i] -= gain[i] * (p[i + step] - p[i])
-
-
-@njit(nogil=True, cache=True)
-def _damped_velocity(u, decay, gain, p, lo, hi, step):
-    for i in range(lo, hi):
-        u[i] = decay[i] * u[i] - gain[i] * (p[i + step] - p[i])
-
-
-@njit(nogil=True, cache=True)
-def _wide_velocity(u, gain, reach, p, lo, hi, step):
+def _velocity(u, gain, reach, p, lo, hi, step):
     for i in range(lo, hi):
         u[i] -= gain[i] * ((p[i + step] - p[i]) - reach[i] * (p[i + step + step] - p[i - step]))
 
 
 @njit(nogil=True, cache=True)
-def _damped_wide_velocity(u, decay, gain, reach, p, lo, hi, step):
+def _damped_velocity(u, decay, gain, reach, p, lo, hi, step):
     for i in range(lo, hi):
         rise = (p[i + step] - p[i]) - reach[i] * (p[i + step + step] - p[i - step])
         u[i] = decay[i] * u[i] - gain[i] * rise
 
 
 @njit(nogil=True, cache=True)
-def _pressure(p, keep, yield_, ux, uy, uz, lo, hi, row, slab):
-    one = uint64(1)
-    for i in range(lo, hi):
-        out = (ux[i] - ux[i - one]) + (uy[i] - uy[i - row]) + (uz[i] - uz[i - slab])
-        p[i] = keep[i] * p[i] - yield_[i] * out
-
-
-@njit(nogil=True, cache=True)
-def _divergence(out, ux, uy, uz, lo, hi, row, slab):
-    one = uint64(1)
-    for i in range(lo, hi):
-        out[i - lo] = (ux[i] - ux[i - one]) + (uy[i] - uy[i - row]) + (uz[i] - uz[i - slab])
-
-
-@njit(nogil=True, cache=True)
-def _wide_divergence(into, ux, uy, uz, rx, ry, rz, lo, hi, row, slab):
+def _divergence(into, ux, uy, uz, rx, ry, rz, lo, hi, row, slab):
     one = uint64(1)
     for i in range(lo, hi):
         out = (ux[i] - ux[i - one]) + (uy[i] - uy[i - row]) + (uz[i] - uz[i - slab])
@@ -118,7 +92,7 @@ def _wide_divergence(into, ux, uy, uz, rx, ry, rz, lo, hi, row, slab):
 
 
 @njit(nogil=True, cache=True)
-def _empty(p, keep, yield_, out, lo, hi):
+def _pressure(p, keep, yield_, out, lo, hi):
     for i in range(lo, hi):
         p[i] = keep[i] * p[i] - yield_[i] * out[i - lo]
 
@@ -137,28 +111,7 @@ def _relax(p, r1, r2, capacities, out, lo, hi):
 
 
 @njit(nogil=True, cache=True)
-def _sweep(state, faces, capacities, span, scratch):
-    p, ux, uy, uz, r1, r2, _, _, _, _ = state
-    decay_x, decay_y, decay_z, gain_x, gain_y, gain_z = faces
-    first, last, bed_slabs, row, slab = span
-    one = uint64(1)
-    for k in range(len(first)):
-        lo, hi = first[k], last[k]
-        if k < bed_slabs:
-            _damped_velocity(ux, decay_x, gain_x, p, lo, hi, one)
-            _damped_velocity(uy, decay_y, gain_y, p, lo, hi, row)
-            _damped_velocity(uz, decay_z, gain_z, p, lo, hi, slab)
-            _divergence(scratch, ux, uy, uz, lo, hi, row, slab)
-            _relax(p, r1, r2, capacities, scratch, lo, hi)
-        else:
-            _velocity(ux, gain_x, p, lo, hi, one)
-            _velocity(uy, gain_y, p, lo, hi, row)
-            _velocity(uz, gain_z, p, lo, hi, slab)
-            _pressure(p, capacities[1], capacities[0], ux, uy, uz, lo, hi, row, slab)
-
-
-@njit(nogil=True, cache=True)
-def _wide_sweep(state, faces, reach, capacities, span, scratch):
+def _sweep(state, faces, reach, capacities, span, scratch):
     p, ux, uy, uz, r1, r2, _, _, _, _ = state
     decay_x, decay_y, decay_z, gain_x, gain_y, gain_z = faces
     reach_x, reach_y, reach_z = reach
@@ -169,22 +122,22 @@ def _wide_sweep(state, faces, reach, capacities, span, scratch):
     for above in range(1, slabs):
         lo, hi = first[above], last[above]
         if above < bed_slabs:
-            _damped_wide_velocity(uz, decay_z, gain_z, reach_z, p, lo, hi, slab)
+            _damped_velocity(uz, decay_z, gain_z, reach_z, p, lo, hi, slab)
         else:
-            _wide_velocity(uz, gain_z, reach_z, p, lo, hi, slab)
+            _velocity(uz, gain_z, reach_z, p, lo, hi, slab)
         k = above - 1
         lo, hi = first[k], last[k]
         if k < bed_slabs:
-            _damped_wide_velocity(ux, decay_x, gain_x, reach_x, p, lo, hi, one)
-            _damped_wide_velocity(uy, decay_y, gain_y, reach_y, p, lo, hi, row)
+            _damped_velocity(ux, decay_x, gain_x, reach_x, p, lo, hi, one)
+            _damped_velocity(uy, decay_y, gain_y, reach_y, p, lo, hi, row)
         else:
-            _wide_velocity(ux, gain_x, reach_x, p, lo, hi, one)
-            _wide_velocity(uy, gain_y, reach_y, p, lo, hi, row)
-        _wide_divergence(scratch, ux, uy, uz, reach_x, reach_y, reach_z, lo, hi, row, slab)
+            _velocity(ux, gain_x, reach_x, p, lo, hi, one)
+            _velocity(uy, gain_y, reach_y, p, lo, hi, row)
+        _divergence(scratch, ux, uy, uz, reach_x, reach_y, reach_z, lo, hi, row, slab)
         if k < bed_slabs:
             _relax(p, r1, r2, capacities, scratch, lo, hi)
         else:
-            _empty(p, capacities[1], capacities[0], scratch, lo, hi)
+            _pressure(p, capacities[1], capacities[0], scratch, lo, hi)
 
 
 @njit(nogil=True, cache=True)
@@ -296,10 +249,7 @@ def _march(
     scratch = np.zeros(span[4], p.dtype)
     share, touched = np.zeros_like(before), np.zeros((3, len(modes[0])), p.dtype)
     for n in range(len(out)):
-        if len(reach[0]):
-            _wide_sweep(state, faces, reach, capacities, span, scratch)
-        else:
-            _sweep(state, faces, capacities, span, scratch)
+        _sweep(state, faces, reach, capacities, span, scratch)
         if n < len(drive):
             _drive(p, capacities[0], source[0], source[1], drive[n])
         _react(p, momentum, tension, before, walls, share, motion, modes, touched)

@@ -18,13 +18,13 @@ from ajgdata.gripper.objects import MM, SceneError
 from ajgdata.gripper.omissions import Part
 from ajgdata.gripper.outside import Skin, skin
 from ajgdata.gripper.random_fields import RandomField
-from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, Scheme, as_met, derive_seed
+from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, as_met, derive_seed
 from ajgdata.gripper.solver import Probe
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import NO_WALLS, ModeList, WallList
 
 Real = NDArray[np.floating]
-#: Where the wide scheme has no dispersion along an axis.
+#: Where the four-point differences have no dispersion along an axis.
 ACCURATE_HZ = 17_000.0
 #: What no scene has, whatever it says.
 NOT_MODELLED = "air behind the drape"
@@ -93,11 +93,6 @@ def wide_weight(dx_m: float) -> float:
     return float((half / np.sin(half) - 1) / (3 - np.sin(3 * half) / np.sin(half)))
 
 
-def stencil_weight(scheme: Scheme, dx_m: float) -> float:
-    """Return the weight of the four-point differences in `scheme`, 0 for the plain one."""
-    return wide_weight(dx_m) if scheme == "wide" else 0.0
-
-
 def build_plan(scene: Scene) -> Plan:
     """Return geometry, grid, medium, walls and modes of `scene`; raise SceneError (a ValueError).
 
@@ -118,7 +113,7 @@ def _planned(scene: Scene) -> Plan:
     )
     air = _air(scene)
     grains = _grains(scene, cells, air)
-    wide = stencil_weight(scene.numerics.scheme, h)
+    wide = wide_weight(h)
     per_sample = steps_per_sample(h, scene.numerics.cfl, air.temperature_c, wide)
     parts, object_walls, modes = _parts(scene, shape, cells)
     membrane = membrane_walls(scene, cells)

@@ -41,7 +41,7 @@ LINE = 64
 class Faces(NamedTuple):
     """U <- decay U - gain (p₊ - p), in flat arrays, for the three directions.
 
-    Of the wide scheme the U are (1 + 3w) times the volume velocity, the gains (1 + 3w)² times.
+    The U are (1 + 3w) times the volume velocity, the gains (1 + 3w)² times.
     """
 
     decay_x: NDArray
@@ -53,7 +53,7 @@ class Faces(NamedTuple):
 
 
 class Reach(NamedTuple):
-    """w/(1 + 3w) of the faces of the wide scheme, flat; empty arrays for second order."""
+    """w/(1 + 3w) of the faces, flat, with the weight w of the four-point difference."""
 
     x: NDArray
     y: NDArray
@@ -144,7 +144,7 @@ def assemble(
     walls = connected(walls, live)
     capacities, wall_terms = _pressure(mass, relaxing, rates, walls, dt)
     gain = tuple(g * (1 + 3 * w) ** 2 for g, w in zip(gain, weight, strict=True))
-    reach = (w / (1 + 3 * w) if wide else np.zeros(0) for w in weight)
+    reach = (w / (1 + 3 * w) for w in weight)
     return System(
         cells.shape,
         dt,

@@ -191,10 +191,6 @@ def _scenes() -> Iterator[tuple[str, str, dict[str, Any]]]:
         yield "bed", f"porosity {porosity:g}, scene", loose
     for diameter in (0.05, 20.0):
         yield "bed", f"grains of {diameter:g} mm", {"medium": {"grain_diameter_mm": diameter}}
-    powder = {"grain_diameter_mm": 0.05}
-    plain = {"scheme": "second", "dx_mm": 3.0}
-    name = "cube in grains of 0.05 mm, plain scheme, 3 mm grid"
-    yield "bed", name, {"object": CUBE, "medium": powder, "numerics": plain}
     for celsius in (-20.0, 60.0):
         air = {"temperature_c": celsius}
         yield "climate", f"{celsius:g} °C", {"object": CUBE, "environment": air}

@@ -8,8 +8,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import air_fluid, fit_fluid
-from ajgdata.gripper.scene import Scheme
-from ajgdata.gripper.solver_plan import stencil_weight
+from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import NO_WALLS, WallList
 from ajgdata.studies.energy import symmetric_operator
@@ -29,7 +28,7 @@ def box(width: float, depth: float, height: float, bed: float = 0.0, turn: float
     return Region(heights)
 
 
-def lossy_bowl(h: float, dtype: type = np.float64, scheme: Scheme = "second") -> System:
+def lossy_bowl(h: float, dtype: type = np.float64) -> System:
     """Grains with varying packing, light, stiff, heavy and resistive walls."""
     cells = cut_cells(bowl(), h, *BOWL)
     ratio = 1 + 0.1 * np.sin(np.arange(np.prod(cells.shape))).reshape(cells.shape)
@@ -39,7 +38,7 @@ def lossy_bowl(h: float, dtype: type = np.float64, scheme: Scheme = "second") ->
         + WallList.uniform(cells.housing, 0.0, 2e5, 0.0)
     )
     grains = Packed(fit_fluid(PLASTIC, AIR), PLASTIC.porosity, ratio)
-    weight = stencil_weight(scheme, h)
+    weight = wide_weight(h)
     return assemble(cells, air_fluid(AIR), time_step(h, weight), grains, walls, dtype, wide=weight)
 
 
@@ -51,11 +50,10 @@ def closed(
     top: float,
     courant: float = 0.0,
     dtype: type = np.float64,
-    scheme: Scheme = "second",
 ) -> tuple[Cells, System]:
     """Lossless air in rigid walls, at the usual time step or at a fraction of the largest."""
     cells = cut_cells(region, h, half, bottom, top)
-    weight = stencil_weight(scheme, h)
+    weight = wide_weight(h)
     dt = time_step(h, weight)
     if courant:
         dt = courant * h / (np.sqrt(3) * AIR.sound_speed * (1 + 4 * weight))

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.gripper import Scene, build_plan
-from ajgdata.gripper.scene import Scheme
 from ajgdata.gripper.solver import Probe, State, at_rest, march
 from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System
@@ -21,18 +19,16 @@ from known_cases.domains import box, closed, lossy_bowl
 Real = NDArray[np.floating]
 
 
-@dataclass(eq=False)
 class EnergyConstant(Identity):
     """Random pressure and flow in a closed cavity of cut cells: what becomes of the energy."""
 
     title = "energy of a closed lossless cavity is constant"
     derived = "each step may round the whole energy once, at random: √steps ε"
     power: ClassVar[float] = 0.5
-    scheme: Scheme = "second"
 
     def struck(self) -> tuple[System, State]:
         """Return the system and the field that is let go in it."""
-        system = closed(bowl(), 4e-3, *BOWL, scheme=self.scheme)[1]
+        system = closed(bowl(), 4e-3, *BOWL)[1]
         return system, random_state(system)
 
     def deviation(self, quick: bool) -> float:
@@ -48,7 +44,6 @@ class EnergyConstant(Identity):
         return 500 if quick else 2_000
 
 
-@dataclass(eq=False)
 class EnergyNeverGrows(Identity):
     """Random pressure and flow in grains of uneven packing between walls of every kind."""
 
@@ -57,11 +52,10 @@ class EnergyNeverGrows(Identity):
     roundings = 4
     #: It must fall to less than this share, or the claim is empty.
     left: ClassVar[float] = 0.5
-    scheme: Scheme = "second"
 
     def struck(self) -> tuple[System, State]:
         """Return the system and the field that is let go in it."""
-        system = lossy_bowl(4e-3, scheme=self.scheme)
+        system = lossy_bowl(4e-3)
         return system, random_state(system)
 
     def deviation(self, quick: bool) -> float:
@@ -107,7 +101,7 @@ class WaveDispersion(Identity):
     """Far from walls a plane wave obeys sin²(ωΔt/2) = (cΔt/h)² Σ s(k)², with s the symbol of the
     four-point difference, (1 + 3w) sin(k h/2) - w sin(3 k h/2)."""
 
-    title = "a plane wave has the dispersion of the wide scheme"
+    title = "a plane wave has the dispersion of the four-point differences"
     derived = "the roundings of a step: 32 ε"
     roundings = 32
     h, count, wave_vector = 4e-3, 14, (110.0, -70.0, 40.0)
@@ -115,7 +109,7 @@ class WaveDispersion(Identity):
     def deviation(self, quick: bool) -> float:
         """Return the largest difference of a step, for a wave of height 1."""
         h, edge = self.h, self.count * self.h
-        cells, system = closed(box(edge, edge, edge), h, edge / 2, 0.0, edge, scheme="wide")
+        cells, system = closed(box(edge, edge, edge), h, edge / 2, 0.0, edge)
         x, y, z = np.meshgrid(cells.x, cells.y, cells.z - edge / 2, indexing="ij")
         kx, ky, kz = self.wave_vector
         p = np.cos(kx * x + ky * y + kz * z + 0.3).transpose(2, 1, 0)

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.gripper import Scene, build_plan
-from ajgdata.gripper.scene import Scheme
 from ajgdata.gripper.solver import at_rest, march
 from ajgdata.gripper.solver_plan import Plan
 from known_cases.case import Identity
@@ -49,11 +47,9 @@ def moved(plan: Plan, steps: int) -> Real:
     return found
 
 
-@dataclass(eq=False)
 class ReciprocityOfMembrane(Identity):
     """In a whole scene, on walls drawn from all: p of a pressure there is v S of a flow here."""
 
-    scheme: Scheme = "second"
     title = "a press on the membrane is heard as the membrane moves for the microphone"
     derived = "a few roundings a step, at random: 4 √steps ε, of the largest"
     steps = 300
@@ -61,7 +57,7 @@ class ReciprocityOfMembrane(Identity):
 
     def deviation(self, quick: bool) -> float:
         """Return the largest difference over the largest velocity of each wall."""
-        numerics = {"dx_mm": 6.0, "precision": "float64", "scheme": self.scheme}
+        numerics = {"dx_mm": 6.0, "precision": "float64"}
         solid = {"kind": "cube", "edge_mm": 20.0, "material": "styrofoam"}
         plan = build_plan(Scene.model_validate({"object": solid, "numerics": numerics}))
         velocity = moved(plan, self.steps)

@@ -7,9 +7,8 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper.grid import cut_cells
 from ajgdata.gripper.medium import air_fluid, fit_fluid
-from ajgdata.gripper.scene import Scheme
 from ajgdata.gripper.solver import State, at_rest, march
-from ajgdata.gripper.solver_plan import stencil_weight
+from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import ModeList, WallList
 from ajgdata.studies.energy import energies, random_state
@@ -39,10 +38,10 @@ LOSSLESS = np.delete(EXTREMES[:5], 2, axis=0)
 H = 4e-3
 
 
-def moving_bowl(modes: Real, lossy: bool, scheme: Scheme = "second") -> System:
+def moving_bowl(modes: Real, lossy: bool) -> System:
     """The bowl with `modes` (N, 3) of m (kg), r (kg/s), k (N/m) on the cells where grains would be;
     grains and walls if `lossy`."""
-    cells, weight = cut_cells(bowl(), H, *BOWL), stencil_weight(scheme, H)
+    cells, weight = cut_cells(bowl(), H, *BOWL), wide_weight(H)
     grains = Packed(fit_fluid(PLASTIC, AIR), PLASTIC.porosity, np.ones(cells.shape))
     cell = np.flatnonzero(cells.bed)
     moved = np.random.default_rng(0).uniform(-1, 1, (len(modes), len(cell))) * H**2
@@ -75,7 +74,7 @@ class EnergyConstantWithModes(EnergyConstant):
 
     def struck(self) -> tuple[System, State]:
         """See EnergyConstant."""
-        system = moving_bowl(LOSSLESS, lossy=False, scheme=self.scheme)
+        system = moving_bowl(LOSSLESS, lossy=False)
         return system, disturbed(system)
 
 
@@ -87,7 +86,7 @@ class EnergyNeverGrowsWithModes(EnergyNeverGrows):
 
     def struck(self) -> tuple[System, State]:
         """See EnergyNeverGrows."""
-        system = moving_bowl(EXTREMES, lossy=True, scheme=self.scheme)
+        system = moving_bowl(EXTREMES, lossy=True)
         return system, disturbed(system)
 
 

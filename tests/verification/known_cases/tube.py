@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper.grid import cut_cells
 from ajgdata.gripper.medium import Fluid, Packing, air_fluid, fit_fluid, wave
-from ajgdata.gripper.scene import Scheme
 from ajgdata.gripper.solver import Probe, at_rest, march
-from ajgdata.gripper.solver_plan import stencil_weight
+from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import Packed, assemble
 from ajgdata.studies.extreme_cases import AIR, PLASTIC, time_step
 from known_cases.case import Refinement
@@ -38,12 +37,13 @@ def reflection(rho: Complex, compressibility: Complex, omega: Real) -> Complex:
     return np.asarray((z - z0) / (z + z0))
 
 
-def echo(h: float, fluid: Fluid | None, porosity: float, weight: float = 0.0) -> Real:
+def echo(h: float, fluid: Fluid | None, porosity: float) -> Real:
     """Echo (n,) of the layer, or of a rigid wall in its place, half a metre above it."""
     layer, width = LAYER_M if fluid else 0.0, 2 * h
     top = layer + np.round(AIR_M / h) * h
     cells = cut_cells(box(width, width, top, layer), h, width, 0.0, top)
     grains = Packed(fluid, porosity, np.ones(cells.shape)) if fluid else None
+    weight = wide_weight(h)
     system = assemble(cells, air_fluid(AIR), time_step(h, weight), grains, wide=weight)
     slab = np.argmin(np.abs(cells.z - layer - (np.round(PROBE_M / h) + 0.5) * h))
     inside = np.flatnonzero((cells.volume > 0).ravel() & (system.mass.ravel() > 0))
@@ -60,17 +60,15 @@ def _pulse(dt: float) -> Real:
     return np.exp(-((np.arange(-half, half + 1) * dt / PULSE_S) ** 2) / 2)
 
 
-def measured(h: float, fluid: Fluid, porosity: float, scheme: Scheme = "second") -> Complex:
+def measured(h: float, fluid: Fluid, porosity: float) -> Complex:
     """Reflection (ω,) of the layer over that of the rigid wall at BANDS_HZ.
 
-    The wide scheme is heard at the frequencies that its time steps make of them.
+    They are heard at the frequencies that the time steps make of them.
     """
-    weight = stencil_weight(scheme, h)
-    dt, omega = time_step(h, weight), 2 * np.pi * BANDS_HZ
-    if scheme == "wide":
-        omega = 2 / dt * np.arcsin(omega * dt / 2)
+    dt = time_step(h, wide_weight(h))
+    omega = 2 / dt * np.arcsin(2 * np.pi * BANDS_HZ * dt / 2)
     kernel = np.exp(-1j * omega[:, None] * np.arange(int(END_S / dt)) * dt)
-    layer, wall = (echo(h, what, porosity, weight) for what in (fluid, None))
+    layer, wall = (echo(h, what, porosity) for what in (fluid, None))
     return np.asarray((kernel @ layer) / (kernel @ wall))
 
 
@@ -88,19 +86,14 @@ class BedLayer(Refinement):
     sizes = (8e-3, 5e-3, 4e-3, 2e-3, 1e-3)
     quick_sizes = (8e-3, 5e-3, 4e-3)
     grains: str
-    scheme: Scheme = "second"
-
-    @property
-    def least_order(self) -> float:
-        """The wide scheme's change of stencil where the grains end costs an order."""
-        return 1.9 if self.scheme == "second" else 1.0
+    least_order = 1.0  #: the change of the differences where the grains end costs an order
 
     def error(self, h: float) -> float:
         """Return the rms error of the complex reflection."""
         packing, omega = BEDS[self.grains], 2 * np.pi * BANDS_HZ
         fluid = fit_fluid(packing, AIR)
         exact = reflection(*fluid.response(omega), omega)
-        return rms(measured(h, fluid, packing.porosity, self.scheme) - exact)
+        return rms(measured(h, fluid, packing.porosity) - exact)
 
     def cap(self, h: float) -> float:
         """See `derived`."""
