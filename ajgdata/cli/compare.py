@@ -11,7 +11,7 @@ from rich.markup import escape
 
 from ajgdata.cli.console import warn
 from ajgdata.paths import Paths
-from ajgdata.store.files import from_spreadsheet_cell, read_csv
+from ajgdata.store.files import read_csv
 from ajgdata.types import DataError
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def read_metrics(folder: Path) -> pd.DataFrame:
     results = Paths(folder).results
     table = (results if results.is_dir() else folder) / Paths().metrics_table.name
     rows = [
-        {column: from_spreadsheet_cell(row[column]) for column in (*KEYS, "value")}
+        {column: row[column] for column in (*KEYS, "value")}
         for row in read_csv(table, required=(*KEYS, "value"))[1]
         if not row["part"].startswith(COST)
     ]

@@ -18,7 +18,7 @@ from ajgdata.cli.project import doctor, run, status
 from ajgdata.cli.publish import fetch, publish
 from ajgdata.cli.sense import sense
 from ajgdata.cli.sort import sort
-from ajgdata.cli.validate import seal, validate
+from ajgdata.cli.validate import validate
 from ajgdata.types import DataError
 
 app = typer.Typer(
@@ -28,7 +28,7 @@ app = typer.Typer(
     help="Acoustic sensing with jamming grippers: get recordings in, check them, hand sets on. "
     "What lies between (features, models, report) is done by the command [b]snakemake[/b].",
 )
-for command in (validate, seal, acquire, sense, sort, publish, fetch, export, compare):
+for command in (validate, acquire, sense, sort, publish, fetch, export, compare):
     app.command()(command)
 app.command()(doctor)
 OTHER_OPTIONS = {"ignore_unknown_options": True}  # handed on to Snakemake

@@ -1,4 +1,4 @@
-"""`ajgdata validate` and `ajgdata seal`: recordings checked, and accepted as they are."""
+"""`ajgdata validate`: every recording checked, and one line per issue."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from ajgdata.cli.console import out, say, shortened
-from ajgdata.pipeline.progress import bar, tracked
+from ajgdata.pipeline.progress import bar
 from ajgdata.types import Finding
 
 LEVELS = ("error", "warning", "note")
@@ -57,18 +57,3 @@ def print_issues(issues: Sequence[Finding], *, everything: bool) -> None:
             out.out(f"{level} {code} {name}; {reason}")
     if counts := Counter(issue.code for issue in issues).most_common():
         out.out(", ".join(f"{code} {count}" for code, count in counts))
-
-
-def seal(
-    dataset: Annotated[str, typer.Argument(help="name of a folder below datasets/")],
-) -> None:
-    """Record checksums for new or edited recordings."""
-    from ajgdata.paths import find_project
-    from ajgdata.store.sessions import list_sessions, read_dataset
-    from ajgdata.store.sessions import seal as seal_session
-
-    paths = find_project()
-    read_dataset(paths, dataset)
-    for session in tracked(list_sessions(paths, dataset), "sealing"):
-        changed = seal_session(paths, dataset, session)
-        say(f"{dataset}/{session}: {changed} recordings sealed")

@@ -10,7 +10,7 @@ from ajgdata.evaluate.agreement import why_undefined
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import SCORES
 from ajgdata.paths import Paths
-from ajgdata.store.files import csv_bytes, json_bytes, spreadsheet_cell, write_bytes
+from ajgdata.store.files import csv_bytes, json_bytes, write_bytes
 from ajgdata.store.provenance import environment, software
 from ajgdata.store.tables import as_json, read_tables
 from ajgdata.types.table import Table
@@ -62,16 +62,12 @@ def collect(
         numbers += [row for one in (*tables, *costs) for row in _rows(about, one)]
     made_by = {**software(), **environment()}
     written = {
-        table: csv_bytes((*COLUMNS, REASON), map(_for_spreadsheets, numbers)),
-        predictions: csv_bytes(PREDICTION_COLUMNS, map(_for_spreadsheets, predicted)),
+        table: csv_bytes((*COLUMNS, REASON), numbers),
+        predictions: csv_bytes(PREDICTION_COLUMNS, predicted),
     }
     for file, content in written.items():
         write_bytes(file, content)
     write_bytes(document, json_bytes({"software": made_by, "experiments": collected}))
-
-
-def _for_spreadsheets(row: Mapping[str, object]) -> dict[str, object]:
-    return {column: spreadsheet_cell(value) for column, value in row.items()}
 
 
 def _rows(about: Mapping[str, Any], table: Table) -> Iterator[dict[str, object]]:

@@ -12,7 +12,7 @@ from ajgdata.paths import TABLES
 from ajgdata.report.comparison import PaperComparison
 from ajgdata.report.render import Picture
 from ajgdata.report.report_data import Report
-from ajgdata.store.files import csv_bytes, replacing_folder, spreadsheet_cell, write_bytes
+from ajgdata.store.files import csv_bytes, replacing_folder, write_bytes
 from ajgdata.types.table import Column, Table, table_of
 
 #: Table of the comparison with the paper.
@@ -40,8 +40,8 @@ def write_exports(report: Report, results: Sequence[TaskResults], folder: Path) 
 def write_csv(path: Path, table: Table) -> None:
     """Write a table as CSV. Columns are headed by their keys, with the unit in brackets unless the
     key has it; numbers keep every digit."""
-    heads = {column.key: spreadsheet_cell(_head(column)) for column in table.columns}
-    rows = [{heads[key]: spreadsheet_cell(row[key]) for key in heads} for row in table.rows]
+    heads = {column.key: _head(column) for column in table.columns}
+    rows = [{heads[key]: row[key] for key in heads} for row in table.rows]
     write_bytes(path, csv_bytes(list(heads.values()), rows))
 
 

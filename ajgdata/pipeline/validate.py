@@ -6,21 +6,18 @@ import os
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 from ajgdata.acquire.protocol import REFERENCE
 from ajgdata.acquire.recipe import session_names
 from ajgdata.experiments import all_asked
-from ajgdata.paths import AUDIO_FOLDER, DATASET_FILE, Paths
+from ajgdata.paths import DATASET_FILE, Paths
 from ajgdata.pipeline.plan import config_problems
 from ajgdata.pipeline.progress import Started
 from ajgdata.pipeline.recordings import examine, finding
 from ajgdata.store.audio import Remark
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
 from ajgdata.store.labels import bad_labels, copies
-from ajgdata.store.scan import search
 from ajgdata.store.session_audio import (
-    WHOLE_SESSION,
     AudioFile,
     SessionAudio,
     check_session,
@@ -57,7 +54,7 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
     rows: list[tuple[str, str, tuple[str, ...]]] = []
     for session in sessions:
         found = _check_session(session, spec, advance)
-        issues += [*found, *_without_row(paths.session(dataset, session.session_id), session)]
+        issues += found
         unusable = {f.recording_id for f in found if f.level == "error" or f.code == "rejected"}
         labels = {row["recording_id"]: row for row in session.labels}
         rows += [
@@ -102,24 +99,6 @@ def _check_session(
     table = {row["recording_id"]: row for row in session.labels}
     issues += [i for n, row in table.items() for i in bad_labels(name, n, row, spec.targets)]
     return without_rejected([*session.findings, *issues], list(rejected(name, table).values()))
-
-
-def _without_row(folder: Path, session: SessionAudio) -> list[Finding]:
-    """Return a note for each audio file of a session that stands in no row of its table.
-
-    Of a session whose table cannot be read nothing is known.
-    """
-    if any((f.recording_id, f.level) == (WHOLE_SESSION, "error") for f in session.findings):
-        return []
-    known = {entry.path.absolute() for entry in session.files}
-    known |= {(folder / issue.file).absolute() for issue in session.findings}
-    fix = "import its folder again, or remove the file"
-    audio = folder / AUDIO_FOLDER
-    return [
-        Finding(folder.name, path.as_posix(), path.name, "note", "no_row", "in no row", fix)
-        for path in (search(audio)[0] if audio.is_dir() else ())
-        if (audio / path).absolute() not in known
-    ]
 
 
 def label_tables(paths: Paths, dataset: str) -> dict[str, list[dict[str, str]]]:

@@ -8,7 +8,6 @@ import io
 import json
 import os
 import platform
-import re
 import shutil
 import tempfile
 import unicodedata
@@ -27,9 +26,6 @@ Model = TypeVar("Model", bound=BaseModel)
 TEMPORARY = ".tmp"
 #: What imports and fetches do; they exclude each other.
 BRINGING = "bringing recordings into this data set"
-#: Beginning of a text that a spreadsheet takes for a formula; a number or a word after a sign is
-#: none. Apostrophes count, so that `from_spreadsheet_cell` is the inverse of `spreadsheet_cell`.
-_FORMULA = re.compile(r"'*(?:[=@\t\r]|[+-](?![\w\s.,±%°/()×·−⁻-]*$))")
 
 
 @contextmanager
@@ -256,16 +252,6 @@ def numbered_rows(
             problem = f"{len(cells)} cells, the header has {len(header)}"
             raise DataError(f"{path}:{line}", problem, "quote cells that contain commas")
     return header, [(line, dict(zip(header, cells, strict=True))) for line, cells in rows]
-
-
-def spreadsheet_cell(value: Any) -> Any:
-    """Return a cell that no spreadsheet runs as a formula: an apostrophe precedes such a text."""
-    return f"'{value}" if isinstance(value, str) and _FORMULA.match(value) else value
-
-
-def from_spreadsheet_cell(text: str) -> str:
-    """Return the text of a cell that `spreadsheet_cell` wrote."""
-    return text[1:] if text.startswith("'") and _FORMULA.match(text) else text
 
 
 def csv_bytes(header: Sequence[str], rows: Iterable[Mapping[str, object]]) -> bytes:

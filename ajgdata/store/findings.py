@@ -6,13 +6,7 @@ import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from ajgdata.store.files import (
-    csv_bytes,
-    from_spreadsheet_cell,
-    read_csv,
-    spreadsheet_cell,
-    write_bytes,
-)
+from ajgdata.store.files import csv_bytes, read_csv, write_bytes
 from ajgdata.types import Finding
 
 FINDING_COLUMNS = tuple(field.name for field in dataclasses.fields(Finding))
@@ -21,14 +15,12 @@ FINDING_COLUMNS = tuple(field.name for field in dataclasses.fields(Finding))
 def read_findings(path: Path) -> list[Finding]:
     """Return the findings of a table. Raises DataError for a file that is none."""
     rows = read_csv(path, required=FINDING_COLUMNS)[1]
-    cells = ([from_spreadsheet_cell(row[column]) for column in FINDING_COLUMNS] for row in rows)
-    return [Finding(*row) for row in cells]  # type: ignore[arg-type]  # level is checked where it is written
+    return [Finding(**row) for row in rows]  # type: ignore[arg-type]  # level is checked where it is written
 
 
 def write_findings(path: Path, findings: Sequence[Finding]) -> None:
-    """Write a table of findings, sorted; people open it in a spreadsheet."""
-    rows = [{k: spreadsheet_cell(v) for k, v in vars(f).items()} for f in sorted(findings)]
-    write_bytes(path, csv_bytes(FINDING_COLUMNS, rows))
+    """Write a table of findings, sorted."""
+    write_bytes(path, csv_bytes(FINDING_COLUMNS, map(vars, sorted(findings))))
 
 
 def is_rejected(row: Mapping[str, str]) -> bool:

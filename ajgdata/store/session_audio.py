@@ -70,7 +70,7 @@ def checked_sha256(path: Path, declared: str) -> str:
     found = file_sha256(path)
     if declared and found != declared:
         problem = "its bytes are not those that were recorded (sha256 differs)"
-        fix = "restore the file, or accept it with `ajgdata seal`"
+        fix = "restore the file, or empty its `sha256` in recordings.csv to accept it"
         raise AudioError(path, "changed", problem, fix)
     return found
 

@@ -292,27 +292,3 @@ def inside(base: Path, file: str) -> Path:
     if ".." in path.parts or not path.resolve().is_relative_to(base.resolve()):
         raise DataError(file, f"leaves its folder {base}", "put the file inside and correct `file`")
     return path
-
-
-def seal(paths: Paths, dataset: str, session: str) -> int:
-    """Accept the bytes that are there: write the present sha256 of every recording and of the
-    played sound.
-
-    Returns how many recordings changed. Missing files keep their row.
-    """
-    from ajgdata.store.audio import file_sha256
-
-    folder = paths.session(dataset, session)
-    declared = read_session(folder)
-    recordings, findings = read_recordings(folder)
-    if findings:
-        raise DataError(folder / RECORDINGS_FILE, findings[0].problem, findings[0].fix)
-    sealed = []
-    for recording in recordings:
-        path = audio_path(folder, declared, recording)
-        digest = file_sha256(path) if path.is_file() else recording.sha256
-        sealed.append(recording.model_copy(update={"sha256": digest}))
-    if (played := declared.excitation) and (path := inside(folder, played.file)).is_file():
-        played = played.model_copy(update={"sha256": file_sha256(path)})
-    write_session(folder, declared.model_copy(update={"excitation": played}), sealed)
-    return sum(new != old for new, old in zip(sealed, recordings, strict=True))

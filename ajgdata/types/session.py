@@ -86,7 +86,7 @@ class Recording(Strict):
         description="relative to the session folder (or to audio_root); may not leave it"
     )
     sha256: Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")] = Field(
-        "", description="empty: not sealed yet"
+        "", description="empty: any bytes are accepted"
     )
     grasp_id: Annotated[str, Field(min_length=1)] = Field(
         description="placement of the object; the default group of cross-validation"

@@ -23,7 +23,7 @@ TASKS = {"edge": {"target": "edge_mm", "folds": 3, "models": ["knn"]}}
 
 def make_project(root: Path) -> Project:
     """Two sessions of tones: names that no file can have, missing labels, one recording that is
-    cut short, one that was not sealed, and a played sound."""
+    cut short, one without sha256, and a played sound."""
     project = Project(Paths(root))
     declared = {name: target.model_dump(mode="json") for name, target in TARGETS.items()}
     project.declare(

@@ -100,11 +100,3 @@ def test_an_import_that_could_not_do_all_says_so_in_its_exit_code(ajgdata, proje
     assert "failed 2_b.wav: not a file, or a broken link" in out
     (project.root / "audio" / "2_b.wav").unlink()
     assert ajgdata(*again)[0] == 0
-
-
-def test_seal(ajgdata, project):
-    project.session()
-    write_tone(project.folder() / "audio" / "b.wav", 555)
-    assert ajgdata("validate", "d")[0] == 1
-    assert ajgdata("seal", "d") == (0, "d/s1: 1 recordings sealed\n", "")
-    assert ajgdata("validate", "d")[0] == 0

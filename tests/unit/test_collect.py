@@ -86,10 +86,10 @@ def test_the_document_holds_what_the_table_holds_and_what_could_not_be_made(coll
     assert distances["skipped"] == "one grasp only" and distances["tables"] == []
 
 
-def test_predictions_stand_apart_and_no_spreadsheet_runs_them(collected):
+def test_predictions_have_a_table_of_their_own(collected):
     (row,) = collected[2]
     assert (row["task"], row["model"], row["recording"]) == ("edge", "cnn", "r1")
-    assert (row["y_true"], row["y_pred"]) == (f"'{FORMULA}", "12.5")
+    assert (row["y_true"], row["y_pred"]) == (FORMULA, "12.5")
 
 
 def test_a_measure_that_is_undefined_says_why():

@@ -42,7 +42,7 @@ def test_an_edited_recording_is_computed_again(project):
     rows = project.session()
     project.shard()
     digest = write_tone(project.folder() / "audio" / "b.wav", 1500)
-    assert project.shard() == (0, 2)  # not sealed: quarantined
+    assert project.shard() == (0, 2)  # another sha256: quarantined
     assert [(f.recording_id, f.code) for f in project.shard_findings()] == [("b", "changed")]
     project.write([r.model_copy(update={"sha256": ""}) for r in rows])
     assert project.shard() == (1, 2)

@@ -13,7 +13,6 @@ from ajgdata.store.sessions import (
     read_dataset,
     read_recordings,
     read_session,
-    seal,
     write_dataset,
     write_recordings,
     write_session,
@@ -138,20 +137,6 @@ def test_what_people_wrote_into_a_session_stays(paths, kit):
     assert rows(paths)["3_cube ä"].labels == {"label": "cube", "n": "3"}
     assert rows(paths)["3_cube ä"].grasp_id == "cube"
     assert read_session(folder) == session  # the played sound too, which this pattern leaves out
-
-
-def test_seal_accepts_what_is_there(paths, kit):
-    run(paths, kit)
-    folder = paths.session("d", KIT)
-    digest = write_tone(folder / "audio" / "1_no object.wav", 777)
-    played = write_tone(folder / "excitation.wav", 778)
-    (folder / "audio" / "3_cube ä.wav").unlink()
-    before = rows(paths)
-    assert seal(paths, "d", KIT) == 1
-    assert rows(paths)["1_no object"].sha256 == digest
-    assert rows(paths)["3_cube ä"] == before["3_cube ä"]
-    assert read_session(folder).excitation.sha256 == played
-    assert seal(paths, "d", KIT) == 0
 
 
 def test_recordings_do_not_go_into_a_simulated_data_set(paths, kit, snapshot):

@@ -1,7 +1,7 @@
 """`ajgdata validate` says what the workflow would quarantine, and changes nothing."""
 
 import numpy as np
-from worlds import assert_one_line, write_tone
+from worlds import assert_one_line
 
 import ajgdata as library
 from ajgdata.pipeline.validate import validate_dataset
@@ -49,12 +49,6 @@ def test_simulated_and_recorded_sessions_do_not_meet(project):
     checked, (found,) = check(project)
     assert (checked, found.level, found.code) == (4, "error", "mixed")
     assert found.problem.startswith("session s2 is simulated, session s1 is recorded")
-
-
-def test_a_file_without_a_row_is_noted(project):
-    project.session("s1")
-    write_tone(project.folder() / "audio" / "deep" / "z.wav", 777)
-    assert codes(check(project)[1]) == [("s1", "deep/z.wav", "note", "no_row")]
 
 
 def test_an_invalid_cell_excludes_the_recording_from_its_target_only(ajgdata, project):

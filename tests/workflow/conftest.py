@@ -19,7 +19,8 @@ from snakemake.cli import main as snakemake_main
 from snakemake_interface_logger_plugins.common import LogEvent
 
 from ajgdata.paths import RECORDINGS_FILE, Paths
-from ajgdata.store.sessions import seal
+from ajgdata.store.audio import file_sha256
+from ajgdata.store.sessions import read_recordings, write_recordings
 
 ROOT = Path(__file__).resolve().parents[2]
 SESSIONS = ("day1", "day2")
@@ -161,13 +162,16 @@ def finished(tmp_path_factory) -> Project:
 
 
 def make_tones(root: Path) -> Project:
-    """Two sessions of eight recordings; those of the second are sealed."""
+    """Two sessions of eight recordings; those of the second have their sha256."""
     project = Project(root)
     declaration = project.paths.dataset("tones")
     declaration.parent.mkdir(parents=True)
     declaration.write_text(yaml.safe_dump(DECLARATION))
     record_tones(project.paths, SESSIONS)
-    seal(project.paths, "tones", SESSIONS[1])
+    folder = project.folder(SESSIONS[1])
+    rows = read_recordings(folder)[0]
+    hashes = [{"sha256": file_sha256(folder / row.file)} for row in rows]
+    write_recordings(folder, [r.model_copy(update=h) for r, h in zip(rows, hashes, strict=True)])
     project.snakemake("results/report/index.html", "results/metrics.json")
     return project
 
