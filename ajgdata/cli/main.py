@@ -14,12 +14,12 @@ from ajgdata.cli.device import device
 from ajgdata.cli.export import export
 from ajgdata.cli.gripper import gripper
 from ajgdata.cli.importing import import_command
-from ajgdata.cli.project import doctor, run, status
+from ajgdata.cli.project import doctor, run
 from ajgdata.cli.publish import fetch, publish
 from ajgdata.cli.sense import sense
 from ajgdata.cli.sort import sort
 from ajgdata.cli.validate import validate
-from ajgdata.types import DataError
+from ajgdata.types import DataError, one_line
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -31,9 +31,7 @@ app = typer.Typer(
 for command in (validate, acquire, sense, sort, publish, fetch, export, compare):
     app.command()(command)
 app.command()(doctor)
-OTHER_OPTIONS = {"ignore_unknown_options": True}  # handed on to Snakemake
-app.command(context_settings=OTHER_OPTIONS)(status)
-app.command(context_settings=OTHER_OPTIONS)(run)
+app.command(context_settings={"ignore_unknown_options": True})(run)  # Snakemake's options
 app.command("import")(import_command)
 app.add_typer(gripper, name="gripper")
 app.add_typer(device, name="device")
@@ -44,5 +42,5 @@ def main() -> None:
     try:
         app()
     except (DataError, OSError, MemoryError) as error:
-        warn(f"[red]error[/red] {escape(str(error) or 'not enough memory')}")
+        warn(f"[red]error[/red] {escape(one_line(error))}")
         sys.exit(1)

@@ -1,32 +1,27 @@
-"""Commands on a project: `ajgdata doctor` and `status`, which change nothing, and `run`."""
+"""Commands on a project: `ajgdata doctor`, which changes nothing, and `run`."""
 
 from __future__ import annotations
 
-import csv
 import os
 import platform
 import shlex
 import shutil
 import subprocess
 import sys
-from collections import Counter
 from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.markup import escape
 
-from ajgdata.cli.console import print_facts, say
+from ajgdata.cli.console import print_facts
 from ajgdata.paths import Paths, find_project
 from ajgdata.types import DataError
 
 GB = 1e9
 #: Snakemake's options that set a configuration.
 CONFIG = ("--config", "-C")
-#: Columns of Snakemake's summary: file, date, rule, log files, status, plan.
-COLUMNS = 6
 
 
 def doctor() -> None:
@@ -58,88 +53,6 @@ def diagnostics(paths: Paths | None) -> dict[str, str]:
         f"{free / GB:.1f} GB of disk space free",
         "project": str(paths.root) if paths else "none here or above",
     }
-
-
-def status(
-    more: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[NAME]... [OPTION]...",
-            help="data sets, as of `ajgdata run`; the rest is handed on to Snakemake, e.g. "
-            "--config 'pages=[]'",
-        ),
-    ] = None,
-) -> None:
-    """List outdated results and the reasons, and data that need attention."""
-    paths = find_project()
-    names, options = split_arguments(more or ())
-    for line in data_status(paths, names or None):
-        say(escape(line))
-    results = workflow_status(paths, with_datasets(names, options))
-    outdated = Counter(
-        # Snakemake's status is "ok" if only an input will be written again.
-        (row["rule"], row["status"].replace("ok", "outdated inputs"))
-        for row in reversed(results)  # Snakemake begins with the last job
-        if row["plan"] != "no update"
-    )
-    for (rule, reason), count in outdated.items():
-        say(f"[yellow]{rule}[/yellow] would write {count} files ({escape(reason)})")
-    stale = outdated.total()
-    command = f"`ajgdata run {' '.join(names)}`" if names else "`snakemake`, or `ajgdata run NAME`"
-    text = f"{len(results) - stale} results are current, {stale} are not"
-    say(text + (f"; {command}" if stale else ""))
-
-
-def workflow_status(paths: Paths, more: Sequence[str] = ()) -> list[dict[str, str]]:
-    """Return the rows of Snakemake's summary, one per result, see COLUMNS.
-
-    `snakemake --summary` prints them, with the arguments `more`; as a dry run it writes no log.
-    Raises DataError with Snakemake's message.
-    """
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile_of(paths))]
-    command += ["--directory", str(paths.root), "--summary", "--dry-run", *more]
-    both = subprocess.STDOUT  # a dry run prints to one stream what other runs print to the other
-    done = subprocess.run(command, check=False, stdout=subprocess.PIPE, stderr=both, text=True)
-    lines = [line for line in done.stdout.splitlines() if line.strip()]
-    if done.returncode:
-        problem = lines[-1].strip() if lines else "snakemake stopped without a message"
-        raise DataError(paths.root, problem, "`snakemake --dry-run` prints more")
-    table = (line for line in lines if line.count("\t") == COLUMNS - 1)
-    return list(csv.DictReader(table, delimiter="\t"))
-
-
-def data_status(paths: Paths, names: Sequence[str] | None = None) -> list[str]:
-    """Return lines on data that no run repairs, of data sets (default: all)."""
-    from ajgdata.acquire.recipe import session_names
-    from ajgdata.store.findings import read_findings
-    from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset, whole_sessions
-    from ajgdata.types import left_out
-
-    lines = []
-    for name in list_datasets(paths) if names is None else names:
-        spec = read_dataset(paths, name)
-        virtual = session_names(spec.recipe) if spec.recipe else []
-        ready = whole_sessions(paths, name, virtual)
-        if missing := set(virtual) - set(ready):
-            lines.append(f"{name}: {len(missing)} sessions to be recorded by the virtual gripper")
-        if not virtual and not list_sessions(paths, name):
-            command = f"`ajgdata import FOLDER --dataset {name}`"
-            lines.append(f"{name}: declared, no recordings; {command}")
-        lines += [line for one in ready for line in _session_status(paths.session(name, one), name)]
-        quarantine = paths.quarantine(name)
-        if excluded := left_out(read_findings(quarantine) if quarantine.is_file() else ()):
-            lines.append(f"{name}: {len(excluded)} recordings left out; {quarantine}")
-    return lines
-
-
-def _session_status(folder: Path, dataset: str) -> list[str]:
-    from ajgdata.store.sessions import read_recordings
-
-    try:
-        read_recordings(folder)
-    except DataError as error:
-        return [f"{dataset}/{folder.name}: {error.problem}; {error.fix}"]
-    return []
 
 
 def run(

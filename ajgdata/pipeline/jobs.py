@@ -14,7 +14,7 @@ from typing import Any
 from pydantic import validate_call
 
 from ajgdata.paths import Paths
-from ajgdata.types import DataError
+from ajgdata.types import DataError, one_line
 
 
 def run_job(job: Any) -> None:
@@ -52,7 +52,7 @@ def logged(log: str) -> Iterator[None]:
             sys.exit(str(error))
         except (OSError, MemoryError) as error:
             traceback.print_exc(file=stream)
-            sys.exit(" ".join(f"{type(error).__name__}: {error}".split()))
+            sys.exit(one_line(error))
         except BaseException:
             traceback.print_exc(file=stream)
             raise

@@ -28,7 +28,7 @@ from ajgdata.store.sessions import (
     table_columns,
     whole_sessions,
 )
-from ajgdata.types import RECORDING_COLUMNS, SESSION_COLUMNS, DataError, DatasetSpec
+from ajgdata.types import RECORDING_COLUMNS, SESSION_COLUMNS, DataError, DatasetSpec, one_line
 
 #: Columns that every feature file has.
 STANDARD_COLUMNS = {*RECORDING_COLUMNS, *SESSION_COLUMNS, "session_id"}
@@ -104,7 +104,7 @@ def errors_in_one_line() -> Iterator[None]:
     try:
         yield
     except (DataError, OSError) as error:
-        raise SystemExit(str(error)) from error
+        raise SystemExit(one_line(error)) from error
 
 
 def session_files(paths: Paths, plans: Mapping[str, DatasetPlan]) -> Declared:

@@ -18,6 +18,7 @@ from ajgdata.types.base import (
     flagged,
     left_out,
     location,
+    one_line,
 )
 from ajgdata.types.dataset import DatasetSpec, ImportSettings, OnChange
 from ajgdata.types.excitation import (

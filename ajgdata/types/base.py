@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import errno
 import re
 import reprlib
 from collections.abc import Collection, Iterable
@@ -52,6 +53,24 @@ def checked_name(name: str, what: str = "data set") -> str:
     if NAME.fullmatch(name):
         return name
     raise DataError(reprlib.repr(name), f"is not the name of a {what}", f"use {_NAME_RULE}")
+
+
+#: What helps against errors of the operating system.
+_FIXES = {
+    errno.EACCES: "change its permissions, or use an account that has them",
+    errno.EROFS: "use a disk that can be written",
+    errno.ENOSPC: "free some space on its disk",
+}
+
+
+def one_line(error: DataError | OSError | MemoryError) -> str:
+    """Describe an error in one line: file, problem and fix."""
+    if isinstance(error, MemoryError):
+        return "not enough memory; use fewer --cores, or close other programs"
+    if isinstance(error, OSError) and error.strerror:
+        fix = _FIXES.get(error.errno or 0, "check this file and its disk")
+        return f"{error.filename or 'a file'}: {error.strerror}; {fix}"
+    return " ".join(str(error).split())
 
 
 class NotPossibleError(ValueError):

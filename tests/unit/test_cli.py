@@ -52,7 +52,7 @@ def test_a_job_without_space_ends_with_a_line_and_keeps_the_traceback_in_its_log
     log = tmp_path / "log"
     with pytest.raises(SystemExit) as ended, logged(str(log)):
         raise OSError(errno.ENOSPC, "No space left on device", "store.nc")
-    assert ended.value.code == "OSError: [Errno 28] No space left on device: 'store.nc'"
+    assert ended.value.code == "store.nc: No space left on device; free some space on its disk"
     assert "Traceback" in log.read_text()
 
 
