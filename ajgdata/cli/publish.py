@@ -52,9 +52,6 @@ def fetch(
         ),
     ],
     name: Annotated[str, typer.Option(help="published: name it gets here; default: its own")] = "",
-    sha256: Annotated[
-        str, typer.Option("--sha256", help="published: known hash of its SHA256SUMS")
-    ] = "",
 ) -> None:
     """Download a published data set or a public recording collection.
 
@@ -68,7 +65,7 @@ def fetch(
     if paths.source(source).is_file():
         _fetch_by_name(paths, source)
     else:
-        _fetch_published(paths, source, name, sha256)
+        _fetch_published(paths, source, name)
 
 
 def _fetch_by_name(paths: Paths, dataset: str) -> None:
@@ -93,18 +90,13 @@ def _fetch_by_name(paths: Paths, dataset: str) -> None:
     raise typer.Exit(0 if result.is_complete else INCOMPLETE)
 
 
-def _fetch_published(paths: Paths, source: str, name: str, sha256: str) -> None:
+def _fetch_published(paths: Paths, source: str, name: str) -> None:
     from ajgdata.pipeline.fetch import fetch as fetch_published
 
-    done = fetch_published(
-        paths, source, name=name, sha256=sha256, each=lambda files: tracked(files, "fetching")
-    )
+    done = fetch_published(paths, source, name=name, each=lambda files: tracked(files, "fetching"))
     if done.removed:
         say(f"[yellow]not taken over[/yellow] from its dataset.yaml: {', '.join(done.removed)}")
-    if done.dropped:
-        say(f"[yellow]not tested on[/yellow] {', '.join(done.dropped)}: not in this project")
     say(
         f"{done.recordings} recordings in {done.sessions} session(s) are data set [b]{done.name}"
-        f"[/b]; its SHA256SUMS has sha256 {done.sums_sha256}; next: ajgdata run {done.name}, which "
-        "computes the features"
+        f"[/b]; next: ajgdata run {done.name}, which computes the features"
     )
