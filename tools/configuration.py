@@ -17,7 +17,6 @@ from ajgdata.gripper.variation import Variation
 from ajgdata.types import (
     CROSS_VALIDATION,
     MODELS,
-    ROBOTS,
     DatasetSpec,
     Recording,
     Session,
@@ -118,10 +117,9 @@ def _said(annotation: object) -> str:
 
 
 def _named(metadata: Sequence[object]) -> str:
-    """Our names of the registry that a value is checked against; "" if there is none."""
-    for registry in (MODELS, ROBOTS):
-        if AfterValidator(registry.checked) in metadata:
-            return ", ".join(f"`{name}`" for name in registry)
+    """Return the names of models if a value must be one of them, else ""."""
+    if AfterValidator(MODELS.checked) in metadata:
+        return ", ".join(f"`{name}`" for name in MODELS)
     return ""
 
 

@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.acquire.card import DEVICE
 from ajgdata.acquire.protocol import (
     ATTEMPT,
     PLANNED,
@@ -187,8 +186,8 @@ def live_session(
     session without recordings is then removed.
 
     `excitation` (n,) in [-1, 1] is the sound that `played` specifies, `about` has other keys of
-    types.Session. Raises DataError if another process records into it, or if it was recorded with
-    another setup.
+    types.Session, of which `source` is required. Raises DataError if another process records into
+    it, or if it was recorded with another setup.
     """
     with recording_alone(folder):
         _discard_if_empty(folder)  # its setup may have been another one
@@ -212,14 +211,13 @@ def _create(
     sample_rate_hz: int,
     about: Mapping[str, Any],
 ) -> None:
-    """Write a session without recordings, in one step; `virtual` if its device is simulated."""
+    """Write a session without recordings, in one step."""
     with replacing_folder(folder) as new:
         (new / AUDIO_FOLDER).mkdir()
         write_pcm24(new / EXCITATION_FILE, excitation, sample_rate_hz)
         peak = float(np.abs(excitation).max())
         session = Session(
             session_id=folder.name,
-            source="virtual" if about.get("device") == DEVICE else "soundcard",
             sample_rate_hz=sample_rate_hz,
             excitation=Excitation(
                 file=EXCITATION_FILE,

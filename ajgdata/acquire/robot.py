@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from pkgutil import resolve_name
-from tempfile import TemporaryFile
-from typing import Annotated, Any, Protocol
+from typing import Any, Protocol
 
-from pydantic import Field, ValidationError
+from pydantic import FiniteFloat, TypeAdapter, ValidationError
 
-from ajgdata.types import ROBOTS, DataError, Strict, describe
-from ajgdata.types.protocol import Step
+from ajgdata.types import DataError
+from ajgdata.types.protocol import RobotProgram, Step
 
 #: Object of a placement whose name is not known.
 UNNAMED = "object"
@@ -118,25 +115,6 @@ class ManualRobot:
         return None
 
 
-@contextmanager
-def open_manual(settings: Mapping[str, Any], confirm: Confirm) -> Iterator[ManualRobot]:
-    """Yield a person. Raises DataError for any setting: there is none."""
-    if settings:
-        raise DataError(
-            "protocol.robot_settings", f"unknown key {min(settings)}", "manual has no settings"
-        )
-    yield ManualRobot(confirm)
-
-
-class CommandSettings(Strict):
-    """Settings of the robot `command`."""
-
-    command: Annotated[tuple[str, ...], Field(min_length=1)] = Field(
-        description="program and arguments; gets one JSON object on its standard input"
-    )
-    timeout_s: float = Field(60.0, gt=0, description="of one step; then the program is ended")
-
-
 class CommandRobot:
     """Runs a program for each step (see acquire.robot.Robot).
 
@@ -147,80 +125,49 @@ class CommandRobot:
     error is the reason of a failure.
     """
 
-    def __init__(self, settings: CommandSettings) -> None:
-        self._settings = settings
+    def __init__(self, program: RobotProgram) -> None:
+        self._program = program
 
     def move(self, step: str, **about: Any) -> float | None:
         """Run the program for a step; return the force (N) that it prints for `approach`."""
-        limit_s = self._settings.timeout_s + about.get("seconds", 0.0)
-        code, output, errors = self._run(step, json.dumps({"step": step, **about}), limit_s)
-        if code is None:
-            fix = "check the robot, then raise robot_settings.timeout_s if it was only slow"
-            raise self._error(step, f"was not done after {limit_s:g} s", fix)
+        where, name = f"robot, {step}", self._program.command[0]
+        limit_s = self._program.timeout_s + about.get("seconds", 0.0)
+        try:
+            code, output, errors = self._run(json.dumps({"step": step, **about}), limit_s)
+        except OSError as error:
+            problem = f"{name} cannot be started ({error.strerror})"
+            raise RobotError(where, problem, "correct robot.command") from None
+        except subprocess.TimeoutExpired:
+            fix = "check the robot, then raise robot.timeout_s if it was only slow"
+            raise RobotError(where, f"{name} was not done after {limit_s:g} s", fix) from None
         if code:
             reason = (errors.strip().splitlines() or ["no message"])[-1]
-            fix = "check the robot, then run again"
-            raise self._error(step, f"failed with exit code {code}: {reason}", fix)
+            problem = f"{name} failed with exit code {code}: {reason}"
+            raise RobotError(where, problem, "check the robot, then run again")
         if step != "approach" or not output.strip():
             return None
         try:
-            force = float(json.loads(output)["force_n"])
-        except (ValueError, TypeError, KeyError):
-            force = math.nan
-        if not math.isfinite(force):
-            problem = f"printed {output.strip()[:60]!r}"
-            raise self._error(step, problem, 'print nothing, or {"force_n": 7.9}')
-        return force
+            return TypeAdapter(dict[str, FiniteFloat]).validate_json(output)["force_n"]
+        except (ValidationError, KeyError):
+            problem = f"{name} printed {output.strip()[:60]!r}"
+            raise RobotError(where, problem, 'print nothing, or {"force_n": 7.9}') from None
 
-    def _run(self, step: str, message: str, limit_s: float) -> tuple[int | None, str, str]:
-        """Return exit code (None after `limit_s`), standard output and standard error."""
-        # Files instead of pipes: a pipe ends only with the last process that has it.
-        with TemporaryFile() as output, TemporaryFile() as errors:
+    def _run(self, message: str, limit_s: float) -> tuple[int, str, str]:
+        """Return exit code, standard output and standard error of the program."""
+        pipe = subprocess.PIPE
+        with subprocess.Popen(
+            self._program.command, stdin=pipe, stdout=pipe, stderr=pipe, text=True,
+            errors="replace", start_new_session=True,
+        ) as process:  # fmt: skip
             try:
-                program = subprocess.Popen(
-                    self._settings.command,
-                    stdin=subprocess.PIPE,
-                    stdout=output,
-                    stderr=errors,
-                    start_new_session=True,  # its child processes are ended with it
-                )
-            except OSError as error:
-                problem = f"cannot be started ({error.strerror})"
-                raise self._error(step, problem, "correct it") from None
-            code = None
-            try:
-                with suppress(subprocess.TimeoutExpired):
-                    program.communicate(message.encode(), timeout=limit_s)
-                    code = program.returncode
-            finally:
-                with suppress(ProcessLookupError):  # all have ended
-                    os.killpg(program.pid, signal.SIGKILL)
-                program.wait()
-            texts = []
-            for file in (output, errors):
-                file.seek(0)
-                texts.append(file.read().decode(errors="replace"))
-        return code, texts[0], texts[1]
-
-    def _error(self, step: str, problem: str, fix: str) -> RobotError:
-        return RobotError(f"robot, {step}", f"{self._settings.command[0]} {problem}", fix)
+                output, errors = process.communicate(message, timeout=limit_s)
+            except BaseException:  # the arm stops: its child processes are ended with it
+                with suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)
+                raise
+        return process.returncode, output, errors
 
 
-@contextmanager
-def open_command(settings: Mapping[str, Any], confirm: Confirm) -> Iterator[CommandRobot]:
-    """Yield a robot that runs programs. Raises DataError for wrong settings."""
-    try:
-        checked = CommandSettings.model_validate(settings)
-    except ValidationError as error:
-        raise describe(error, "protocol.robot_settings") from None
-    yield CommandRobot(checked)
-
-
-@contextmanager
-def open_robot(name: str, settings: Mapping[str, Any], confirm: Confirm) -> Iterator[Robot]:
-    """Yield the robot `name`. Raises DataError if it, or one of its settings, is wrong."""
-    with resolve_name(ROBOTS[name])(settings, confirm) as robot:
-        if not callable(getattr(robot, "move", None)):
-            problem = f"robot {name!r} has no method move(step, **about)"
-            raise DataError("protocol.robot", problem, "update its package")
-        yield robot
+def make_robot(program: RobotProgram | None, confirm: Confirm) -> Robot:
+    """Return the robot that runs `program`; None: a person, who gets requests by `confirm`."""
+    return ManualRobot(confirm) if program is None else CommandRobot(program)

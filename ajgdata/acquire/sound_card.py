@@ -61,7 +61,7 @@ class SoundCard:
             time = datetime.now(UTC).isoformat(timespec="milliseconds")
             samples, flags = self._line.play(sound.sound, len(sound.sound) + self._margin())
             xruns += len(flags)
-            arrived = arrival(samples, sound)
+            arrived = arrival(np.nan_to_num(samples), sound)
             if fault := self._fault(samples, flags, arrived):
                 faults.append(fault)
                 continue

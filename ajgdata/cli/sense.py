@@ -139,8 +139,7 @@ def _sensing(
     with (
         ended_by_signals(),
         open_hands(
-            paths, spec, source=source, card=card, robot="manual", robot_settings={}, seed=seed,
-            confirm=lambda text: None,
+            paths, spec, source=source, card=card, robot=None, seed=seed, confirm=lambda text: None
         ) as (robot, opened, _),
     ):  # fmt: skip
         yield _takes(spec, predictor, robot, opened, objects or [], seed)

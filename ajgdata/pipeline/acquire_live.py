@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
 from numpy.typing import NDArray
-from pydantic import JsonValue
 
 from ajgdata.acquire.card import CardSettings, card_settings
 from ajgdata.acquire.excitation import excitation_samples
@@ -17,7 +16,7 @@ from ajgdata.acquire.guided import GuidedAcquisition, Outcome
 from ajgdata.acquire.live_session import LiveSession, live_session
 from ajgdata.acquire.operator import Operator
 from ajgdata.acquire.protocol import plan_protocol, remaining
-from ajgdata.acquire.robot import Confirm, Robot, open_robot
+from ajgdata.acquire.robot import Confirm, Robot, make_robot
 from ajgdata.acquire.sound_card import open_card
 from ajgdata.acquire.virtual import Card, VirtualTable
 from ajgdata.paths import EXCITATION_FILE, Paths
@@ -31,6 +30,7 @@ from ajgdata.store.sessions import (
     read_session,
 )
 from ajgdata.types import NAME, AudioSettings, DataError, DatasetSpec, GraspProtocol
+from ajgdata.types.protocol import RobotProgram
 
 _NAME = re.compile(r"soundcard-(\d+)")
 VIRTUAL = "virtual"
@@ -57,11 +57,10 @@ def acquire_live(
     session = _checked_name(session or session_name(paths, dataset, protocol))
     settings = card_settings(sample_rate_hz=spec.audio.sample_rate_hz, **device)
     folder = paths.session(dataset, session)
-    # Settings of the robot may contain hosts and tokens, and a time limit may be raised.
-    plan = {"protocol": protocol.model_dump(mode="json", exclude={"robot_settings"})}
+    # The robot's command may contain hosts and tokens, and its time limit may be raised.
+    plan = {"protocol": protocol.model_dump(mode="json", exclude={"robot"})}
     with (
         open_session(folder, spec, settings, plan, gripper_of(spec)) as live,
-        open_robot(protocol.robot, protocol.robot_settings, operator.confirm) as robot,
         open_card(settings) as card,
     ):
         card.resume(live.latency_samples)
@@ -74,7 +73,7 @@ def acquire_live(
             window=spec.features.window,
             card=card,
             played=stored_excitation(folder, settings.sample_rate_hz),
-            robot=robot,
+            robot=make_robot(protocol.robot, operator.confirm),
             operator=operator,
         )
         try:
@@ -93,13 +92,13 @@ def _checked_name(session: str) -> str:
 
 def _check_robot(paths: Paths, dataset: str, protocol: GraspProtocol, operator: Operator) -> None:
     """Raise DataError for the robot of a fetched data set, and if a person is needed but absent."""
-    if protocol.robot == "manual":
+    if protocol.robot is None:
         if not operator.attended:
-            fix = "name the robot that places the objects, or leave out --yes"
-            raise DataError(paths.dataset(dataset), "protocol.robot: manual needs a person", fix)
+            fix = "set protocol.robot to a program that places the objects, or omit --yes"
+            raise DataError(paths.dataset(dataset), "a person must move the gripper", fix)
     elif paths.fetched_sums(dataset).is_file() or paths.source(dataset).is_file():
-        problem = f"the robot {protocol.robot!r} of a fetched data set does not start"
-        fix = "check protocol.robot_settings, then copy the protocol to a data set of your own"
+        problem = "the robot of a fetched data set does not start"
+        fix = "check protocol.robot, then copy the protocol to a data set of your own"
         raise DataError(paths.dataset(dataset), problem, fix)
 
 
@@ -112,7 +111,8 @@ def open_session(
 ) -> AbstractContextManager[LiveSession]:
     """Open the session at `folder`; its setup is `plan`, the card and the excitation of `spec`.
 
-    `about` are gripper and medium for session.yaml. Raises DataError as `live_session` does.
+    `about` has gripper, medium and source for session.yaml. Raises DataError as `live_session`
+    does.
     """
     sound = excitation_of(spec)
     setup = {
@@ -134,8 +134,9 @@ def stored_excitation(folder: Path, sample_rate_hz: int) -> NDArray[Any]:
 
 
 def gripper_of(spec: DatasetSpec) -> dict[str, str]:
-    """Return gripper and medium of a protocol, for session.yaml."""
-    return {key: getattr(spec.protocol, key, "unknown") for key in ("gripper", "medium")}
+    """Return gripper, medium and source of a protocol, for session.yaml."""
+    about = {key: getattr(spec.protocol, key, "unknown") for key in ("gripper", "medium")}
+    return {**about, "source": "soundcard"}
 
 
 def excitation_of(spec: DatasetSpec) -> NDArray[Any]:
@@ -183,28 +184,24 @@ def open_hands(
     *,
     source: str,
     card: Mapping[str, Any],
-    robot: str,
-    robot_settings: Mapping[str, JsonValue],
+    robot: RobotProgram | None,
     seed: int,
     confirm: Confirm,
 ) -> Iterator[tuple[Robot, Card, dict[str, str]]]:
-    """Yield robot and sound card, and `gripper` and `medium` for session.yaml.
+    """Yield robot and sound card, and `gripper`, `medium` and `source` for session.yaml.
 
     `source` is `soundcard` (`card` has its settings except the rate, which the data set declares)
     or `virtual`: the virtual gripper over the objects of the data set's recipe, drawn by `seed`,
     which needs no person. Raises DataError.
     """
-    with ExitStack() as stack:
-        if source != VIRTUAL:
-            settings = card_settings(**{**card, "sample_rate_hz": spec.audio.sample_rate_hz})
-            mover = stack.enter_context(open_robot(robot, robot_settings, confirm))
-            yield mover, stack.enter_context(open_card(settings)), gripper_of(spec)
-            return
+    if source == VIRTUAL:
         if spec.recipe is None:
             fix = "name a data set that has one, or use a sound card"
             raise DataError(paths.dataset(spec.name), "has no recipe to simulate", fix)
-        opened = None
-        if robot != "manual":
-            opened = stack.enter_context(open_robot(robot, robot_settings, confirm))
-        table = VirtualTable(spec.recipe, seed, paths.responses, opened)
-        yield table, table, {"gripper": "virtual", "medium": "virtual"}
+        moving = make_robot(robot, confirm) if robot else None
+        table = VirtualTable(spec.recipe, seed, paths.responses, moving)
+        yield table, table, {"gripper": "virtual", "medium": "virtual", "source": "virtual"}
+        return
+    settings = card_settings(**{**card, "sample_rate_hz": spec.audio.sample_rate_hz})
+    with open_card(settings) as opened:
+        yield make_robot(robot, confirm), opened, gripper_of(spec)

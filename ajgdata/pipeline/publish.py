@@ -96,7 +96,7 @@ def publish(
 def declaration_bytes(spec: DatasetSpec) -> bytes:
     """Return dataset.yaml with everything that the data set config takes over from another one."""
     # Settings of a robot are the laboratory's own: hosts, tokens.
-    private = {"protocol": {"robot_settings"}}
+    private = {"protocol": {"robot"}}
     return yaml_bytes(spec.model_dump(mode="json", exclude_defaults=True, exclude=private))
 
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ajgdata.acquire.card import DEVICE
 from ajgdata.acquire.robot import Confirm
 from ajgdata.acquire.virtual import Card
 from ajgdata.live.control import Control
@@ -73,12 +72,12 @@ def open_run(
     folder, log_file = paths.session(spec.name, session), paths.events(spec.name, session)
     target = spec.tasks[plan.task].target
     # Settings of the robot may contain hosts and tokens.
-    settings = plan.model_dump(mode="json", exclude={"robot_settings", "card"})
+    settings = plan.model_dump(mode="json", exclude={"robot", "card"})
     setup = {"sort": {**settings, "target": target}}
     with (
         open_hands(
-            paths, spec, source=plan.source, card=plan.card, robot=plan.robot,
-            robot_settings=plan.robot_settings, seed=plan.seed, confirm=confirm,
+            paths, spec, source=plan.source, card=plan.card, robot=plan.robot, seed=plan.seed,
+            confirm=confirm,
         ) as (robot, card, gripper),
         open_session(folder, spec, card.settings, setup, gripper) as live,
         EventLog(log_file) as log,
@@ -145,8 +144,8 @@ def _start_event(
         "bins": {**plan.bins, **({"rejected": plan.reject_bin} if plan.reject_bin else {})},
         "looks": plan.looks,
         "device": card.settings.device,
-        "robot": plan.robot,
-        "source": "simulated" if card.settings.device == DEVICE else "recorded",
+        "robot": "command" if plan.robot else "manual",
+        "source": "simulated" if plan.source == VIRTUAL else "recorded",
         **_means(paths.features(spec.name), spec.tasks[plan.task].target, predictor.classes),
     }
 

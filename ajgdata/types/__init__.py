@@ -35,7 +35,6 @@ from ajgdata.types.protocol import GraspProtocol
 from ajgdata.types.recipe import Recipe, RecipeObject
 from ajgdata.types.registry import (
     MODELS,
-    ROBOTS,
     Kind,
     Model,
 )

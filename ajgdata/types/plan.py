@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, JsonValue, model_validator
 
 from ajgdata.types.base import ModelName, Name, Strict
-from ajgdata.types.protocol import References, RobotName
+from ajgdata.types.protocol import References, RobotProgram
 
 #: Stands among the objects of a plan where nothing lies there.
 NOTHING = "empty"
@@ -74,8 +74,9 @@ class SortPlan(Strict):
         description="of a sound card: device, input_channel, output_channel, attempts; "
         "as the options of `ajgdata acquire`",
     )
-    robot: RobotName = Field("manual", description="who moves; manual: a person")
-    robot_settings: dict[str, JsonValue] = Field({}, description="settings of the robot, its own")
+    robot: RobotProgram | None = Field(
+        None, description="program that moves the gripper; null: a person"
+    )
 
     @model_validator(mode="after")
     def _has_what_it_needs(self) -> SortPlan:

@@ -7,13 +7,11 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, JsonValue, field_validator
+from pydantic import Field, field_validator
 
 from ajgdata.types.base import Distinct, Name, Strict
 from ajgdata.types.recipe import EMPTY
-from ajgdata.types.registry import ROBOTS
 
-RobotName = Annotated[Name, AfterValidator(ROBOTS.checked)]
 Step = Literal["loosen", "approach", "wait", "sense", "jam", "lift", "release"]
 #: The paper's: sensing happens at ambient pressure, before jamming.
 PAPER_SEQUENCE: tuple[Step, ...] = (
@@ -41,6 +39,15 @@ class References(Strict):
     )
 
 
+class RobotProgram(Strict):
+    """A program that makes one step of a grasp each time it runs."""
+
+    command: Annotated[tuple[str, ...], Field(min_length=1)] = Field(
+        description="program and arguments; gets one JSON object on its standard input"
+    )
+    timeout_s: float = Field(60.0, gt=0, description="of one step; then the program is ended")
+
+
 class GraspProtocol(Strict):
     """A protocol by which a session is recorded with a real gripper."""
 
@@ -65,8 +72,9 @@ class GraspProtocol(Strict):
         2.0, ge=0, description="between pressing and sensing, for grains to settle (paper: 2 s)"
     )
     sequence: tuple[Step, ...] = Field(PAPER_SEQUENCE, description="steps of one grasp (paper)")
-    robot: RobotName = Field("manual", description="who moves; manual: a person")
-    robot_settings: dict[str, JsonValue] = Field({}, description="settings of the robot, its own")
+    robot: RobotProgram | None = Field(
+        None, description="program that moves the gripper; null: a person"
+    )
 
     @field_validator("objects")
     @classmethod

@@ -1,7 +1,7 @@
-"""Registries of models and robots that a config may name.
+"""Registry of the models that a config may name.
 
-They are the only lists: choices in dataset.yaml, labels in the report, documentation and contract
-tests follow from them. A new entry is a line here; its function may be in any package that is
+It is the only list: choices in dataset.yaml, labels in the report, documentation and contract
+tests follow from it. A new entry is a line here; its function may be in any package that is
 installed, and is imported when it is used.
 """
 
@@ -106,15 +106,5 @@ MODELS = Registry(
             f"{_BASELINES}:support_vectors_plain", "SVM, plain", _SVM, several=False
         ),
         "cnn_one_scale": Model("ajgdata.models.cnn:cnn_one_scale", "CNN, one scale", _NETWORK),
-    },
-)
-#: Robots that a protocol may name, as `module:function`: a context manager, called with (settings,
-#: confirm), that yields a Robot (see `acquire.robot`). `settings` are the protocol's
-#: `robot_settings`; `confirm(text)` shows a text to the person and waits for Enter.
-ROBOTS = Registry(
-    "robot",
-    {
-        "manual": "ajgdata.acquire.robot:open_manual",
-        "command": "ajgdata.acquire.robot:open_command",
     },
 )

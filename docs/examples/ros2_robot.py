@@ -1,13 +1,11 @@
 """A ROS 2 arm as a robot: each step is one call, and what is sent is made by pure functions.
 
-In ROBOTS of ajgdata/types/registry.py: "ros2": "lab:open_ros2", for your package `lab`;
-then, in dataset.yaml: protocol: {robot: ros2, …}
+In dataset.yaml: protocol: {robot: {command: [python, ros2_robot.py]}, …}
 """
 
+import json
+import sys
 import time
-from contextlib import contextmanager
-
-from ajgdata.acquire.robot import RobotError
 
 PRESS = "/gripper/press"  # control_msgs/action/GripperCommand of an impedance controller
 PUMP = "/gripper/pump"  # std_srvs/srv/SetBool: true evacuates
@@ -31,42 +29,39 @@ def calls_of(step, force_n=5.0, bin=""):
 
 
 def force_of(answer):
-    """Return the force (N) in the answer to `approach`; RobotError if nothing was touched."""
+    """Return the force (N) in the answer to `approach`; exit if nothing was touched."""
     if not answer["stalled"]:
-        problem = f"met nothing at {answer['position']} m"
-        raise RobotError("approach", problem, "put the object there")
+        sys.exit(f"met nothing at {answer['position']} m; put the object there")
     return answer["effort"]
 
 
-class Ros2Robot:
-    """Robot (see acquire.robot) by `call(name, fields)`, which returns the answer's fields."""
-
-    def __init__(self, call):
-        self._call = call
-
-    def _make(self, step, **about):
-        return [self._call(*call) for call in calls_of(step, **about)][-1]
-
-    def move(self, step, **about):
-        """Make a step; after `halt` a person takes what is held out of the jammed gripper."""
-        match step:
-            case "approach" if not about["object"]:  # a reference: hang free
-                return self._make("lift")["effort"]
-            case "approach":
-                return force_of(self._make("approach", force_n=about["force_n"]))
-            case "hold":  # the controller does it
-                time.sleep(about["seconds"])
-            case "place":
-                self._make("place", bin=about["bin"])
-            case _:
-                self._make(step)
-        return None
+def make_step(call, step, **about):
+    """Make a step by `call(name, fields)`, which returns the answer's fields; return the force (N)
+    of `approach`. After `halt` a person takes what is held out of the jammed gripper."""
+    make = lambda step, **fields: [call(*one) for one in calls_of(step, **fields)][-1]  # noqa: E731
+    match step:
+        case "approach" if not about["object"]:  # a reference: hang free
+            return make("lift")["effort"]
+        case "approach":
+            return force_of(make("approach", force_n=about["force_n"]))
+        case "hold":  # the controller does it
+            time.sleep(about["seconds"])
+        case "place":
+            make("place", bin=about["bin"])
+        case _:
+            make(step)
+    return None
 
 
-@contextmanager
-def open_ros2(settings, confirm):
-    """Yield the robot; `lab.ros2.Node.call` sends with rclpy, waits, and raises RobotError."""
+def main():
+    """Make the step on standard input; `lab.ros2.Node.call` sends with rclpy, and waits."""
     from lab.ros2 import Node
 
-    with Node(**settings) as node:
-        yield Ros2Robot(node.call)
+    with Node() as node:
+        force_n = make_step(node.call, **json.load(sys.stdin))
+    if force_n is not None:
+        print(json.dumps({"force_n": force_n}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,22 +1,17 @@
-"""What every registered model, source and robot must do, by contract."""
-
-import sys
+"""What every registered model must do, by contract."""
 
 import numpy as np
 import pytest
 from sklearn.base import clone, is_classifier, is_regressor
 
-from ajgdata.acquire.robot import Placement, grasp_once, open_robot
 from ajgdata.loading import read_model
 from ajgdata.models import fit_model, make_model
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import Shard, text_column, write_store
 from ajgdata.types import (
     MODELS,
-    ROBOTS,
     Recipe,
 )
-from ajgdata.types.protocol import PAPER_SEQUENCE
 
 TARGETS = {"edge_mm": "regression", "shape": "classification"}
 RECIPE = Recipe(
@@ -71,20 +66,3 @@ def test_a_model_comes_back_from_disk_as_it_was(name, tmp_path, monkeypatch):
     fitted = fit_model(make_model(name, "classification", 3), x, y["shape"], np.array(grasp))
     assert np.array_equal(loaded.predict(x), fitted.predict(x))
     assert (about["model"], about["recordings"]) == (name, 24)
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_a_robot_grasps_and_lets_go(name):
-    """Every step returns, and the force is a number of N or not known."""
-    program = [sys.executable, "-c", "print('{\"force_n\": 8}')"]
-    settings = {"command": {"command": program}}.get(name, {})
-    forces = []
-    with open_robot(name, settings, lambda text: None) as robot:
-        place = Placement("cube_01", "cube", 1, 8.0)
-        grasp_once(robot, place, PAPER_SEQUENCE, 0.0, forces.append)
-        robot.move("place", bin="left")
-        robot.move("release")  # also when nothing is held
-        for held in ("cube", ""):
-            robot.move("halt", held=held)
-    assert len(forces) == 1
-    assert forces[0] is None or 0 <= forces[0] < 1000

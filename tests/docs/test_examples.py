@@ -13,14 +13,12 @@ from PIL import Image
 from recorded import make_features
 
 import ajgdata
-from ajgdata.acquire.robot import Placement, RobotError, grasp_once
 from ajgdata.cli.export import export_model
 from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire import acquire_all
 from ajgdata.pipeline.recipes import recipe_sessions
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.sessions import read_dataset
-from ajgdata.types.protocol import PAPER_SEQUENCE
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "examples"
 EDGES_MM = (12.0, 18.0, 24.0, 30.0)
@@ -169,10 +167,11 @@ def test_ros2_robot():
         calls.append((name, fields))
         return {"position": 0.03, "effort": 7.6, "stalled": fields.get("position") == 0}
 
-    robot, forces = found["Ros2Robot"](answer), []
-    grasp_once(robot, Placement("cube_01", "cube", 1, 8.0), PAPER_SEQUENCE, 0, forces.append)
-    robot.move("place", bin="A")
-    assert forces == [7.6]
+    steps = [{"step": step} for step in ("loosen", "approach", "jam", "lift", "release", "place")]
+    steps[1] |= {"object": "cube", "force_n": 8.0}
+    steps[-1] |= {"bin": "A"}
+    forces = [found["make_step"](answer, **step) for step in steps]
+    assert forces == [None, 7.6, None, None, None, None]
     up = ("/gripper/press", {"position": 0.10, "max_effort": 50.0})
     off, on = (("/gripper/pump", {"data": data}) for data in (False, True))
     assert calls == [
@@ -183,7 +182,7 @@ def test_ros2_robot():
         ("/gripper/press", {"position": 0.0, "max_effort": 5.0}), off, up,
         ("/bins/A", {}), off,
     ]  # fmt: skip
-    with pytest.raises(RobotError, match=r"approach: met nothing at 0.001 m; put the object there"):
+    with pytest.raises(SystemExit, match=r"met nothing at 0.001 m; put the object there"):
         found["force_of"]({"position": 0.001, "effort": 0.2, "stalled": False})
 
 

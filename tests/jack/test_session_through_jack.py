@@ -30,8 +30,7 @@ DECLARATION = {
         "samples_per_grasp": 2,
         "references": {"every": 4},
         "wait_s": 0,
-        "robot": "command",
-        "robot_settings": {"command": ["true"]},
+        "robot": {"command": ["true"]},
     },
 }
 

@@ -107,7 +107,7 @@ class Cell:
         with (
             live_session(
                 self.folder, setup={"sort": {"target": "label"}}, excitation=sound, played=SWEEP,
-                sample_rate_hz=RATE_HZ, about={"device": "fake"},
+                sample_rate_hz=RATE_HZ, about={"device": "fake", "source": "soundcard"},
             ) as session,
             EventLog(self.log_file) as log,
         ):  # fmt: skip

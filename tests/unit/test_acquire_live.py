@@ -187,7 +187,7 @@ def test_a_gain_that_was_moved_is_noticed_on_the_same_object_only(lab):
 def test_nobody_is_there(lab):
     faults = [*[Fault(delete=64, at=5_000)] * 9, Fault(gain=30.0)]
     lab.lines = [FakeLine(response(), noise=1e-4, faults=faults)]
-    declare(lab.paths, robot="command", robot_settings={"command": ["true"]})
+    declare(lab.paths, robot={"command": ["true"]})
     console = Console(file=io.StringIO(), width=200)
     _, done = lab.acquire(Unattended(console))
     assert list(done.skipped) == ["cube_01"]  # three grasps of three takes each
@@ -228,7 +228,7 @@ def test_targets_without_a_value_are_columns_to_fill_in(lab):
 
 
 def test_without_a_person_a_robot_is_needed(lab):
-    with pytest.raises(DataError, match="manual needs a person"):
+    with pytest.raises(DataError, match="a person must move the gripper"):
         lab.acquire(Unattended(Console(file=io.StringIO())))
 
 
@@ -289,10 +289,7 @@ def failing_robot(lab, tmp_path, step, at):
     program = tmp_path / "robot.py"
     program.write_text(FAILING)
     command = [sys.executable, str(program), str(tmp_path / "count"), step, str(at)]
-    declare(
-        lab.paths, robot="command", robot_settings={"command": command}, samples_per_grasp=1,
-        grasps_per_object=1,
-    )  # fmt: skip
+    declare(lab.paths, robot={"command": command}, samples_per_grasp=1, grasps_per_object=1)
 
 
 def test_a_person_decides_about_a_robot_that_fails(lab, tmp_path):

@@ -144,8 +144,7 @@ def robot(paths, jam_s):
 
 
 def test_sighup_ends_it_as_ctrl_c_does(paths):
-    settings = {"command": robot(paths, jam_s=60)}
-    declare(paths, samples_per_grasp=2, robot="command", robot_settings=settings)
+    declare(paths, samples_per_grasp=2, robot={"command": robot(paths, jam_s=60)})
     terminal = Terminal(paths.root)
     while "jam" not in (log := log_of(paths)):
         assert terminal.process.poll() is None
@@ -159,13 +158,12 @@ def test_sighup_ends_it_as_ctrl_c_does(paths):
 
 
 def test_the_robot_of_a_fetched_data_set_does_not_start(paths, monkeypatch):
-    settings = {"command": robot(paths, jam_s=0)}
-    declare(paths, robot="command", robot_settings=settings)
+    declare(paths, robot={"command": robot(paths, jam_s=0)})
     sums = paths.recordings("d") / "published" / "SHA256SUMS"
     sums.parent.mkdir(parents=True)
     sums.touch()
     monkeypatch.chdir(paths.root)
-    with pytest.raises(DataError, match="'command' of a fetched data set does not start"):
+    with pytest.raises(DataError, match="the robot of a fetched data set does not start"):
         CliRunner().invoke(app, [*COMMAND, "--yes"], catch_exceptions=False)
     assert log_of(paths) == []
 

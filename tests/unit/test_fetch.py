@@ -110,8 +110,8 @@ def test_another_name_without_tests_on_other_data_sets(tree, elsewhere):
 
 def test_settings_that_may_start_a_program_or_leave_the_folder_are_not_taken_over(tree, elsewhere):
     content = yaml.safe_load((tree / tree.DECLARATION).read_text())
-    arm = {"robot": "command", "robot_settings": {"command": ["sh", "-c", "touch pwned"]}}
-    content["protocol"] = {"objects": [{"name": "cube"}], **arm}
+    arm = {"command": ["sh", "-c", "touch pwned"]}
+    content["protocol"] = {"objects": [{"name": "cube"}], "robot": arm}
     content["imports"] = {"table": "/etc/passwd", "file": "{x}.wav"}
     (tree / tree.DECLARATION).write_text(yaml.safe_dump(content))
     reseal(tree)

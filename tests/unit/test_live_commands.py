@@ -222,8 +222,7 @@ case "$asked" in *'"jam"'*) sleep 30;; esac
 
 def test_sigterm_in_the_middle_of_a_step_halts_the_robot(run):
     """The robot's program sleeps while it jams: it is ended, and `halt` is its next step."""
-    settings = {"command": ["sh", "-c", ROBOT]}
-    made = plan(objects=["screw"], robot="command", robot_settings=settings, references=None)
+    made = plan(objects=["screw"], robot={"command": ["sh", "-c", ROBOT]}, references=None)
     log = Path("robot.log")
     log.touch()
     program = [sys.executable, "-c", "from ajgdata.cli import main; main()", "sort", made]

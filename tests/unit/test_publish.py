@@ -89,11 +89,11 @@ def test_the_card_says_what_was_left_out_and_is_no_html(world):
 
 
 def test_settings_of_a_robot_stay_at_home():
-    arm = {"robot": "command", "robot_settings": {"command": ["arm", "--token", "secret"]}}
-    protocol = {"objects": [{"name": "cube"}], **arm}
+    arm = {"command": ["arm", "--token", "secret"]}
+    protocol = {"objects": [{"name": "cube"}], "robot": arm}
     spec = DatasetSpec.model_validate({"name": "d", "protocol": protocol})
     published = yaml.safe_load(declaration_bytes(spec))
-    assert published["protocol"] == {"objects": [{"name": "cube"}], "robot": "command"}
+    assert published["protocol"] == {"objects": [{"name": "cube"}]}
 
 
 def test_a_changed_recording_is_not_published_and_the_old_tree_stays(project, tmp_path):

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from ajgdata.acquire.robot import Placement, RobotError, grasp_once, open_robot
-from ajgdata.types import DataError
-from ajgdata.types.protocol import PAPER_SEQUENCE
+from ajgdata.acquire.robot import Placement, RobotError, grasp_once, make_robot
+from ajgdata.types.protocol import PAPER_SEQUENCE, RobotProgram
 
 PLACE = Placement("cube_01", "cube", 1, 8.0)
 
@@ -54,15 +53,14 @@ def command(tmp_path: Path, program: str = PROGRAM, **settings):
     file = tmp_path / "robot.py"
     file.write_text(program)
     called = [sys.executable, str(file), str(tmp_path / "log")]
-    return open_robot("command", {"command": called, **settings}, print)
+    return make_robot(RobotProgram(command=called, **settings), print)
 
 
 def test_a_program_gets_every_step(tmp_path):
-    with command(tmp_path) as robot:
-        forces = []
-        grasp_once(robot, PLACE, PAPER_SEQUENCE, 1.5, forces.append)
-        robot.move("place", bin="A")
-        robot.move("halt", held="cube")
+    robot, forces = command(tmp_path), []
+    grasp_once(robot, PLACE, PAPER_SEQUENCE, 1.5, forces.append)
+    robot.move("place", bin="A")
+    robot.move("halt", held="cube")
     assert forces == [7.75]
     asked = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
     assert [one["step"] for one in asked] == [
@@ -84,8 +82,8 @@ def test_a_program_gets_every_step(tmp_path):
     ],
 )
 def test_a_program_that_fails_is_named(tmp_path, program, said):
-    with command(tmp_path, program) as robot, pytest.raises(RobotError, match=said) as error:
-        robot.move("approach", **vars(PLACE))
+    with pytest.raises(RobotError, match=said) as error:
+        command(tmp_path, program).move("approach", **vars(PLACE))
     assert str(error.value).startswith("robot, approach: ")
 
 
@@ -98,9 +96,8 @@ time.sleep(600)
 
 
 def test_a_program_that_hangs_is_ended_with_what_it_started(tmp_path):
-    limited = pytest.raises(RobotError, match="was not done after 1 s")
-    with command(tmp_path, HANGS, timeout_s=1.0) as robot, limited:
-        robot.move("jam")
+    with pytest.raises(RobotError, match="was not done after 1 s"):
+        command(tmp_path, HANGS, timeout_s=1.0).move("jam")
     state = Path("/proc", (tmp_path / "log").read_text(), "stat")
     end = time.monotonic() + 60
     while state.exists() and state.read_text().split()[2] != "Z":
@@ -108,17 +105,9 @@ def test_a_program_that_hangs_is_ended_with_what_it_started(tmp_path):
         time.sleep(0.01)
 
 
-@pytest.mark.parametrize(
-    "name, settings, said",
-    [
-        ("command", {}, "command is missing"),
-        ("command", {"command": ["x"], "timeout": 1}, "unknown key timeout"),
-        ("manual", {"speed": 1}, "manual has no settings"),
-    ],
-)
-def test_wrong_settings_are_named(name, settings, said):
-    with pytest.raises(DataError, match=said), open_robot(name, settings, print):
-        pass
+def test_a_program_that_is_missing_is_named():
+    with pytest.raises(RobotError, match="no-such-arm cannot be started"):
+        make_robot(RobotProgram(command=["no-such-arm"]), print).move("jam")
 
 
 def test_a_failing_robot_lets_go_once_and_only_after_it_touched_something():
@@ -142,10 +131,10 @@ def test_a_robot_lets_go_when_sensing_is_interrupted():
 
 def test_a_person_is_told_once_a_grasp():
     said = []
-    with open_robot("manual", {}, said.append) as robot:
-        grasp_once(robot, PLACE, PAPER_SEQUENCE, 0, said.append)
-        robot.move("approach", **vars(Placement("empty_01", "", 1, 8.0)))
-        robot.move("halt", held="cube")
+    robot = make_robot(None, said.append)
+    grasp_once(robot, PLACE, PAPER_SEQUENCE, 0, said.append)
+    robot.move("approach", **vars(Placement("empty_01", "", 1, 8.0)))
+    robot.move("halt", held="cube")
     assert said == [
         "loosen the gripper and press it on cube with 8 N",
         None,
