@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -59,7 +58,6 @@ class GuidedAcquisition:
     robot: Robot
     operator: Operator
     _problems: list[Problem] = field(default_factory=list)
-    _spent_s: list[float] = field(default_factory=list)
     _recorded: int = 0
     _reason: str = ""
 
@@ -69,13 +67,10 @@ class GuidedAcquisition:
         total = len(self.planned)
         while queue:
             grasp = queue[0]
-            left_s = float(np.mean(self._spent_s)) * len(queue) if self._spent_s else None
-            self.operator.announce(grasp, total - len(queue), total, left_s)
-            start = time.monotonic()
+            self.operator.announce(grasp, total - len(queue), total)
             choice = self._grasp(grasp)
             if choice is Choice.KEEP:
                 queue.pop(0)
-                self._spent_s.append(time.monotonic() - start)
             elif choice is Choice.SKIP:
                 self.session.skip(grasp, self._reason)
                 queue.pop(0)

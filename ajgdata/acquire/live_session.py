@@ -127,12 +127,6 @@ class LiveSession:
         self.reject(grasp)
         self._write_session({"skipped": {**self.skipped, grasp.name: reason}})
 
-    def note(self, text: str) -> None:
-        """Add a line to the operator's notes, unless they contain it."""
-        notes = read_session(self.folder).notes
-        if text and text not in notes.splitlines():
-            self._write_session({"notes": f"{notes}\n{text}".strip()})
-
     def update_acquisition(self, **keys: Any) -> None:
         """Set keys of types.Acquisition in session.yaml."""
         known = read_session(self.folder).acquisition

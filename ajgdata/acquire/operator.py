@@ -46,12 +46,10 @@ class Operator:
     def __init__(self, console: Console) -> None:
         self._console = console
 
-    def announce(self, grasp: PlannedGrasp, done: int, total: int, left_s: float | None) -> None:
-        """Print the next grasp, how many are `done`, and the estimated remaining time."""
+    def announce(self, grasp: PlannedGrasp, done: int, total: int) -> None:
+        """Print the next grasp, and how many are `done`."""
         name = grasp.object or f"{grasp.reference} (reference)"
-        left = "" if left_s is None else f", {_minutes(left_s)} left"
-        text = f"[b]{done + 1} of {total}[/b]{left}: [b]{escape(name)}[/b], number {grasp.number}"
-        self._print(text)
+        self._print(f"[b]{done + 1} of {total}: {escape(name)}[/b], number {grasp.number}")
 
     def confirm(self, text: str) -> None:
         """Print a request and wait for Enter. Raises Decision for s and q."""
@@ -100,50 +98,21 @@ class Operator:
 
 
 class Unattended(Operator):
-    """Nobody (`--yes`): keeps a grasp if possible, tries it three times, then skips it.
-
-    Instead of skipping a third grasp in a row it quits.
-    """
+    """Nobody (`--yes`): keeps a grasp if possible, otherwise skips it."""
 
     attended = False
-    _LIMIT = 3
-
-    def __init__(self, console: Console) -> None:
-        super().__init__(console)
-        self._grasp, self._tries = "", 0
-        self._in_a_row, self._skipped = 0, False
-
-    def announce(self, grasp: PlannedGrasp, done: int, total: int, left_s: float | None) -> None:
-        """Print the next grasp and count its tries."""
-        if grasp.name != self._grasp:
-            self._in_a_row = self._in_a_row if self._skipped else 0
-            self._grasp, self._tries, self._skipped = grasp.name, 0, False
-        self._tries += 1
-        super().announce(grasp, done, total, left_s)
 
     def confirm(self, text: str) -> None:
         """Do nothing."""
 
     def decide(self, problem: str, choices: Sequence[Choice]) -> Choice:
-        """Print a problem and the choice: keep if offered, else redo, else skip, else quit."""
-        choice = self._choice(choices)
+        """Print a problem and the choice."""
+        choice = Choice.KEEP if Choice.KEEP in choices else Choice.SKIP
         self._print(f"  [yellow]{escape(problem)}; {choice.value}[/yellow]")
         return choice
-
-    def _choice(self, choices: Sequence[Choice]) -> Choice:
-        if Choice.KEEP in choices:
-            return Choice.KEEP
-        if self._tries < self._LIMIT:
-            return Choice.REDO
-        self._skipped, self._in_a_row = True, self._in_a_row + 1
-        return Choice.SKIP if self._in_a_row < self._LIMIT else Choice.QUIT
 
 
 def meter(peak_dbfs: float) -> str:
     """Return a bar that is full at 0 dB of full scale and empty 60 dB below."""
     filled = int(np.clip(np.ceil(_METER * (1 + peak_dbfs / 60)), 0, _METER))
     return "█" * filled + "·" * (_METER - filled)
-
-
-def _minutes(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"

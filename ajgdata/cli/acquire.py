@@ -40,22 +40,19 @@ def acquire(
             "--yes", help="run unattended: answer each prompt by default", rich_help_panel=_CARD
         ),
     ] = False,
-    notes: Annotated[str, typer.Option(help="notes for session.yaml", rich_help_panel=_CARD)] = "",
 ) -> None:
     """Record the missing grasps of recipes, or of a protocol. Safe to interrupt."""
     if not device:
-        if yes or notes or (input_channel, output_channel) != (1, 1):
+        if yes or (input_channel, output_channel) != (1, 1):
             raise DataError("ajgdata acquire", "has options of a sound card", "add --device")
         _record_recipes(dataset or [], session)
     if len(dataset or []) != 1:
         raise DataError("--device", "needs one data set", "ajgdata acquire NAME --device …")
     card = {"device": device, "input_channel": input_channel, "output_channel": output_channel}
-    _record_protocol((dataset or [""])[0], session, card, yes, notes)
+    _record_protocol((dataset or [""])[0], session, card, yes)
 
 
-def _record_protocol(
-    dataset: str, session: str, card: dict[str, Any], yes: bool, notes: str
-) -> None:
+def _record_protocol(dataset: str, session: str, card: dict[str, Any], yes: bool) -> None:
     from ajgdata.acquire.operator import Operator, Unattended
     from ajgdata.paths import find_project
     from ajgdata.pipeline.acquire_live import acquire_live
@@ -64,9 +61,7 @@ def _record_protocol(
     paths = find_project()
     try:
         with ended_by_signals():
-            name, done = acquire_live(
-                paths, dataset, session, device=card, operator=operator, notes=notes
-            )
+            name, done = acquire_live(paths, dataset, session, device=card, operator=operator)
     except KeyboardInterrupt:
         say(f"stopped; recordings are kept: {_AGAIN}")
         raise typer.Exit(130) from None

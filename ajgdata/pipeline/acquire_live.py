@@ -29,7 +29,8 @@ from ajgdata.store.sessions import (
     read_recordings,
     read_session,
 )
-from ajgdata.types import NAME, AudioSettings, DataError, DatasetSpec, GraspProtocol
+from ajgdata.types import AudioSettings, DataError, DatasetSpec, GraspProtocol
+from ajgdata.types.base import checked_name
 from ajgdata.types.protocol import RobotProgram
 
 _NAME = re.compile(r"soundcard-(\d+)")
@@ -43,7 +44,6 @@ def acquire_live(
     *,
     device: Mapping[str, Any],
     operator: Operator,
-    notes: str = "",
 ) -> tuple[str, Outcome]:
     """Record the missing grasps of a protocol; return the session's name and the outcome.
 
@@ -54,7 +54,7 @@ def acquire_live(
     protocol = protocol_of(paths, spec)
     _check_robot(paths, dataset, protocol, operator)
     check_one_kind(paths, spec, list_sessions(paths, dataset), adding=False)
-    session = _checked_name(session or session_name(paths, dataset, protocol))
+    session = checked_name(session or session_name(paths, dataset, protocol), "session")
     settings = card_settings(sample_rate_hz=spec.audio.sample_rate_hz, **device)
     folder = paths.session(dataset, session)
     # The robot's command may contain hosts and tokens, and its time limit may be raised.
@@ -64,7 +64,6 @@ def acquire_live(
         open_card(settings) as card,
     ):
         card.resume(live.latency_samples)
-        live.note(notes)
         acquisition = GuidedAcquisition(
             session=live,
             planned=plan_protocol(protocol, session),
@@ -80,14 +79,6 @@ def acquire_live(
             return session, acquisition.run()
         finally:
             store_card(live, card)
-
-
-def _checked_name(session: str) -> str:
-    """Return the name of a session. Raises DataError for an invalid name."""
-    if not NAME.fullmatch(session):
-        fix = "use letters, digits, _ and -"
-        raise DataError("--session", f"no session can have the name {session!r}", fix)
-    return session
 
 
 def _check_robot(paths: Paths, dataset: str, protocol: GraspProtocol, operator: Operator) -> None:

@@ -47,8 +47,8 @@ class Scripted:
         self.decisions, self.confirms = list(decisions), dict(confirms or {})
         self.asked, self.usual_dbfs, self.announced, self.problems = [], [], [], []
 
-    def announce(self, grasp, done, total, left_s):
-        self.announced.append((grasp.name, done, total, left_s))
+    def announce(self, grasp, done, total):
+        self.announced.append((grasp.name, done, total))
 
     def confirm(self, text):
         self.asked.append(text)
@@ -90,11 +90,8 @@ class Lab:
         finally:
             card.close()
 
-    def acquire(self, operator, session="", notes="", **device):
-        return acquire_live(
-            self.paths, "d", session, device={"device": "fake", **device}, operator=operator,
-            notes=notes,
-        )  # fmt: skip
+    def acquire(self, operator, session=""):
+        return acquire_live(self.paths, "d", session, device={"device": "fake"}, operator=operator)
 
     def folder(self, session="soundcard-01"):
         return self.paths.session("d", session)

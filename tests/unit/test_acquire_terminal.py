@@ -1,10 +1,8 @@
-"""The whole command at a pseudo-terminal, as over SSH: lines in, lines out, no display, no keys."""
+"""The whole command: lines in, lines out, as over SSH."""
 
 import json
 import os
-import pty
 import re
-import select
 import signal
 import subprocess
 import sys
@@ -25,56 +23,14 @@ HERE = Path(__file__).parent
 COMMAND = ["acquire", "d", "--device", "fake"]
 
 
-def _hears_hang_up():
-    """Undo what `nohup` does, under which a test may run."""
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)
-
-
-class Terminal:
-    """A program at a pseudo-terminal of its own; without DISPLAY, as a login over SSH has it."""
-
-    def __init__(self, root, *arguments, faults=()):
-        self.master, slave = pty.openpty()
-        environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "COLUMNS")}
-        environment |= {"TERM": "vt100", "FAULTS": json.dumps(faults)}
-        program = [sys.executable, str(HERE / "live_program.py"), *COMMAND, *arguments]
-        self.process = subprocess.Popen(
-            program, cwd=root, stdin=slave, stdout=slave, stderr=slave, env=environment,
-            start_new_session=True,
-            preexec_fn=_hears_hang_up,  # noqa: PLW1509 - no threads here
-        )  # fmt: skip
-        os.close(slave)
-        self.text = ""
-
-    def expect(self, text, limit_s=60.0):
-        """Read until `text` comes; return what came before it."""
-        end = time.monotonic() + limit_s
-        while text not in self.text:
-            assert time.monotonic() < end, f"no {text!r} in {self.text!r}"
-            if select.select([self.master], [], [], 0.2)[0]:
-                self.text += self._read()
-        before, _, self.text = self.text.partition(text)
-        return before
-
-    def type(self, text):
-        os.write(self.master, f"{text}\n".encode())
-
-    def end(self, limit_s=60.0):
-        """Return the exit code and the last words."""
-        end = time.monotonic() + limit_s
-        while more := self._read(max(0.0, end - time.monotonic())):
-            self.text += more
-        os.close(self.master)
-        return self.process.wait(60), self.text
-
-    def _read(self, limit_s=60.0):
-        if not select.select([self.master], [], [], limit_s)[0]:
-            self.process.kill()
-            raise AssertionError(f"it goes on after {self.text!r}")
-        try:
-            return re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", os.read(self.master, 65536).decode())
-        except OSError:  # the other end is closed
-            return ""
+def started(root, faults=()):
+    """Start the command with a fake card; `nohup`, under which a test may run, ignores SIGHUP."""
+    program = [sys.executable, str(HERE / "live_program.py"), *COMMAND]
+    return subprocess.Popen(
+        program, cwd=root, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        text=True, env=os.environ | {"FAULTS": json.dumps(faults)},
+        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL),  # noqa: PLW1509
+    )  # fmt: skip
 
 
 @pytest.fixture
@@ -90,37 +46,19 @@ def qualities(paths):
     }
 
 
-def test_keep_redo_skip_quit_at_a_terminal(paths):
+def test_keep_redo_skip_quit(paths):
+    """Enter confirms a grasp; x is no answer; a closed input quits."""
     loud = {"gain": 30.0}
-    terminal = Terminal(paths.root, faults=[loud, {}, loud, loud])
-    terminal.expect("1 of 4")
-    assert "press it on cube with 8 N" in terminal.expect("then Enter")
-    terminal.type("")
-    terminal.expect("clipped")
-    terminal.expect("k: keep, r: redo, s: skip, q: quit?")
-    terminal.type("x")  # is no answer
-    terminal.expect("q: quit?")
-    terminal.type("r")
-    terminal.expect("1 of 4")
-    terminal.expect("then Enter")
-    terminal.type("")
-    level = terminal.expect("2 of 4")
-    assert re.search(r"█+·* +-\d+\.\d dBFS", level)
-    assert " left" in terminal.expect("ball")
-    terminal.expect("then Enter")
-    terminal.type("")
-    terminal.expect("q: quit?")
-    terminal.type("keep")
-    terminal.expect("3 of 4")
-    terminal.expect("then Enter")
-    terminal.type("")
-    assert "dBFS (usually -" in terminal.expect("q: quit?")
-    terminal.type("skip")
-    terminal.expect("then Enter")
-    terminal.type("q")
-    code, said = terminal.end()
-    assert (code, "d/soundcard-01: 4 recorded, 1 grasps left" in said) == (1, True), said
-    assert "skipped cube_02" in said
+    process = started(paths.root, [loud, {}, loud, loud])
+    said, _ = process.communicate("\nx\nr\n\n\nkeep\n\nskip\nq\n", timeout=100)
+    assert process.returncode == 1
+    expected = (
+        "1 of 4: cube", "press it on cube with 8 N; then Enter", "clipped",
+        "k: keep, r: redo, s: skip, q: quit?", "q: quit?", "1 of 4", r"█+·* +-\d+\.\d dBFS",
+        "2 of 4: ball", "clipped", "3 of 4: cube", r"dBFS \(usually -", "clipped", "4 of 4: ball",
+        "d/soundcard-01: 4 recorded, 1 grasps left", "skipped cube_02",
+    )  # fmt: skip
+    assert re.search(".*".join(expected), said, re.DOTALL), said
     assert qualities(paths) == {
         "cube_01_1": "reject", "cube_01-2_1": "ok", "ball_01_1": "clipped", "cube_02_1": "reject",
     }  # fmt: skip
@@ -145,13 +83,13 @@ def robot(paths, jam_s):
 
 def test_sighup_ends_it_as_ctrl_c_does(paths):
     declare(paths, samples_per_grasp=2, robot={"command": robot(paths, jam_s=60)})
-    terminal = Terminal(paths.root)
+    process = started(paths.root)
     while "jam" not in (log := log_of(paths)):
-        assert terminal.process.poll() is None
+        assert process.poll() is None
         time.sleep(0.02)
-    os.kill(terminal.process.pid, signal.SIGHUP)
-    code, said = terminal.end()
-    assert (code, "Traceback" in said) == (128 + signal.SIGHUP, False), said
+    process.send_signal(signal.SIGHUP)
+    said, _ = process.communicate(timeout=60)
+    assert (process.returncode, "Traceback" in said) == (128 + signal.SIGHUP, False), said
     assert log_of(paths) == [*log, "release"]  # it does not press on
     assert qualities(paths) == {"cube_01_1": "ok", "cube_01_2": "ok"}
     assert read_session(paths.session("d", "soundcard-01")).acquisition.finished
