@@ -18,6 +18,8 @@ from typing import Any
 
 import numpy as np
 
+from ajgdata.acquire.card import CardSettings
+from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.protocol import (
     ATTEMPT,
     PLANNED,
@@ -29,11 +31,11 @@ from ajgdata.acquire.protocol import (
 )
 from ajgdata.acquire.writer import SETUP_COLUMN, recording_alone
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE
-from ajgdata.store.audio import file_sha256, write_pcm24
-from ajgdata.store.files import replacing_folder
+from ajgdata.store.audio import file_sha256, pcm24_bytes, write_pcm24
+from ajgdata.store.files import replacing_folder, sha256_of
 from ajgdata.store.provenance import software
 from ajgdata.store.sessions import read_recordings, read_session, write_recordings, write_session
-from ajgdata.types import Acquisition, DataError, Excitation, ExcitationSpec, Recording, Session
+from ajgdata.types import Acquisition, DataError, DatasetSpec, Excitation, Recording, Session
 
 REJECTED = "reject"
 
@@ -166,27 +168,41 @@ class LiveSession:
         ]
 
 
+def excitation_of(spec: DatasetSpec) -> np.ndarray:
+    """Return the samples (n,) of the excitation of a data set, at its rate."""
+    try:
+        return excitation_samples(spec.excitation, spec.audio.sample_rate_hz)
+    except ValueError as error:
+        fix = "change it, or audio.sample_rate_hz"
+        raise DataError(f"data set {spec.name}", str(error), fix) from None
+
+
 @contextmanager
 def live_session(
     folder: Path,
-    *,
-    setup: Mapping[str, Any],
-    excitation: np.ndarray,
-    played: ExcitationSpec,
-    sample_rate_hz: int,
-    about: Mapping[str, Any],
+    spec: DatasetSpec,
+    card: CardSettings,
+    plan: Mapping[str, Any],
+    about: Mapping[str, str],
 ) -> Iterator[LiveSession]:
     """Yield the session at `folder`, created if there is none, and mark it finished at the end. A
     session without recordings is then removed.
 
-    `excitation` (n,) in [-1, 1] is the sound that `played` specifies, `about` has other keys of
-    types.Session, of which `source` is required. Raises DataError if another process records into
-    it, or if it was recorded with another setup.
+    Its setup is `plan`, the card and the excitation of `spec`; `about` has gripper, medium and
+    source for session.yaml, of which `source` is required. Raises DataError if another process
+    records into it, or if it was recorded with another setup.
     """
+    sound = excitation_of(spec)
+    setup = {
+        **plan,
+        "device": card.model_dump(mode="json", exclude={"attempts"}),
+        "excitation": spec.excitation.model_dump(mode="json"),
+        "excitation_sha256": sha256_of(pcm24_bytes(sound, card.sample_rate_hz)),
+    }
     with recording_alone(folder):
         _discard_if_empty(folder)  # its setup may have been another one
         if not folder.exists():
-            _create(folder, setup, excitation, played, sample_rate_hz, about)
+            _create(folder, spec, card, setup, about)
         _check_setup(folder, setup)
         session = LiveSession(folder, setup)
         session.update_acquisition(finished=False)
@@ -199,25 +215,26 @@ def live_session(
 
 def _create(
     folder: Path,
+    spec: DatasetSpec,
+    card: CardSettings,
     setup: Mapping[str, Any],
-    excitation: np.ndarray,
-    played: ExcitationSpec,
-    sample_rate_hz: int,
     about: Mapping[str, Any],
 ) -> None:
     """Write a session without recordings, in one step."""
+    sound = excitation_of(spec)
     with replacing_folder(folder) as new:
         (new / AUDIO_FOLDER).mkdir()
-        write_pcm24(new / EXCITATION_FILE, excitation, sample_rate_hz)
-        peak = float(np.abs(excitation).max())
+        write_pcm24(new / EXCITATION_FILE, sound, card.sample_rate_hz)
+        peak = float(np.abs(sound).max())
         session = Session(
             session_id=folder.name,
-            sample_rate_hz=sample_rate_hz,
+            sample_rate_hz=card.sample_rate_hz,
+            device=card.device,
             excitation=Excitation(
                 file=EXCITATION_FILE,
                 sha256=file_sha256(new / EXCITATION_FILE),
-                description=played.description,
-                settings=played.model_dump(mode="json"),
+                description=spec.excitation.description,
+                settings=spec.excitation.model_dump(mode="json"),
             ),
             software=f"ajgdata {software()['ajgdata_version']}",
             acquisition=Acquisition(

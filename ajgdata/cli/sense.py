@@ -156,8 +156,8 @@ def _takes(
     """Grasp, play, record and predict, without end."""
     import numpy as np
 
+    from ajgdata.acquire.live_session import excitation_of
     from ajgdata.acquire.robot import Placement
-    from ajgdata.pipeline.acquire_live import excitation_of
 
     played = excitation_of(spec).astype(np.float32)
     random = np.random.default_rng(seed)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from numpy.typing import NDArray
 
-from ajgdata.acquire.card import CardSettings, card_settings
-from ajgdata.acquire.excitation import excitation_samples
+from ajgdata.acquire.card import card_settings
 from ajgdata.acquire.guided import GuidedAcquisition, Outcome
 from ajgdata.acquire.live_session import LiveSession, live_session
 from ajgdata.acquire.operator import Operator
@@ -20,8 +19,7 @@ from ajgdata.acquire.robot import Confirm, Robot, make_robot
 from ajgdata.acquire.sound_card import open_card
 from ajgdata.acquire.virtual import Card, VirtualTable
 from ajgdata.paths import EXCITATION_FILE, Paths
-from ajgdata.store.audio import pcm24_bytes, read_audio
-from ajgdata.store.files import sha256_of
+from ajgdata.store.audio import read_audio
 from ajgdata.store.sessions import (
     check_one_kind,
     list_sessions,
@@ -60,7 +58,7 @@ def acquire_live(
     # The robot's command may contain hosts and tokens, and its time limit may be raised.
     plan = {"protocol": protocol.model_dump(mode="json", exclude={"robot"})}
     with (
-        open_session(folder, spec, settings, plan, gripper_of(spec)) as live,
+        live_session(folder, spec, settings, plan, gripper_of(spec)) as live,
         open_card(settings) as card,
     ):
         card.resume(live.latency_samples)
@@ -93,31 +91,6 @@ def _check_robot(paths: Paths, dataset: str, protocol: GraspProtocol, operator: 
         raise DataError(paths.dataset(dataset), problem, fix)
 
 
-def open_session(
-    folder: Path,
-    spec: DatasetSpec,
-    card: CardSettings,
-    plan: Mapping[str, Any],
-    about: Mapping[str, str],
-) -> AbstractContextManager[LiveSession]:
-    """Open the session at `folder`; its setup is `plan`, the card and the excitation of `spec`.
-
-    `about` has gripper, medium and source for session.yaml. Raises DataError as `live_session`
-    does.
-    """
-    sound = excitation_of(spec)
-    setup = {
-        **plan,
-        "device": card.model_dump(mode="json", exclude={"attempts"}),
-        "excitation": spec.excitation.model_dump(mode="json"),
-        "excitation_sha256": sha256_of(pcm24_bytes(sound, card.sample_rate_hz)),
-    }
-    return live_session(
-        folder, setup=setup, excitation=sound, played=spec.excitation,
-        sample_rate_hz=card.sample_rate_hz, about={**about, "device": card.device},
-    )  # fmt: skip
-
-
 def stored_excitation(folder: Path, sample_rate_hz: int) -> NDArray[Any]:
     """Return the excitation (n,) of a session, float32, as it is stored in 24 bits."""
     audio = AudioSettings(sample_rate_hz=sample_rate_hz)
@@ -128,15 +101,6 @@ def gripper_of(spec: DatasetSpec) -> dict[str, str]:
     """Return gripper, medium and source of a protocol, for session.yaml."""
     about = {key: getattr(spec.protocol, key, "unknown") for key in ("gripper", "medium")}
     return {**about, "source": "soundcard"}
-
-
-def excitation_of(spec: DatasetSpec) -> NDArray[Any]:
-    """Return the samples (n,) of the excitation of a data set, at its rate."""
-    try:
-        return excitation_samples(spec.excitation, spec.audio.sample_rate_hz)
-    except ValueError as error:
-        fix = "change it, or audio.sample_rate_hz"
-        raise DataError(f"data set {spec.name}", str(error), fix) from None
 
 
 def store_card(live: LiveSession, card: Card) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ajgdata.acquire.live_session import live_session
 from ajgdata.acquire.robot import Confirm
 from ajgdata.acquire.virtual import Card
 from ajgdata.live.control import Control
@@ -21,7 +22,6 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire_live import (
     VIRTUAL,
     open_hands,
-    open_session,
     store_card,
     stored_excitation,
 )
@@ -79,7 +79,7 @@ def open_run(
             paths, spec, source=plan.source, card=plan.card, robot=plan.robot, seed=plan.seed,
             confirm=confirm,
         ) as (robot, card, gripper),
-        open_session(folder, spec, card.settings, setup, gripper) as live,
+        live_session(folder, spec, card.settings, setup, gripper) as live,
         EventLog(log_file) as log,
     ):  # fmt: skip
         log.listen(listen)

@@ -10,6 +10,7 @@ import numpy as np
 from fake_card import RATE_HZ, FakeLine, fake_card
 from live_events import read_events
 
+from ajgdata.acquire.card import CardSettings
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.live_session import live_session
 from ajgdata.acquire.robot import Placement, RobotError
@@ -18,7 +19,7 @@ from ajgdata.live.events import EventLog
 from ajgdata.live.kept import KeptRun
 from ajgdata.live.predictor import Prediction, Verdict
 from ajgdata.live.sort import Sorter, arrivals
-from ajgdata.types import LogSweep
+from ajgdata.types import DatasetSpec, LogSweep
 from ajgdata.types.plan import SortPlan
 
 CLASSES = ("ball", "cube", "rod")
@@ -106,8 +107,8 @@ class Cell:
         sound = excitation_samples(SWEEP, RATE_HZ)
         with (
             live_session(
-                self.folder, setup={"sort": {"target": "label"}}, excitation=sound, played=SWEEP,
-                sample_rate_hz=RATE_HZ, about={"device": "fake", "source": "soundcard"},
+                self.folder, DatasetSpec(name="d", excitation=SWEEP), CardSettings(device="fake"),
+                {"sort": {"target": "label"}}, {"source": "soundcard"},
             ) as session,
             EventLog(self.log_file) as log,
         ):  # fmt: skip
