@@ -17,7 +17,7 @@ from ajgdata.paths import (
 )
 from ajgdata.pipeline.experiments import asked_for, models_of
 from ajgdata.pipeline.opening import KIND as OPENING_KIND
-from ajgdata.pipeline.opening import subject_of
+from ajgdata.pipeline.opening import OBJECT, subject_of
 from ajgdata.pipeline.plan import (
     Declared,
     errors_in_one_line,
@@ -74,8 +74,8 @@ with errors_in_one_line():
     if config["pages"] is not None:
         PAGES = [name for name in PAGES if name in config["pages"]]
     NAVIGATION = navigation_of(PATHS, SPECS, MEASURED, PAGES)
-    # Data set and task of the opening picture.
-    OPENING = subject_of(SPECS) if PAGES else None
+    # Data set of the opening picture.
+    OPENING = subject_of(SPECS) if PAGES else ""
 
 # The solver is checked if it simulates recordings.
 WITH_SOLVER = not config["quick"] and bool(SIMULATED)

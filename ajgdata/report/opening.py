@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from textwrap import fill
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -28,49 +28,34 @@ LOWEST_HZ, HIGHEST_HZ = 100.0, 20_000.0
 MOMENTS = ("sound leaves", "meets object", "comes back")
 
 
-class Decision(NamedTuple):
-    """Prediction of a held-out grasp: class, its probability, and the true class."""
-
-    model: str
-    predicted: str
-    probability: float
-    true: str
-
-
 @dataclass(frozen=True, eq=False)
 class Opening:
-    """One recording of one grasp: its scene, what was played, what was heard, what was decided.
+    """One recording of one grasp: its scene, the played sound, its spectrum, and its prediction.
 
-    The frames (n, up, across) of `film`, in the plane xz, are `moments_ms` (n,) after the pulse
-    left. `sweep` (samples,) was played at `sample_rate_hz`; `level_db` (bins,) is the recording's
-    feature at `frequency_hz` (bins,), in dB.
+    The times of `film` count from when the pulse left. `sweep` (samples,) was played at
+    `sample_rate_hz`; `level_db` (bins,) is the recording's feature at `frequency_hz` (bins,), in
+    dB. `object` is the true class; `model`, trained without this grasp, has `predicted` a class
+    with a `probability`.
     """
 
+    recording: str
     object: str
     scene: Scene
     film: Film
-    moments_ms: tuple[float, ...]
     sweep: Real
     sample_rate_hz: int
     frequency_hz: Real
     level_db: Real
-    decision: Decision
+    model: str
+    predicted: str
+    probability: float
 
 
-class Place(NamedTuple):
-    """Lower left corner and size of a part of the picture, in inches."""
-
-    left: float
-    bottom: float
-    width: float
-    height: float
-
-
-#: Size of the picture and places of its parts, in inches: all in a row.
+#: Size of the picture, and left, bottom, width and height of its parts, in inches.
 WIDTH_IN, HEIGHT_IN, FONT_PT = 11.6, 2.35, 10.5
-SWEEP, GRIPPER = Place(0.3, 0.48, 1.0, 1.45), Place(1.6, 0.1, 1.9, 2.05)
-FIELDS = [Place(3.78 + 1.36 * i, 0.48, 1.33, 1.45) for i in range(len(MOMENTS))]
-SPECTRUM, DECISION = Place(8.3, 0.48, 1.15, 1.45), Place(9.9, 0.48, 1.6, 1.45)
+SWEEP, GRIPPER = (0.3, 0.48, 1.0, 1.45), (1.6, 0.1, 1.9, 2.05)
+FIELDS = [(3.78 + 1.36 * i, 0.48, 1.33, 1.45) for i in range(len(MOMENTS))]
+SPECTRUM, DECISION = (8.3, 0.48, 1.15, 1.45), (9.9, 0.48, 1.6, 1.45)
 ARROWS_X, ARROW_Y, ARROW_IN = (1.36, 3.52, 7.84, 9.6), 1.15, 0.24
 
 
@@ -80,20 +65,20 @@ def opening_figure(opening: Opening) -> Figure:
     figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN))
     width, height = WIDTH_IN, HEIGHT_IN
 
-    def axes(place: Place) -> Axes:
+    def axes(place: tuple[float, float, float, float]) -> Axes:
         left, bottom, wide, high = place
         return figure.add_axes((left / width, bottom / height, wide / width, high / height))
 
     pt, cut = FONT_PT, section(opening.scene)
     _draw_sweep(axes(SWEEP), opening, pt)
     gripper = axes(GRIPPER)
-    draw_section(gripper, opening.scene, cut, opening.object, pt)
+    draw_section(gripper, opening.scene, cut, words(opening.object), pt)
     _bare(gripper, "", "", pt)
     for index, place in enumerate(map(axes, FIELDS)):
         draw_pressure(place, opening.scene, cut, opening.film, index)
-        _bare(place, MOMENTS[index], f"{opening.moments_ms[index]:.2f} ms", pt)
+        _bare(place, MOMENTS[index], f"{1e3 * opening.film.times_s[index]:.2f} ms", pt)
     _draw_spectrum(axes(SPECTRUM), opening, pt)
-    _draw_decision(axes(DECISION), opening.decision, pt)
+    _draw_decision(axes(DECISION), opening, pt)
     for x in ARROWS_X:
         ends = (x / width, ARROW_Y / height), ((x + ARROW_IN) / width, ARROW_Y / height)
         style: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 1.3 * pt, "lw": 1.8}
@@ -145,26 +130,26 @@ def _draw_spectrum(axes: Axes, opening: Opening, pt: float) -> None:
     axes.spines[["left", "bottom"]].set_visible(True)
 
 
-def _draw_decision(axes: Axes, decision: Decision, pt: float) -> None:
+def _draw_decision(axes: Axes, opening: Opening, pt: float) -> None:
     """Write the predicted class and its probability."""
-    sign = "✓" if decision.predicted == decision.true else f"✗ ({words(decision.true)})"
+    sign = "✓" if opening.predicted == opening.object else f"✗ ({words(opening.object)})"
     place: dict[str, Any] = {"ha": "center", "va": "center", "transform": axes.transAxes}
-    text = fill(f"{words(decision.predicted)} {sign}", 16)
+    text = fill(f"{words(opening.predicted)} {sign}", 16)
     axes.text(0.5, 0.6, text, fontsize=1.3 * pt, fontweight="bold", color=COLOURS[0], **place)
-    axes.text(0.5, 0.25, f"probability {decision.probability:.2f}", fontsize=0.95 * pt, **place)
-    _bare(axes, "decision", f"{decision.model}, new grasp", pt)
+    axes.text(0.5, 0.25, f"probability {opening.probability:.2f}", fontsize=0.95 * pt, **place)
+    _bare(axes, "decision", f"{opening.model}, new grasp", pt)
 
 
 def alt_text(opening: Opening) -> str:
     """Return the picture in words, for a person who cannot see it."""
-    moments = [f"{ms:.2f}" for ms in opening.moments_ms]
+    moments = [f"{1e3 * seconds:.2f}" for seconds in opening.film.times_s]
     seconds = number(len(opening.sweep) / opening.sample_rate_hz, 2)
-    model, predicted, probability, true = opening.decision
+    held = words(opening.object)
     return (
-        f"Simulated section of a jamming gripper that holds a {opening.object}: speaker and "
+        f"Simulated section of a jamming gripper that holds a {held}: speaker and "
         f"microphone in the roof, air, grains in a membrane. A sweep of {seconds} s goes in; "
-        f"the sound leaves the speaker ({moments[0]} ms), meets the {opening.object} "
-        f"({moments[1]} ms) and comes back ({moments[2]} ms); a spectrum comes out. {model}, "
-        f"trained without this grasp, predicts: {words(predicted)}, probability "
-        f"{probability:.2f}. It was a {words(true)}."
+        f"the sound leaves the speaker ({moments[0]} ms), meets the {held} "
+        f"({moments[1]} ms) and comes back ({moments[2]} ms); a spectrum comes out. "
+        f"{opening.model}, trained without this grasp, predicts: {words(opening.predicted)}, "
+        f"probability {opening.probability:.2f}. It was a {held}."
     )

@@ -116,7 +116,7 @@ def test_the_opening_picture_is_of_a_task_that_tells_objects(made):
     folder = str(made.paths.opening.parent.relative_to(made.root))
     listed = made.arguments("--dry-run", folder, *pages)
     assert snakemake_here(*listed) != 0
-    declared["tasks"]["kind"] = {"target": "object", "models": ["cnn", "knn"], "folds": 2}
+    declared["tasks"]["object"] = {"target": "object", "models": ["cnn", "knn"], "folds": 2}
     path.write_text(yaml.safe_dump(declared))
     planned = made.planned(folder, *pages)
     assert (planned["opening"], planned["experiment"], planned["acquire"]) == (1, 1, 2)

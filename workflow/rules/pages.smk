@@ -84,8 +84,8 @@ if OPENING:
 
     rule opening:
         input:
-            store=PATHS.features(OPENING.dataset),
-            tables=PATHS.experiment(OPENING.dataset, OPENING.task, OPENING_KIND),
+            store=PATHS.features(OPENING),
+            tables=PATHS.experiment(OPENING, OBJECT, OPENING_KIND),
         output:
             folder=directory(PATHS.opening.parent),
         log:
@@ -96,7 +96,7 @@ if OPENING:
             "../../environment.yml"
         params:
             function="opening:build_opening",
-            audio=SPECS[OPENING.dataset].audio.model_dump(mode="json"),
+            audio=SPECS[OPENING].audio.model_dump(mode="json"),
             code=layer_hash("report"),
         message:
             "The gripper in pictures"
