@@ -39,7 +39,7 @@ def kinds() -> list[Kind]:
         listed += [([sphere(size, material) for size in (30, 55, 80)], "concave")]
         off = PLATE_TOLERANCE_MM[name]
         plates = [box(100, 100, PLATE_MM + by, material) for by in (-off, off)]
-        listed += [(plates, support) for support in ("concave", "rubber")]
+        listed += [(plates, "concave")]
     return listed
 
 

@@ -71,8 +71,8 @@ def plan_command(scene: SceneArgument) -> None:
     say("")
     for part in plan.parts:
         state = "solved" if part.kept else "[yellow]omitted[/yellow]"
-        effect = "" if part.effect is None else f"(changes up to {part.effect:.2g}) "
-        say(f"{part.name:13} {state}: {effect}{escape(part.why)}")
+        effect = "" if part.effect is None else f" (changes up to {part.effect:.2g})"
+        say(f"{part.name:13} {state}{effect}")
 
 
 @gripper.command()

@@ -81,8 +81,7 @@ def learning_curve(
     seed is the model's as well. Impossible sizes are skipped. Raises NotPossibleError for fewer
     than two possible sizes (of several), and for a group of several classes.
     """
-    train, test = grouped_folds(data.value, data.group, kind, folds, seed)[0]
-    known, tested = data.where(train), data.where(test)
+    known, tested = map(data.where, grouped_folds(data.value, data.group, kind, folds, seed)[0])
     fewest = _fewest_groups(known)
     problem = f"a class has {fewest}; lower learning_curve.groups, or record more"
     others = dict.fromkeys((size for size in sizes if size > fewest), problem)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from ajgdata.evaluate.calibration import (
     with_temperature,
 )
 from ajgdata.evaluate.metrics import wrapped
-from ajgdata.evaluate.novelty import alarm, detection_rate
+from ajgdata.evaluate.novelty import Alarm, alarm, detection_rate
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.models import fit_named_model, make_model
 from ajgdata.types import Kind, NotPossibleError
@@ -48,13 +49,13 @@ class Calibration:
 
     folds: int
     groups: int
-    temperature: float | None
-    coverage: float | None
-    half_width: float | None
-    novelty_threshold: float | None
-    false_alarm: float | None
     false_alarm_stated: float
     problems: dict[str, str]
+    temperature: float | None = None
+    coverage: float | None = None
+    half_width: float | None = None
+    novelty_threshold: float | None = None
+    false_alarm: float | None = None
     detection_rate: float | None = None
 
     def plain(self) -> dict[str, Any]:
@@ -80,55 +81,60 @@ def calibration(
     """Return the calibration of `model`, trained on features (n, f) and `target` (n,).
 
     `groups` (n,) are held out whole; `grasp` (n,) and `objects` (n,) name the grasp and the object
-    of each recording. The same inputs and `seed` give the same numbers. What cannot be computed
-    (impossible folds, a model without probabilities, too few groups) is None, with the reason in
-    `problems`; nothing is raised.
+    of each recording. What cannot be computed (impossible folds, a model without probabilities,
+    too few groups) is None, with the reason in `problems`; nothing is raised.
     """
     problems: dict[str, str] = {}
-
-    def found(name: str, find: Callable[[], Any]) -> Any:
-        try:
-            return find()
-        except NotPossibleError as error:
-            problems[name] = str(error)
-            return None
-
-    t = half = None
     options: dict[str, Any] = {"model": model, "seed": seed, "limits": limits}
     with threadpool_limits(limits=1):
         if kind == "classification":
-            t = found(
-                "temperature", lambda: scaling_temperature(features, target, groups, **options)
-            )
+            find = partial(scaling_temperature, features, target, groups, **options)
+            believed = {"temperature": _found(problems, "temperature", find)}
         else:
-            half = found(
-                "half_width",
-                lambda: interval_half_width(
-                    features, target, groups, coverage, period=period, **options
-                ),
+            find = partial(
+                interval_half_width, features, target, groups, coverage, period=period, **options
             )
-        far = found(
-            "novelty_threshold",
-            lambda: alarm(features, grasp, groups, false_alarm=false_alarm, seed=seed),
-        )
-        rate = None
-        if far and objects is not None:
-            rate = found(
-                "detection_rate",
-                lambda: detection_rate(features, grasp, objects, far.threshold, seed=seed),
-            )
+            half = _found(problems, "half_width", find)
+            believed = {"half_width": half, "coverage": None if half is None else coverage}
+        believed |= _novelty(problems, features, grasp, groups, objects, false_alarm, seed)
     return Calibration(
-        folds=_folds(groups),
-        groups=len(np.unique(groups)),
-        temperature=t,
-        coverage=coverage if half is not None else None,
-        half_width=half,
-        novelty_threshold=far and far.threshold,
-        false_alarm=far and far.false_alarm,
-        false_alarm_stated=false_alarm,
-        problems=problems,
-        detection_rate=rate,
-    )
+        folds=_folds(groups), groups=len(np.unique(groups)), false_alarm_stated=false_alarm,
+        problems=problems, **believed,
+    )  # fmt: skip
+
+
+def _found(problems: dict[str, str], name: str, find: Callable[[], Any]) -> Any:
+    """Return the result of `find`; None if it is not possible, with the reason in `problems`."""
+    try:
+        return find()
+    except NotPossibleError as error:
+        problems[name] = str(error)
+        return None
+
+
+def _novelty(
+    problems: dict[str, str],
+    features: np.ndarray,
+    grasp: np.ndarray,
+    groups: np.ndarray,
+    objects: np.ndarray | None,
+    false_alarm: float,
+    seed: int,
+) -> dict[str, float | None]:
+    """Return threshold, false alarms and detection rate of novel objects."""
+    find = partial(alarm, features, grasp, groups, false_alarm=false_alarm, seed=seed)
+    far: Alarm | None = _found(problems, "novelty_threshold", find)
+    if far is None:
+        return {}
+    rate = None
+    if objects is not None:
+        detect = partial(detection_rate, features, grasp, objects, far.threshold, seed=seed)
+        rate = _found(problems, "detection_rate", detect)
+    return {
+        "novelty_threshold": far.threshold,
+        "false_alarm": far.false_alarm,
+        "detection_rate": rate,
+    }
 
 
 def _folds(groups: np.ndarray) -> int:

@@ -93,13 +93,6 @@ def normalised(values: NDArray[np.float64], normalisation: str) -> Float32:
     return (values / norm if norm else values).astype(np.float32)
 
 
-def in_band(
-    values: NDArray[Any], sample_rate_hz: float, settings: FeatureSettings
-) -> NDArray[np.float64]:
-    """Return those of values (window/2 + 1,) that lie in the band of the settings, (n_bins,)."""
-    return np.asarray(values[_band(sample_rate_hz, settings)], np.float64)
-
-
 def _check(samples: NDArray[Any], settings: FeatureSettings) -> int | None:
     """Return the exponent of two of the peak of usable samples, None when they are silent."""
     if samples.ndim != 1:

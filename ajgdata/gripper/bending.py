@@ -1,7 +1,7 @@
 """Bending of plates and spherical shells.
 
-A plate is Kirchhoff's with free edges on something soft, by Ritz; a thin spherical shell bends and
-stretches, free and empty.
+A plate is Kirchhoff's with free edges on a ring of rubber, by Ritz; a thin spherical shell bends
+and stretches, free and empty.
 """
 
 from __future__ import annotations
@@ -15,14 +15,12 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from ajgdata.gripper.contact import Spring, plane_modulus
+from ajgdata.gripper.contact import plane_modulus
 from ajgdata.gripper.objects import Material
 
 Real = NDArray[np.floating]
 #: Polynomials along each edge: the first five bending modes to 1e-4.
 POLYNOMIALS = 10
-#: Bounce and two tilts, which bend nothing.
-STIFF = 3
 #: Points around a ring: exact for all products of the polynomials.
 AROUND = 4 * POLYNOMIALS
 
@@ -135,25 +133,11 @@ class PlateModes:
         return np.asarray(self.weights @ self.plate.shapes(u, v))
 
 
-def plate_modes(plate: Plate, bed: Spring, count: int = 5) -> PlateModes:
-    """The first `count` bending modes of a plate on a Winkler foundation `bed`.
-
-    Minimises D/2 ∫ (w_xx + w_yy)² - 2(1-ν)(w_xx w_yy - w_xy²) dS over polynomials (Leissa 1969,
-    eq. 1.9; Ritz 1909). The uniform foundation leaves all shapes as they are and adds k/(ρh) to
-    each ω². Bounce and tilt, which bend nothing, are left to the column.
-    """
-    wanted = (STIFF, STIFF - 1 + count)
-    bent, vectors = eigh(plate.curved, plate.mass, subset_by_index=wanted)
-    held = bed.stiffness_n_m3 / plate.per_area
-    square = bent + held
-    loss = (plate.material.loss * bent + bed.loss * held) / square
-    return PlateModes(square, loss, vectors.T, plate)
-
-
 def ring_modes(plate: Plate, ring: Ring, load: Load | None = None, count: int = 8) -> PlateModes:
     """The first `count` modes of a plate that lies on a `ring` and carries `load`.
 
-    To the energy of bending comes k/2 ∮ w² ds, to the mass that of the load. Bounce and tilt are
+    Minimises the energy of bending (`Plate.curved`) over polynomials (Leissa 1969, eq. 1.9; Ritz
+    1909). To this energy comes k/2 ∮ w² ds, to the mass that of the load. Bounce and tilt are
     among the modes: on a line of support they bend the plate. As the ring hardens the plate is
     simply supported on it (Leissa 1969, chapters 2 and 4).
     """

@@ -22,12 +22,11 @@ from ajgdata.gripper.bending import (
     Plate,
     PlateModes,
     ShellModes,
-    plate_modes,
     ring_modes,
     shell_modes,
 )
 from ajgdata.gripper.column import Bed, Body, Stack, StackModes, bent_modes, skin, solve, stack
-from ajgdata.gripper.contact import GRAIN_SOLIDS, GRAVITY, Latex, Pack, Spring, seat
+from ajgdata.gripper.contact import GRAIN_SOLIDS, GRAVITY, Latex, Pack, seat
 from ajgdata.gripper.geometry import RASTER_M, Cavity
 from ajgdata.gripper.grid import FINER, Cells
 from ajgdata.gripper.medium import Air
@@ -40,7 +39,6 @@ from ajgdata.gripper.objects import (
     Material,
     Object,
     ObjectPart,
-    PartName,
     Sphere,
     material_of,
 )
@@ -185,21 +183,6 @@ def mode_list(
     return ModeList(cell.astype(np.int64), weight, np.ones(len(chosen)), resistance, square)
 
 
-def bending(
-    scene: Scene, where: Imprint, cells: Cells, body: Body, rest: Rest
-) -> tuple[PlateModes, Real] | None:
-    """Bending modes of a box on a sheet of rubber, and their shapes over the imprint (N, columns);
-    on anything else, and for other shapes, none."""
-    shape = scene.object
-    if not isinstance(shape, Box | Cube) or scene.support.kind != "rubber" or shape.shell_mm:
-        return None
-    if np.isinf(rest.stiffness):
-        return None
-    foundation = Spring(rest.stiffness / body.foot_m2, rest.loss)
-    modes = plate_modes(_plate(shape, body), foundation)
-    return modes, modes.at(*_from_centre(scene, shape, where, cells))
-
-
 def ringing(scene: Scene, where: Imprint, cells: Cells) -> tuple[ShellModes, Real] | None:
     """Modes of a thin hollow sphere, alike round the middle of its imprint, and their shapes over
     the imprint (N, columns), as the pressure from above sees them; of any other object none."""
@@ -260,15 +243,15 @@ def _from_centre(scene: Scene, shape: Object, where: Imprint, cells: Cells) -> t
     return np.clip(u, -length, length), np.clip(v, -width, width)
 
 
-def bending_list(
+def ringing_list(
     where: Imprint,
     cells: Cells,
-    modes: PlateModes | ShellModes,
+    modes: ShellModes,
     shapes: Real,
     chosen: NDArray[np.int64],
 ) -> ModeList:
-    """Return the `chosen` bending modes (indices) of `shapes` (N, columns), driven by the pressure
-    on the imprint."""
+    """Return the `chosen` modes of a shell (indices), of `shapes` (N, columns), driven by the
+    pressure on the imprint."""
     cell = where.lowest * cells.shape[1] * cells.shape[2] + where.column
     square = modes.square[chosen]
     resistance = modes.loss[chosen] * np.sqrt(square)
@@ -280,9 +263,6 @@ def bending_list(
 #: 95 % of its energy below 14 kHz. Studies measure what is lost.
 FASTEST_HZ = 21_000.0
 
-#: Modes of what bends or rings, and their shapes over the imprint (N, columns).
-Bent = tuple[PlateModes | ShellModes, Real] | None
-
 
 @dataclass(frozen=True)
 class Grasped:
@@ -293,22 +273,19 @@ class Grasped:
     modes: ModeList = NO_MODES
 
 
-def rigid(why: str) -> Grasped:
-    """Nothing under the membrane gives way."""
-    names: tuple[PartName, ...] = (*get_args(ObjectPart), "support")
-    return Grasped(tuple(Part(name, False, None, why) for name in names))
+#: Nothing under the membrane gives way.
+RIGID = Grasped(tuple(Part(name, False) for name in (*get_args(ObjectPart), "support")))
 
 
 def grasped(scene: Scene, shape: Cavity, cells: Cells, where: Imprint) -> Grasped:
     """Return the parts of the object of `scene`, and those that are solved as walls and modes."""
     held = body_of(scene, where, shape.force_n)
     if held is None:
-        return rigid("the object is rigid")
+        return RIGID
     body, rest = held
     limits = bounds(scene)
     absent = omitted(scene, limits)
-    bed = bed_of(scene, where, shape.force_n)
-    grains = None if "frame" in absent else bed
+    grains = None if "frame" in absent else bed_of(scene, where, shape.force_n)
     plate = on_rim(scene, where, cells, body)
     if plate is not None:
         stack = bent_modes(*plate, where.area, body, grains)
@@ -319,9 +296,9 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, where: Imprint) -> Graspe
     wanted = np.concatenate([[moves], np.repeat(rings, len(stack.square) - 1)])
     chosen = np.flatnonzero(wanted & _audible(stack.square))
     modes = mode_list(where, cells, stack, chosen) if len(chosen) else NO_MODES
-    bent: Bent = bending(scene, where, cells, body, rest) or ringing(scene, where, cells)
+    bent = ringing(scene, where, cells)
     if bent is not None and rings:
-        modes += bending_list(where, cells, *bent, np.flatnonzero(_audible(bent[0].square)))
+        modes += ringing_list(where, cells, *bent, np.flatnonzero(_audible(bent[0].square)))
     wall, film = _skins(scene, body)
     present: dict[ObjectPart, bool] = {
         "motion": moves,
@@ -333,9 +310,10 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, where: Imprint) -> Graspe
     below = wall if present["compliance"] else None
     yielding = film.over(below) if film is not None and present["film"] else below
     walls = NO_WALLS if yielding is None else skin_walls(where, cells, yielding)
-    told = _described(stack, bed, film)
-    parts = [Part(name, solved, limits.get(name), told[name]) for name, solved in present.items()]
-    return Grasped((*parts, _support(scene, moves or rings)), walls, modes)
+    parts = [Part(name, solved, limits.get(name)) for name, solved in present.items()]
+    # The support is felt through the object's motion and bending, and solved with them.
+    support = Part("support", scene.support.kind != "rigid" and (moves or rings))
+    return Grasped((*parts, support), walls, modes)
 
 
 def _skins(scene: Scene, body: Body) -> tuple[Skin, Film | None]:
@@ -347,34 +325,9 @@ def _skins(scene: Scene, body: Body) -> tuple[Skin, Film | None]:
     return wall, Film(gap, film_spring(gap, Air(air.temperature_c, air.pressure_pa)), membrane)
 
 
-def _described(modes: StackModes, bed: Bed | None, film: Film | None) -> dict[ObjectPart, str]:
-    first = np.sqrt(modes.square[0]) / (2 * np.pi)
-    grains = "no grains lie on the object"
-    if bed is not None:
-        speed = np.sqrt(bed.frame.modulus_pa / bed.frame.density)
-        grains = f"stress through the grains, {speed:.0f} m/s over {1e3 * bed.depth:.0f} mm"
-    trapped = "no air is trapped"
-    if film is not None:
-        trapped = f"{1e6 * film.thickness:.3g} µm of air under the membrane"
-    return {
-        "motion": f"first mode of the object on its support, {first:.0f} Hz",
-        "elastic": "higher modes of the object",
-        "compliance": "skin of the object under the imprint",
-        "film": trapped,
-        "frame": grains,
-    }
-
-
 def _audible(square: Real) -> NDArray[np.bool_]:
     """Modes that are slow enough to be solved, by their ω²."""
     return square < (2 * np.pi * FASTEST_HZ) ** 2
-
-
-def _support(scene: Scene, moves: bool) -> Part:
-    """The support is felt through the motion and bending of the object, and solved with them."""
-    if scene.support.kind == "rigid":
-        return Part("support", False, None, "the ground is rigid")
-    return Part("support", moves, None, "felt as far as the object moves on it")
 
 
 def where_grasped(scene: Scene, shape: Cavity, cells: Cells) -> Imprint | None:

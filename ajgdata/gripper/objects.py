@@ -86,14 +86,13 @@ GAP_UM: dict[MaterialName, tuple[float, float]] = {
 
 
 class Support(SceneModel):
-    """What the object lies on: the rigid ground, a sheet of rubber on it, or a concave piece of
-    rubber: a block with a dish in its top. Round objects lie in the dish, wide flat ones on its
-    rim, free over the hollow."""
+    """What the object lies on: the rigid ground, or a concave piece of rubber: a block with a dish
+    in its top. Round objects lie in the dish, wide flat ones on its rim, free over the hollow."""
 
-    kind: Literal["rigid", "rubber", "concave"] = "rigid"
+    kind: Literal["rigid", "concave"] = "rigid"
     thickness_mm: Annotated[float, Field(ge=0, le=1000)] = Field(
         5.0,
-        description="of the rubber sheet, or under the bottom of the dish; the paper gives none",
+        description="of the rubber under the bottom of the dish; the paper gives none",
     )
     rim_radius_mm: Annotated[float, Field(ge=5, le=200)] = Field(
         35.0, description="of the dish's rim, which carries a plate of 100 mm; the paper gives none"

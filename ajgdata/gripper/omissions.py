@@ -50,13 +50,12 @@ WITH_FRAME: frozenset[ObjectPart] = frozenset({"motion", "elastic"})
 
 @dataclass(frozen=True)
 class Part:
-    """One part of the physics: solved or left out, the bound of what leaving it out changes as a
-    relative change of a third octave or of the feature (None: not measured), and why."""
+    """One part of the physics: solved or left out, and the bound of what leaving it out changes as
+    a relative change of a third octave or of the feature (None: not measured)."""
 
     name: PartName
     kept: bool
-    effect: float | None
-    why: str
+    effect: float | None = None
 
 
 class Measured(SceneModel):
@@ -64,7 +63,7 @@ class Measured(SceneModel):
 
     shape: Literal["cube", "box", "cylinder", "rod", "sphere", "ellipsoid"]
     material: str
-    support: Literal["rigid", "rubber", "concave"]
+    support: Literal["rigid", "concave"]
     least_mm: tuple[Positive, Positive, Positive]
     most_mm: tuple[Positive, Positive, Positive]
     scenes: int

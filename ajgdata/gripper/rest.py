@@ -112,7 +112,7 @@ def rest_on(support: Support, thing: Object, material: Material, load: float) ->
         return Rest(foot_area(thing, load, float(own)), np.inf, 0.0)
     if lies_on_rim(support, thing):
         return _on_rim(support, thing)
-    if support.kind == "concave" and isinstance(thing, Sphere | Ellipsoid):
+    if isinstance(thing, Sphere | Ellipsoid):
         return _in_dish(support, thing, load)
     both = 1 / (1 / own + 1 / plane_modulus(RUBBER.young_pa, RUBBER.poisson))
     foot = foot_area(thing, load, float(both))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from ajgdata.gripper.geometry import Cavity, cavity
-from ajgdata.gripper.grasped_object import grasped, rigid, where_grasped
+from ajgdata.gripper.grasped_object import RIGID, grasped, where_grasped
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.membrane import membrane_walls
@@ -32,7 +32,7 @@ NOT_MODELLED = "air behind the drape"
 
 @dataclass(frozen=True)
 class Plan:
-    """A scene ready to march, and what of its physics is solved and why.
+    """A scene ready to march, and what of its physics is solved.
 
     `skin` is the membrane where sound from outside reaches it.
     """
@@ -144,15 +144,14 @@ def _parts(
     full = scene.medium.kind != "air"
     relaxing = full and scene.numerics.poles > 0
     where = where_grasped(scene, shape, cells)
-    touched = "nothing is touched" if scene.object is None else "the object is rigid"
-    held = rigid(touched) if where is None else grasped(scene, shape, cells, where)
+    held = RIGID if where is None else grasped(scene, shape, cells, where)
     parts = (
-        Part("bed", full, None, "grains or air, as the scene says"),
-        Part("poles", relaxing, None, f"{scene.numerics.poles} relaxation poles of the bed"),
-        Part("membrane", True, None, "the free balloon"),
-        Part("object", scene.object is not None, None, "in the scene or not"),
+        Part("bed", full),
+        Part("poles", relaxing),
+        Part("membrane", True),
+        Part("object", scene.object is not None),
         *held.parts,
-        Part("noise", False, None, "added when a take is recorded: the response needs none"),
+        Part("noise", False),  # added when a take is recorded: the response needs none
     )
     return parts, held.walls, held.modes
 

@@ -8,6 +8,7 @@ by the trapezoidal rule, solved for the new pressure in closed form.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -124,17 +125,8 @@ def assemble(
     `added_volume` is the fraction of the capacity added for stability, `raised_cells` the share of
     cells that took capacity from their neighbours for the same reason.
     """
-    share = np.divide(cells.bed, cells.volume, out=np.zeros(cells.shape), where=cells.volume > 0)
-    if grains is None:
-        share = np.zeros(cells.shape)
-    areas = ((cells.area_x, 2), (cells.area_y, 1), (cells.area_z, 0))
-    decay, gain, weight = zip(
-        *(
-            (*_face(area, axis, share, cells.h, dt, air, grains), _weight(area, axis, share, wide))
-            for area, axis in areas
-        ),
-        strict=True,
-    )
+    share = _grain_share(cells, grains)
+    decay, gain, weight = _face_terms(cells, share, dt, air, grains, wide)
     capacity, relaxing, rates = _capacity(cells, air, dt, share, grains)
     least = MARGIN * dt / 4 * _row_sums(_fastest_gain(gain, decay), weight)
     live = least > 0
@@ -158,6 +150,25 @@ def assemble(
         added,
         raised,
     )
+
+
+def _grain_share(cells: Cells, grains: Packed | None) -> Real:
+    """Return the share of each open cell that is filled with grains."""
+    if grains is None:
+        return np.zeros(cells.shape)
+    return np.divide(cells.bed, cells.volume, out=np.zeros(cells.shape), where=cells.volume > 0)
+
+
+def _face_terms(
+    cells: Cells, share: Real, dt: float, air: Fluid, grains: Packed | None, wide: float
+) -> Iterator[tuple[Real, ...]]:
+    """Return decay, gain and weight of the faces, each along x, y and z."""
+    areas = ((cells.area_x, 2), (cells.area_y, 1), (cells.area_z, 0))
+    terms = (
+        (*_face(area, axis, share, cells.h, dt, air, grains), _weight(area, axis, share, wide))
+        for area, axis in areas
+    )
+    return zip(*terms, strict=True)
 
 
 def _capacity(

@@ -39,8 +39,8 @@ LEADS = {
     ),
     "stability": Lead(
         "Stability",
-        "What becomes of stiff, light, heavy, tiny, huge, hot and impossible scenes: each stays "
-        "bounded, or is refused with a reason before anything runs.",
+        "What becomes of stiff, light, heavy, tiny, huge and hot scenes: the energy of each stays "
+        "bounded.",
     ),
     "accuracy": Lead(
         "Error against run time",

@@ -54,15 +54,9 @@ def numeric(table: Table, key: str) -> bool:
 
 
 def holds(row: Mapping[str, Value]) -> bool | None:
-    """Return whether a row that says `passed`, or `expected` and `outcome`, says that all is well.
-
-    None for a row that says neither.
-    """
-    if "passed" in row:
-        return None if row["passed"] is None else bool(row["passed"])
-    if {"expected", "outcome"} <= set(row):
-        return row["expected"] == row["outcome"]
-    return None
+    """Return whether a row says `passed`; None for a row that does not hold or fail."""
+    passed = row.get("passed")
+    return None if passed is None else bool(passed)
 
 
 def passed(table: Table) -> str:
@@ -133,11 +127,10 @@ def convergence(table: Table) -> Illustration:
 
 def stability(table: Table) -> Illustration:
     """Return the energy at the end over that after the strike, of each case that was marched."""
-    marched = [row for row in table.rows if row["outcome"] != "refused"]
-    grows = sum(row["outcome"] == "grows" for row in marched)
-    title = f"{grows} of {len(marched)} marched cases can gain energy"
+    grows = sum(row["outcome"] == "grows" for row in table.rows)
+    title = f"{grows} of {len(table.rows)} cases can gain energy"
     if not grows:
-        title = f"None of {len(marched)} marched cases gains energy"
+        title = f"None of {len(table.rows)} cases gains energy"
     transient = table.numbers("transient")
     worst = int(np.nanargmax(transient))
     text = (
@@ -152,7 +145,7 @@ def stability(table: Table) -> Illustration:
         for name, key in (("float64", "growth"), ("float32", "growth_single"))
         for point in _points(table, key, "group", "group")
     ]
-    about = f"{int(np.sum(~np.isnan(table.numbers('growth'))))} cases that were marched"
+    about = f"{len(table.rows)} cases"
     axis = "energy, last over first"
     return _illustration(table, "rows", title, about, points, axis, text, limit=("no losses", 1.0))
 

@@ -11,13 +11,13 @@ from ajgdata.gripper import Scene, simulate
 
 NUMERICS = {"dx_mm": 6, "max_time_s": 0.02, "precision": "float64"}
 BED = {"history": {"seed": 3, "number": 2, "memory": 0.5}, "nuisance": {"grain_force": 0.22}}
-DISH, SHEET = {"support": {"kind": "concave"}}, {"support": {"kind": "rubber"}}
+DISH = {"support": {"kind": "concave"}}
 SCENES = {
     "empty": {"object": None, "medium": {"kind": "air"}},
     "cube": {"object": "cube_20p7", "grasp": {"angle_deg": 20, **BED}},
     "ball in a dish": {"object": "sphere80_metal", **DISH},
     "plate on a rim": {"object": "plate_wood", **DISH},
-    "plate on rubber": {"object": "plate_plastic", "medium": {"kind": "metal"}, **SHEET},
+    "metal grains": {"object": "plate_plastic", "medium": {"kind": "metal"}},
     "hollow ball": {"object": "orange", "session": {"jig_mm": [2, 1], "temperature_k": 1.5}},
     "banana in coffee": {
         "object": "banana",
@@ -32,7 +32,7 @@ KNOWN = {
     "cube": [2012.6716, 2127383.9, 20492959.0, 50530607.0, 12.046965],
     "ball in a dish": [2050.5588, 2176639.2, 21175147.0, 46636426.0, 11.015248],
     "plate on a rim": [2010.1194, 2306982.8, 20763145.0, 50938509.0, 9.6972344],
-    "plate on rubber": [2000.4953, 2963433.8, 18525159.0, 47115876.0, 8.4286748],
+    "metal grains": [2000.3218, 2964271.4, 18624074.0, 47112533.0, 8.4387839],
     "hollow ball": [2062.0245, 2159864.3, 21169587.0, 47206672.0, 11.103538],
     "banana in coffee": [3722.3842, 1561760.0, 10277277.0, 26965734.0, 7.3888316],
     "foam": [1990.0516, 2050514.6, 20096697.0, 49973641.0, 10.134603],

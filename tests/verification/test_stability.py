@@ -1,4 +1,4 @@
-"""Stiff and extreme cases: bounded or refused, as each should be."""
+"""Stiff and extreme cases: each is bounded."""
 
 from dataclasses import replace
 
@@ -9,11 +9,11 @@ from ajgdata.studies.energy import fastest
 from ajgdata.studies.extreme_cases import Trial, of_bowl, trials
 from ajgdata.studies.stability import judge
 
-#: Of the trials of the study: all that are refused, all lossless modes, and every fourth other one.
+#: Of the trials of the study: all lossless modes and time steps, and every fourth other one.
 TRIALS = {
     f"{trial.group}: {trial.name}": trial
     for number, trial in enumerate(trials(quick=True))
-    if trial.group in ("mode", "impossible", "time step", "long run") or number % 4 == 0
+    if trial.group in ("mode", "time step", "long run") or number % 4 == 0
 }
 #: float32 keeps 24 bits; the largest difference seen comes from phases that drift apart by
 #: as much a step, over a run of 1,000 steps of waves of a few steps each.
@@ -21,20 +21,14 @@ SINGLE = 1_000 * 2.0**-24 * 2 * np.pi
 
 
 @pytest.mark.parametrize("name", TRIALS)
-def test_each_is_bounded_or_refused(name):
+def test_each_is_bounded(name):
     verdict = judge(TRIALS[name])
-    assert verdict["outcome"] == verdict["expected"], verdict
-    if verdict["outcome"] == "refused":
-        assert len(verdict["message"]) > 20
-        assert "\n" not in verdict["message"]
-    else:
-        # The growth that the leapfrog has at the limit of its grid.
-        assert 1 < verdict["transient"] < (1e4 if "enlarged" in name else 30)
-        assert verdict["growth"] <= 1 + 1e-12
-        assert verdict["difference_single"] < SINGLE
-        assert verdict["added_volume"] < 0.02 or "enlarged" in name
-        # The slow equalisation of pressure is the same in both precisions.
-        assert abs(verdict["drift"] - verdict["drift_single"]) < 1e-3
+    assert verdict["outcome"] == "bounded" and verdict["passed"], verdict
+    # The growth that the leapfrog has at the limit of its grid.
+    assert 1 < verdict["transient"] < (1e4 if "enlarged" in name else 30)
+    assert verdict["growth"] <= 1 + 1e-12
+    assert verdict["difference_single"] < SINGLE
+    assert verdict["added_volume"] < 0.02 or "enlarged" in name
 
 
 def at_ratio(system, ratio, largest):
