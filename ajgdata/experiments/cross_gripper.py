@@ -7,14 +7,15 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 from pydantic import Field
 
 from ajgdata.evaluate.agreement import together
 from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
 from ajgdata.experiments.cross_validation_results import PAPER_MODEL
-from ajgdata.experiments.plots import Plot, points_for, table_for
-from ajgdata.report.comparison import PaperComparison, holds
-from ajgdata.report.format import Score, mean_sd
+from ajgdata.experiments.plots import Plot, chance_for, points_for, table_for
+from ajgdata.report.comparison import Mark, PaperComparison, holds, mark_of
+from ajgdata.report.format import Score, mean_sd, words
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import table_of
 
@@ -90,10 +91,16 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     ]
     told = [f"{mean_sd(one.score, results.shown_unit)} on {one.panel}" for one in elsewhere]
     home = homes.get(elsewhere[0].panel, Score(math.nan, math.nan))
-    ours = sum(one.score.mean for one in elsewhere) / len(elsewhere)
+    chance = float(np.mean(list(chance_for(results, GRIPPERS).values())))
+    values = [one.score.mean for one in elsewhere]
+    marks = (
+        Mark("ours", sum(values) / len(values), min(values), max(values)),
+        mark_of("chance", Score(chance, 0.0)),
+    )
     text = f"{mean_sd(home, results.shown_unit)} where it was trained, {', '.join(told)}"
     yield results.compared(
-        results.paper, text, label, together({holds(gap) for gap in gaps}), ours=ours,
+        results.paper, text, label, together({holds(gap) for gap in gaps}), marks=marks,
+        label=words(results.dataset), shown_unit=results.shown_unit,
     )  # fmt: skip
 
 

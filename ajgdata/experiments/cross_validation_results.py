@@ -23,9 +23,11 @@ from ajgdata.experiments.plots import Plot, binned
 from ajgdata.report.comparison import (
     NEAR_CHANCE,
     Cost,
+    Mark,
     PaperComparison,
     PaperFigure,
     holds,
+    mark_of,
 )
 from ajgdata.report.format import Score, column_title, mean_sd, number, words
 from ajgdata.report.report_data import ResultRow
@@ -340,8 +342,8 @@ def _compared(
         verdict = compare(mean, interval, published, chance=chance, perfect=model.perfect)
     split = _split_of(model, part)
     return model.task.compared(
-        paper, text, model.label, verdict, cost=model.cost, split=split,
-        ours=model.task.scale * model.score(part).mean,
+        paper, text, model.label, verdict, cost=model.cost, marks=_marks(models, model, part),
+        split=split, label=f"known, {split}" if split else "", shown_unit=model.task.shown_unit,
     )  # fmt: skip
 
 
@@ -354,17 +356,30 @@ def _split_of(model: ModelResult, part: str) -> str:
     return f"by {group}" if part == GROUPED else "by recording"
 
 
+def _marks(models: Sequence[ModelResult], first: ModelResult, part: str) -> tuple[Mark, ...]:
+    """Return a model, the best of the others and chance on a part of a task, as they are drawn."""
+    scale = first.task.scale
+    marks = [mark_of("ours", first.with_interval(part), scale)]
+    if others := [m for m in models if m.result.model != first.result.model and m.has(part)]:
+        best = min(others, key=lambda model: model.error(part))
+        marks.append(mark_of("baseline", best.with_interval(part), scale))
+    if math.isfinite(chance := first.chance(part)):
+        marks.append(mark_of("chance", Score(chance, 0.0), scale))
+    return tuple(marks)
+
+
 def _failing(paper: PaperFigure, model: ModelResult, part: str, lookup: Lookup) -> PaperComparison:
     """Return a model where it was trained and where it fails, and whether silence flags it."""
-    score = model.score(part)
+    score, scale = model.score(part), model.task.scale
     verdicts = {holds(Score(model.error(part) - model.error(), model.score().sd))}
     text = f"{model.shown(model.score())} where it was trained, {model.shown(score)} elsewhere"
     if flags := _flags(model, lookup):
         verdicts.add("agrees" if any(flags) else "disagrees")
         text += f"; from silence {'flagged' if any(flags) else 'not flagged'}"
+    marks = mark_of("ours", score, scale), mark_of("chance", Score(model.chance(), 0.0), scale)
     return model.task.compared(
-        paper, text, model.label, together(verdicts), cost=model.cost,
-        ours=model.task.scale * score.mean,
+        paper, text, model.label, together(verdicts), cost=model.cost, marks=marks,
+        shown_unit=model.task.shown_unit,
     )  # fmt: skip
 
 

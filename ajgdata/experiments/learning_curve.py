@@ -11,7 +11,7 @@ from pydantic import Field
 from ajgdata.evaluate.agreement import Verdict
 from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
 from ajgdata.experiments.plots import Plot, points_for
-from ajgdata.report.comparison import PaperComparison
+from ajgdata.report.comparison import Mark, PaperComparison
 from ajgdata.report.format import mean_sd, number
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
@@ -87,7 +87,8 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     else:  # more than any that was tried, or never
         text = f"more than {tried} ({most})"
         agrees = "inconclusive"
-    yield results.compared(paper, text, first.label, agrees, ours=needed)
+    marks = (Mark("ours", needed, min(needed, float(curve[-1].x)), needed),)
+    yield results.compared(paper, text, first.label, agrees, marks=marks)
 
 
 CURVE = Plot(

@@ -24,7 +24,7 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.experiments.plots import Plot, points_for
-from ajgdata.report.comparison import PaperComparison
+from ajgdata.report.comparison import Mark, PaperComparison
 from ajgdata.report.format import mean_sd
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import Table, table_of
@@ -125,7 +125,8 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     text = [shown[0]]
     text += [f"{one.label}: {said}" for one, said in zip(others, shown[1:], strict=True)]
     agrees = compare(median, Interval(low, high), paper.value, chance=chance, perfect=0.0)
-    yield results.compared(paper, "; ".join(text), first.label, agrees, ours=median)
+    marks = (Mark("ours", median, low, high),)
+    yield results.compared(paper, "; ".join(text), first.label, agrees, marks=marks)
 
 
 EXPERIMENT = Experiment(

@@ -20,7 +20,7 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.experiments.plots import PERCENTILES, Plot
-from ajgdata.report.comparison import PaperComparison
+from ajgdata.report.comparison import Mark, PaperComparison
 from ajgdata.report.format import number, with_unit
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import Table, table_of
@@ -110,12 +110,15 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
         (condition,) = result.tables["conditions"].where(part=PLAIN).rows
         runs = result.tables["runs"].where(part=PLAIN)
         low, middle, high = map(float, np.percentile(runs.numbers("before_error"), PERCENTILES))
-        ours = np.inf if middle >= LONGEST_RUN else middle  # a longer run was not tried
+        ours = Mark("ours", middle, low, high)
+        if middle >= LONGEST_RUN:  # a longer run was not tried
+            ours = ours._replace(value=np.inf, low=float(LONGEST_RUN))
         text = _text(runs, condition, paper.unit)
         if runs.numbers("sorts").max() >= LONGEST_RUN:
             text += f"; runs end at {number(LONGEST_RUN, 4)}"
         verdict = verdict_on_count(middle, low, high, paper.value)
-        yield results.compared(paper, text, result.label, verdict, ours=ours)
+        label = "held-out grasps"
+        yield results.compared(paper, text, result.label, verdict, marks=(ours,), label=label)
 
 
 def _text(runs: Table, condition: Row, unit: str) -> str:

@@ -45,6 +45,8 @@ class PaperFigure(Strict):
     reached: float | None = Field(
         None, description="where `value` counts what it takes: the score that it takes it for"
     )
+    panel: str = Field("", description="title on the first screen; figures of one title share it")
+    row: str = Field("", description="name among the figures of its panel")
     source: str = Field("", description="citation; taken from the head of the file")
 
 
@@ -74,6 +76,25 @@ def parse_paper(mapping: Mapping[str, Any], where: object = "paper.yaml") -> dic
     except ValidationError as error:
         raise describe(error, where) from error
     return {f.id: f.model_copy(update={"source": f.source or paper.source}) for f in paper.figures}
+
+
+Role = Literal["ours", "baseline", "chance", "paper"]
+
+
+class Mark(NamedTuple):
+    """A number that is drawn beside the paper's, in the paper's unit, with its interval."""
+
+    role: Role
+    value: float
+    low: float
+    high: float
+
+
+def mark_of(role: Role, score: Score, scale: float = 1.0) -> Mark:
+    """Return a mean with its interval, else its standard deviation on both sides; without one if it
+    is unknown."""
+    value, ((below,), (above,)) = scale * score.mean, score.bars(scale)
+    return Mark(role, value, value - below, value + above)
 
 
 class Cost(NamedTuple):
@@ -115,8 +136,9 @@ class PaperComparison:
     `agrees` is the verdict.
 
     `model` is the model's name for people, "" where none was trained. Where `cost` is not given,
-    the page gives that of training the paper's model on the task. `ours` is our value in the unit
-    of the paper, NaN where the result is not one number. `page` is where all is told. Where the
+    the page gives that of training the paper's model on the task. `marks` are drawn, in `unit`
+    (default: the paper's), if chance is among them. `label` names the
+    row among others of one figure, `page` is where all is told. Where the
     same values stand there by several splits, `split` says by which.
     """
 
@@ -129,14 +151,22 @@ class PaperComparison:
     agrees: Verdict
     cost: Cost | None = None
     reasons: tuple[Reason, ...] = ()
-    ours: float = math.nan
+    marks: tuple[Mark, ...] = ()
+    label: str = ""
     split: str = ""
+    shown_unit: str | None = None
     page: str = ""
+
+    @property
+    def unit(self) -> str:
+        """Return the unit of the marks."""
+        return self.paper.unit if self.shown_unit is None else self.shown_unit
 
     @property
     def why(self) -> list[Reason]:
         """Return the reasons that are supported and move the result towards the paper's."""
-        is_low = self.paper.value is not None and self.ours < self.paper.value
+        ours = next((mark.value for mark in self.marks if mark.role == "ours"), math.nan)
+        is_low = self.paper.value is not None and ours < self.paper.value
         return [reason for reason in self.reasons if reason.explains(is_low)]
 
     @property

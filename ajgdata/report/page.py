@@ -14,14 +14,18 @@ from ajgdata.report.navigation import FIXED, Group, experiment_link
 from ajgdata.report.render import Picture, render, web_link
 from ajgdata.report.report_data import ExperimentPage, Illustration, Report
 
+#: Figure of the first page, see `report.figures`.
+SKILL = "beside-paper"
 #: A page is to open quickly: further findings are in the file that it points to.
 MAX_FINDINGS = 2000
 
 
 def illustrations(report: Report) -> Iterator[Illustration]:
     """Yield every figure of the report, in the order of its pages; nothing is drawn yet."""
-    from ajgdata.report.figures import spectra_figure
+    from ajgdata.report.figures import skill_figure, spectra_figure
 
+    if first := skill_figure(report.comparisons):
+        yield first
     for d in report.datasets:
         if d.spectra is not None:
             yield spectra_figure(d, d.spectra)
@@ -64,7 +68,7 @@ def render_pages(
         "page_of_section": lambda section: experiment_link(section.parts[0].page),
     }
     own = {
-        INDEX: ("index.html.j2", {}),
+        INDEX: ("index.html.j2", {"figure": figures.get(SKILL)}),
         **{link.link: (f"{name}.html.j2", {}) for name, link in FIXED.items()},
         **{
             experiment_link(page.name): ("experiment.html.j2", _on(page, report))

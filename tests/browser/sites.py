@@ -10,7 +10,8 @@ from report_samples import PAPER, sample_report
 
 from ajgdata.paths import FIGURES, TABLES
 from ajgdata.pipeline.exports import write_exports
-from ajgdata.report.comparison import Cost, PaperComparison
+from ajgdata.report.comparison import Cost, PaperComparison, mark_of
+from ajgdata.report.format import Score
 from ajgdata.report.navigation import Link, experiment_link, navigation
 from ajgdata.report.page import illustrations, render_pages
 from ajgdata.report.render import draw_figures
@@ -90,10 +91,15 @@ def sample_site(folder: Path) -> Site:
 def full_report() -> Report:
     """The report that unit tests draw, with a panel of each kind."""
     report = sample_report()
+    marks = (
+        mark_of("ours", Score(0.7, 0.1)),
+        mark_of("baseline", Score(0.9, 0.2)),
+        mark_of("chance", Score(5.2, 0.0)),
+    )
     page = experiment_link("size")
     found = PaperComparison(
         PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", "better", Cost(7.6, 0.9),
-        page=page,
+        marks=marks, page=page,
     )  # fmt: skip
     absent = PAPER.model_copy(update={"id": "x", "where": "angles", "text": "8°"})
     return dataclasses.replace(report, comparisons=(found,), paper=(PAPER, absent))

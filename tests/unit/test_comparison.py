@@ -7,11 +7,13 @@ from result_samples import PAPER, paper_figure
 
 from ajgdata.report.comparison import (
     Change,
+    Mark,
     PaperComparison,
     Reason,
     evidence,
     holds,
     in_papers_order,
+    mark_of,
 )
 from ajgdata.report.format import Score
 
@@ -25,7 +27,7 @@ def test_a_statement_holds_beyond_two_standard_deviations(gap, sd, verdict):
     assert holds(Score(gap, sd)) == verdict
 
 
-LOW, HIGH = 1.0, 9.0  # the paper: 2.6 mm
+LOW = (mark_of("ours", Score(1.0, 0.1)),)
 
 
 def reason(before: float, after: float, *, supported: bool = True) -> Reason:
@@ -34,18 +36,19 @@ def reason(before: float, after: float, *, supported: bool = True) -> Reason:
 
 
 def row(agrees: str, paper=PAPER, dataset="size", **changes) -> PaperComparison:
-    given = PaperComparison(paper, dataset, "edge", "simulated", "1 mm", "CNN", agrees, ours=LOW)
+    given = PaperComparison(paper, dataset, "edge", "simulated", "1 mm", "CNN", agrees, marks=LOW)
     return dataclasses.replace(given, **changes)
 
 
 def test_reasons_must_be_supported_and_point_to_the_paper():
     up, down, vague = reason(1.0, 2.0), reason(1.0, 0.5), reason(1.0, 2.1, supported=False)
     reasons = (up, down, vague)
-    for agrees, ours, why in (
-        ("better", LOW, [up]), ("worse", HIGH, [down]), ("inconclusive", LOW, [up]),
-        ("inconclusive", HIGH, [down]),
+    high = (Mark("ours", 9.0, 8.0, 10.0),)  # the paper: 2.6 mm
+    for agrees, marks, why in (
+        ("better", LOW, [up]), ("worse", high, [down]), ("inconclusive", LOW, [up]),
+        ("inconclusive", high, [down]),
     ):  # fmt: skip
-        one = row(agrees, reasons=reasons, ours=ours)
+        one = row(agrees, reasons=reasons, marks=marks)
         assert (one.differs, one.why) == (True, why)
     assert not row("agrees", reasons=reasons).differs
     assert row("worse").differs and not row("inconclusive").differs  # no reason was tested

@@ -106,7 +106,10 @@ def test_the_paper_s_model_is_set_beside_its_figure_with_its_cost():
     assert (row.paper, row.model, row.agrees) == (PAPER, "CNN", "agrees")
     assert row.result == "2.2 (1.75 to 2.65) mm"  # what the verdict is about
     assert (row.dataset, row.task, row.source) == ("size", "edge", "simulated")
-    assert (row.cost, row.ours) == (COST[:2], 2.2)
+    assert row.cost == COST[:2]
+    assert (row.marks[0].low, row.marks[0].high) == pytest.approx((1.75, 2.65))
+    marks = [(mark.role, mark.value) for mark in row.marks]
+    assert marks == [("ours", 2.2), ("baseline", 4.0), ("chance", 8.2)]
     assert beside(kinds()) == []
     # A quarter of the distance from chance to perfect: 8.2 / 4 = 2.05 mm.
     wide = sizes(size_result(scores={"rmse": Score(2.9, 0.7, (2.4, 3.4))}))
@@ -127,7 +130,9 @@ def test_known_values_stand_beside_the_paper_by_grasp_and_by_recording_and_each_
     papers = {name: paper_figure("known", 1.2) for name in ("known", "known_by_recording")}
     task = sizes(size_result(parts=random_split()), papers=papers)
     grasp, recording = beside(task)
-    assert (grasp.split, recording.split) == ("by grasp", "by recording")
+    assert [(row.split, row.label) for row in (grasp, recording)] == [
+        ("by grasp", "known, by grasp"), ("by recording", "known, by recording"),
+    ]  # fmt: skip
     # 2.2 ± 0.3 and 1.1 ± 0.2 mm beside 1.2 mm.
     assert (grasp.agrees, recording.agrees) == ("worse", "agrees")
 

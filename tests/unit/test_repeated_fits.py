@@ -85,3 +85,4 @@ def test_fits_differ_by_their_seed_and_the_paper_s_value_is_compared_with_their_
     )
     (row,) = EXPERIMENTS["repeated_fits"].paper_comparison(results, lambda *_: None)
     assert (row.agrees, row.model) == ("better", results.results[0].label)
+    assert row.marks[0].low <= row.marks[0].value <= row.marks[0].high

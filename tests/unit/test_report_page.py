@@ -9,7 +9,9 @@ import pytest
 from html_page import Page
 from report_samples import PAPER, SCRIPT, sample_report
 
-from ajgdata.report.comparison import Cost, PaperComparison
+from ajgdata.report.comparison import Cost, PaperComparison, mark_of
+from ajgdata.report.figures import skill_figure
+from ajgdata.report.format import Score
 from ajgdata.report.navigation import Link, navigation
 from ajgdata.report.page import illustrations, render_pages
 from ajgdata.report.render import picture
@@ -98,6 +100,11 @@ def test_the_first_page_gives_the_best_model_of_each_task_without_published_valu
 
 FOUND = PaperComparison(
     PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", "better", Cost(7.6, 0.9),
+    marks=(
+        mark_of("ours", Score(0.7, 0.1)),
+        mark_of("baseline", Score(0.9, 0.2)),
+        mark_of("chance", Score(5.2, 0.0)),
+    ),
     page="experiments/size.html",
 )  # fmt: skip
 
@@ -113,3 +120,14 @@ def test_results_stand_beside_the_papers_with_their_cost():
     assert "experiments/size.html" in [a["href"] for a in page.all("a")]
     words = Page(pages["experiments/size.html"]).words
     assert "Paper: RMSE 2.6 mm overall. Ours" in words and ": 0.7 ± 0.1 mm." in words
+
+
+def test_skill_is_0_at_chance_and_1_without_error():
+    """Chance 5.2 mm; ours 0.7 ± 0.1 mm, k-NN 0.9 ± 0.2 mm, the paper 2.6 mm."""
+    picture = skill_figure([FOUND]).draw.args[1]
+    found = {point.series: point.score for point in picture.points}
+    assert found["ours"].mean == pytest.approx(1 - 0.7 / 5.2)
+    assert (found["ours"].low, found["ours"].high) == pytest.approx((1 - 0.8 / 5.2, 1 - 0.6 / 5.2))
+    assert found["best other model"].mean == pytest.approx(1 - 0.9 / 5.2)
+    assert found["paper"].mean == pytest.approx(0.5)
+    assert skill_figure([dataclasses.replace(FOUND, marks=())]) is None
