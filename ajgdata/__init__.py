@@ -5,7 +5,7 @@
 >>> with ajgdata.load_features("size") as features:  # another, with the same labels
 ...     bool((features.edge_mm.values == recordings.edge_mm.values).all())
 True
->>> train, test = ajgdata.load_dataset("size").split("size", fold=0)  # no grasp is in both
+>>> train, test = ajgdata.load_dataset("size").folds("size")[0]  # no grasp is in both
 >>> train.X.shape, test.X.shape  # (recordings, bins of the spectrum)
 ((12, 1025), (4, 1025))
 """

@@ -30,7 +30,6 @@ from ajgdata.types import (
 if TYPE_CHECKING:
     import xarray as xr
     from sklearn.base import BaseEstimator
-    from torch.utils.data import TensorDataset
 
     from ajgdata.live.predictor import Predictor
 
@@ -220,21 +219,6 @@ class Part:
     def __len__(self) -> int:
         return len(self.y)
 
-    def to_torch(self) -> TensorDataset:
-        """Return pairs (feature, label) for a torch DataLoader: features float32; labels float32
-        for regression, else the number of the class in `classes` (int64).
-
-        >>> import ajgdata
-        >>> features, edge_mm = ajgdata.load_dataset("size").all("size").to_torch()[:]
-        >>> features.shape, edge_mm.dtype
-        (torch.Size([16, 1025]), torch.float32)
-        """
-        import torch
-        from torch.utils.data import TensorDataset
-
-        y = np.searchsorted(self.classes, self.y) if self.classes else self.y.astype(np.float32)
-        return TensorDataset(torch.from_numpy(self.X), torch.from_numpy(y))
-
 
 @dataclass(frozen=True)
 class Dataset:
@@ -257,25 +241,17 @@ class Dataset:
         rows, classes = self._rows(task)
         return _part(self._split_withheld(task, rows)[1], classes)
 
-    def split(self, task: str, fold: int, seed: int = 0) -> tuple[Part, Part]:
-        """Return the training and the test part of `fold` (from 0), see `folds`.
-
-        >>> import ajgdata
-        >>> train, test = ajgdata.load_dataset("size").split("size", fold=0)
-        >>> set(train.groups) & set(test.groups)  # grasps on both sides
-        set()
-        """
-        parts = self.folds(task, seed)
-        if not 0 <= fold < len(parts):
-            raise self._error(f"task {task} has no fold {fold}", f"use 0 to {len(parts) - 1}")
-        return parts[fold]
-
     def folds(self, task: str, seed: int = 0) -> list[tuple[Part, Part]]:
         """Return the training and the test part of each fold of the evaluation.
 
         No group is in both parts. `seed` is that of the workflow. Values that the task withholds
-        are in neither part, see `withheld`. Raises DataError for an unknown task or fold, and if
-        the folds are not possible.
+        are in neither part, see `withheld`. Raises DataError for an unknown task, and if the folds
+        are not possible.
+
+        >>> import ajgdata
+        >>> train, test = ajgdata.load_dataset("size").folds("size")[0]
+        >>> set(train.groups) & set(test.groups)  # grasps on both sides
+        set()
         """
         from ajgdata.evaluate.splits import grouped_folds
 

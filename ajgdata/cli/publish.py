@@ -25,7 +25,7 @@ def publish(
     """Write a data set as a folder that other people can use without conversion.
 
     It contains recordings, features, labels and their description for Croissant, Hugging Face,
-    Frictionless, xarray, h5py and people. `sha256sum -c SHA256SUMS` verifies it.
+    Frictionless, xarray and people. `sha256sum -c SHA256SUMS` verifies it.
     """
     from ajgdata.paths import find_project
     from ajgdata.pipeline.publish import publish as write

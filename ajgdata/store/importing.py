@@ -15,13 +15,12 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE, Paths
-from ajgdata.store.audio import AudioInfo, file_sha256
-from ajgdata.store.files import write_bytes
+from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE, SESSION_FILE, Paths
+from ajgdata.store.audio import AudioInfo
 from ajgdata.store.provenance import software
 from ajgdata.store.scan import Remarks, Scan, ScannedFile
 from ajgdata.store.sessions import inside, read_recordings, read_session, write_session
-from ajgdata.types import DataError, Excitation, OnChange, Recording, Session, describe
+from ajgdata.types import DataError, OnChange, Recording, Session, describe
 
 #: Columns of recordings.csv that a folder specifies, in addition to the labels.
 CELLS = ("grasp_id", "sample", "object", "quality")
@@ -88,7 +87,6 @@ class _SessionImport:
         self.target, self.folder = target, scanned.folder
         self.copy, self.on_change, self.remarks = copy, on_change, scanned.remarks
         self.files = [file for file in scanned.files if file.session == target.name]
-        self.played = scanned.excitations.get(target.name)
         root = None if copy else str(self.folder.absolute())
         is_old = (target / SESSION_FILE).is_file()
         self.declared = read_session(target) if is_old else _new_session(target, self.folder, root)
@@ -117,9 +115,8 @@ class _SessionImport:
                 self.remarks["gone"] += [(name, GONE) for name in unmatched]
             infos = [contents[file.path][1] for file, _ in names]
             rates = {self.declared.sample_rate_hz, *(i.sample_rate_hz for i in infos if i)} - {None}
-            self._declare(sample_rate_hz=rates.pop() if len(rates) == 1 else None)
-            if self.played and self.rows:
-                self._take_played(self.played)
+            update = {"sample_rate_hz": rates.pop() if len(rates) == 1 else None}
+            self.declared = self.declared.model_copy(update=update)
         finally:
             if self.rows:
                 os.sync()  # the audio is on the disk before a table names it
@@ -127,9 +124,6 @@ class _SessionImport:
                 write_session(self.target, self.declared, rows)
         for name in obsolete if self.copy else ():
             (self.target / name).unlink(missing_ok=True)
-
-    def _declare(self, **changes: object) -> None:
-        self.declared = self.declared.model_copy(update=changes)
 
     def _matched(self, contents: Contents) -> list[tuple[ScannedFile, str]]:
         """Return each readable file with the recording_id of its row: the row with its sha256 (and
@@ -219,17 +213,6 @@ class _SessionImport:
                 self.remarks["label"].append((f"{old.recording_id}: {difference}", OTHER_LABEL))
         labels = {column: text for column, text in cells.items() if column not in CELLS}
         return new.model_copy(update={**{name: cells[name] for name in CELLS}, "labels": labels})
-
-    def _take_played(self, played: Path) -> None:
-        """Take the played sound of the folder, unless the session has another one."""
-        digest, old = file_sha256(self.folder / played), self.declared.excitation
-        if old and old.sha256 != digest and self.on_change != OnChange.FILES:
-            self.remarks["kept"].append((f"{played.as_posix()}, the played sound", OTHER_BYTES))
-        elif old is None or old.sha256 != digest:
-            write_bytes(self.target / EXCITATION_FILE, (self.folder / played).read_bytes())
-            description = f"imported {played.name}"
-            new = Excitation(file=EXCITATION_FILE, sha256=digest, description=description)
-            self._declare(excitation=new)
 
 
 def _new_id(file: ScannedFile, used: Collection[str]) -> str:

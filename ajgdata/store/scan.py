@@ -53,7 +53,7 @@ class ScannedFile:
 
 @dataclass
 class Scan:
-    """Recordings found in a folder, played sounds by session, and remarks.
+    """Recordings found in a folder, and remarks.
 
     Kinds of remarks: `failed` are files that belong to the recordings but cannot be imported,
     `not used` all other files.
@@ -61,7 +61,6 @@ class Scan:
 
     folder: Path
     files: list[ScannedFile] = field(default_factory=list)
-    excitations: dict[str, Path] = field(default_factory=dict)
     remarks: Remarks = field(default_factory=lambda: defaultdict(list))
 
     def label_columns(self) -> list[str]:
@@ -166,7 +165,7 @@ def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Sca
         if is_kit:
             texts["session"] = path.parent.as_posix() if path.parent.name else name
         if is_kit and int(match["n"]) == 0:
-            result.excitations.setdefault(slug(texts["session"]), path)
+            result.remarks["not used"].append((path.as_posix(), "the played sound"))
         else:
             rows[path] = texts
     return rows

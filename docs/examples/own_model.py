@@ -1,11 +1,11 @@
 """Train a model of one's own on one fold of the evaluation, and score it like the others."""
 
 import torch
-from torch.utils.data import DataLoader
+from torch.utils.data import DataLoader, TensorDataset
 
 import ajgdata
 
-train, test = ajgdata.load_dataset("size").split("size", fold=0)  # no grasp is in both
+train, test = ajgdata.load_dataset("size").folds("size")[0]  # no grasp is in both
 middle, spread = train.y.mean(), train.y.std()
 
 torch.manual_seed(0)
@@ -14,7 +14,14 @@ network = torch.nn.Sequential(
     torch.nn.BatchNorm1d(bins), torch.nn.Linear(bins, 8), torch.nn.Tanh(), torch.nn.Linear(8, 1)
 )
 optimiser = torch.optim.AdamW(network.parameters(), lr=1e-3)
-loader = DataLoader(train.to_torch(), batch_size=64, shuffle=True)
+
+
+def pairs(part):
+    """Return spectra and labels as pairs of tensors."""
+    return TensorDataset(torch.from_numpy(part.X), torch.tensor(part.y, dtype=torch.float32))
+
+
+loader = DataLoader(pairs(train), batch_size=64, shuffle=True)
 for _ in range(200):
     for features, edge_mm in loader:
         optimiser.zero_grad()
@@ -24,7 +31,7 @@ for _ in range(200):
 
 network.eval()
 with torch.no_grad():
-    features, edge_mm = test.to_torch()[:]
+    features, edge_mm = pairs(test)[:]
     predicted = network(features)[:, 0] * spread + middle
 rmse_mm = (predicted - edge_mm).square().mean().sqrt().item()
 chance_mm = (edge_mm - middle).square().mean().sqrt().item()

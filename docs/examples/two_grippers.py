@@ -5,7 +5,7 @@ import numpy as np
 import ajgdata
 from ajgdata.models import make_model
 
-train, test = ajgdata.load_dataset("size").split("size", fold=0)
+train, test = ajgdata.load_dataset("size").folds("size")[0]
 with ajgdata.load_features("size_other_membrane") as other:
     other.load()
 

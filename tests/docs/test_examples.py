@@ -117,7 +117,7 @@ def test_spectrum(in_project):
 
 def test_own_model(in_project):
     found = run("own_model")
-    train, test = ajgdata.load_dataset("size").split("size", fold=0)
+    train, test = ajgdata.load_dataset("size").folds("size")[0]
     away = [edge - sum(train.y) / len(train.y) for edge in test.y]
     assert found["chance_mm"] == pytest.approx(math.hypot(*away) / math.sqrt(len(away)), rel=1e-5)
     # 600 steps in float32, whose sums differ between processors: only what they reach is known
@@ -131,7 +131,7 @@ def test_two_grippers(in_project):
     chance_mm = math.sqrt(sum((edge - 21) ** 2 for edge in EDGES_MM) / len(EDGES_MM))
     assert 0 < found["own_mm"] < STEP_MM / 2
     assert 1.5 * found["own_mm"] < found["other_mm"] < chance_mm
-    train, _ = ajgdata.load_dataset("size").split("size", fold=0)
+    train, _ = ajgdata.load_dataset("size").folds("size")[0]
     with ajgdata.load_features("size_other_membrane") as other:
         there = other.feature.mean("recording").values.astype(float)
     here = train.X.astype(float).mean(axis=0)

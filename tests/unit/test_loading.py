@@ -137,9 +137,7 @@ def test_splits_are_the_folds_of_the_evaluation(evaluated, task, seed):
     tested = [set(folds[fold].column("recording")) for fold in sorted(folds)]
     assert len(tested) == {"size": 3, "what": 4}[task]  # as many folds as groups at most
     everything = set().union(*tested)
-    assert len(loaded.folds(task, seed)) == len(tested)
-    for fold, names in enumerate(tested):
-        train, test = loaded.split(task, fold, seed)
+    for names, (train, test) in zip(tested, loaded.folds(task, seed), strict=True):
         assert set(test.recordings) == names
         assert set(train.recordings) == everything - names
         assert not set(train.groups) & set(test.groups)
@@ -147,18 +145,3 @@ def test_splits_are_the_folds_of_the_evaluation(evaluated, task, seed):
     held = set(loaded.all(task).recordings) - everything
     assert held == (set(loaded.withheld(task).recordings) if task == "size" else set())
     assert len(held) == {"size": 8, "what": 0}[task]
-
-
-def test_to_torch_gives_features_and_labels(evaluated):
-    import torch
-    from torch.utils.data import DataLoader
-
-    loaded = ajgdata.load_dataset("d", evaluated.root)
-    part = loaded.all("what")
-    assert part.classes == ("a", "b")
-    features, labels = next(iter(DataLoader(part.to_torch(), batch_size=24)))
-    assert (features.dtype, labels.dtype) == (torch.float32, torch.int64)
-    np.testing.assert_array_equal(features, part.X)
-    assert [part.classes[label] for label in labels] == part.y.tolist()
-    _, edge = loaded.all("size").to_torch()[0]
-    assert (edge.dtype, edge.item()) == (torch.float32, loaded.all("size").y[0])
