@@ -16,8 +16,8 @@ from ajgdata.cli.console import err, out, say, warn
 from ajgdata.cli.sense import stopped_by_hand
 
 if TYPE_CHECKING:
-    from ajgdata.live.control import Control
     from ajgdata.live.events import EventLog
+    from ajgdata.live.steps import Control
 
 _DASHBOARD = "dashboard"
 #: Exit code of a run that ended because an object was in doubt, as in the paper.
@@ -51,7 +51,7 @@ def sort(
 def _sort(file: Path, as_json: bool, port: int | None) -> int:
     """Run a plan, with a dashboard if there is a `port`; return the exit code."""
     from ajgdata.acquire.signals import ended_by_signals
-    from ajgdata.live.control import Control
+    from ajgdata.live.steps import Control
     from ajgdata.live.terminal import SortTerminal
     from ajgdata.paths import find_project
     from ajgdata.pipeline.sort import open_run
@@ -72,17 +72,18 @@ def _sort(file: Path, as_json: bool, port: int | None) -> int:
         _shown(run.sorter.log, control, port),
     ):  # fmt: skip
         try:
-            outcome = run.run()
+            state = run.run()
         finally:
-            is_empty = run.sorter.kept.recordings == 0
+            is_empty = run.sorter.recordings == 0
             made = "nothing was recorded" if is_empty else f"recordings: {escape(run.name)}"
             with suppress(OSError):  # a terminal that is gone
                 warn(f"{made}, log: {escape(str(run.log_file))}")
     if not as_json:
-        wrong = f", {outcome.mistakes} of them wrong" if outcome.mistakes else ""
-        counts = f"{outcome.longest_row} in a row at most{wrong}; {escape(terminal.summary())}"
-        say(f"[b]{outcome.sorts} sorted[/b], {counts}")
-    return 0 if outcome.finished else DOUBT
+        wrong = f", {state.mistakes} of them wrong" if state.mistakes else ""
+        bins = ", ".join(f"{name} {count}" for name, count in sorted(state.bins.items()))
+        counts = f"{state.rows[1]} in a row at most{wrong}; {escape(bins)}"
+        say(f"[b]{len(state.placed)} sorted[/b], {counts}")
+    return 0 if state.stopped and state.stopped["finished"] else DOUBT
 
 
 @contextmanager

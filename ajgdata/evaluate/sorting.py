@@ -11,13 +11,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import softmax
 
 #: A run of a model that is never uncertain ends here.
 LONGEST_RUN = 1000
 STOP = -1  #: among numbers of classes
-#: A class that one look excludes may still be saved by others; its logarithm stays finite.
-_TINIEST = 1e-12
 
 
 def decide(probability: np.ndarray, threshold: float) -> int | None:
@@ -27,18 +24,6 @@ def decide(probability: np.ndarray, threshold: float) -> int | None:
     """
     best = int(np.argmax(probability))
     return best if probability[best] >= threshold else None
-
-
-def combined(probability: np.ndarray) -> np.ndarray:
-    """Return the joint probability (n_classes,) of looks at one object (looks, n_classes).
-
-    Their product, made to sum to 1: Bayes' rule for looks that are independent given the class, and
-    classes that are as frequent (the product rule of Kittler et al. 1998, On combining classifiers,
-    IEEE Trans. Pattern Anal. Mach. Intell. 20(3)). Looks at one pose are not quite independent.
-    """
-    if len(probability) == 1:
-        return np.asarray(probability[0])
-    return np.asarray(softmax(np.log(np.maximum(probability, _TINIEST)).sum(axis=0)))
 
 
 def decisions(probability: np.ndarray, threshold: float) -> np.ndarray:

@@ -1,7 +1,7 @@
 """A live run in a browser: one page, served by this process to this computer only.
 
-The page receives the state of the run as server-sent events. Start, pause and stop are POST
-requests with a token that only the printed address contains (see `docs/dashboard.md`).
+The page receives the state of the run as server-sent events. Stop is a POST request with a token
+that only the printed address contains (see `docs/dashboard.md`).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import secrets
 import socket
 import threading
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from collections.abc import AsyncIterator, Iterator, Mapping
 from contextlib import contextmanager
 from typing import NamedTuple
 
@@ -24,13 +24,12 @@ from starlette.applications import Starlette
 from starlette.middleware import Middleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, PlainTextResponse, Response
+from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from ajgdata.live.control import Control, Mode
-from ajgdata.live.events import Event
-from ajgdata.live.run_state import RunState
+from ajgdata.live.events import Event, RunState
+from ajgdata.live.steps import Control
 from ajgdata.paths import Paths
 from ajgdata.types import DataError
 
@@ -43,12 +42,19 @@ PATIENCE_S = 10.0
 HEARTBEAT_S, POLL_S = 2.0, 0.02
 #: Seconds for the pages to receive the last event.
 _FAREWELL_S = 1.0
-#: The page loads nothing, and asks this server only.
+#: The files of the page by route, with their templates and types.
+_FILES = {
+    "/": ("dashboard.html.j2", "text/html"),
+    "/tokens.css": ("tokens.css", "text/css"),
+    "/dashboard.css": ("dashboard.css", "text/css"),
+    "/dashboard.js": ("dashboard.js", "text/javascript"),
+}
+#: The page loads these files only, and sends requests to this server only.
 _HEADERS = {
     "Cache-Control": "no-store",
-    "Content-Security-Policy": "default-src 'none'; script-src 'unsafe-inline'; "
-    "style-src 'unsafe-inline'; connect-src 'self'; img-src data:; base-uri 'none'; "
-    "form-action 'none'; frame-ancestors 'none'",
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; "
+    "connect-src 'self'; img-src 'self' data:; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
@@ -70,7 +76,7 @@ class Dashboard(NamedTuple):
 def dashboard(
     control: Control, *, port: int = 0, project: Paths | None = None
 ) -> Iterator[Dashboard]:
-    """Serve the page of a run during the block; its buttons call `control`.
+    """Serve the page of a run during the block; its button calls `control.stop`.
 
     Begin before the first event. `port` 0 is any free port. Templates are those of `project`
     (default: the working folder), else those of the package. Raises DataError if the port is not
@@ -79,7 +85,11 @@ def dashboard(
     from ajgdata.report.render import render
 
     feed, token = Feed(control), secrets.token_urlsafe(16)
-    app = _app(render("dashboard.html.j2", {}, project=project), feed, control, token)
+    files = {
+        route: Response(render(template, {}, project=project), media_type=kind)
+        for route, (template, kind) in _FILES.items()
+    }
+    app = _app(files, feed, control, token)
     listener = _listener(port)
     server = uvicorn.Server(
         uvicorn.Config(
@@ -130,7 +140,7 @@ class Feed:
 
     @property
     def text(self) -> str:
-        """The state as JSON, with the mode of the run (see `Control`)."""
+        """The state as JSON, with the `mode` of the run: running or stopped."""
         with self._lock:
             return json.dumps(self.state.plain() | {"mode": self._mode}, allow_nan=False)
 
@@ -159,7 +169,8 @@ class Feed:
 
     @property
     def _mode(self) -> str:
-        return str(Mode.STOPPED if self.state.stopped is not None else self._control.mode)
+        is_stopped = self._control.stopped or self.state.stopped is not None
+        return "stopped" if is_stopped else "running"
 
 
 class Guard:
@@ -198,11 +209,11 @@ def _is_foreign(request: Request) -> bool:
     return is_other_site and headers.get("sec-fetch-mode") != "navigate"
 
 
-def _app(html: str, feed: Feed, control: Control, token: str) -> Starlette:
-    """Return the web site of a run."""
+def _app(files: Mapping[str, Response], feed: Feed, control: Control, token: str) -> Starlette:
+    """Return the web site of a run; `files` are its fixed files by route."""
 
-    async def page(request: Request) -> Response:
-        return HTMLResponse(html)
+    async def file(request: Request) -> Response:
+        return files[request.url.path]
 
     async def state(request: Request) -> Response:
         return Response(feed.text, media_type="application/json")
@@ -213,19 +224,16 @@ def _app(html: str, feed: Feed, control: Control, token: str) -> Starlette:
             ping_message_factory=lambda: ServerSentEvent("", event="alive"),
         )  # fmt: skip
 
-    def button(press: Callable[[], object]) -> Callable[[Request], Awaitable[Response]]:
-        async def handle(request: Request) -> Response:
-            sent = request.headers.get(TOKEN_HEADER, "")
-            if not hmac.compare_digest(sent.encode(), token.encode()):
-                return PlainTextResponse("the token is not that of this run", 403)
-            press()
-            return Response(status_code=204)
+    async def stop(request: Request) -> Response:
+        sent = request.headers.get(TOKEN_HEADER, "")
+        if not hmac.compare_digest(sent.encode(), token.encode()):
+            return PlainTextResponse("the token is not that of this run", 403)
+        control.stop()
+        return Response(status_code=204)
 
-        return handle
-
-    routes = [Route("/", page), Route("/state", state), Route("/events", events)]
-    for name in ("start", "pause", "stop"):
-        routes.append(Route(f"/{name}", button(getattr(control, name)), methods=["POST"]))
+    routes = [Route(route, file) for route in files]
+    routes += [Route("/state", state), Route("/events", events)]
+    routes += [Route("/stop", stop, methods=["POST"])]
     hosts = [HOST, "localhost"]  # a foreign name may lead here (DNS rebinding)
     trusted = Middleware(TrustedHostMiddleware, allowed_hosts=hosts, www_redirect=False)
     app = Starlette(routes=routes, middleware=[Middleware(Guard), trusted])

@@ -1,4 +1,4 @@
-"""Events of a live run: passed to listeners, and written to a log that only grows.
+"""Events of a live run: their log, which only grows, and the state of the run that they describe.
 
 One JSON object per line: `n` counts from 0, `time` is ISO 8601 in UTC, `event` is the kind, and the
 other keys depend on the kind.
@@ -8,101 +8,212 @@ from __future__ import annotations
 
 import json
 import os
-import threading
+from collections import Counter
 from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal, Self, get_args
+from typing import Any, Literal, Self
 
-import numpy as np
-from numpy.typing import ArrayLike
+from ajgdata.types.plan import NOTHING
 
 #: Kinds of events and what each has.
-#: start: dataset task model unit classes threshold bins looks device robot session; for whoever
-#:        draws it also source ("simulated", "recorded"), spectra (by class the mean of what was
-#:        trained on, as `shown_spectrum` has it), top_hz (the highest frequency of a spectrum)
+#: start: dataset task model unit classes threshold bins device robot session; for the dashboard
+#:        also source ("simulated", "recorded")
 #: grasp: number object ("" if nobody knows what it is)
 #: step: step seconds                      (loosen approach wait jam lift place release halt)
-#: take: recording look seconds peak_dbfs clipped xruns attempts spectrum (`shown_spectrum`)
-#: prediction: recording look seconds and the keys of `Prediction.plain`
-#: decision: action (place again wait reject stop) value bin probability (by class, combined)
-#:        looks reason seconds
+#: take: recording seconds peak_dbfs clipped xruns attempts
+#: prediction: recording seconds and the keys of `Prediction.plain`
+#: decision: action (place wait reject stop) value bin reason seconds
 #: placed: value bin object ("" if nobody knows)
 #: reference: kind (empty) recording drift (ratio to the alarm's threshold, or null)
 #: drift: text ratio                       (the gripper has changed)
-#: paused, resumed: reason
 #: stopped: reason held ("" for nothing) sorts seconds finished (as planned)
 #: problem: text                           (one line, with what to do)
 Kind = Literal[
-    "start", "grasp", "step", "take", "prediction", "decision", "placed", "reference",
-    "drift", "paused", "resumed", "stopped", "problem",
+    "start", "grasp", "step", "take", "prediction", "decision", "placed", "reference", "drift",
+    "stopped", "problem",
 ]  # fmt: skip
-KINDS = frozenset(get_args(Kind))
 Event = Mapping[str, Any]
 Listener = Callable[[Event], object]
-#: Numbers of a spectrum that is drawn, from 0 Hz to the highest frequency in equal bands.
-SHOWN_BANDS = 64
-
-
-def shown_spectrum(feature: ArrayLike) -> list[float]:
-    """Return a feature (n_frequencies,) as `SHOWN_BANDS` numbers with mean 1: its band means.
-
-    A feature of nothing but zeros stays so.
-    """
-    bands = [band.mean() for band in np.array_split(np.asarray(feature, float), SHOWN_BANDS)]
-    mean = float(np.mean(bands)) or 1.0
-    return [round(float(band) / mean, 4) for band in bands]
+#: Grasps and problems that a page lists.
+GRASPS, PROBLEMS = 24, 3
+#: Decision of a run that was uncertain.
+UNSURE = "unsure"
 
 
 class EventLog:
-    """Writes each event to a file, then passes it to the listeners. Safe under threads."""
+    """Writes each event to a file, then passes it to the listeners."""
 
     def __init__(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         self._file = path.open("ab")
-        self._lock = threading.Lock()
         self._listeners: list[Listener] = []
         self._count = 0
 
     def listen(self, listener: Listener) -> None:
-        """Call `listener` with each event from now on, in order, under the log's lock."""
-        with self._lock:
-            self._listeners.append(listener)
+        """Call `listener` with each event from now on, in order."""
+        self._listeners.append(listener)
 
-    def say(self, event: Kind, **about: Any) -> Event:
+    def say(self, event: Kind, **about: Any) -> None:
         """Write an event; raises ValueError for values that JSON cannot represent, such as NaN.
 
         Raises OSError if a listener does (a terminal that is gone), after all were called.
         """
-        if event not in KINDS:
-            raise ValueError(f"no event is called {event!r}")
-        with self._lock:
-            now = datetime.now(UTC).isoformat(timespec="milliseconds")
-            entry = {"n": self._count, "time": now, "event": event, **about}
-            line = json.dumps(entry, allow_nan=False).encode() + b"\n"
-            self._count += 1  # first: no two events have one number, even if this is interrupted
-            self._file.write(line)
-            self._file.flush()
-            gone = None
-            for listener in self._listeners:
-                try:
-                    listener(entry)
-                except OSError as error:
-                    gone = error
-            if gone is not None:
-                raise gone
-        return entry
-
-    def close(self) -> None:
-        """Write the whole log to the disk."""
-        with self._lock:
-            if not self._file.closed:
-                self._file.flush()
-                os.fsync(self._file.fileno())
-                self._file.close()
+        now = datetime.now(UTC).isoformat(timespec="milliseconds")
+        entry = {"n": self._count, "time": now, "event": event, **about}
+        line = json.dumps(entry, allow_nan=False).encode() + b"\n"
+        self._count += 1  # first: no two events have one number, even if this is interrupted
+        self._file.write(line)
+        self._file.flush()
+        gone = None
+        for listener in self._listeners:
+            try:
+                listener(entry)
+            except OSError as error:
+                gone = error
+        if gone is not None:
+            raise gone
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *error: object) -> None:
-        self.close()
+        """Write the whole log to the disk."""
+        self._file.flush()
+        os.fsync(self._file.fileno())
+        self._file.close()
+
+
+@dataclass
+class Grasp:
+    """One object in the gripper.
+
+    `value` and `probability` (None for numbers) are those of the prediction, `action` is that of
+    the decision. `truth` is the true class, "" if it is unknown.
+    """
+
+    number: int
+    truth: str = ""
+    value: str | float | None = None
+    probability: float | None = None
+    action: str = ""
+    bin: str = ""
+    placed: bool = False
+
+    @property
+    def outcome(self) -> str:
+        """The class that the run decided on its own, UNSURE, or "" while it is open."""
+        if self.truth == NOTHING and not self.placed:
+            return ""  # correct, and none of the classes
+        if self.action == "stop" or (self.placed and self.action == "reject"):
+            return UNSURE
+        return str(self.value) if self.placed else ""
+
+    @property
+    def wrong(self) -> bool:
+        """Whether the run put the object into the bin of another class than its own."""
+        return self.outcome not in ("", UNSURE) and self.truth not in ("", self.value)
+
+
+@dataclass
+class RunState:
+    """The state of a run after its events so far; see `add` and `plain`."""
+
+    n: int = -1
+    time: str = ""
+    began: str = ""
+    plan: Event = field(default_factory=dict)
+    step: str = ""
+    take: Event | None = None
+    prediction: Event | None = None
+    decision: Event | None = None
+    grasps: list[Grasp] = field(default_factory=list)
+    drift: Mapping[str, Any] | None = None
+    problems: list[str] = field(default_factory=list)
+    stopped: Event | None = None
+
+    @property
+    def placed(self) -> list[Grasp]:
+        """Grasps whose object is in a bin."""
+        return [grasp for grasp in self.grasps if grasp.placed]
+
+    @property
+    def mistakes(self) -> int:
+        """Number of objects that the run put into a wrong bin."""
+        return sum(grasp.wrong for grasp in self.grasps)
+
+    @property
+    def rows(self) -> tuple[int, int]:
+        """Objects sorted in a row now, and at most: without help and without a known mistake."""
+        row = longest = 0
+        for grasp in self.placed:
+            row = 0 if grasp.outcome == UNSURE or grasp.wrong else row + 1
+            longest = max(longest, row)
+        return row, longest
+
+    @property
+    def bins(self) -> dict[str, int]:
+        """Number of objects per bin."""
+        return dict(Counter(grasp.bin for grasp in self.placed))
+
+    @property
+    def seconds(self) -> float:
+        """Time from the first event to the last one; 0 if the clock was set back."""
+        if not self.began:
+            return 0.0
+        span = datetime.fromisoformat(self.time) - datetime.fromisoformat(self.began)
+        return max(0.0, round(span.total_seconds(), 3))
+
+    def plain(self) -> dict[str, Any]:
+        """Return the state as JSON represents it, with the last grasps only."""
+        shown = [{**asdict(grasp), "outcome": grasp.outcome} for grasp in self.grasps[-GRASPS:]]
+        row, longest = self.rows
+        return vars(self) | {
+            "grasps": shown,
+            "sorts": len(self.placed),
+            "mistakes": self.mistakes,
+            "in_a_row": row,
+            "longest": longest,
+            "bins": self.bins,
+            "seconds": self.seconds,
+        }
+
+    def add(self, event: Event) -> None:
+        """Update the state by one event."""
+        match event["event"]:
+            case "start":
+                self.plan = event
+            case "step":
+                self.step = event["step"]
+            case "take":
+                self.step, self.take = "sense", event
+            case "reference" if event["drift"] is not None:
+                text = self.drift["text"] if self.drift and event["drift"] > 1 else ""
+                self.drift = {"text": text, "ratio": event["drift"]}
+            case "drift":
+                self.drift = {"text": event["text"], "ratio": event["ratio"]}
+            case "stopped":
+                self.stopped, self.step = event, ""
+            case "problem":
+                self.problems = [*self.problems, event["text"]][-PROBLEMS:]
+            case "grasp" | "prediction" | "decision" | "placed":
+                self._add_to_grasp(event)
+        self.n, self.time = event["n"], event["time"]
+        self.began = self.began or self.time
+
+    def _add_to_grasp(self, event: Event) -> None:
+        """Update the last grasp by an event, or begin the next grasp."""
+        if event["event"] == "grasp":
+            self.grasps.append(Grasp(event["number"], event["object"]))
+            self.take = self.prediction = self.decision = None
+            return
+        grasp = self.grasps[-1]
+        match event["event"]:
+            case "prediction":
+                self.prediction, grasp.value = event, event["value"]
+                grasp.probability = max(event["probability"].values(), default=None)
+            case "decision":
+                self.decision, grasp.action = event, event["action"]
+            case "placed":
+                grasp.placed, grasp.bin = True, event["bin"]

@@ -3,40 +3,31 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ajgdata.acquire.card import Capture
+from ajgdata.acquire.live_session import REJECTED, LiveSession
+from ajgdata.acquire.protocol import PlannedGrasp
 from ajgdata.acquire.robot import UNNAMED, Placement, Robot
 from ajgdata.acquire.virtual import Card
-from ajgdata.live.control import Control
 from ajgdata.live.decision import Action, judge
 from ajgdata.live.drift import DriftWatch
-from ajgdata.live.events import EventLog, shown_spectrum
-from ajgdata.live.kept import KeptRun
+from ajgdata.live.events import EventLog, RunState
 from ajgdata.live.predictor import Prediction, Predictor
-from ajgdata.live.run_state import RunState
-from ajgdata.live.steps import Steps
+from ajgdata.live.steps import Control, Steps
 from ajgdata.types.plan import NOTHING, SortPlan
+
+#: Columns of recordings.csv in addition to those of acquisition.
+SORT, PREDICTED, CONFIDENCE, VERDICT = "sort", "predicted", "confidence", "verdict"
 
 
 class EndedByPerson(Exception):  # noqa: N818  # no error: somebody has had enough
     """The person who was asked ended the run instead."""
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """A run that ended by itself. `finished`: nothing was left to sort, or the person ended it;
-    else an object was in doubt, as `reason` says. `mistakes` count where the truth is known."""
-
-    sorts: int
-    longest_row: int
-    mistakes: int
-    reason: str
-    finished: bool
 
 
 def arrivals(plan: SortPlan) -> Iterator[str]:
@@ -54,8 +45,9 @@ def arrivals(plan: SortPlan) -> Iterator[str]:
 class Sorter:
     """Sorts by a plan, for which everything is open.
 
-    `played` float32 (n,) is the excitation, `truth` gives the class of an object by its name.
-    The robot may raise EndedByPerson. Every event is entered in `log`; `control` pauses and stops.
+    `played` float32 (n,) is the excitation, `labels` gives the targets of an object by its name,
+    `target` is the sorted one. The robot may raise EndedByPerson. Recordings are stored in
+    `session`, events in `log`; `control` stops the run. `recordings` counts what was recorded.
     """
 
     plan: SortPlan
@@ -63,11 +55,13 @@ class Sorter:
     card: Card
     played: NDArray[np.float32]
     robot: Robot
-    kept: KeptRun
+    session: LiveSession
     log: EventLog
+    target: str
+    labels: Callable[[str], Mapping[str, float | str]]
     control: Control = field(default_factory=Control)
-    truth: Callable[[str], str] = str
     watch: DriftWatch | None = None
+    recordings: int = 0
     _state: RunState = field(default_factory=RunState)
     _changed: bool = False
     _begun: float = 0.0
@@ -75,16 +69,16 @@ class Sorter:
     def __post_init__(self) -> None:
         self._steps = Steps(self.robot, self.plan.wait_s, self.log, self.control)
 
-    def run(self, coming: Iterable[str]) -> Outcome:
-        """Sort what comes, in the main thread.
+    def run(self, coming: Iterable[str]) -> RunState:
+        """Sort what comes, in the main thread; return the state at the end.
 
         Whatever else ends it, the robot halts, `stopped` says why and what is held, and the error
         goes on: CardError, RobotError, KeyboardInterrupt (Ctrl-C, `Control.stop`), SystemExit.
         """
         self._begun = time.monotonic()
         self.log.listen(self._state.add)
-        self.control.begin()
         try:
+            self.control.begin()
             reason, finished = self._sort_all(coming)
             self.control.end()
             self._say_stopped(reason, finished=finished)
@@ -92,10 +86,11 @@ class Sorter:
             ending = error  # worded only when nothing can come before the robot halts
             self._steps.halt(lambda: self._say_stopped(_why(ending)))
             raise
-        state = self._state
-        return Outcome(len(state.placed), state.rows[1], state.mistakes, reason, finished)
+        return self._state
 
     def _sort_all(self, coming: Iterable[str]) -> tuple[str, bool]:
+        """Return why the run ends, and whether it finished: nothing was left to sort, or the person
+        ended it; otherwise an object was in doubt."""
         every = self.plan.references.every if self.plan.references else 0
         try:
             for number, thing in enumerate(coming, start=1):
@@ -111,64 +106,64 @@ class Sorter:
             return "ended by the person", True
         return "nothing is left to sort", True
 
-    def _sort(self, number: int, thing: str) -> str:
+    def _sort(self, number: int, name: str) -> str:
         """Sort one object; return why the run is to stop, "" if it goes on."""
-        known = "" if not thing else NOTHING if thing == NOTHING else self.truth(thing)
+        known = str(self.labels(name).get(self.target, name)) if name != NOTHING else name
         self.log.say("grasp", number=number, object=known)
-        looks: list[Prediction] = []
-        while True:
-            looks.append(self._look(number, len(looks) + 1, thing))
-            begin = time.perf_counter()
-            decision = judge(looks, self.plan)
-            self.log.say("decision", seconds=time.perf_counter() - begin, **vars(decision))
-            if decision.action in (Action.PLACE, Action.REJECT):
-                value = decision.value if decision.action is Action.PLACE else ""
-                self._steps.place(value, decision.bin)
-                self.log.say("placed", value=value, bin=decision.bin, object=known)
-                return ""
-            self._steps.let_go()
-            if decision.action is Action.WAIT:
-                self._steps.wait()
-                return ""
-            if decision.action is Action.STOP:
-                return decision.reason
+        prediction = self._sense(number, name)
+        begin = time.perf_counter()
+        decision = judge(prediction, self.plan)
+        self.log.say("decision", seconds=time.perf_counter() - begin, **vars(decision))
+        if decision.action in (Action.PLACE, Action.REJECT):
+            value = decision.value if decision.action is Action.PLACE else ""
+            self._steps.place(value, decision.bin)
+            self.log.say("placed", value=value, bin=decision.bin, object=known)
+            return ""
+        self._steps.let_go()
+        if decision.action is Action.STOP:
+            return decision.reason
+        self._steps.wait()
+        return ""
 
-    def _look(self, number: int, look: int, thing: str) -> Prediction:
-        """Grasp, record and predict; what is recorded is kept before anything else happens."""
-        empty = thing == NOTHING
-        name = "" if empty else thing or UNNAMED
-        place = Placement(f"sort_{number:04d}_{look}", name, number, self.plan.force_n)
-        force = self._steps.grasp(place)
+    def _sense(self, number: int, name: str) -> Prediction:
+        """Grasp, record and predict; the recording is stored before anything else happens."""
+        held = "" if name == NOTHING else name
+        targets = self.labels(held) if held else {}
+        reference = NOTHING if name == NOTHING else ""
+        grasp = PlannedGrasp(f"sort_{number:04d}", held, number, 1, targets, reference)
+        touched = "" if name == NOTHING else name or UNNAMED
+        force = self._steps.grasp(Placement(grasp.name, touched, number, self.plan.force_n))
         begin = time.perf_counter()
         capture = self.card.take(self.played)
         seconds = time.perf_counter() - begin
-        grasp = self.kept.look(number, look, thing, capture, force)
-        where = {"recording": self.kept.name(grasp), "look": look}
-        rate = self.card.settings.sample_rate_hz
+        labels = dict.fromkeys((PREDICTED, CONFIDENCE, VERDICT), "") | {SORT: str(number)}
+        labels["force_reached_n"] = "" if force is None else f"{force:g}"
+        recording = self._store(grasp, capture, labels, known=bool(name))
         begin = time.perf_counter()
-        prediction = self.senses.predict(capture.samples, rate)
+        prediction = self.senses.predict(capture.samples, self.card.settings.sample_rate_hz)
         predicting = time.perf_counter() - begin
-        feature = self.senses.feature(capture.samples, rate)
         self.log.say(
-            "take", **where, seconds=seconds, peak_dbfs=capture.peak_dbfs,
+            "take", recording=recording, seconds=seconds, peak_dbfs=capture.peak_dbfs,
             clipped=capture.clipped, xruns=capture.xruns, attempts=capture.attempts,
-            spectrum=shown_spectrum(feature),
         )  # fmt: skip
-        self.log.say("prediction", **where, seconds=predicting, **prediction.plain())
-        self.kept.said(grasp, prediction)
+        self.log.say("prediction", recording=recording, seconds=predicting, **prediction.plain())
+        confidence = max(prediction.probability.values(), default=None)
+        predicted = {PREDICTED: str(prediction.value), VERDICT: str(prediction.verdict)}
+        predicted[CONFIDENCE] = "" if confidence is None else f"{confidence:.4f}"
+        self.session.label(grasp, predicted)
         return prediction
 
     def _refer(self, number: int) -> None:
         """Record the empty gripper, and warn if it has changed."""
-        self._steps.grasp(Placement(f"{NOTHING}_{number:04d}", "", number, self.plan.force_n))
+        grasp = PlannedGrasp(f"{NOTHING}_{number:04d}", "", number, 1, {}, NOTHING)
+        self._steps.grasp(Placement(grasp.name, "", number, self.plan.force_n))
         capture = self.card.take(self.played)
-        grasp = self.kept.reference(number, capture)
+        recording = self._store(grasp, capture, {}, known=True)
         self._steps.let_go()
-        rate = self.card.settings.sample_rate_hz
-        feature = self.senses.feature(capture.samples, rate)
+        feature = self.senses.feature(capture.samples, self.card.settings.sample_rate_hz)
         self.senses = self.senses.with_references(feature[np.newaxis])
         ratio = self.watch.observe(feature) if self.watch else None
-        self.log.say("reference", kind=NOTHING, recording=self.kept.name(grasp), drift=ratio)
+        self.log.say("reference", kind=NOTHING, recording=recording, drift=ratio)
         has_changed = ratio is not None and ratio > 1
         if has_changed and not self._changed:  # once, until the gripper is as it was
             text = (
@@ -177,6 +172,21 @@ class Sorter:
             )
             self.log.say("drift", text=text, ratio=ratio)
         self._changed = has_changed
+
+    def _store(
+        self, grasp: PlannedGrasp, capture: Capture, labels: Mapping[str, str], *, known: bool
+    ) -> str:
+        """Store a recording; return its name in the feature store.
+
+        If the object is not `known`, it has `quality: reject`: it is no recording of an empty
+        gripper, and no model is trained on it before a person fills in its label and quality.
+        """
+        quality = ("clipped" if capture.clipped else "ok") if known else REJECTED
+        self.recordings += 1
+        self.session.record(
+            grasp, 1, 0, capture.samples, quality=quality, labels={**capture.labels(), **labels}
+        )
+        return f"{self.session.folder.name}/{grasp.name}_1"
 
     def _say_stopped(self, reason: str, *, finished: bool = False) -> None:
         seconds, held = time.monotonic() - self._begun, self._steps.held

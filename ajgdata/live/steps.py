@@ -1,7 +1,9 @@
-"""The robot's steps of a live run, the object that is held, and the halt."""
+"""The robot's steps of a live run, the object that is held, the stop and the halt."""
 
 from __future__ import annotations
 
+import signal
+import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -10,13 +12,48 @@ from typing import Any
 
 from ajgdata.acquire.robot import UNNAMED, Placement, Robot
 from ajgdata.acquire.signals import undisturbed
-from ajgdata.live.control import Control, Mode
 from ajgdata.live.events import EventLog
+
+
+class Control:
+    """Stops a run from any thread; `begin` and `end` are called by the run in the main thread."""
+
+    def __init__(self) -> None:
+        self.stopped = False  #: also after the run has ended
+        self._in_run = False
+        self._lock = threading.Lock()
+
+    def stop(self) -> None:
+        """End the run now, in the middle of a step: as Ctrl-C does, by KeyboardInterrupt in the
+        main thread. If it is called again, or after the run has ended, it does nothing."""
+        with self._lock:
+            if self._in_run and not self.stopped:
+                # a signal also wakes what sleeps, reads, or waits for a program
+                signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+            self.stopped = True
+
+    def begin(self) -> None:
+        """Mark the begin of the run: only now may `stop` interrupt it. Raises KeyboardInterrupt if
+        it has been stopped before.
+
+        A program that a shell started in the background ignores SIGINT; a run must be stoppable.
+        """
+        if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        with self._lock:
+            self._in_run = not self.stopped
+        if self.stopped:
+            raise KeyboardInterrupt
+
+    def end(self) -> None:
+        """Mark the end of the run: nothing is interrupted from now on."""
+        with self._lock:
+            self._in_run, self.stopped = False, True
 
 
 @dataclass
 class Steps:
-    """Makes the paper's steps of a sort, each when the run may go on.
+    """Makes the paper's steps of a sort.
 
     `held` is what is in the gripper, or may be: from the moment in which it goes down until it has
     let go. `pressing`: `release` is still to come.
@@ -83,8 +120,7 @@ class Steps:
             then()
 
     def _step(self, step: str, about: Any = None) -> float | None:
-        """Make one step, when the run may go on; return the force of `approach`."""
-        self.checkpoint()
+        """Make one step; return the force of `approach`."""
         begin, force = time.perf_counter(), None
         match step:
             case "approach":
@@ -102,12 +138,3 @@ class Steps:
                 self.robot.move(step)
         self.log.say("step", step=step, seconds=time.perf_counter() - begin)
         return force
-
-    def checkpoint(self) -> None:
-        """Wait while the run is paused. Raises KeyboardInterrupt if it is to stop."""
-        if self.control.mode is Mode.PAUSED:
-            self.log.say("paused", reason="asked to pause")
-            self.control.checkpoint()
-            self.log.say("resumed", reason="asked to go on")
-        else:
-            self.control.checkpoint()

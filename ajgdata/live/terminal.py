@@ -5,11 +5,10 @@ from __future__ import annotations
 from rich.console import Console
 from rich.markup import escape
 
-from ajgdata.live.control import Control, Mode
 from ajgdata.live.decision import percent
-from ajgdata.live.events import Event
-from ajgdata.live.run_state import RunState
+from ajgdata.live.events import Event, RunState
 from ajgdata.live.sort import EndedByPerson
+from ajgdata.live.steps import Control
 
 
 class SortTerminal:
@@ -21,7 +20,7 @@ class SortTerminal:
 
     def confirm(self, text: str) -> None:
         """Say it and wait for Enter; q ends the run."""
-        if self._control.mode is Mode.STOPPED:  # nobody is waited for now
+        if self._control.stopped:  # nobody is waited for now
             self._say(f"[b red]{escape(text)}[/]")
             return
         try:
@@ -37,10 +36,6 @@ class SortTerminal:
         show = getattr(self, f"_{event['event']}", None)
         if show:
             show(event)
-
-    def summary(self) -> str:
-        """Return how many went into which bin."""
-        return ", ".join(f"{name} {count}" for name, count in sorted(self._state.bins.items()))
 
     def _say(self, text: str) -> None:
         self._console.print(text, soft_wrap=True)
@@ -58,18 +53,17 @@ class SortTerminal:
             self._say(f"  [yellow]{event['clipped']} samples clipped[/]: lower the gain")
 
     def _decision(self, event: Event) -> None:
-        if event["action"] in ("again", "wait"):
+        if event["action"] == "wait":
             number = self._state.grasps[-1].number
-            self._say(f"[dim]{number:4}  {escape(event['reason'])}: {event['action']}[/]")
+            self._say(f"[dim]{number:4}  {escape(event['reason'])}: wait[/]")
 
     def _placed(self, event: Event) -> None:
         value, truth = event["value"] or "?", event["object"]
         grasp = self._state.grasps[-1]
         wrong = truth and truth != value
-        looks = f", {grasp.looks} looks" if grasp.looks > 1 else ""
         note = f"[red]wrong: {escape(truth)}[/]" if wrong else f"{self._state.rows[0]} in a row"
         self._say(
-            f"{grasp.number:4}  {escape(value)}, {percent(grasp.probability or 0.0)}{looks}"
+            f"{grasp.number:4}  {escape(value)}, {percent(grasp.probability or 0.0)}"
             f"  → {escape(event['bin'])}  {note}"
         )
 
@@ -83,12 +77,6 @@ class SortTerminal:
 
     def _problem(self, event: Event) -> None:
         self._say(f"[yellow]warning[/] {escape(event['text'])}")
-
-    def _paused(self, event: Event) -> None:
-        self._say("[yellow]paused[/yellow]")
-
-    def _resumed(self, event: Event) -> None:
-        self._say("[yellow]resumed[/yellow]")
 
     def _stopped(self, event: Event) -> None:
         held = f"; [b red]still held: {escape(event['held'])}[/]" if event["held"] else ""

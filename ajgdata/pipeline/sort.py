@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from ajgdata.acquire.live_session import live_session
 from ajgdata.acquire.robot import Confirm
-from ajgdata.acquire.virtual import Card
-from ajgdata.live.control import Control
 from ajgdata.live.drift import REFERENCES_NEEDED, DriftWatch
-from ajgdata.live.events import EventLog, Listener, shown_spectrum
-from ajgdata.live.kept import KeptRun, class_of, labels_of
+from ajgdata.live.events import EventLog, Listener, RunState
 from ajgdata.live.predictor import Predictor
-from ajgdata.live.sort import Outcome, Sorter, arrivals
+from ajgdata.live.sort import Sorter, arrivals
+from ajgdata.live.steps import Control
 from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire_live import (
     VIRTUAL,
@@ -25,7 +22,6 @@ from ajgdata.pipeline.acquire_live import (
     store_card,
     stored_excitation,
 )
-from ajgdata.store.features import read_store
 from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
 from ajgdata.types import DataError, DatasetSpec
 from ajgdata.types.plan import NOTHING, SortPlan
@@ -39,17 +35,27 @@ NO_ALARM = (
 
 @dataclass(frozen=True)
 class OpenRun:
-    """A run that is ready: its loop, and the contents of the event `start`."""
+    """A run that is ready."""
 
     sorter: Sorter
-    name: str  #: DATASET/SESSION that keeps the recordings
+    name: str  #: DATASET/SESSION with the recordings
     log_file: Path
-    start: Mapping[str, Any]
 
-    def run(self) -> Outcome:
+    def run(self) -> RunState:
         """Sort until it ends (see live.sort.Sorter.run), in the main thread."""
-        log, plan = self.sorter.log, self.sorter.plan
-        log.say("start", **self.start)
+        log, plan, card = self.sorter.log, self.sorter.plan, self.sorter.card
+        rejected = {"rejected": plan.reject_bin} if plan.reject_bin else {}
+        log.say(
+            "start",
+            **plan.model_dump(include={"dataset", "task", "model", "threshold"}),
+            unit="",
+            classes=list(self.sorter.senses.classes),
+            bins={**plan.bins, **rejected},
+            device=card.settings.device,
+            robot="command" if plan.robot else "manual",
+            source="simulated" if plan.source == VIRTUAL else "recorded",
+            session=self.sorter.session.folder.name,
+        )
         if self.sorter.watch is None and plan.references:
             log.say("problem", text=NO_ALARM)
         return self.sorter.run(arrivals(plan))
@@ -84,14 +90,14 @@ def open_run(
     ):  # fmt: skip
         log.listen(listen)
         played = stored_excitation(folder, card.settings.sample_rate_hz)
-        kept = KeptRun(live, lambda name: labels_of(spec, target, name))
-        truth = lambda name: class_of(spec, target, name) or name  # noqa: E731
         known = predictor.references
-        watch = DriftWatch(known) if len(known) >= REFERENCES_NEEDED else None
-        sorter = Sorter(plan, predictor, card, played, robot, kept, log, control, truth, watch)
-        start = {**_start_event(paths, spec, plan, predictor, card), "session": session}
+        sorter = Sorter(
+            plan=plan, senses=predictor, card=card, played=played, robot=robot, session=live,
+            log=log, target=target, labels=lambda name: labels_of(spec, target, name),
+            control=control, watch=DriftWatch(known) if len(known) >= REFERENCES_NEEDED else None,
+        )  # fmt: skip
         try:
-            yield OpenRun(sorter, f"{spec.name}/{session}", log_file, start)
+            yield OpenRun(sorter, f"{spec.name}/{session}", log_file)
         finally:
             store_card(live, card)
 
@@ -117,7 +123,7 @@ def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:
         raise DataError(where, problem, f"its classes are {', '.join(classes)}")
     target = spec.tasks[plan.task].target
     for name in plan.objects:
-        if name != NOTHING and class_of(spec, target, name) is None:
+        if name != NOTHING and target != "object" and not labels_of(spec, target, name):
             fix = f"name objects of {paths.dataset(spec.name)}"
             raise DataError(where, f"objects: nobody knows the {target} of {name}", fix)
     return predictor
@@ -130,36 +136,12 @@ def _next_name(paths: Paths, dataset: str) -> str:
     return f"sort-{max(numbers, default=0) + 1:02d}"
 
 
-def _start_event(
-    paths: Paths, spec: DatasetSpec, plan: SortPlan, predictor: Predictor, card: Card
-) -> dict[str, Any]:
-    """Return the contents of the event `start`."""
-    return {
-        "dataset": plan.dataset,
-        "task": plan.task,
-        "model": plan.model,
-        "unit": "",
-        "classes": list(predictor.classes),
-        "threshold": plan.threshold,
-        "bins": {**plan.bins, **({"rejected": plan.reject_bin} if plan.reject_bin else {})},
-        "looks": plan.looks,
-        "device": card.settings.device,
-        "robot": "command" if plan.robot else "manual",
-        "source": "simulated" if plan.source == VIRTUAL else "recorded",
-        **_means(paths.features(spec.name), spec.tasks[plan.task].target, predictor.classes),
-    }
-
-
-def _means(store: Path, target: str, classes: Sequence[str]) -> dict[str, Any]:
-    """Return the mean spectrum of each class as trained on, for whoever draws it; {} without the
-    feature store, which sorting does not need."""
-    if not store.is_file():
+def labels_of(spec: DatasetSpec, target: str, name: str) -> dict[str, float | str]:
+    """Return the targets of an object by recipe or protocol; {} if they do not give its class."""
+    sources = [source for source in (spec.recipe, spec.protocol) if source]
+    objects = {made.name: made.targets for source in sources for made in source.objects}
+    targets = {**objects.get(name, {}), "object": name}
+    if targets.get(target) is None:
         return {}
-    shard = read_store(store)
-    value = shard.columns[target].values.astype(str)
-    spectra = {
-        one: shown_spectrum(shard.feature[value == one].mean(axis=0))
-        for one in classes
-        if (value == one).any()
-    }
-    return {"spectra": spectra, "top_hz": float(shard.frequency_hz[-1])}
+    targets[target] = str(targets[target])
+    return {key: targets[key] for key in sorted(targets) if key != "object"}  # has its own column

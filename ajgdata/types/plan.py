@@ -28,24 +28,15 @@ class SortPlan(Strict):
         description="bin of each class; a class without one is refused before anything moves"
     )
     reject_bin: Bin | None = Field(None, description="bin of what is rejected")
-    looks: int = Field(
-        1,
-        ge=1,
-        le=20,
-        description="grasps of one object at most: below the threshold it is grasped again, and "
-        "the probabilities are multiplied (paper: 1)",
-    )
     below: Doubtful = Field(
         "stop",
-        description="when no class reaches the threshold after all looks (paper: stop); "
-        "reject: into `reject_bin`",
+        description="when no class reaches the threshold (paper: stop); reject: into `reject_bin`",
     )
-    nothing: Literal["stop", "again", "wait"] = Field(
-        "stop",
-        description="when nothing is held; again: as often as `looks`; wait: until something is",
+    nothing: Literal["stop", "wait"] = Field(
+        "stop", description="when nothing is held; wait: until an object is there"
     )
     unknown: Doubtful = Field(
-        "stop", description="when, after all looks, it is unlike anything that the model learnt"
+        "stop", description="when the object is unlike anything that the model learnt"
     )
     sorts: int | None = Field(None, ge=1, description="end after so many; null: until it stops")
     objects: tuple[Name, ...] = Field(

@@ -3,12 +3,8 @@
 import json
 from datetime import UTC, datetime, timedelta
 
-from ajgdata.live.events import SHOWN_BANDS
-
 CLASSES = ["marker", "padlock", "screw", "strawberry"]
 BINS = {"marker": "A", "padlock": "B", "screw": "B", "strawberry": "C"}
-#: Class means of the training data.
-SPECTRA = {name: [1 + 0.1 * i] * SHOWN_BANDS for i, name in enumerate(CLASSES)}
 START = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
 
 
@@ -33,20 +29,17 @@ class Story:
     def start(self, **about):
         given = {
             "dataset": "ycb", "task": "sorting", "model": "cnn", "unit": "", "classes": CLASSES,
-            "threshold": 0.6, "bins": BINS, "looks": 2, "device": "virtual gripper",
+            "threshold": 0.6, "bins": BINS, "device": "virtual gripper",
             "robot": "manual", "session": "sort-01", "source": "simulated",
-            "spectra": SPECTRA, "top_hz": 22_050.0,
         }  # fmt: skip
         return self.say("start", **(given | about))
 
-    def hear(self, probability, look=1, verdict="known", **take):
+    def hear(self, probability, verdict="known", **take):
         level = {"peak_dbfs": -12.5, "clipped": 0, "xruns": 0, "attempts": 1} | take
-        tilt = sum(i * p for i, p in enumerate(probability.values()))
-        spectrum = [1 + 0.2 * tilt * (i / SHOWN_BANDS - 0.5) for i in range(SHOWN_BANDS)]
-        self.say("take", recording="r", look=look, seconds=1.0, spectrum=spectrum, **level)
+        self.say("take", recording="r", seconds=1.0, **level)
         best = max(probability, key=probability.get)
         return self.say(
-            "prediction", recording="r", look=look, seconds=0.01, kind="classification", value=best,
+            "prediction", recording="r", seconds=0.01, kind="classification", value=best,
             unit="", verdict=verdict, novelty=0.4, probability=probability, interval=None,
             remarks=[],
         )  # fmt: skip
@@ -55,8 +48,7 @@ class Story:
         rest = (1 - sure) / (len(CLASSES) - 1)
         probability = {name: sure if name == value else rest for name in CLASSES}
         self.say("grasp", number=number, object=truth).hear(probability)
-        about = {"action": "place", "value": value, "bin": BINS[value], "looks": 1, "reason": ""}
-        self.say("decision", probability=probability, **about)
+        self.say("decision", action="place", value=value, bin=BINS[value], reason="")
         if placed:
             self.say("placed", value=value, bin=BINS[value], object=truth)
         return self

@@ -14,11 +14,10 @@ from ajgdata.acquire.card import CardSettings
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.live_session import live_session
 from ajgdata.acquire.robot import Placement, RobotError
-from ajgdata.live.control import Control
 from ajgdata.live.events import EventLog
-from ajgdata.live.kept import KeptRun
 from ajgdata.live.predictor import Prediction, Verdict
 from ajgdata.live.sort import Sorter, arrivals
+from ajgdata.live.steps import Control
 from ajgdata.types import DatasetSpec, LogSweep
 from ajgdata.types.plan import SortPlan
 
@@ -115,8 +114,8 @@ class Cell:
             self.sorter = Sorter(
                 plan=made, senses=Scripted(*predictions), card=fake_card(self.line),
                 played=sound.astype(np.float32), robot=self.robot,
-                kept=KeptRun(session, lambda name: {"label": name}), log=log,
-                control=self.control, **about,
+                session=session, log=log, target="label",
+                labels=lambda name: {"label": name} if name else {}, control=self.control, **about,
             )  # fmt: skip
             yield self.sorter
 

@@ -1,10 +1,11 @@
-"""The log of a live run."""
+"""The log of a live run, and the state of the run that the events describe."""
 
-import numpy as np
+import json
+
 import pytest
-from live_events import read_events
+from live_events import CLASSES, Story, read_events
 
-from ajgdata.live.events import SHOWN_BANDS, EventLog, shown_spectrum
+from ajgdata.live.events import GRASPS, PROBLEMS, UNSURE, EventLog, RunState
 
 
 def test_events_are_written_line_by_line_and_passed_to_listeners(tmp_path):
@@ -21,10 +22,75 @@ def test_events_are_written_line_by_line_and_passed_to_listeners(tmp_path):
     assert [(one["n"], one["event"]) for one in passed] == [(0, "start"), (1, "stopped")]
 
 
-def test_a_drawn_spectrum_is_band_means_over_their_mean():
-    feature = np.repeat(np.arange(1.0, SHOWN_BANDS + 1), 16)  # each band holds one value
-    expected = np.arange(1, SHOWN_BANDS + 1) / ((SHOWN_BANDS + 1) / 2)
-    np.testing.assert_allclose(shown_spectrum(feature), expected, atol=5e-5)  # four decimals
-    np.testing.assert_allclose(shown_spectrum(7 * feature), shown_spectrum(feature))
-    assert len(shown_spectrum(np.ones(1025))) == SHOWN_BANDS
-    assert shown_spectrum(np.zeros(1025)) == [0.0] * SHOWN_BANDS
+def folded(events) -> RunState:
+    """The state of a run after `events`."""
+    state = RunState()
+    for event in events:
+        state.add(event)
+    return state
+
+
+def test_a_sort_is_counted_by_bin_truth_and_time():
+    story = Story().start().sort(1, "marker", "marker").sort(2, "screw", "marker", sure=0.7)
+    state = folded(story.events)
+    assert state.n == len(story.events) - 1
+    assert state.bins == {"A": 1, "B": 1}
+    assert (len(state.placed), state.rows, state.mistakes) == (2, (0, 1), 1)
+    assert state.seconds == len(story.events) - 1.0
+    last = state.grasps[-1]
+    assert (last.value, last.probability, last.outcome, last.truth) == (
+        "screw", 0.7, "screw", "marker",
+    )  # fmt: skip
+
+
+def undecided(truth, action):
+    story = Story().start().say("grasp", number=1, object=truth)
+    story.hear(dict.fromkeys(CLASSES, 0.25))
+    return story.say("decision", action=action, value="marker", bin="R", reason="too unsure")
+
+
+def test_what_the_run_did_not_decide_itself_is_unsure():
+    def outcome(story):
+        (grasp,) = folded(story.events).grasps
+        return grasp.outcome, grasp.wrong
+
+    assert outcome(undecided("screw", "stop")) == (UNSURE, False)
+    rejected = undecided("screw", "reject").say("placed", value="", bin="R", object="screw")
+    assert outcome(rejected) == (UNSURE, False)
+    assert outcome(undecided("empty", "stop")) == ("", False)  # no mistake
+    assert outcome(Story().start().sort(1, "marker", "empty")) == ("marker", True)
+
+
+def test_a_row_ends_when_a_sort_was_wrong():
+    story = Story().start().sort(1, "marker").sort(2, "screw", "screw").sort(3, "screw")
+    assert folded(story.events).rows == (3, 3)
+    story.sort(4, "screw", "marker")
+    assert folded(story.events).rows == (0, 3)
+    assert folded(story.sort(5, "screw", "screw").events).rows == (1, 3)
+
+
+def test_drift_is_told_until_it_is_over():
+    story = Story().start().say("drift", text="colder", ratio=1.4)
+    assert folded(story.events).drift == {"text": "colder", "ratio": 1.4}
+    story.say("reference", kind="empty", recording="r", drift=1.2)
+    assert folded(story.events).drift == {"text": "colder", "ratio": 1.2}
+    story.say("reference", kind="empty", recording="r", drift=None)
+    story.say("reference", kind="empty", recording="r", drift=0.8)
+    assert folded(story.events).drift == {"text": "", "ratio": 0.8}
+
+
+def test_a_clock_that_is_set_back_gives_no_negative_time():
+    story = Story().start().say("grasp", after=-3600.0, number=1, object="")
+    assert folded(story.events).seconds == 0.0
+
+
+def test_a_state_is_shown_as_json_with_the_last_grasps_only():
+    story = Story().start()
+    for number in range(1, GRASPS + 6):
+        story.sort(number, "marker", "marker").say("problem", text=f"problem {number}")
+    plain = json.loads(json.dumps(folded(story.events).plain(), allow_nan=False))
+    assert [grasp["number"] for grasp in plain["grasps"]] == list(range(6, GRASPS + 6))
+    assert len(plain["problems"]) == PROBLEMS
+    assert (plain["n"], plain["sorts"], plain["bins"]) == (
+        len(story.events) - 1, GRASPS + 5, {"A": GRASPS + 5},
+    )  # fmt: skip

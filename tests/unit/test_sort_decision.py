@@ -1,53 +1,39 @@
 """What becomes of an object, by the rules of a plan."""
 
 import pytest
-from sorting_lab import BALL, CUBE, EMPTY, STRANGE, UNSURE, plan, seen
+from sorting_lab import BALL, EMPTY, STRANGE, UNSURE, plan, seen
 
 from ajgdata.live.decision import Action, judge
 
 
 def test_the_threshold_itself_is_enough():
-    at = judge([seen(0.6, 0.2, 0.2)], plan())
+    at = judge(seen(0.6, 0.2, 0.2), plan())
     assert (at.action, at.value, at.bin) == (Action.PLACE, "ball", "A")
-    below = judge([seen(0.5999, 0.2001, 0.2)], plan())
+    below = judge(seen(0.5999, 0.2001, 0.2), plan())
     assert (below.action, below.bin) == (Action.STOP, "")
     assert below.reason == "ball has 59.9 %, needs 60 %"  # never said to have what it needs
 
 
 def test_below_the_threshold_the_plan_may_reject():
-    decision = judge([UNSURE], plan(below="reject", reject_bin="R"))
+    decision = judge(UNSURE, plan(below="reject", reject_bin="R"))
     assert (decision.action, decision.bin, decision.value) == ("reject", "R", "ball")
 
 
-def test_another_look_before_anything_else_and_then_both_count():
-    made = plan(looks=2)
-    assert judge([UNSURE], made).action is Action.AGAIN
-    both = judge([UNSURE, UNSURE], made)
-    assert both.action is Action.PLACE  # .25 of .25 + .09 + .04: 66 %
-    assert both.probability["ball"] == pytest.approx(0.25 / 0.38)
-    assert judge([UNSURE, seen(0.2, 0.3, 0.5)], made).action is Action.STOP
+def test_an_unknown_object_is_no_class_however_probable():
+    assert judge(STRANGE, plan()).action is Action.STOP
+    decision = judge(STRANGE, plan(unknown="reject", reject_bin="R"))
+    assert (decision.action, decision.bin, decision.value) == (Action.REJECT, "R", "")
+    assert "2.5 times as far" in decision.reason
 
 
-def test_what_is_unlike_anything_is_looked_at_again_and_its_probabilities_are_left_out():
-    made = plan(looks=3, unknown="reject", reject_bin="R")
-    assert judge([STRANGE], made).action is Action.AGAIN
-    assert judge([STRANGE, CUBE], made).value == "cube"  # .09 against .16 if it counted
-    last = judge([STRANGE] * 3, made)
-    assert (last.action, last.bin, last.value) == (Action.REJECT, "R", "")
-    assert "2.5 times as far" in last.reason
-    assert judge([UNSURE, UNSURE, STRANGE], made).action is Action.REJECT
+def test_without_a_novelty_check_an_object_is_placed_and_the_reason_says_so():
+    decision = judge(seen(0.9, 0.05, 0.05, verdict="not checked", novelty=None), plan())
+    assert (decision.action, decision.bin) == (Action.PLACE, "A")
+    assert decision.reason == "ball, 90 %, novelty not checked"
 
 
-@pytest.mark.parametrize(
-    "rules, looks, action",
-    [
-        ({}, 1, "stop"),
-        ({"nothing": "wait"}, 1, "wait"),
-        ({"nothing": "wait", "looks": 3}, 2, "wait"),
-        ({"nothing": "again", "looks": 2}, 1, "again"),
-        ({"nothing": "again", "looks": 2}, 2, "stop"),
-    ],
-)
-def test_nothing_held_is_no_class_however_probable(rules, looks, action):
-    decision = judge([BALL] * (looks - 1) + [EMPTY], plan(**rules))
-    assert (decision.action, decision.bin) == (action, "")
+@pytest.mark.parametrize("action", ["stop", "wait"])
+def test_nothing_held_is_no_class_however_probable(action):
+    assert BALL.probability == EMPTY.probability
+    decision = judge(EMPTY, plan(nothing=action))
+    assert (decision.action, decision.value, decision.bin) == (action, "", "")

@@ -9,7 +9,7 @@ from ajgdata.types.plan import SortPlan
 
 def test_the_defaults_are_the_paper_s():
     made = SortPlan.model_validate({k: v for k, v in PLAN.items() if k not in ("references",)})
-    assert (made.threshold, made.looks, made.below, made.force_n) == (0.6, 1, "stop", 8.0)
+    assert (made.threshold, made.below, made.force_n) == (0.6, "stop", 8.0)
     assert made.references.every == 10
 
 
