@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import secrets
-import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -13,8 +11,9 @@ from itertools import count
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.cells import cell_len
+from rich.bar import Bar
 from rich.markup import escape
+from rich.table import Table
 
 from ajgdata.cli.console import out, say
 from ajgdata.types import DataError
@@ -27,11 +26,10 @@ if TYPE_CHECKING:
 
 _CARD = "sound card"
 _VIRTUAL = "virtual gripper"
-#: Least probability that sorting needs (paper), drawn as a line.
+#: Least probability that sorting needs (paper).
 THRESHOLD = 0.6
-_EIGHTHS = " ▏▎▍▌▋▊▉"
-#: Widths of a bar, in characters; narrower terminals get none.
-_WIDEST, _NARROWEST = 40, 8
+#: Width of a bar in characters.
+_BAR_WIDTH = 40
 #: Colour and text by verdict (`live.predictor.Verdict`).
 _VERDICTS = {
     "known": ("green", "known"),
@@ -55,11 +53,6 @@ class SenseResult:
     seconds: float
     object: str
 
-    def plain(self) -> dict[str, Any]:
-        """Return the result as JSON represents it."""
-        about = {key: getattr(self, key) for key in ("number", "object", "peak_dbfs", "clipped")}
-        return {**about, "seconds": round(self.seconds, 4), **self.prediction.plain()}
-
 
 def sense(
     dataset: Annotated[str, typer.Argument(help="data set of the model")],
@@ -67,7 +60,6 @@ def sense(
     model: Annotated[str, typer.Argument(help="cnn, linear, ...")] = "cnn",
     source: Annotated[str, typer.Option(help="soundcard, or virtual (no hardware)")] = "soundcard",
     watch: Annotated[bool, typer.Option("--watch", help="repeat until Ctrl-C")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="one JSON object per recording")] = False,
     device: Annotated[
         str, typer.Option(help="exact name in `ajgdata device list`", rich_help_panel=_CARD)
     ] = "",
@@ -93,7 +85,7 @@ def sense(
     seed = secrets.randbelow(2**31) if seed is None else seed
     with stopped_by_hand(), _sensing((dataset, task, model), source, card, objects, seed) as takes:
         for take in takes:
-            _show(take, as_json)
+            _show(take)
             if not watch:
                 break
 
@@ -173,49 +165,30 @@ def _takes(
         yield SenseResult(number, prediction, capture.peak_dbfs, capture.clipped, seconds, name)
 
 
-def _show(take: SenseResult, as_json: bool) -> None:
-    """Print one recording."""
+def _show(take: SenseResult) -> None:
+    """Print one recording: its level, the probability of each class, and the verdict."""
     from ajgdata.acquire.operator import meter
+    from ajgdata.live.decision import percent
 
-    if as_json:
-        sys.stdout.write(json.dumps(take.plain(), allow_nan=False) + "\n")
-        sys.stdout.flush()
-        return
     simulated = f", holds {take.object} (simulated)" if take.object else ""
     peak = f"{meter(take.peak_dbfs)} {take.peak_dbfs:.1f} dBFS"
     say(f"[b]{take.number}[/b]  {peak}  {take.seconds:.2f} s{escape(simulated)}")
-    for line in _table(take.prediction, out.width):
-        say(line)
-
-
-def _bar(share: float, width: int) -> str:
-    """Return a bar of `width` characters for a share of 1; `│` stands at the threshold."""
-    eighths = round(max(0.0, min(share, 1.0)) * width * 8)
-    cells = list(("█" * (eighths // 8) + _EIGHTHS[eighths % 8]).ljust(width)[:width])
-    at = int(THRESHOLD * width)
-    cells[at] = "│" if cells[at] == " " else "┃"
-    return "".join(cells)
-
-
-def _table(prediction: Prediction, width: int) -> list[str]:
-    """Return the lines (rich markup) that show one prediction in `width` columns."""
-    from ajgdata.live.decision import percent
-
+    prediction = take.prediction
     colour, verdict = _VERDICTS[prediction.verdict]
     ordered = sorted(prediction.probability.items(), key=lambda item: -item[1])
-    name_width = max((cell_len(name) for name in prediction.probability), default=0)
-    room = min(width - name_width - 12, _WIDEST)
-    lines = []
+    table = Table.grid(padding=(0, 2))
     for name, share in ordered:
-        bar = f"  {_bar(share, room)}" if room >= _NARROWEST else ""
         is_sure = share >= THRESHOLD and prediction.verdict in ("known", "not checked")
-        style = f"[{colour}]" if is_sure else "[dim]" if share < 0.01 else "[default]"
-        lines.append(f"{style}{escape(name.ljust(name_width))}{bar}  {percent(share):>7}[/]")
+        bar = Bar(1, 0, share, width=_BAR_WIDTH, color=colour if is_sure else "default")
+        table.add_row(escape(name), bar, percent(share))
+    if ordered:
+        out.print(table)
     if prediction.verdict == "known" and ordered and ordered[0][1] < THRESHOLD:
         colour, verdict = "yellow", f"known, but below {percent(THRESHOLD)}"
     value = "" if prediction.verdict == "nothing" else f": [b]{escape(_value(prediction))}[/b]"
-    lines.append(f"[{colour}]{verdict}[/]{value}[dim]{_novelty(prediction)}[/dim]")
-    return [*lines, *(f"[yellow]warning[/yellow] {escape(text)}" for text in prediction.remarks)]
+    say(f"[{colour}]{verdict}[/]{value}[dim]{_novelty(prediction)}[/dim]")
+    for text in prediction.remarks:
+        say(f"[yellow]warning[/yellow] {escape(text)}")
 
 
 def _value(prediction: Prediction) -> str:

@@ -21,7 +21,7 @@ LOG = ROOT / "docs/examples/sorting.jsonl"
 #: Set it to write the pictures of it into docs/images.
 WRITE = "AJGDATA_SCREENSHOTS"
 #: Width and height in CSS pixels, and how many of the picture's one of them takes.
-SHOTS = {"dashboard": (1300, 1060, 1.0), "dashboard-phone": (360, 760, 1.0)}
+SHOTS = {"dashboard": (1300, 760, 1.0), "dashboard-phone": (360, 760, 1.0)}
 COLOURS = 64
 TEXTS = """
 return Object.fromEntries([...document.querySelectorAll('[id]')]

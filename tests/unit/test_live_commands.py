@@ -105,27 +105,20 @@ def plan(**changes):
 SENSE = ("sense", "d", "what", "linear", "--source", "virtual", "--seed", "1")
 
 
-def test_sense_says_what_it_holds(run):
-    done = run(*SENSE, "--object", "cube", "--json")
-    assert done.exit_code == 0, done.output
-    (said,) = [json.loads(line) for line in done.stdout.splitlines()]
-    assert (said["value"], said["object"], said["number"]) == ("box", "cube", 1)
-    assert sum(said["probability"].values()) == pytest.approx(1)
-    assert said["probability"]["box"] > 0.9
-    assert -60 < said["peak_dbfs"] < 0 < said["seconds"]
-    assert not Path("data").exists()  # looking keeps nothing
-
-
-@pytest.mark.parametrize("columns", [20, 80])
-def test_sense_fits_any_terminal(run, monkeypatch, columns):
+@pytest.mark.parametrize("columns", [30, 80])
+def test_sense_says_what_it_holds_on_any_terminal(run, monkeypatch, columns):
     monkeypatch.setattr("ajgdata.cli.sense.out.width", columns)
     monkeypatch.setenv("NO_COLOR", "1")
     done = run(*SENSE, "--object", "cube")
-    rows = [line for line in done.stdout.splitlines() if line.startswith(CLASSES)]
+    assert done.exit_code == 0, done.output
+    head, *rows, last = done.stdout.splitlines()
+    assert "dBFS" in head and head.endswith("holds cube (simulated)")
     assert [row.split()[0] for row in rows] == ["box", "rod"]  # the most probable first
-    assert all(len(row) <= columns for row in rows)
-    assert ("█" in rows[0], "│" in rows[1]) == (columns > 20, columns > 20)
-    assert "known: box" in done.stdout and "\x1b" not in done.stdout
+    shares = [float(row.split()[-2]) for row in rows]
+    assert shares[0] > 90 and sum(shares) == pytest.approx(100, abs=0.2)  # rounded down
+    assert all(len(row) <= columns for row in rows) and "█" in rows[0]
+    assert last.startswith("known: box") and "\x1b" not in done.stdout
+    assert not Path("data").exists()  # nothing is stored
 
 
 def test_sense_without_a_novelty_check_does_not_call_anything_known(trained, run, tmp_path):
@@ -139,8 +132,6 @@ def test_sense_without_a_novelty_check_does_not_call_anything_known(trained, run
     done = run(*SENSE, "--object", "cube")
     assert done.exit_code == 0, done.output
     assert done.output.splitlines()[-1] == "novelty not checked: box"
-    said = json.loads(run(*SENSE, "--object", "cube", "--json").output)
-    assert (said["verdict"], said["novelty"], said["detection_rate"]) == ("not checked", None, None)
 
 
 @pytest.mark.parametrize(
