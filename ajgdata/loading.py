@@ -15,7 +15,7 @@ from ajgdata.acquire.recipe import session_names
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
 from ajgdata.paths import Paths, find_project
 from ajgdata.store.features import open_store, read_store
-from ajgdata.store.models import read_about, read_estimator, read_guard, read_network
+from ajgdata.store.models import read_about, read_estimator, read_guard
 from ajgdata.store.sessions import check_one_kind, read_dataset, whole_sessions
 from ajgdata.types import (
     AudioSettings,
@@ -139,15 +139,10 @@ def read_model(folder: Path) -> tuple[BaseEstimator, dict[str, Any]]:
     Raises DataError if there is no trained model, and for a file with types that are not in
     `types.registry.TRUSTED_TYPES`.
     """
-    from ajgdata.models import restored_network
     from ajgdata.types.registry import TRUSTED_TYPES
 
     about = read_about(folder)
-    name, kind = about["model"], about["kind"]
-    if "network" not in about:
-        return read_estimator(folder, TRUSTED_TYPES), about
-    arrays = read_network(folder)
-    return restored_network(name, kind, about["period"], arrays, about["network"]), about
+    return read_estimator(folder, TRUSTED_TYPES), about
 
 
 def load_predictor(name: str, task: str, model: str = "cnn", project: Project = None) -> Predictor:

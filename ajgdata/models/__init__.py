@@ -28,13 +28,11 @@ def make_model(
 ) -> BaseEstimator:
     """Return an unfitted scikit-learn estimator of features (n, n_features) as they are stored.
 
-    Scaling is part of the estimator, so it is learned from training rows only. Of a tuned model
-    scaling and settings are chosen from training rows, too, if `fit_model` tells it their groups;
-    all others have the same settings for every data set. `choosing` is the number of recordings
-    that a tuned model uses for the choice at most (None: its own number). `seed` matters to
-    networks, trees and inner folds. With a `period`, y and y + period are the same target: the
-    model then learns (sin, cos) of 2 pi y / period (see `scaling.Circular`). Raises ValueError for
-    an unknown name or kind, and for classes with a period.
+    Scaling is part of the estimator. A tuned model chooses it and its settings from training rows,
+    of at most `choosing` recordings (None: its own number). `seed` matters to networks, trees and
+    inner folds. With a `period`, y and y + period are the same target: the model then learns
+    (sin, cos) of 2 pi y / period (see `scaling.Circular`). Raises ValueError for an unknown name or
+    kind, and for classes with a period.
 
     >>> import numpy as np
     >>> from ajgdata.models import make_model
@@ -54,18 +52,20 @@ def make_model(
 
     if choosing is not None and isinstance(estimator, Tuned):
         estimator.set_params(choosing=choosing)
-    if period is None:
-        return estimator
+    return estimator if period is None else _circular(estimator, period, model.several)
+
+
+def _circular(estimator: BaseEstimator, period: float, several: bool) -> BaseEstimator:
+    """Return a regressor of a repeating target; `several`: it fits targets (n, 2) itself."""
     from sklearn.multioutput import MultiOutputRegressor
 
     from ajgdata.models.scaling import Circular
+    from ajgdata.models.tuning import Tuned
 
     def wrap(regressor: BaseEstimator) -> BaseEstimator:
-        return Circular(regressor if model.several else MultiOutputRegressor(regressor), period)
+        return Circular(regressor if several else MultiOutputRegressor(regressor), period)
 
-    if isinstance(estimator, Tuned):
-        return estimator.circular(wrap, period)
-    return wrap(estimator)
+    return estimator.circular(wrap, period) if isinstance(estimator, Tuned) else wrap(estimator)
 
 
 def fit_model(
@@ -164,35 +164,3 @@ def chosen(fitted: BaseEstimator) -> tuple[BaseEstimator, dict[str, Any] | None]
 def model_label(name: str, kind: Kind) -> str:
     """Return the name that the report gives a model; an unknown name is returned unchanged."""
     return MODELS[name].label(kind) if name in MODELS else name
-
-
-def network_state(
-    fitted: BaseEstimator,
-) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
-    """Return all there is to a fitted network: arrays by name, and a dict that JSON can hold.
-
-    None for an estimator without `state()`, of which scikit-learn's own file is written.
-    """
-    from ajgdata.models.scaling import Circular
-
-    network = fitted.estimator_ if isinstance(fitted, Circular) else fitted
-    return network.state() if hasattr(network, "state") else None
-
-
-def restored_network(
-    name: str,
-    kind: Kind,
-    period: float | None,
-    arrays: dict[str, np.ndarray],
-    about: Mapping[str, Any],
-) -> BaseEstimator:
-    """Return the fitted model whose `network_state` was `arrays` and `about`.
-
-    `name`, `kind` and `period` are those of `make_model`. Raises ValueError for a state of another
-    class.
-    """
-    model = make_model(name, kind, period=period)
-    if period is None:
-        return type(model).from_state(arrays, about)
-    model.estimator_ = type(model.estimator).from_state(arrays, about)
-    return model

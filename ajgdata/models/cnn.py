@@ -143,11 +143,10 @@ class Descent:
 
 
 class _Cnn(BaseEstimator):
-    """Settings, training, prediction and state that classifier and regressor share."""
+    """Settings, training, prediction and stored state that classifier and regressor share."""
 
     module_: SpectrumCnn
     n_features_in_: int
-    _learned: tuple[str, ...] = ()  #: attributes that are learned beside the network
 
     def __init__(
         self,
@@ -229,38 +228,28 @@ class _Cnn(BaseEstimator):
         with reproducible(0), torch.inference_mode():
             return np.concatenate([self.module_(x).double().numpy() for x in in_chunks(X)])
 
-    def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        """Return all there is to a fitted model: float32 arrays by name, and a dict that JSON can
-        hold."""
-        check_is_fitted(self)
-        arrays = {name: value.numpy().copy() for name, value in self.module_.state_dict().items()}
-        params = self.get_params() | {"channels": list(self.channels)}
-        about = {"estimator": type(self).__name__, "params": params}
-        learned = {name: np.asarray(getattr(self, name)).tolist() for name in self._learned}
-        return arrays, about | {"n_features": self.n_features_in_} | learned
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the attributes of the estimator, with the network as arrays by name."""
+        state = dict(vars(self))
+        if "module_" in state:
+            weights = self.module_.state_dict().items()
+            state["module_"] = {name: value.numpy() for name, value in weights}
+        return state
 
-    @classmethod
-    def from_state(cls, arrays: dict[str, np.ndarray], about: dict[str, Any]) -> Self:
-        """Return the model that `state` described. Raises ValueError if it was of another class."""
-        if about["estimator"] != cls.__name__:
-            raise ValueError(f"state of a {about['estimator']}, not of a {cls.__name__}")
-        model = cls(**about["params"] | {"channels": tuple(about["params"]["channels"])})
-        model.n_features_in_ = about["n_features"]
-        for name in cls._learned:
-            value = about[name]
-            setattr(model, name, np.array(value) if isinstance(value, list) else value)
-        with reproducible(0):
-            model.module_ = model._module(model.n_features_in_).eval()
-        tensors = {name: torch.from_numpy(value.copy()) for name, value in arrays.items()}
-        model.module_.load_state_dict(tensors)
-        return model
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Restore the attributes that `__getstate__` returned."""
+        self.__dict__.update(state)
+        if "module_" in state:
+            tensors = {name: torch.from_numpy(array) for name, array in state["module_"].items()}
+            with reproducible(0):
+                self.module_ = self._module(self.n_features_in_).eval()
+            self.module_.load_state_dict(tensors)
 
 
 class CnnClassifier(ClassifierMixin, _Cnn):
     """Softmax and cross-entropy (paper)."""
 
     classes_: np.ndarray
-    _learned = ("classes_",)
 
     def _validated(self, X: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
         X, y = validate_data(self, X, y, dtype=np.float32)
@@ -296,7 +285,6 @@ class CnnRegressor(MultiOutputMixin, RegressorMixin, _Cnn):
 
     n_outputs_: int
     flat_: bool  #: whether the targets were (n,): predictions then are, too
-    _learned = ("n_outputs_", "flat_")
 
     def _validated(self, X: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
         X, y = validate_data(

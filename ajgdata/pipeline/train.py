@@ -13,7 +13,7 @@ import numpy as np
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, task_data
 from ajgdata.pipeline.progress import progress_lines
 from ajgdata.store.features import Shard, read_store
-from ajgdata.store.models import write_about, write_estimator, write_guard, write_network
+from ajgdata.store.models import write_about, write_estimator, write_guard
 from ajgdata.store.tables import plain
 from ajgdata.types import Kind, NotPossibleError
 
@@ -92,7 +92,7 @@ def _train(
     from threadpoolctl import threadpool_limits
 
     from ajgdata.evaluate.in_use import calibration
-    from ajgdata.models import chosen, fit_named_model, most_recordings, network_state
+    from ajgdata.models import chosen, fit_named_model, most_recordings
 
     model, kind, seed = about["model"], about["kind"], about["seed"]
     options: dict[str, Any] = {"seed": seed, "period": about["period"], "limits": limits}
@@ -109,11 +109,7 @@ def _train(
     used = min(most_recordings(model, limits) or len(data.name), len(data.name))
     description |= {"trained_on": used} if used < len(data.name) else {}
     write_guard(folder, _guard_arrays(shard, about["target"], kind, data, grasp))
-    if state := network_state(estimator):
-        weights, description["network"] = state
-        write_network(folder, weights)
-    else:
-        write_estimator(folder, estimator)
+    write_estimator(folder, estimator)
     return description
 
 

@@ -1,4 +1,4 @@
-"""Trained models on disk, without pickle: safetensors for networks, skops for scikit-learn."""
+"""Trained models on disk, without pickle: skops for estimators, safetensors for arrays."""
 
 from __future__ import annotations
 
@@ -15,51 +15,32 @@ if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
 
 ABOUT_FILE = "model.json"
-NETWORK_FILE = "model.safetensors"
 ESTIMATOR_FILE = "model.skops"
 GUARD_FILE = "guard.safetensors"
 #: One job trains all models of a data set; it runs if their folder is missing.
 _RETRAIN = "delete the folder of all models of its data set (results/models/NAME) and run again"
 
 
-def write_network(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    """Write the weights of a network by name, arrays of any shape."""
-    _write_arrays(folder / NETWORK_FILE, arrays)
-
-
-def read_network(folder: Path) -> dict[str, np.ndarray]:
-    """Return the weights of a network by name."""
-    return _read_arrays(folder / NETWORK_FILE)
-
-
 def write_guard(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
     """Write the arrays of `evaluate.novelty.Guard`, which detects novel objects, by name."""
-    _write_arrays(folder / GUARD_FILE, arrays)
+    from safetensors.numpy import save
+
+    write_bytes(folder / GUARD_FILE, save(dict(arrays)))  # its own writer hides the file
 
 
 def read_guard(folder: Path) -> dict[str, np.ndarray]:
     """Return the arrays of the guard by name."""
-    return _read_arrays(folder / GUARD_FILE)
-
-
-def _write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    from safetensors.numpy import save
-
-    write_bytes(path, save(dict(arrays)))  # its own writer hides the file from all others
-
-
-def _read_arrays(path: Path) -> dict[str, np.ndarray]:
     from safetensors import SafetensorError
     from safetensors.numpy import load_file
 
     try:
-        return load_file(path)
+        return load_file(folder / GUARD_FILE)
     except (OSError, SafetensorError) as error:
-        raise _unreadable(path, error) from None
+        raise _unreadable(folder / GUARD_FILE, error) from None
 
 
 def write_estimator(folder: Path, estimator: BaseEstimator) -> None:
-    """Write a fitted scikit-learn estimator."""
+    """Write a fitted estimator: scikit-learn's, or the CNN."""
     from skops.io import dump
 
     with replacing(folder / ESTIMATOR_FILE) as temporary:
@@ -67,7 +48,7 @@ def write_estimator(folder: Path, estimator: BaseEstimator) -> None:
 
 
 def read_estimator(folder: Path, trusted: Sequence[str]) -> BaseEstimator:
-    """Return a fitted scikit-learn estimator. Types that are neither scikit-learn's nor numpy's nor
+    """Return a fitted estimator. Types that are neither scikit-learn's nor numpy's nor
     `trusted` are refused with DataError."""
     from skops.io import load
 

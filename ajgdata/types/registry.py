@@ -20,6 +20,8 @@ Entry = TypeVar("Entry")
 _SVM, _NETWORK, _KNN, _OTHER = 5_000, 10_000, 20_000, 30_000
 #: Types in the files of models that skops does not list as safe: others are not loaded.
 TRUSTED_TYPES = (
+    "ajgdata.models.cnn.CnnClassifier",
+    "ajgdata.models.cnn.CnnRegressor",
     "ajgdata.models.scaling.AtLeast",
     "ajgdata.models.scaling.Circular",
     "ajgdata.models.scaling.Compress",
