@@ -77,14 +77,10 @@ with errors_in_one_line():
     # Data set of the opening picture.
     OPENING = subject_of(SPECS) if PAGES else ""
 
-# The solver is checked if it simulates recordings.
-WITH_SOLVER = not config["quick"] and bool(SIMULATED)
 EVERYTHING = [
     PATHS.report,
     PATHS.all_metrics,
     *dict.fromkeys(PATHS.models(one[0]) for one in models_of(SPECS, MEASURED)),
-    PATHS.verified,
-    *([PATHS.verified_solver] if WITH_SOLVER else []),
     *(PATHS.published_sums(name) for name in PUBLISHED),
 ]
 
@@ -120,4 +116,4 @@ include: "workflow/rules/train.smk"
 include: "workflow/rules/pages.smk"
 include: "workflow/rules/publish.smk"
 include: "workflow/rules/report.smk"
-include: "workflow/rules/verify.smk"
+include: "workflow/rules/complete.smk"

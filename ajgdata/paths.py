@@ -26,8 +26,6 @@ INDEX = "index.html"
 #: Page on why simulation and paper differ.
 ABLATIONS_PAGE = "ablations"
 FIGURE_FORMATS = ("svg", "png", "pdf")
-#: Tells the checks of the results which run they are of; see `Paths.run`.
-RUN_VARIABLE = "AJGDATA_RUN"
 #: Of more data sets than this many letters name, a run's name holds a digest.
 LONGEST_RUN = 100
 
@@ -123,14 +121,12 @@ class Paths:
     # Written by the workflow, of the simulation.
     study = Places("results/gripper/{name}.json")
     ablation = Places("results/ablations/{name}.json")
-    verified_solver = Place("results/verify/solver.txt")
 
     # Written by the workflow, of all data sets of a run together.
     all_metrics = Place("metrics.json", "of_run")
     metrics_table = Place("metrics.csv", "of_run")
     predictions = Place("predictions.csv", "of_run")
     complete = Place("complete.txt", "of_run")
-    verified = Place("verify/summary.txt", "of_run")
     log = Places("logs/{rule}.log", "of_run")
     benchmark = Places("benchmarks/{rule}.tsv", "of_run")
     report = Place("report/" + INDEX, "of_run")

@@ -1,4 +1,7 @@
-"""What the workflow built is consistent in itself. Rule `verify` runs this in the project."""
+"""Results of the workflow are consistent: run `pytest -m artefact tests/artefacts` after a run.
+
+The variable AJGDATA_RUN names a run of selected data sets (folder below `results/runs`).
+"""
 
 import csv
 import json
@@ -12,7 +15,7 @@ import pytest
 from sklearn.metrics import accuracy_score, root_mean_squared_error
 
 import ajgdata
-from ajgdata.paths import RUN_VARIABLE, Paths, Tree
+from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
 from ajgdata.report.studies import holds
 from ajgdata.store.audio import read_audio
@@ -27,7 +30,7 @@ pytestmark = pytest.mark.artefact
 
 #: Recordings that predictors are asked about at most: each is a hundredth of a second.
 MOST_ASKED = 2_000
-PATHS = Paths(run=os.environ.get(RUN_VARIABLE, ""))
+PATHS = Paths(run=os.environ.get("AJGDATA_RUN", ""))
 #: Splits whose every test part is of one session.
 EMPTY: dict[str, list] = {"datasets": [], "runs": [], "pages": [], "published": []}
 #: Only what this run is about: results of what was declared once may still lie about.

@@ -97,7 +97,7 @@ def test_a_run_of_some_data_sets_is_named_after_them(tmp_path):
     assert len(run_name(many)) < 100 and run_name(many).startswith("data_set_0+19~")
     whole, alone = Paths(tmp_path), Paths(tmp_path, "a+b")
     together = ("report", "runs", "all_metrics", "metrics_table", "predictions")
-    for name in (*together, "complete", "verified", "opening"):
+    for name in (*together, "complete", "opening"):
         own = getattr(alone, name).relative_to(tmp_path / "results/runs/a+b")
         assert own == getattr(whole, name).relative_to(tmp_path / "results")
     of_one = ("features", "quarantine")  # made once, for all runs

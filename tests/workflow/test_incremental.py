@@ -165,7 +165,7 @@ def test_failed_features_are_computed_again(project):
 
 @pytest.mark.slow
 def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_declared(project):
-    """With a page on the gripper, trained models, and the rule that checks the results."""
+    """With a page on the gripper and trained models."""
     few = {"models": ["linear"]}  # 7 recordings: too few for k-NN
     redeclare(project, tasks={"other": DECLARATION["tasks"]["pitch"] | few})
     edit_table(project, "day2", lambda rows: rows[0].update(quality="reject"))
@@ -179,7 +179,6 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
         "page": 1,
         "train": 1,
         "collect": 1,
-        "verify": 1,
     }
     assert project.planned(*ask) == {**made, "complete": 1, "all": 1}
     said = project.snakemake(*ask)
@@ -192,7 +191,6 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
     assert set(sessions) == {"day2"}
     page = project.paths.report.with_name("datasets.html")
     assert "not valid YAML" in page.read_text()
-    assert "passed" in (project.root / "results/verify/summary.txt").read_text()
     edit_table(project, "day2", lambda rows: rows[1].update(pitch="low"))
     assert project.planned(*END, *ask) == {"features": 1, "merge": 1, **TASKS}
     assert project.planned(*END, *ask, "quick=False").items() >= {"study": 1}.items()
@@ -206,8 +204,8 @@ def test_each_study_is_a_job_of_its_own(project):
     }
 
 
-def test_plain_all_includes_trained_models_and_the_checks_of_the_results(project):
-    rules = ("all", "train", "verify", "complete")
+def test_plain_all_includes_trained_models(project):
+    rules = ("all", "train", "complete")
     assert project.planned() == dict.fromkeys(rules, 1)
 
 
