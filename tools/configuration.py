@@ -22,7 +22,7 @@ from ajgdata.types import (
     Session,
     Source,
 )
-from ajgdata.types.ablation import Ablation
+from ajgdata.types.comparison import Ablation
 from ajgdata.types.plan import SortPlan
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -20,7 +20,7 @@ from ajgdata.paths import Paths
 from ajgdata.report.comparison import Change, Reason
 from ajgdata.store.files import read_yaml
 from ajgdata.types import describe
-from ajgdata.types.ablation import Ablation
+from ajgdata.types.comparison import Ablation
 from ajgdata.types.table import Column, Table, table_of
 
 TRIALS = {

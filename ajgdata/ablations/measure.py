@@ -26,7 +26,7 @@ from ajgdata.store.features import read_store
 from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import overridden, read_dataset
 from ajgdata.types import DatasetSpec, NotPossibleError
-from ajgdata.types.ablation import WITHHELD, Ablation, AblationVariant, Grasps
+from ajgdata.types.comparison import WITHHELD, Ablation, AblationVariant, Grasps
 from ajgdata.types.table import Table
 
 #: What is drawn anew for each grasp; the correlation lengths are no amounts.

@@ -1,16 +1,11 @@
-"""What a few labelled grasps are worth: learning curves, another gripper, a new session.
-
-A gripper that was moved, warmed or refilled shifts and scales the bins of all its spectra.
-Corrections use recordings of the new session, without or with labels, to undo that change.
-"""
+"""Errors of models that learn from few labelled grasps: learning curves, and another gripper."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
-from typing import Any
 
 import numpy as np
 from sklearn.base import BaseEstimator
@@ -21,15 +16,6 @@ from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.models import fit_named_model, most_recordings
 from ajgdata.types import Kind, NotPossibleError
-
-NONE, STANDARDISED = "as it is", "standardised"
-#: Spectra are compressed by asinh from this share of their mean on, as in the linear models.
-RELATIVE = 0.1
-#: A bin whose deviation is smaller does not vary: float32 rounds it away.
-STILL = 1e-6
-Row = dict[str, Any]
-#: Features (n, f) to train on and (m, f) to test.
-Corrected = tuple[np.ndarray, np.ndarray]
 
 
 def _ordered_groups(
@@ -192,132 +178,3 @@ def _refuse_few(orders: Sequence[np.ndarray], most: int) -> None:
     if most > (fewest := min(map(len, orders))):
         problem = f"{most} calibration grasps: a class has {fewest} that are not tested"
         raise NotPossibleError(f"{problem}; lower calibrate.grasps, or record more")
-
-
-def on_new_sessions(
-    data: TaskData,
-    sessions: np.ndarray,
-    *,
-    tested: Sequence[str],
-    train_on: Sequence[str],
-    sizes: Sequence[int],
-    draws: int,
-    model: str,
-    kind: Kind,
-    seed: int,
-    period: float | None = None,
-    limits: Mapping[str, int] | None = None,
-) -> Iterator[Row]:
-    """Yield one row per session of `tested`, draw, correction and metric; `sessions` (n,).
-
-    Models are trained on the sessions `train_on` (none: all others). Each draw sets `max(sizes)`
-    groups of each class (each value, of a number) aside for corrections; the rest is tested, and
-    trained on in no session. Sizes for which a class has too few groups are skipped; if none is
-    possible, half of the groups are set aside, unlabelled. `labelled` and `unlabelled` are counts
-    of recordings of the new session.
-    """
-    fit = partial(fit_named_model, model, kind, seed=seed, period=period, limits=limits)
-    with threadpool_limits(limits=1):
-        for session, draw in product(tested, range(draws)):
-            there = data.where(sessions == session)
-            others = np.isin(sessions, train_on) if train_on else sessions != session
-            aside, labelled = _set_aside(there, sizes, np.random.default_rng([seed, draw]))
-            trained = others & (sessions != session) & ~np.isin(data.group, there.group[~aside])
-            known = data.where(trained)
-            if len(np.unique(known.value)) < 2 or aside.all() or not aside.any():
-                problem = "too little is left to train on or to test"
-                raise NotPossibleError(f"session {str(session)!r}: {problem}")
-            run = partial(_rows, known, there.where(~aside), fit, kind, period)
-            for row in _corrections(run, known, sessions[trained], there, aside, labelled):
-                yield {"session": str(session), "draw": draw, **row}
-
-
-def _corrections(
-    run: Callable[..., Iterator[Row]],
-    known: TaskData,
-    sessions: np.ndarray,
-    there: TaskData,
-    aside: np.ndarray,
-    labelled: Mapping[int, np.ndarray],
-) -> Iterator[Row]:
-    """Yield the metrics of each correction in one session; `sessions` (n,) are of `known`."""
-    pool, tested = there.feature[aside], there.feature[~aside]
-    plain = known.feature, tested
-    yield from run(NONE, plain)
-    corrected = standardised(known.feature, sessions, pool, tested)
-    yield from run(STANDARDISED, corrected, unlabelled=len(pool))
-    for grasps, chosen in labelled.items():
-        name = f"{grasps} grasp{'s' * (grasps > 1)} of each"
-        yield from run(name, plain, there.where(chosen), labelled=int(chosen.sum()))
-
-
-def _set_aside(
-    there: TaskData, sizes: Sequence[int], generator: np.random.Generator
-) -> tuple[np.ndarray, dict[int, np.ndarray]]:
-    """Return which recordings (n,) are set aside, and which of these each size labels."""
-    orders = _ordered_groups(there.value.astype(str), there.group, generator)
-    possible = [size for size in sizes if size < min(map(len, orders))]
-    if not possible:
-        every = generator.permutation(np.unique(there.group))
-        return np.isin(there.group, every[: len(every) // 2]), {}
-    labelled = {size: _first(orders, size, there.group) for size in possible}
-    return labelled[max(possible)], labelled
-
-
-def _rows(
-    known: TaskData,
-    tests: TaskData,
-    fit: Callable[..., BaseEstimator],
-    kind: Kind,
-    period: float | None,
-    name: str,
-    corrected: Corrected,
-    added: TaskData | None = None,
-    **used: int,
-) -> Iterator[Row]:
-    """Yield the metrics of one correction in one session; `added` recordings are trained on."""
-    rows = known._replace(feature=corrected[0])
-    if added is not None:
-        rows = rows.joined(added)
-    fitted = fit(rows.feature, rows.value, rows.group)
-    tested = tests._replace(feature=corrected[1])
-    scores, chance = _scores(fitted, rows.value, tested, kind, period)
-    counts = dict.fromkeys(("labelled", "unlabelled"), 0) | used
-    for metric, value in scores.items():
-        row = {"remedy": name, **counts, "metric": metric}
-        yield row | {"value": value, "chance": chance[metric]}
-
-
-def standardised(
-    known: np.ndarray, sessions: np.ndarray, unlabelled: np.ndarray, new: np.ndarray
-) -> Corrected:
-    """Give each bin the same mean and deviation in every session: the mean of those of known ones.
-
-    `known` (n, f) of `sessions` (n,); `unlabelled` (u, f) are recordings of the new session, from
-    which its own mean and deviation are computed; `new` (m, f) is tested. Spectra are compressed by
-    asinh, so a gain is a shift. This assumes that classes are equally frequent in all sessions.
-    """
-    scale = float(np.abs(known).mean() * RELATIVE) or 1.0
-
-    def compressed(features: np.ndarray) -> np.ndarray:
-        return np.arcsinh(np.asarray(features, np.float64) / scale)
-
-    values = compressed(known)
-    moments = {name: _moments(values[sessions == name]) for name in np.unique(sessions)}
-    mean, sd = np.mean(list(moments.values()), axis=0)
-
-    def restored(points: np.ndarray, own: np.ndarray) -> np.ndarray:
-        """Return features of standardised bins; no magnitude is below 0."""
-        z = (points - own[0]) / own[1]
-        return (scale * np.sinh(np.maximum(z * sd + mean, 0.0))).astype(np.float32)
-
-    corrected = np.empty(values.shape, np.float32)
-    for name, own in moments.items():
-        corrected[sessions == name] = restored(values[sessions == name], own)
-    return corrected, restored(compressed(new), _moments(compressed(unlabelled)))
-
-
-def _moments(values: np.ndarray) -> np.ndarray:
-    """Return mean and deviation (2, f); a bin that does not vary, or of one recording, counts 1."""
-    sd = values.std(axis=0, ddof=1) if len(values) > 1 else np.ones(values.shape[1])
-    return np.array([values.mean(axis=0), np.where(sd > STILL, sd, 1.0)])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -109,8 +109,3 @@ def is_among(values: np.ndarray, some: Sequence[float]) -> np.ndarray:
     """Return which of `values` (n,) are one of `some`, but for rounding: boolean (n,)."""
     same = [np.isclose(values, one, rtol=1e-6, atol=1e-9) for one in some]
     return np.any(same, axis=0) if same else np.zeros(len(values), bool)
-
-
-def session_of(names: Iterable[object]) -> np.ndarray:
-    """Return the session of each recording by its name, `session/recording`."""
-    return np.array([str(name).partition("/")[0] for name in names])

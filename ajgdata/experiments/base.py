@@ -170,6 +170,7 @@ class TaskResults:
     period_deg: float | None = None
     left_out: Mapping[str, int] = field(default_factory=dict)  #: groups of classes too rare
     page: str = ""  #: of the report, by name
+    same_page: tuple[TaskResults, ...] = ()  #: of the experiment on all tasks of the page
 
     @property
     def title(self) -> str:

@@ -6,10 +6,11 @@ Each is a file `reports/comparisons/<name>.yaml` of the project. The first varia
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
+from itertools import repeat
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
@@ -41,11 +42,7 @@ from ajgdata.types.comparison import Comparison, Variant
 from ajgdata.types.table import Table, table_of
 
 TITLE = "Comparison"
-#: Recordings held at once, and transformed with one variant after the other: the times of all
-#: variants are then of the same moments.
-BLOCK = 64
 COST = "feature_s_per_recording"
-Maker = Callable[[np.ndarray], np.ndarray]
 
 
 class Settings(Strict):
@@ -138,15 +135,19 @@ def _made(inputs: Inputs, comparison: Comparison, other: str, data: TaskData) ->
 
     Raises NotPossibleError for a sound, or a recording, that does not allow one of them.
     """
+    from ajgdata.features.spectrum import spectrum
+
     variants = comparison.all_variants
     if not comparison.makes_features:
         return [Made(data.feature, np.nan)] * len(variants)
+    settings = [features_of(variant, inputs.features) for variant in variants]
     features: list[list[np.ndarray]] = [[] for _ in variants]
     seconds: list[list[float]] = [[] for _ in variants]
-    for at, samples, make in _samples(inputs, variants, other, data.name.tolist()):
-        begun = time.process_time()
-        features[at].append(make(samples))
-        seconds[at].append(time.process_time() - begun)
+    for recordings in _samples(inputs, variants, other, data.name.tolist()):
+        for at, samples in enumerate(recordings):
+            begun = time.process_time()
+            features[at].append(spectrum(samples, inputs.audio.sample_rate_hz, settings[at]))
+            seconds[at].append(time.process_time() - begun)
     return [
         Made(np.array(rows), float(np.median(times)))
         for rows, times in zip(features, seconds, strict=True)
@@ -155,60 +156,39 @@ def _made(inputs: Inputs, comparison: Comparison, other: str, data: TaskData) ->
 
 def _samples(
     inputs: Inputs, variants: Sequence[Variant], other: str, names: Sequence[str]
-) -> Iterator[tuple[int, np.ndarray, Maker]]:
-    """Yield per recording and variant the variant's number, the samples and the feature maker.
+) -> Iterator[list[np.ndarray]]:
+    """Yield for each recording of `names` the samples (n,) of every variant.
 
-    The recordings of one variant come in the order of `names`.
+    Variants with a sound are simulated with it; the others are the recording itself, read once.
     """
-    played = {at: one for at, one in enumerate(variants) if one.excitation}
-    recorded = {at: one for at, one in enumerate(variants) if not one.excitation}
-    if played:
-        yield from _rendered(inputs, played, names)
-    if recorded:
-        yield from _recorded(inputs, recorded, other or inputs.dataset, names)
+    played = [variant for variant in variants if variant.excitation]
+    rendered = _rendered(inputs, played, names) if played else repeat(())
+    recorded: Iterable[Any] = repeat(None)
+    if len(played) < len(variants):
+        if inputs.recordings is None:
+            raise NotPossibleError("the recordings themselves are needed")
+        recorded_variants = [variant for variant in variants if not variant.excitation]
+        longest = max(features_of(one, inputs.features).window for one in recorded_variants)
+        recorded = inputs.recordings.samples(other or inputs.dataset, names, longest)
+    for own, sounds in zip(recorded, rendered, strict=False):
+        simulated = iter(sounds)
+        yield [next(simulated).astype(np.float32) if v.excitation else own for v in variants]
 
 
 def _rendered(
-    inputs: Inputs, variants: Mapping[int, Variant], names: Sequence[str]
-) -> Iterator[tuple[int, np.ndarray, Maker]]:
-    """Yield simulated recordings with the sounds of the variants instead of their own."""
+    inputs: Inputs, variants: Sequence[Variant], names: Sequence[str]
+) -> Iterable[Sequence[np.ndarray]]:
+    """Return for each simulated recording its samples with the sound of each variant."""
     from ajgdata.acquire.excitation import excitation_samples
 
     if inputs.render is None:
         raise NotPossibleError("it needs a virtual data set: other sounds are played in its scenes")
     rate = inputs.audio.sample_rate_hz
     try:
-        sounds = [excitation_samples(excitation_of(one), rate) for one in variants.values()]
+        sounds = [excitation_samples(excitation_of(one), rate) for one in variants]
     except ValueError as error:  # beyond half the rate of the recordings
         raise NotPossibleError(str(error)) from None
-    makers = [_maker(inputs, one) for one in variants.values()]
-    for recordings in inputs.render(names, sounds):
-        for at, samples, make in zip(variants, recordings, makers, strict=True):
-            yield at, samples.astype(np.float32), make
-
-
-def _recorded(
-    inputs: Inputs, variants: Mapping[int, Variant], dataset: str, names: Sequence[str]
-) -> Iterator[tuple[int, np.ndarray, Maker]]:
-    """Yield the recordings themselves; each is read once."""
-    if inputs.recordings is None:
-        raise NotPossibleError("the recordings themselves are needed")
-    makers = [_maker(inputs, one) for one in variants.values()]
-    longest = max(features_of(one, inputs.features).window for one in variants.values())
-    for start in range(0, len(names), BLOCK):
-        block = names[start : start + BLOCK]
-        read = list(inputs.recordings.samples(dataset, block, longest))
-        for at, make in zip(variants, makers, strict=True):
-            for samples in read:
-                yield at, samples, make
-
-
-def _maker(inputs: Inputs, variant: Variant) -> Maker:
-    """Return the function that makes a variant's feature of a recording."""
-    from ajgdata.features.spectrum import spectrum
-
-    settings = features_of(variant, inputs.features)
-    return partial(spectrum, sample_rate_hz=inputs.audio.sample_rate_hz, settings=settings)
+    return inputs.render(names, sounds)
 
 
 # Report
@@ -264,7 +244,7 @@ def plot_of(results: TaskResults, result: Result) -> Plot:
     about += "several variants that is chosen on these folds would be optimistically biased"
     plot = Plot(
         "lines", partial(errors, result), about, x="level", series=("variant",), panel="model",
-        chance="chance", headline="range", name=result.model,
+        chance="chance", name=result.model,
     )  # fmt: skip
     if comparison.test and all(levels):
         return plot

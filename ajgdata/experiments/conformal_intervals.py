@@ -85,8 +85,6 @@ COVERAGE = Plot(
     "share of held-out grasps inside prediction ± half width, as a model in use states it",
     value="held",
     x="coverage",
-    better="high",
-    headline="trend",
     percent=True,
     ideal=True,
 )

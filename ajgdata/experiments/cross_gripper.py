@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -13,14 +12,11 @@ from pydantic import Field
 from ajgdata.evaluate.agreement import together
 from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
 from ajgdata.experiments.cross_validation_results import PAPER_MODEL
-from ajgdata.experiments.plots import Plot, chance_for, points_for, table_for
+from ajgdata.experiments.plots import Plot, chance_for, points_for, table_for, value_name
 from ajgdata.report.comparison import Mark, PaperComparison, holds, mark_of
 from ajgdata.report.format import Score, mean_sd, words
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import table_of
-
-if TYPE_CHECKING:
-    from ajgdata.report.marks import Point
 
 
 class Settings(Strict):
@@ -69,7 +65,6 @@ GRIPPERS = Plot(
     x="grasps",
     panel="other",
     chance="chance",
-    headline="trend",
     listed=True,
 )
 
@@ -82,7 +77,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     label = (named or [results.results[0].label])[0]
     few = min(results.settings.grasps)
     elsewhere = points_for(results, GRIPPERS, model=label, grasps=few)
-    homes = {one.panel: one.score for one in home_points(results, label)}
+    homes = _home_scores(results, label)
     sign = 1 if results.kind == "classification" else -1
     gaps = [
         Score(sign * (homes[one.panel].mean - one.score.mean), homes[one.panel].sd)
@@ -104,14 +99,15 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     )  # fmt: skip
 
 
-def home_points(results: TaskResults, label: str) -> list[Point]:
-    """Return a model on the gripper that it was trained on, per other gripper."""
-    table = table_for(results, GRIPPERS).where(model=label)
-    rows = tuple(row | {"value": row["home"]} for row in table.rows if row["home"] is not None)
-    plot = dataclasses.replace(
-        GRIPPERS, table=lambda _: dataclasses.replace(table, rows=rows), x=""
-    )
-    return points_for(results, plot)
+def _home_scores(results: TaskResults, label: str) -> dict[str, Score]:
+    """Return the metric of a model on its own gripper, as shown, by the other gripper."""
+    scores = {}
+    for name, rows in table_for(results, GRIPPERS).where(model=label).parted("other").items():
+        home = results.scale * rows.numbers("home")
+        if len(known := home[np.isfinite(home)]):
+            sd = float(known.std(ddof=1)) if len(known) > 1 else math.nan
+            scores[value_name(results, name)] = Score(float(known.mean()), sd)
+    return scores
 
 
 EXPERIMENT = Experiment(

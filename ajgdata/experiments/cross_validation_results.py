@@ -249,7 +249,7 @@ PLOTS = (
     ),
     Plot(
         "scatter", run_times, "error against training time; grey line: no model is better in both",
-        value="error", x="train_s", chance="chance", name="run-time",
+        value="error", x="train_s", chance="chance", title=finding, name="run-time",
     ),
 )  # fmt: skip
 

@@ -225,7 +225,6 @@ SILHOUETTES = Plot(
     x="label",
     series=("space",),
     over="folds and initialisations",
-    better="high",
     name="silhouettes",
 )
 EXPERIMENT = Experiment(

@@ -98,7 +98,6 @@ CURVE = Plot(
     x="groups",
     over="draws of training grasps and seeds",
     chance="chance",
-    headline="trend",
     published="point",
 )
 EXPERIMENT = Experiment(

@@ -190,8 +190,6 @@ SHARES = Plot(
     x="stated",
     series=("metric",),
     interval=("low", "high"),
-    headline="trend",
-    better="high",
     percent=True,
     ideal=True,
 )
@@ -205,7 +203,6 @@ CLASSES = Plot(
     series=(),
     over="rounds",
     where={"stated": SHOWN},
-    headline="range",
     percent=True,
     name="classes",
 )

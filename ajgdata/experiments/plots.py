@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from ajgdata.experiments.base import TaskResults
     from ajgdata.report.marks import MarkName, Picture, Point
 
-Headline = Literal["best", "trend", "range"]
 #: Percentiles that are given of a histogram.
 PERCENTILES = (5, 50, 95)
 #: Points that an alternative text lists.
@@ -43,7 +42,7 @@ class Plot:
     ends in the columns `interval`. A column `metric` selects the metric of the task; its values
     are shown in the unit of the task. Only rows with the values `where` are plotted. `about` says
     in a sentence what is plotted.
-    `headline` names the conclusion: the best point, the first series over x, or the range of all;
+    The title of the figure is the first series over x of lines, otherwise the range of all points;
     `title` returns another.
     With `published`, the value of the paper is drawn, or (`point`) its place and value. `listed`:
     the points are rows in the table of results.
@@ -60,9 +59,7 @@ class Plot:
     interval: tuple[str, str] | None = None
     chance: str = ""
     where: Mapping[str, Value] = field(default_factory=dict)
-    headline: Headline = "best"
     title: Callable[[TaskResults], str] | None = None
-    better: Literal["high", "low"] = "low"
     published: Literal["", "value", "point"] = ""
     percent: bool = False
     ideal: bool = False
@@ -226,23 +223,10 @@ def conclusion(results: TaskResults, plot: Plot) -> str:
     if plot.title:
         return plot.title(results)
     points, (axis, unit) = listed_points(results, plot), axis_of(results, plot)
-    higher = _higher_is_better(results, plot)
-    choose = max if higher else min
-    if plot.headline == "range":
-        spread = value_range([point.score.mean for point in points], unit)
-        return f"{sentence(axis)}: {spread} in {len(points)} cases"
-    if plot.headline == "trend":
+    if plot.mark == "lines":
         return _trend(results, plot, points)
-    best = choose(points, key=lambda point: point.score.mean)
-    kind = "highest" if higher else "lowest"
-    case = _case(results, plot, best)
-    return f"{sentence(kind)} {axis} of {len(points)}: {mean_sd(best.score, unit)} ({case})"
-
-
-def _higher_is_better(results: TaskResults, plot: Plot) -> bool:
-    if _is_metric(table_for(results, plot), plot):
-        return results.kind == "classification"
-    return plot.better == "high"
+    spread = value_range([point.score.mean for point in points], unit)
+    return f"{sentence(axis)}: {spread} in {len(points)} cases"
 
 
 def _trend(results: TaskResults, plot: Plot, points: Sequence[Point]) -> str:

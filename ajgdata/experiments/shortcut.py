@@ -76,28 +76,38 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
 def tests_of(results: TaskResults) -> list[tuple[Result, dict]]:
     """Return the tests on silence, rows of the table `silence`, each with its model's result.
 
-    p values are corrected for the tests of the task (Holm), and decide which model is flagged.
+    p values are corrected for all tests on the page (Holm), and decide which model is flagged.
     """
     from ajgdata.evaluate.fold_tests import holm  # SciPy
     from ajgdata.evaluate.shortcut_test import LEVEL
 
-    rows = [(result, row) for result in results.results for row in result.tables["silence"].rows]
+    rows = [
+        (result, row)
+        for task in results.same_page or (results,)
+        for result in task.results
+        for row in result.tables["silence"].rows
+    ]
     corrected = holm([float(row["p"]) for _, row in rows])
     return [
-        (result, row | {"p": p, "flagged": p < LEVEL})
+        (result, row | {"p": p, "flagged": p < LEVEL, "tests": len(rows)})
         for (result, row), p in zip(rows, corrected, strict=True)
+        if result in results.results
     ]
 
 
 def verdicts(results: TaskResults) -> str:
     """Return a sentence per test: dependence, chance, corrected p, and whether it is flagged."""
+    tests = tests_of(results)
     lines = [
         f"{result.label} on {results.others[row['data_set']].title}: {row['measure']} with the "
         f"truth {number(row['value'], 2)}, {number(row['null'], 2)} with labels exchanged, "
         f"p = {number(row['p'], 2)}: {'flagged' if row['flagged'] else 'not flagged'}."
-        for result, row in tests_of(results)
+        for result, row in tests
     ]
-    return f"{' '.join(lines)} p is corrected for {len(lines)} tests (Holm)." if lines else ""
+    if not tests:
+        return ""
+    count = tests[0][1]["tests"]
+    return f"{' '.join(lines)} p is corrected for the {count} tests on this page (Holm)."
 
 
 DEPENDENCE = Plot(
@@ -107,7 +117,6 @@ DEPENDENCE = Plot(
     x="data_set",
     over="tests",
     chance="null",
-    headline="range",
 )
 EXPERIMENT = Experiment(
     name="shortcut",

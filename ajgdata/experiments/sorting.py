@@ -141,7 +141,6 @@ LENGTHS = Plot(
     x="run",
     series=("model", "part"),
     over="runs",
-    better="high",
     published="value",
 )
 RELIABILITY = Plot(
@@ -153,7 +152,6 @@ RELIABILITY = Plot(
     x="confidence",
     series=("model", "part"),
     over="bins",
-    better="high",
     percent=True,
     ideal=True,
     name="reliability",

@@ -134,7 +134,14 @@ def _read(
         for one, reasons in read
         for label, reason in reasons
     )
-    return [one for one, _ in read if one.results], tuple(skipped)
+    measured = [one for one, _ in read if one.results]
+    pages: dict[tuple[str, str], list[TaskResults]] = {}
+    for one in measured:
+        pages.setdefault((one.experiment, one.page), []).append(one)
+    return [
+        dataclasses.replace(one, same_page=tuple(pages[one.experiment, one.page]))
+        for one in measured
+    ], tuple(skipped)
 
 
 def _opening(path: Path, folder: Path) -> dict[str, str] | None:

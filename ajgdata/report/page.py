@@ -16,6 +16,8 @@ from ajgdata.report.report_data import ExperimentPage, Illustration, Report
 
 #: Figure of the first page, see `report.figures`.
 SKILL = "beside-paper"
+#: End of the name of a task's figure of error against run time.
+RUN_TIME = "--run-time"
 #: A page is to open quickly: further findings are in the file that it points to.
 MAX_FINDINGS = 2000
 
@@ -66,6 +68,7 @@ def render_pages(
         "spectra_name": spectra_name,
         "web_link": web_link,
         "page_of_section": lambda section: experiment_link(section.parts[0].page),
+        "run_time_link": run_time_link(report),
     }
     own = {
         INDEX: ("index.html.j2", {"figure": figures.get(SKILL)}),
@@ -96,6 +99,18 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
         "texts": [one for one in dict.fromkeys(told) if one[1]],
         "datasets": [d for d in report.datasets if d.name in names],
     }
+
+
+def run_time_link(report: Report) -> str:
+    """Return the link to the figure of error against run time with most models, or ""."""
+    parts = [part for section in report.sections for part in section.parts]
+    links = {
+        f"{experiment_link(part.page)}#{figure.name}": len(part.rows)
+        for part in parts
+        for figure in part.figures
+        if figure.name.endswith(RUN_TIME)
+    }
+    return max(links, key=lambda link: links[link], default="")
 
 
 def link_from_report(paths: Paths, target: Path) -> str:

@@ -87,6 +87,8 @@ def write(path: Path, name: str) -> Path:
     rows, targets = table(name), SPECS[name].targets
     columns = {key: text_column([str(r[key]) for r in rows]) for key in ("recording", "grasp_id")}
     columns["object"] = text_column([str(r["object"]) for r in rows])
+    sessions = [str(r["recording"]).partition("/")[0] for r in rows]
+    columns["session_id"] = text_column(sessions)
     level = np.zeros((len(rows), len(HZ)))
     for target, declared in targets.items():
         values = [row[target] for row in rows]
@@ -108,12 +110,9 @@ def write(path: Path, name: str) -> Path:
 SMALLER = {
     "learning_curve": lambda s: {"groups": s["groups"][:: len(s["groups"]) - 1], "repeats": 2},
     "cross_gripper": lambda s: {"grasps": s["grasps"][:: len(s["grasps"]) - 1]},
-    "across_sessions": lambda s: {"grasps": [1], "draws": 1},
 }
-#: Models of experiments that need probabilities or many fits.
-MODELS = {
-    "sorting": "linear_plain", "across_sessions": "ridge_plain",  # many trainings
-}  # fmt: skip
+#: Models of experiments that need probabilities.
+MODELS = {"sorting": "linear_plain"}
 
 
 def run(stores: dict[str, Path], asked: Asked, folder: Path) -> tuple[dict, dict[str, Table]]:

@@ -55,7 +55,6 @@ SETTINGS: dict[str, dict] = {
     }}, "test_on": ["whole"]},
     "shortcut": {"test_on": ["whole"], "models": ["knn"]},
     "repeated_fits": {"test_on": ["whole"], "repeats": 3, "models": ["ridge_plain"]},
-    "across_sessions": {"models": ["knn_plain"], "draws": 1},
     "conformal_intervals": {"models": ["linear_plain"]},
 }  # fmt: skip
 EMBEDDED = {"supervision": "by hand", "target": "label", "dimensions": [2], "shown": 2}

@@ -46,7 +46,7 @@ def part(rows: tuple[ResultRow, ...], **changes) -> Part:
         "summary": "Regression of edge_mm.",
         "text": f"# What\n\n## Question\n\nIs {SCRIPT} *escaped*?",
         "rows": rows,
-        "figures": (illustration("size--cnn"), illustration("size--knn")),
+        "figures": (illustration("size--cnn"), illustration("size--run-time")),
     }
     return Part(**{**values, **changes})
 

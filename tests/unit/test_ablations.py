@@ -14,7 +14,7 @@ from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
 from ajgdata.store.features import write_store
 from ajgdata.types import DataError
-from ajgdata.types.ablation import Ablation
+from ajgdata.types.comparison import Ablation
 from ajgdata.types.table import Table
 
 WHY = {"claim": "it helps", "change": "other training", "of": ["size", "noise"]}

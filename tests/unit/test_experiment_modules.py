@@ -187,7 +187,7 @@ def spec(**changes) -> DatasetSpec:
     [
         (
             {"nope": {}},
-            "no experiment 'nope': there are across_sessions, comparison",
+            "no experiment 'nope': there are comparison",
         ),
         ({"learning_curve": {}}, r"experiments.learning_curve: groups is missing"),
         ({"conformal_intervals": {}}, "conformal_intervals is for regression, not classification"),

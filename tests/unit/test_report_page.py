@@ -40,6 +40,11 @@ def results(pages):
     return Page(pages["results.html"])
 
 
+def test_the_index_links_to_the_figure_of_error_against_run_time(pages):
+    links = [a["href"] for a in Page(pages["index.html"]).all("a")]
+    assert "experiments/size.html#size--run-time" in links
+
+
 def test_labels_are_escaped(html):
     assert SCRIPT not in html and "<b>granite" not in html
     assert "&lt;script&gt;alert(1)&lt;/script&gt;" in html

@@ -1,5 +1,7 @@
 """Models asked about recordings with the speaker silent: what is measured, shown and refused."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from result_samples import sizes
@@ -66,3 +68,9 @@ def test_a_model_that_knows_the_answer_in_silence_is_shown_as_flagged():
     said = shortcut.EXPERIMENT.summary(silence(cnn=True, knn=False))  # p of two tests
     assert "cnn on Silence: rank correlation with the truth 0.8, 0.2 with labels" in said
     assert "p = 0.002: flagged." in said and "p = 0.7: not flagged." in said
+
+
+def test_p_is_corrected_for_all_tests_on_the_page():
+    here, there = silence(cnn=True), silence(cnn=True, knn=False)
+    (test,) = shortcut.tests_of(dataclasses.replace(here, same_page=(here, there)))
+    assert test[0] is here.results[0] and test[1]["p"] == pytest.approx(0.003)

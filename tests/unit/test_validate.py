@@ -78,7 +78,7 @@ def test_settings_of_an_experiment_have_file_and_line(ajgdata, project):
         "  size:\n"
         "    target: edge_mm\n"
         "    experiments:\n"
-        "      across_sessions: {}\n"
+        "      conformal_intervals: {}\n"
         "      learning_curve:\n"
         "        repeats: 2\n"
         "        groups: [0, 4]\n"
