@@ -21,7 +21,7 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 #: Parts of what is grasped that a plan can leave out.
 ObjectPart = Literal["motion", "elastic", "compliance", "film", "frame"]
 #: Parts of the physics of a scene.
-PartName = Literal["bed", "poles", "membrane", "object", ObjectPart, "support", "noise"]
+PartName = Literal["bed", "poles", "membrane", "object", ObjectPart, "support"]
 
 
 class SceneError(ValueError):

@@ -109,7 +109,6 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
         "dt_s": model.system.dt,
         "steps": steps,
         "cells": int(np.count_nonzero(model.system.mass)),
-        "left_out": model.left_out,
     }
     return ImpulseResponse(samples, static, SAMPLE_RATE_HZ, latency, provenance, outside)
 

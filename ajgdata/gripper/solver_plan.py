@@ -26,8 +26,6 @@ from ajgdata.gripper.walls import NO_WALLS, ModeList, WallList
 Real = NDArray[np.floating]
 #: Where the four-point differences have no dispersion along an axis.
 ACCURATE_HZ = 17_000.0
-#: What no scene has, whatever it says.
-NOT_MODELLED = "air behind the drape"
 
 
 @dataclass(frozen=True)
@@ -48,16 +46,6 @@ class Plan:
     steps_per_sample: int
     displaced_m3: float
     air: Air
-
-    @property
-    def left_out(self) -> list[str]:
-        """Names of the parts that are not solved, with what that changes if it was measured."""
-        absent = [
-            part.name if part.effect is None else f"{part.name} (changes at most {part.effect:.2g})"
-            for part in self.parts
-            if not part.kept
-        ]
-        return [*absent, NOT_MODELLED]
 
     @property
     def bytes(self) -> int:
@@ -151,7 +139,6 @@ def _parts(
         Part("membrane", True),
         Part("object", scene.object is not None),
         *held.parts,
-        Part("noise", False),  # added when a take is recorded: the response needs none
     )
     return parts, held.walls, held.modes
 

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import get_args
 
-from ajgdata.gripper.scene import Precision
 from ajgdata.types.table import Column, Table, Value
 from known_cases.case import Case, CaseResult
-from known_cases.endurance import (
-    LongRunLossless,
-    SinglePrecision,
-)
 from known_cases.identities import (
     EnergyConstant,
     EnergyNeverGrows,
     Reciprocity,
+    SinglePrecision,
     WaveDispersion,
 )
 from known_cases.membrane import ReciprocityOfMembrane
@@ -29,7 +24,6 @@ from known_cases.resonances import BoxOffGrid, BoxOnGrid
 from known_cases.time_step import TimeStep
 from known_cases.tube import BedLayer
 
-PRECISIONS: tuple[Precision, ...] = get_args(Precision)
 #: By name, in the order of the report.
 CASES: dict[str, Case] = {
     case.name: case
@@ -49,7 +43,6 @@ CASES: dict[str, Case] = {
         BedLayer("coffee"),
         *(Piston(piston) for piston in PISTONS),
         OnePiston(),
-        *(LongRunLossless(precision) for precision in PRECISIONS),
         SinglePrecision(),
     )
 }

@@ -1,4 +1,4 @@
-"""Identities that hold at round-off on every grid: energy, reciprocity, linearity, dispersion."""
+"""Energy, reciprocity and dispersion at round-off on every grid; float32 against float64."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper import Scene, build_plan
+from ajgdata.gripper import Scene, build_plan, simulate
 from ajgdata.gripper.solver import Probe, State, at_rest, march
 from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System
 from ajgdata.studies.energy import applied, energies, random_state
 from ajgdata.studies.extreme_cases import AIR, BOWL, bowl
-from known_cases.case import EPS, Identity
+from known_cases.case import EPS, Bound, Identity
 from known_cases.domains import box, closed, lossy_bowl
 
 Real = NDArray[np.floating]
@@ -123,3 +123,32 @@ class WaveDispersion(Identity):
     def _symbol(self, k: float) -> float:
         weight, half = wide_weight(self.h), k * self.h / 2
         return float((1 + 3 * weight) * np.sin(half) - weight * np.sin(3 * half))
+
+
+class SinglePrecision(Bound):
+    """A whole scene in float32 and in float64."""
+
+    title = "float32 against float64, response of a scene, relative L2"
+    derived = "one rounding a step, all alike: steps ε"
+
+    def deviation(self, quick: bool) -> float:
+        """Return the relative L2 difference of the responses."""
+        single, double = (
+            simulate(
+                Scene.model_validate(
+                    {
+                        "object": {"kind": "cube", "edge_mm": 20},
+                        "numerics": {"dx_mm": 4.0, "precision": precision},
+                    }
+                )
+            )
+            for precision in ("float32", "float64")
+        )
+        self._steps = double.provenance["steps"]
+        n = min(len(single.samples), len(double.samples))
+        error = np.linalg.norm(single.samples[:n] - double.samples[:n])
+        return float(error / np.linalg.norm(double.samples[:n]))
+
+    def cap(self, quick: bool) -> float:
+        """See `derived`."""
+        return self._steps * float(np.finfo(np.float32).eps)
