@@ -1,4 +1,4 @@
-"""The `ajgdata gripper` commands: drawings and plans of scenes of the virtual gripper."""
+"""The `ajgdata gripper` commands: drawings of scenes of the virtual gripper."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ import typer
 from rich.markup import escape
 
 from ajgdata.cli.console import print_facts, say
+from ajgdata.types import DataError
 
 if TYPE_CHECKING:
-    from ajgdata.gripper import Plan, Scene
+    from ajgdata.gripper import Scene
 
 gripper = typer.Typer(
     no_args_is_help=True,
-    help="The virtual gripper: draw or plan a scene.\n\n"
+    help="The virtual gripper: draw a scene.\n\n"
     "A scene is a YAML or JSON file such as\n\n"
     "object: {kind: cube, edge_mm: 20, material: wood}\n\n"
     "medium: {kind: coffee}\n\n"
@@ -38,41 +39,19 @@ def show(
     ] = None,
 ) -> None:
     """Draw the cross-section of a scene."""
+    from ajgdata.gripper import SceneError, build_plan
     from ajgdata.report.canvas import save_figure
     from ajgdata.report.scenes import cross_section_figure
 
     title, content = _open_scene(scene)
-    _plan(scene, content)  # which checks the scene
+    try:
+        build_plan(content)  # checks the scene
+    except SceneError as error:
+        problem, _, fix = str(error).partition(": ")
+        raise DataError(scene, problem, fix or "change the scene") from None
     figure = cross_section_figure(content, title)
     path = (folder or Path(f"gripper-{title}")) / "cross-section"
     say(escape(str(save_figure(figure, path)[0])))
-
-
-@gripper.command("plan")
-def plan_command(scene: SceneArgument) -> None:
-    """Print which parts are solved or omitted, on which grid, at which cost."""
-    import numpy as np
-
-    from ajgdata.report.format import number
-
-    content = _open_scene(scene)[1]
-    plan, numerics = _plan(scene, content), content.numerics
-    system, cells = plan.system, np.count_nonzero(plan.system.mass)
-    facts = {
-        "grid": f"{number(numerics.dx_mm)} mm, {cells:,} open cells of {system.mass.size:,}",
-        "time step": f"{1e6 * system.dt:.3f} µs, {plan.steps_per_sample} per sample",
-        "steps": f"until {number(numerics.decay_db)} dB down, up to {plan.most_steps:,}",
-        "memory": f"{number(plan.bytes / 1e6)} MB, {numerics.precision}",
-        "displaced": f"{number(1e6 * plan.displaced_m3)} cm³ by the object",
-        "volume added": f"{round(system.added_volume, 4) + 0.0:.2%}, to be stable",
-        "tolerance": f"{number(numerics.tolerance)} for all omitted parts, by measurement",
-    }
-    print_facts(facts, width=12)
-    say("")
-    for part in plan.parts:
-        state = "solved" if part.kept else "[yellow]omitted[/yellow]"
-        effect = "" if part.effect is None else f" (changes up to {part.effect:.2g})"
-        say(f"{part.name:13} {state}{effect}")
 
 
 @gripper.command()
@@ -93,7 +72,6 @@ def _open_scene(name: str) -> tuple[str, Scene]:
     from ajgdata.gripper.grippers import GRIPPERS
     from ajgdata.gripper.object_library import OBJECTS
     from ajgdata.store.files import read_model
-    from ajgdata.types import DataError
 
     path = Path(name)
     if path.is_file():
@@ -103,15 +81,3 @@ def _open_scene(name: str) -> tuple[str, Scene]:
     if name in GRIPPERS:
         return name, Scene.model_validate({"gripper": name, "object": HELD})
     raise DataError(name, "there is no such file, object or gripper", "see `ajgdata gripper names`")
-
-
-def _plan(name: str, scene: Scene) -> Plan:
-    """Return the plan of a scene. Raises DataError, in one line, for an impossible scene."""
-    from ajgdata.gripper import SceneError, build_plan
-    from ajgdata.types import DataError
-
-    try:
-        return build_plan(scene)
-    except SceneError as error:
-        problem, _, fix = str(error).partition(": ")
-        raise DataError(name, problem, fix or "change the scene") from None

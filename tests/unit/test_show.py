@@ -28,16 +28,15 @@ def test_the_section_is_the_cavity_of_the_scene():
 def test_a_bad_scene_is_one_line(ajgdata, project):
     content = "object:\n  kind: cube\n  edge_mm: 20\n  material:\n    density_kg_m3: -5"
     (project.root / "bad.yaml").write_text(content)
-    for command in ("show", "plan"):
-        code, out, err = ajgdata("gripper", command, "bad.yaml")
-        assert (code, out) == (1, "")
-        assert err.startswith("error bad.yaml:5: object.cube.material.numbers.density_kg_m3 = -5")
-        assert err.count("\n") == 1
-    assert "there is no such file" in ajgdata("gripper", "plan", "nope.yaml")[2]
+    code, out, err = ajgdata("gripper", "show", "bad.yaml")
+    assert (code, out) == (1, "")
+    assert err.startswith("error bad.yaml:5: object.cube.material.numbers.density_kg_m3 = -5")
+    assert err.count("\n") == 1
+    assert "there is no such file" in ajgdata("gripper", "show", "nope.yaml")[2]
 
 
 def test_a_name_is_a_scene_and_names_are_listed(ajgdata):
     code, out, _ = ajgdata("gripper", "names")
     assert code == 0 and "banana" in out and "default" in out
-    assert ajgdata("gripper", "plan", "banana")[0] == ajgdata("gripper", "plan", "small")[0] == 0
-    assert "see `ajgdata gripper names`" in ajgdata("gripper", "plan", "banan")[2]
+    assert ajgdata("gripper", "show", "banana")[0] == ajgdata("gripper", "show", "small")[0] == 0
+    assert "see `ajgdata gripper names`" in ajgdata("gripper", "show", "banan")[2]
