@@ -1,4 +1,4 @@
-"""Recipes of data sets: their sessions, their grasps, and errors in their scenes.
+"""Recipes of data sets: their sessions, grasps and recordings, and errors in their scenes.
 
 Called while Snakemake parses: light imports only.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import chain
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
@@ -17,14 +18,12 @@ from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
 from ajgdata.store.files import line_of
 from ajgdata.store.provenance import layer_hash
-from ajgdata.store.sessions import list_datasets, read_dataset
+from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
 from ajgdata.types import DataError, DatasetSpec, Recipe, describe, location
 from ajgdata.types.recipe import EMPTY
 
-
-def with_recipe(paths: Paths) -> list[str]:
-    """Return the names of the data sets that have a recipe."""
-    return [name for name in list_datasets(paths) if read_dataset(paths, name).recipe]
+if TYPE_CHECKING:
+    from ajgdata.acquire.writer import Acquired
 
 
 def recipe_of(path: Path, spec: DatasetSpec) -> Recipe:
@@ -78,3 +77,32 @@ def _check_scenes(path: Path, recipe: Recipe, planned: Sequence[Sequence[Grasp]]
             gripper.Scene.model_validate(grasp.setup)
         except ValidationError as error:
             raise describe(error, f"{path}: recipe, {grasp.object or EMPTY}") from None
+
+
+def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
+    """Record the missing recordings of one session of a recipe, and print progress and outcome.
+
+    Raises DataError for an invalid recipe, before anything is recorded.
+    """
+    from ajgdata.acquire.virtual import VirtualGripper
+    from ajgdata.acquire.writer import acquire_session
+    from ajgdata.pipeline.progress import progress_lines
+    from ajgdata.store.responses import ResponseStore
+
+    spec, path = read_dataset(paths, dataset), paths.dataset(dataset)
+    check_one_kind(paths, spec, list_sessions(paths, dataset))
+    recipe = recipe_of(path, spec)
+    if session not in session_names(recipe):
+        problem = f"the recipe of {dataset} has no such session"
+        raise DataError(session, problem, f"it has {', '.join(session_names(recipe))}")
+    (grasps,) = planned_grasps(path, spec, [session])
+    started = progress_lines(f"recording {dataset}/{session}")
+    advance = started(sum(grasp.samples for grasp in grasps))
+    solver = ResponseStore(paths.responses)
+    source = VirtualGripper(grasps[0].setup, solver, recipe.signal, spec.excitation)
+    done = acquire_session(paths.session(dataset, session), source, grasps, progress=advance)
+    counts = f"{done.recorded} recorded, {done.kept} already there"
+    print(f"{counts}, {done.solved} scenes solved")
+    for grasp, reason in done.skipped.items():
+        print(f"skipped {grasp}: {reason}")
+    return done

@@ -15,8 +15,7 @@ from recorded import make_features
 import ajgdata
 from ajgdata.cli.export import export_model
 from ajgdata.paths import Paths
-from ajgdata.pipeline.acquire import acquire_all
-from ajgdata.pipeline.recipes import recipe_sessions
+from ajgdata.pipeline.recipes import acquire_virtual, recipe_sessions
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.sessions import read_dataset
 
@@ -81,7 +80,8 @@ def example_project(tmp_path_factory) -> Paths:
         path.parent.mkdir(parents=True)
         path.write_text(yaml.safe_dump(declared, sort_keys=False))
     for name in (SIZE["name"], OTHER["name"]):
-        list(acquire_all(paths, [(name, session) for session in recipe_sessions(paths, name)]))
+        for session in recipe_sessions(paths, name):
+            acquire_virtual(paths, name, session)
         make_features(paths, name)
     asked = read_dataset(paths, "size").training("size")
     folder = paths.model("size", "size", "ridge")

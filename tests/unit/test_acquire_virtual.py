@@ -6,8 +6,7 @@ import yaml
 
 from ajgdata.gripper.noise import harmonic_amplitudes
 from ajgdata.gripper.signal_settings import Motor
-from ajgdata.pipeline.acquire import acquire_all, acquire_virtual
-from ajgdata.pipeline.recipes import planned_grasps, recipe_sessions
+from ajgdata.pipeline.recipes import acquire_virtual, planned_grasps, recipe_sessions
 from ajgdata.store.audio import read_audio
 from ajgdata.store.sessions import read_dataset, read_recordings, read_session
 from ajgdata.types import AudioSettings, DataError
@@ -27,8 +26,8 @@ RECIPE = {
 
 
 def acquire(project, dataset="d"):
-    wanted = [(dataset, session) for session in recipe_sessions(project.paths, dataset)]
-    return [done for *_, done in acquire_all(project.paths, wanted)]
+    sessions = recipe_sessions(project.paths, dataset)
+    return [acquire_virtual(project.paths, dataset, session) for session in sessions]
 
 
 def recordings(project, dataset="d") -> dict[str, bytes]:
@@ -117,9 +116,3 @@ def test_a_silent_speaker_leaves_no_excitation_and_the_motor_alone(project, solv
         heard = np.abs(np.fft.rfft(samples))[420 * np.arange(1, 9)] / 22_050
         wanted = harmonic_amplitudes(Motor(), grasp.setup["grasp"]["angle_deg"])
         np.testing.assert_allclose(heard / heard[0], wanted / wanted[0], rtol=1e-2)
-
-
-def test_the_command(ajgdata, project):
-    project.declare(recipe={**RECIPE, "sessions": 1, "grasps_per_object": 1})
-    ended = ajgdata("acquire", "d")
-    assert ended == (0, "d/virtual-01: 4 recorded, 0 already there\n", "")

@@ -31,9 +31,7 @@ def test_validate_clean_and_not(ajgdata, project, snapshot):
     ("arguments", "said"),
     [
         (["validate", "nope"], "no such data set; declared here: d"),
-        (["acquire", "d"], "has no recipe; add one, or import recordings instead"),
-        (["acquire", "d", "--yes"], "has options of a sound card; add --device"),
-        (["acquire", "--device", "x"], "--device: needs one data set"),
+        (["acquire", "d", "--device", "x"], "has no protocol; add one, as in docs/tutorial.md"),
         (["import", "nowhere", "--dataset", "d"], "nowhere: is not a folder"),
         (["import", "audio", "--dataset", "d", "--pattern", "("], "--pattern: not a regular"),
         (["import", "audio", "--dataset", "d", "--table", "t", "--file", "{x}"], "no such file"),

@@ -19,9 +19,9 @@ rule acquire:
     conda:
         "../../environment.yml"
     params:
-        function="acquire:acquire_virtual",
+        function="recipes:acquire_virtual",
         recipe=recipe_of_session,
-        code=layer_hash("acquire", "pipeline/acquire.py", "pipeline/recipes.py"),
+        code=layer_hash("acquire", "pipeline/recipes.py"),
     message:
         "Recording session {wildcards.session} of {wildcards.dataset} with the virtual gripper"
     script:
