@@ -1,4 +1,4 @@
-"""The `ajgdata device` commands: sound cards listed and checked."""
+"""`ajgdata device` and `ajgdata acquire`: sound cards listed, checked, and used to record."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from ajgdata.cli.console import out, print_facts, say
+from ajgdata.acquire.signals import ended_by_signals
+from ajgdata.cli.console import out, print_facts, say, warn
 from ajgdata.types import DataError
 
 device = typer.Typer(
@@ -16,6 +17,7 @@ device = typer.Typer(
 )
 
 _CARD = "sound card"
+_AGAIN = "run the same command again to resume"
 OutputChannel = Annotated[
     int, typer.Option(min=1, help="output channel of the speaker", rich_help_panel=_CARD)
 ]
@@ -75,3 +77,38 @@ def check(
     if not checked.issues:
         say("[green]good        [/] the card is ready: record")
     raise typer.Exit(bool(checked.clipped or checked.snr_db < 0))
+
+
+def acquire(
+    dataset: Annotated[str, typer.Argument(help="data set with a protocol")],
+    device: Annotated[str, typer.Option(help="exact name, as `ajgdata device list` has it")],
+    session: Annotated[str, typer.Option(help="session; default: the incomplete one")] = "",
+    input_channel: InputChannel = 1,
+    output_channel: OutputChannel = 1,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="run unattended: answer each prompt by default")
+    ] = False,
+) -> None:
+    """Record the missing grasps of a protocol with a sound card. Safe to interrupt.
+
+    `ajgdata run` records recipes of the virtual gripper.
+    """
+    from ajgdata.acquire.operator import Operator, Unattended
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.acquire_live import acquire_live
+
+    operator = Unattended(out) if yes else Operator(out)
+    card = {"device": device, "input_channel": input_channel, "output_channel": output_channel}
+    try:
+        with ended_by_signals():
+            name, done = acquire_live(
+                find_project(), dataset, session, device=card, operator=operator
+            )
+    except KeyboardInterrupt:
+        say(f"stopped; recordings are kept: {_AGAIN}")
+        raise typer.Exit(130) from None
+    left = f"{done.left} grasps left: {_AGAIN}" if done.left else "all grasps are recorded"
+    say(f"{dataset}/{name}: {done.recorded} recorded, {left}")
+    for grasp, reason in done.skipped.items():
+        warn(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}")
+    raise typer.Exit(bool(done.skipped or (yes and done.left)))

@@ -7,10 +7,9 @@ import sys
 import typer
 from rich.markup import escape
 
-from ajgdata.cli.acquire import acquire
 from ajgdata.cli.compare import compare
 from ajgdata.cli.console import warn
-from ajgdata.cli.device import device
+from ajgdata.cli.device import acquire, device
 from ajgdata.cli.export import export
 from ajgdata.cli.gripper import gripper
 from ajgdata.cli.importing import import_command

@@ -36,12 +36,7 @@ VIRTUAL = "virtual"
 
 
 def acquire_live(
-    paths: Paths,
-    dataset: str,
-    session: str,
-    *,
-    device: Mapping[str, Any],
-    operator: Operator,
+    paths: Paths, dataset: str, session: str, *, device: Mapping[str, Any], operator: Operator
 ) -> tuple[str, Outcome]:
     """Record the missing grasps of a protocol; return the session's name and the outcome.
 
