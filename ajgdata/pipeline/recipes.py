@@ -8,22 +8,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
 from ajgdata import gripper
 from ajgdata.acquire.recipe import Grasp, plan_session, session_names
+from ajgdata.acquire.virtual import VirtualGripper
+from ajgdata.acquire.writer import Acquired, acquire_session
 from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
+from ajgdata.pipeline.progress import progress_lines
 from ajgdata.store.files import line_of
 from ajgdata.store.provenance import layer_hash
+from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
 from ajgdata.types import DataError, DatasetSpec, Recipe, describe, location
 from ajgdata.types.recipe import EMPTY
-
-if TYPE_CHECKING:
-    from ajgdata.acquire.writer import Acquired
 
 
 def recipe_of(path: Path, spec: DatasetSpec) -> Recipe:
@@ -84,11 +84,6 @@ def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
 
     Raises DataError for an invalid recipe, before anything is recorded.
     """
-    from ajgdata.acquire.virtual import VirtualGripper
-    from ajgdata.acquire.writer import acquire_session
-    from ajgdata.pipeline.progress import progress_lines
-    from ajgdata.store.responses import ResponseStore
-
     spec, path = read_dataset(paths, dataset), paths.dataset(dataset)
     check_one_kind(paths, spec, list_sessions(paths, dataset))
     recipe = recipe_of(path, spec)
