@@ -32,9 +32,6 @@ from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 
 TITLE = "Embedding: distances"
-#: Pairs that count, of different grasps or of different objects, and their part of the scores.
-ALL, DIFFERENT = "all", "different things"
-PARTS = {ALL: "distances", DIFFERENT: "distances, other objects"}
 #: What the paper says of its categories: these lie together, this one is spread widely.
 TOGETHER, SPREAD = ("spherical", "cylindrical"), "other"
 
@@ -53,15 +50,14 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     rows: list[dict[str, Any]] = []
     spaces = runs_by_space(data, latents.latent[settings.shown], latents.validation_fold)
     for space, runs in spaces:
-        for pairs, apart in ((ALL, data.grasp), (DIFFERENT, data.instance)):
-            for run, (points, _train, test) in enumerate(runs):
-                matrix = mean_distances(points[test], category[test], names, apart[test])
-                rows += [
-                    {"space": space, "pairs": pairs, "first": names[i], "second": names[j]}
-                    | {"run": run, "distance": matrix[i, j]}
-                    for i, j in zip(*np.triu_indices(len(names)), strict=True)
-                ]
-    columns = {"space": "Space", "pairs": "Pairs", "first": "First", "second": "Second"}
+        for run, (points, _train, test) in enumerate(runs):
+            matrix = mean_distances(points[test], category[test], names, data.grasp[test])
+            rows += [
+                {"space": space, "first": names[i], "second": names[j]}
+                | {"run": run, "distance": matrix[i, j]}
+                for i, j in zip(*np.triu_indices(len(names)), strict=True)
+            ]
+    columns = {"space": "Space", "first": "First", "second": "Second"}
     columns |= {"run": "Run", "distance": "Distance"}
     categories = table_of("categories", TITLE, rows, **columns)
     return Outcome(
@@ -71,10 +67,10 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
 
 def _scores(categories: Table) -> Iterator[ScoreRow]:
     """Yield mean, sample deviation and values over the runs that have such pairs."""
-    keys = ("space", "pairs", "first", "second")
-    for (space, pairs, first, second), score in scores_by(categories, keys, "distance").items():
+    keys = ("space", "first", "second")
+    for (space, first, second), score in scores_by(categories, keys, "distance").items():
         known = score_of(np.array(score.per_fold)[np.isfinite(score.per_fold)])
-        named = space, PARTS[pairs], f"{first} to {second}"
+        named = space, "distances", f"{first} to {second}"
         yield *named, "mean", known.mean
         yield *named, "sd", known.sd
         for run, value in enumerate(score.per_fold):
@@ -97,7 +93,7 @@ class Category(NamedTuple):
 
 def categories_of(results: TaskResults, space: str) -> dict[str, Category]:
     """Return each category in a space, of pairs of different grasps."""
-    table = results.results[0].tables["categories"].where(space=space, pairs=ALL)
+    table = results.results[0].tables["categories"].where(space=space)
     scores = scores_by(table, ("first", "second"), "distance")
     runs = {pair: np.array(score.per_fold) for pair, score in scores.items()}
     categories = {}
@@ -125,7 +121,7 @@ def by_pair(results: TaskResults) -> Table:
         row | {"pair": " to ".join(words(row[key]) for key in ("first", "second"))}
         for row in with_space_titles(results.results[0].tables["categories"]).rows
     ]
-    columns = {"space": "Space", "pairs": "Pairs", "pair": "Categories", "distance": "Distance"}
+    columns = {"space": "Space", "pair": "Categories", "distance": "Distance"}
     return table_of("pairs", TITLE, rows, **columns)
 
 
@@ -151,11 +147,10 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
 DISTANCES = Plot(
     "rows",
     by_pair,
-    "mean distance of validation pairs of different grasps, in the unit of each space; pairs of "
-    "different things only say nothing of repeats of one object",
+    "mean distance of validation pairs of different grasps, in the unit of each space",
     value="distance",
     x="pair",
-    series=("pairs",),
+    series=(),
     panel="space",
     over="folds and initialisations",
     title=finding,

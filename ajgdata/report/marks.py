@@ -61,7 +61,7 @@ class Picture:
     `chance` is the chance level per panel, `published` a value of the paper, or x and value
     of each of its values.
     With `ideal`, the line on which x and value are equal is drawn. `log`: the axis of the value is
-    logarithmic. `limit` is a value with its name, e.g. a tolerance.
+    logarithmic.
     """
 
     title: str
@@ -74,7 +74,6 @@ class Picture:
     published: tuple[float, ...] = ()
     ideal: bool = False
     log: bool = False
-    limit: tuple[str, float] | None = None
 
     @property
     def panels(self) -> list[str]:
@@ -275,8 +274,6 @@ def _references(axes: Axes, picture: Picture, panel: str, axis: Literal["x", "y"
     elif picture.published:
         places, values = picture.published[::2], picture.published[1::2]
         axes.plot(places, values, "*", color="black", ms=9, ls="", label="the paper")
-    if picture.limit:
-        line(picture.limit[1], label=picture.limit[0], **IDEAL)
     if picture.ideal:
         ends = [float(f(p.x for p in picture.points)) for f in (min, max)]
         axes.plot(ends, ends, label="ideal", **IDEAL)

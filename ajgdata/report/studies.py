@@ -1,4 +1,4 @@
-"""Pages of the simulation studies and ablations: their tables, and a figure of each study."""
+"""Pages of the simulation studies and ablations: their tables, and figures of two studies."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def passed(table: Table) -> str:
 
 
 def figures_of(study: str, tables: Sequence[Table]) -> Iterator[Illustration]:
-    """Yield the figure of a study, named like its table; nothing is drawn yet."""
+    """Yield the figure of a study that has one, named like its table; nothing is drawn yet."""
     name, figure = FIGURES.get(study, ("", convergence))
     for table in tables:
         if table.name == name and table.rows:
@@ -78,25 +78,22 @@ def figures_of(study: str, tables: Sequence[Table]) -> Iterator[Illustration]:
 
 def _illustration(
     table: Table, mark: MarkName, title: str, about: str, points: list[Point],
-    axis: str, text: str, place: tuple[str, str] = ("", ""),
-    limit: tuple[str, float] | None = None,
+    axis: str, text: str, place: tuple[str, str],
 ) -> Illustration:  # fmt: skip
     """Return a figure of simulated results with a logarithmic axis; values of 0 are left out."""
     shown = tuple(point for point in points if point.score.mean > 0)
-    picture = Picture(title, about, ("simulated",), shown, (axis, ""), place, limit=limit, log=True)
+    picture = Picture(title, about, ("simulated",), shown, (axis, ""), place, log=True)
     return illustration(table.name, mark, picture, text)
 
 
-def _points(
-    table: Table, key: str, series: str, x: str, panel: str = "", least: float = -math.inf
-) -> list[Point]:
-    """Return a point per row with a finite value in the column `key`; `least` is drawn for less."""
+def _points(table: Table, key: str, series: str, x: str) -> list[Point]:
+    """Return a point per row with a finite value in the column `key`."""
     return [
         Point(
-            words(str(row[panel])) if panel else "",
+            "",
             words(str(row[series])),
-            words(row[x]) if isinstance(row[x], str) else float(row[x] or 0),
-            Score(max(float(number_), least), math.nan),
+            float(row[x] or 0),
+            Score(float(number_), math.nan),
         )
         for row, number_ in zip(table.rows, table.numbers(key), strict=True)
         if math.isfinite(number_)
@@ -125,31 +122,6 @@ def convergence(table: Table) -> Illustration:
     )  # fmt: skip
 
 
-def stability(table: Table) -> Illustration:
-    """Return the energy at the end over that after the strike, of each case that was marched."""
-    grows = sum(row["outcome"] == "grows" for row in table.rows)
-    title = f"{grows} of {len(table.rows)} cases can gain energy"
-    if not grows:
-        title = f"None of {len(table.rows)} cases gains energy"
-    transient = table.numbers("transient")
-    worst = int(np.nanargmax(transient))
-    text = (
-        "Energy at the end of each run over that after its strike; a case that blew up would lie "
-        "above 1. The stored energy of some state can rise for a moment, at frequencies near the "
-        f"limit of the grid: by a factor of {number(float(np.nanmedian(transient)), 2)} in half "
-        f"of the cases and of {number(transient[worst], 2)} in the worst, "
-        f"{table.rows[worst]['name']}."
-    )
-    points = [
-        point._replace(series=name)
-        for name, key in (("float64", "growth"), ("float32", "growth_single"))
-        for point in _points(table, key, "group", "group")
-    ]
-    about = f"{len(table.rows)} cases"
-    axis = "energy, last over first"
-    return _illustration(table, "rows", title, about, points, axis, text, limit=("no losses", 1.0))
-
-
 def accuracy(table: Table) -> Illustration:
     """Return the error of the feature against run time: a series per object."""
     default = table.where(dx_mm=Numerics().dx_mm)
@@ -161,39 +133,14 @@ def accuracy(table: Table) -> Illustration:
     return _illustration(
         table, "scatter", title, "error against the finest grid; each point is a grid spacing",
         _points(table, "error", "object", "ratio"), "relative L2 error of the feature",
-        "Error of the feature against the finest grid, and its cost. Dashed: an error of 0.10. "
+        "Error of the feature against the finest grid, and its cost. "
         "Times belong to the machine that made this page, their ratios less so.",
-        ("run time over that of the default grid", ""), ("target", 0.10),
-    )  # fmt: skip
-
-
-def omissions(table: Table) -> Illustration:
-    """Return the measured change if each part is left out: a row per part."""
-    tolerance = float(table.numbers("tolerance")[0])
-    absent = table.where(kept=False)
-    above = int(np.sum(absent.numbers("measured") > tolerance))
-    title = f"{above or 'None'} of {len(absent.rows)} parts left out "
-    title += f"{'change' if above > 1 else 'changes'} any third octave by more than "
-    points = [
-        point._replace(series=name)
-        for kept, name in ((True, "solved"), (False, "left out"), (None, "all that is left out"))
-        for point in _points(
-            table.where(kept=kept), "measured", "part", "part", least=tolerance / 1e3
-        )
-    ]
-    return _illustration(
-        table, "rows", title + number(tolerance), f"{len(table.parted('scene'))} scenes", points,
-        "relative L2 change of the feature",
-        "The change if each part of each scene is left out. A part that is left out and lies "
-        "to the right of the tolerance is an error of the plan.",
-        limit=("tolerance", tolerance),
+        ("run time over that of the default grid", ""),
     )  # fmt: skip
 
 
 #: Table and figure of each study.
 FIGURES: dict[str, tuple[str, Callable[[Table], Illustration]]] = {
     "verification": ("convergence", convergence),
-    "stability": ("stability", stability),
     "accuracy": ("accuracy", accuracy),
-    "omissions": ("omissions", omissions),
 }

@@ -135,12 +135,12 @@ def test_classes_are_not_looked_at(made, tmp_path):
 
 def test_distances_are_of_the_things_that_there_are(made):
     found = measured(made, "embedding_distances")
-    keys = ("space", "pairs", "first", "second")
+    keys = ("space", "first", "second")
     scores = scores_by(table(found, "categories"), keys, "distance")
     told = of_scores(found)
-    assert len(scores) == 2 * 2 * 3  # spaces, sorts of pairs, pairs of classes
+    assert len(scores) == 2 * 3  # spaces, pairs of classes
     for space, runs in (("latent", 4), ("raw", 2)):
-        score = scores[space, "all", "high", "low"]
+        score = scores[space, "high", "low"]
         assert len(score.per_fold) == runs
         named = (space, "distances", "high to low")
         assert told[*named, "mean"] == pytest.approx(score.mean)

@@ -65,7 +65,7 @@ def distances(paper=None, **within: float) -> TaskResults:
                 for run, off in enumerate((-0.0708, 0.0708)):
                     value = (within[first] if first == second else 3.0) + off
                     value -= 0.1 * (first == second == "cylindrical" and run == 0)
-                    row = {"space": space, "pairs": "all", "first": first, "second": second}
+                    row = {"space": space, "first": first, "second": second}
                     rows.append(row | {"run": run, "distance": value})
     return results("embedding_distances", paper, [listed("categories", rows)])
 

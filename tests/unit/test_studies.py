@@ -87,7 +87,7 @@ def page(tmp_path, monkeypatch):
     monkeypatch.setitem(LEADS, "pretended", LEADS["verification"])
     pretend(monkeypatch, TABLE)
     run_study("pretended", paths.study("pretended"))
-    nav = navigation([], ["stability", "accuracy"], [])
+    nav = navigation([], ["stability", "accuracy"])
     build_page(paths, "pretended", [paths.study("pretended")], nav)
     return paths.page("pretended").read_text(encoding="utf-8")
 
