@@ -3,10 +3,9 @@
 All are float64 in [-1, 1] of full scale; a sound card gets them as float32. Fades are raised
 cosines, sin²(π t / 2 T) of the time t to the nearer end.
 
-A logarithmic sweep has an energy density that falls by 3 dB an octave; that of a linear sweep, of
-the multitone and of a maximum-length sequence is flat. At one peak level the crest factor (peak
-over rms) says how much energy is played: 3 dB for sweeps (a sine's), some 4.5 dB for the multitone
-with Schroeder's phases, 0 dB for the sequence.
+A logarithmic sweep has an energy density that falls by 3 dB per octave. The density of a linear
+sweep and of a maximum-length sequence is flat. At equal peak level the crest factor (peak over rms)
+gives the played energy: 3 dB for sweeps (a sine's), 0 dB for the sequence.
 """
 
 from __future__ import annotations
@@ -19,12 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.types import (
-    ChirpTrain,
     ExcitationSpec,
     LinearSweep,
     LogSweep,
     MaximumLengthSequence,
-    Multitone,
 )
 
 Real = NDArray[np.float64]
@@ -91,26 +88,6 @@ def _linear_sweep(declared: LinearSweep, count: int, rate: int) -> Real:
     return _faded(np.sin(phase), declared, rate)
 
 
-def _multitone(declared: Multitone, count: int, rate: int) -> Real:
-    """N lines of one amplitude, of phases -π k (k - 1)/N for k = 1 ... N, divided by their peak.
-
-    M. Schroeder, "Synthesis of low-peak-factor signals and binary sequences with low
-    autocorrelation", IEEE Trans. Inf. Theory 16 (1970): a flat spectrum.
-    """
-    spacing = declared.spacing_hz
-    first = int(np.ceil(declared.low_hz / spacing - 1e-9))
-    last = int(np.floor(declared.high_hz / spacing + 1e-9))
-    lines = last - first + 1
-    # One period, where it is a whole number of samples: the rest repeats it exactly.
-    period = rate / spacing
-    length = min(count, round(period)) if abs(period - round(period)) < 1e-9 else count
-    turn = 2 * np.pi * spacing * np.arange(length) / rate
-    total = np.zeros(length)
-    for k in range(1, lines + 1):
-        total += np.cos((first + k - 1) * turn - np.pi * k * (k - 1) / lines)
-    return _faded(np.resize(total / np.abs(total).max(), count), declared, rate)
-
-
 def _sequence(declared: MaximumLengthSequence, count: int, rate: int) -> Real:
     """±1 with the circular autocorrelation N at 0 and -1 elsewhere, N = 2^order - 1.
 
@@ -124,22 +101,8 @@ def _sequence(declared: MaximumLengthSequence, count: int, rate: int) -> Real:
     return _faded(np.resize(2 * bits - 1, count), declared, rate)
 
 
-def _chirp_train(declared: ChirpTrain, count: int, rate: int) -> Real:
-    """As many whole chirps as fit, each a logarithmic sweep with its own fades."""
-    chirp = round(declared.chirp_s * rate)
-    step = chirp + round(declared.gap_s * rate)
-    time = np.arange(chirp) / rate
-    phase = _log_phase(declared.low_hz, declared.high_hz, declared.chirp_s, time)
-    one, train = _faded(np.sin(phase), declared, rate), np.zeros(count)
-    for start in range(0, count - chirp + 1, step):
-        train[start : start + chirp] = one
-    return train
-
-
 _MAKERS: dict[str, Callable[[Any, int, int], Real]] = {
     "log_sweep": _log_sweep,
     "linear_sweep": _linear_sweep,
-    "multitone": _multitone,
     "mls": _sequence,
-    "chirp_train": _chirp_train,
 }

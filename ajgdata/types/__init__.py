@@ -23,13 +23,11 @@ from ajgdata.types.base import (
 from ajgdata.types.dataset import DatasetSpec, ImportSettings, OnChange
 from ajgdata.types.excitation import (
     DEFAULT_EXCITATION,
-    ChirpTrain,
     ExcitationKind,
     ExcitationSpec,
     LinearSweep,
     LogSweep,
     MaximumLengthSequence,
-    Multitone,
 )
 from ajgdata.types.protocol import GraspProtocol
 from ajgdata.types.recipe import Recipe, RecipeObject

@@ -84,24 +84,6 @@ class LinearSweep(_Banded):
         return f"linear sweep, {self._band}"
 
 
-class Multitone(_Banded):
-    """Harmonics of one frequency, all at once and of one amplitude, with Schroeder's phases."""
-
-    kind: Literal["multitone"] = Field("multitone", description="what it is")
-    spacing_hz: float = Field(
-        20.0, gt=0, description="lines stand at its multiples; the signal repeats after 1/spacing"
-    )
-
-    def _said(self) -> str:
-        return f"multitone every {self.spacing_hz:g} Hz, {self._band}"
-
-    @model_validator(mode="after")
-    def _holds_a_line(self) -> Multitone:
-        if math.floor(self.high_hz / self.spacing_hz) < math.ceil(self.low_hz / self.spacing_hz):
-            raise ValueError(f"no multiple of spacing_hz {self.spacing_hz:g} lies in the band")
-        return self
-
-
 class MaximumLengthSequence(_Played):
     """Binary noise of a shift register, white up to half the rate, repeated to fill its length."""
 
@@ -116,31 +98,9 @@ class MaximumLengthSequence(_Played):
         return f"maximum-length sequence{order}"
 
 
-class ChirpTrain(_Banded):
-    """Short logarithmic sweeps, one after another with silence between them."""
-
-    kind: Literal["chirp_train"] = Field("chirp_train", description="what it is")
-    fade_s: float = Field(0.002, ge=0, description="raised-cosine fade at both ends of each chirp")
-    chirp_s: float = Field(0.02, gt=0, description="length of one chirp")
-    gap_s: float = Field(0.03, ge=0, description="silence after each")
-
-    def _said(self) -> str:
-        gap = f"{1e3 * self.chirp_s:g} ms every {1e3 * (self.chirp_s + self.gap_s):g} ms"
-        return f"train of logarithmic chirps of {gap}, {self._band}"
-
-    @model_validator(mode="after")
-    def _chirps_fit(self) -> ChirpTrain:
-        if self.chirp_s > self.length_s:
-            raise ValueError(f"chirp_s {self.chirp_s:g}: not one chirp fits into length_s")
-        if 2 * self.fade_s > self.chirp_s:
-            raise ValueError(f"fade_s {self.fade_s:g}: two fades do not fit into chirp_s")
-        return self
-
-
 ExcitationSpec = Annotated[
-    LogSweep | LinearSweep | Multitone | MaximumLengthSequence | ChirpTrain,
-    Field(discriminator="kind"),
+    LogSweep | LinearSweep | MaximumLengthSequence, Field(discriminator="kind")
 ]
-ExcitationKind = Literal["log_sweep", "linear_sweep", "multitone", "mls", "chirp_train"]
+ExcitationKind = Literal["log_sweep", "linear_sweep", "mls"]
 #: The paper's: one second, logarithmic.
 DEFAULT_EXCITATION = LogSweep()
