@@ -127,6 +127,7 @@ def commands(folder: Path, report: bool) -> dict[str, tuple[str, ...]]:
         "features": features,
         "features, up to date": features,
         **({"models and report": (AJGDATA, "run", "scale")} if report else {}),
+        "status": (AJGDATA, "status", "scale"),
         "publish": (AJGDATA, "publish", "scale"),
         "fetch the published folder": (AJGDATA, "fetch", *published),
         "import again": scan,

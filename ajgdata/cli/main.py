@@ -13,7 +13,7 @@ from ajgdata.cli.device import acquire, device
 from ajgdata.cli.export import export
 from ajgdata.cli.gripper import gripper
 from ajgdata.cli.importing import import_command
-from ajgdata.cli.project import doctor, run
+from ajgdata.cli.project import doctor, run, status
 from ajgdata.cli.publish import fetch, publish
 from ajgdata.cli.sense import sense
 from ajgdata.cli.sort import sort
@@ -30,7 +30,9 @@ app = typer.Typer(
 for command in (validate, acquire, sense, sort, publish, fetch, export, compare):
     app.command()(command)
 app.command()(doctor)
-app.command(context_settings={"ignore_unknown_options": True})(run)  # Snakemake's options
+OTHER_OPTIONS = {"ignore_unknown_options": True}  # handed on to Snakemake
+app.command(context_settings=OTHER_OPTIONS)(status)
+app.command(context_settings=OTHER_OPTIONS)(run)
 app.command("import")(import_command)
 app.add_typer(gripper, name="gripper")
 app.add_typer(device, name="device")

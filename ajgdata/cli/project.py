@@ -1,27 +1,32 @@
-"""Commands on a project: `ajgdata doctor`, which changes nothing, and `run`."""
+"""Commands on a project: `ajgdata doctor` and `status`, which change nothing, and `run`."""
 
 from __future__ import annotations
 
+import csv
 import os
 import platform
 import shlex
 import shutil
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.markup import escape
 
-from ajgdata.cli.console import print_facts
+from ajgdata.cli.console import print_facts, say
 from ajgdata.paths import Paths, find_project
 from ajgdata.types import DataError
 
 GB = 1e9
 #: Snakemake's options that set a configuration.
 CONFIG = ("--config", "-C")
+#: Columns of Snakemake's summary: file, date, rule, log files, status, plan.
+COLUMNS = 6
 
 
 def doctor() -> None:
@@ -53,6 +58,45 @@ def diagnostics(paths: Paths | None) -> dict[str, str]:
         f"{free / GB:.1f} GB of disk space free",
         "project": str(paths.root) if paths else "none here or above",
     }
+
+
+def status(
+    arguments: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[NAME]... [OPTION]...", help="data sets, and options of Snakemake"),
+    ] = None,
+) -> None:
+    """List outdated results and the reasons."""
+    paths = find_project()
+    names, options = split_arguments(arguments or ())
+    results = workflow_status(paths, with_datasets(names, options))
+    outdated = Counter(
+        # Snakemake's status is "ok" if only an input will be written again.
+        (row["rule"], row["status"].replace("ok", "outdated inputs"))
+        for row in reversed(results)  # Snakemake begins with the last job
+        if row["plan"] != "no update"
+    )
+    for (rule, reason), count in outdated.items():
+        say(f"[yellow]{rule}[/yellow] would write {count} files ({escape(reason)})")
+    say(f"{len(results) - outdated.total()} results are current, {outdated.total()} are not")
+
+
+def workflow_status(paths: Paths, more: Sequence[str] = ()) -> list[dict[str, str]]:
+    """Return the rows of Snakemake's summary, one per result, see COLUMNS.
+
+    `snakemake --summary` prints them, with the arguments `more`; as a dry run it writes no log.
+    Raises DataError with Snakemake's message.
+    """
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile_of(paths))]
+    command += ["--directory", str(paths.root), "--summary", "--dry-run", *more]
+    both = subprocess.STDOUT  # a dry run prints to one stream what other runs print to the other
+    done = subprocess.run(command, check=False, stdout=subprocess.PIPE, stderr=both, text=True)
+    lines = [line for line in done.stdout.splitlines() if line.strip()]
+    if done.returncode:
+        problem = lines[-1].strip() if lines else "snakemake stopped without a message"
+        raise DataError(paths.root, problem, "`snakemake --dry-run` prints more")
+    table = (line for line in lines if line.count("\t") == COLUMNS - 1)
+    return list(csv.DictReader(table, delimiter="\t"))
 
 
 def run(

@@ -99,4 +99,8 @@ def test_its_files_give_sessions_and_labels(name, tmp_path):
     assert {one.labels[column] for one in found.files} == labels
     for one in found.files:
         assert set(spec.targets) <= {"object", *one.labels}
-        assert {task.groups for task in spec.tasks.values()} <= {"grasp_id", *one.labels}
+        assert {task.groups for task in spec.tasks.values()} <= {
+            "grasp_id",
+            "session_id",
+            *one.labels,
+        }

@@ -1,13 +1,17 @@
-"""A dry run, a summary and a lint leave every byte where it was."""
+"""A dry run, a summary, a lint and `ajgdata status` leave every byte where it was."""
 
 import contextlib
 import hashlib
 import io
 import shutil
+from pathlib import Path
 
 import pytest
 from conftest import ROOT, add_recording
 from snakemake.cli import main as snakemake_main
+
+from ajgdata.cli.project import workflow_status
+from ajgdata.types import DataError
 
 #: Snakemake leaves files of its own open.
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
@@ -34,12 +38,12 @@ def snakemake(project, *arguments):
 SNAKEMAKES_OWN = {(".snakemake", "log"), (".snakemake", "iocache")}
 
 
-def snapshot(root):
+def snapshot(root, besides=SNAKEMAKES_OWN):
     """Every file with its bytes and time, and every folder but the empty ones of `.snakemake`."""
     content = {}
     for path in sorted(root.rglob("*")):
         inside = path.relative_to(root).parts
-        if path.is_file() and inside[:2] not in SNAKEMAKES_OWN:
+        if path.is_file() and inside[:2] not in besides:
             digest = hashlib.sha256(path.read_bytes()).hexdigest()
             content[inside] = (path.stat().st_mtime_ns, digest)
         elif inside[0] != ".snakemake":
@@ -59,3 +63,17 @@ def test_looking_changes_nothing(project, state):
     for arguments in SEEN:
         snakemake(project, *arguments)
         assert snapshot(project.root) == before, arguments
+    before = snapshot(project.root, besides=())
+    settings = str(project.root / "settings.yaml")
+    results = workflow_status(project.paths, ["--configfile", settings])
+    assert snapshot(project.root, besides=()) == before
+    plans = {(row["rule"], row["status"], row["plan"]) for row in results}
+    reason = "missing" if state is fresh else "updated input files"
+    assert ("features", reason, "update pending") in plans
+    assert any(plan == "no update" for *_, plan in plans) is (state is not fresh)
+
+
+def test_status_says_what_snakemake_complains_of(project):
+    with pytest.raises(DataError, match="no such data set"):
+        workflow_status(project.paths, ["--config", "datasets=[absent]"])
+    assert Path.cwd() != project.root
