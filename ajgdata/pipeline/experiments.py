@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ajgdata.experiments import EXPERIMENTS, Asked, asked_of
-from ajgdata.experiments.base import Inputs, Other, Result, TaskResults
+from ajgdata.experiments.base import Experiment, Inputs, Other, Result, TaskResults
 from ajgdata.features.spectrum import differing_axes
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tell
@@ -29,6 +29,7 @@ from ajgdata.types import (
 if TYPE_CHECKING:
     from ajgdata.report.comparison import PaperFigure
     from ajgdata.store.features import Shard
+    from ajgdata.types.table import Table
 
 TaskKey = tuple[str, str]  #: data set, and task or embedding
 
@@ -73,54 +74,47 @@ def run_experiment(
 ) -> None:
     """Measure the experiment `kind` (name, or name and model) on a task and write its tables.
 
-    `split` is what every measurement must know of the task, see `DatasetSpec.task_settings`;
-    `others` are further data sets; `paths` says where recordings are; `encoders` are the latents
-    of an embedding and the cost of training, or nothing; if `rendered` is not empty, the experiment
-    simulates sounds by the recipe of the data set. What is the same for the same
-    inputs is written to `tables`, what is measured to `cost`. A task that lacks what the experiment
-    needs is written as skipped, with the reason: the rest of the run goes on.
+    `split` are the settings of the task (`DatasetSpec.task_settings`), `encoders` the latents and
+    training cost of an embedding. If `rendered` is not empty, sounds are simulated by the recipe of
+    the data set. A task that lacks what the experiment needs is written as skipped, with reason.
     """
-    # SciPy and the simulation, which Snakemake does not need
-    from ajgdata.pipeline.recordings import RecordingReader
-    from ajgdata.pipeline.rendering import renderer
-
     name, _, model = kind.partition("-")
-    one, shard = EXPERIMENTS[name], read_store(store)
+    experiment, shard = EXPERIMENTS[name], read_store(store)
     about = {"experiment": name, "dataset": dataset, "task": task, "model": model, "seed": seed}
     about |= {**split, "settings": settings, "provenance": dict(shard.attrs)}
     compared = {other: _comparable(store, shard, paths.features(other)) for other in others}
-    others_read = compared if one.reads_recordings else {}
-    read = {dataset: audio} | {other: _audio_of(found) for other, found in others_read.items()}
+    read_too = compared if experiment.reads_recordings else {}
     inputs = Inputs(
-        dataset=dataset,
-        task=task,
-        **split,
-        seed=seed,
-        store=shard,
-        others=compared,
-        audio=audio,
-        features=features,
-        **_encoded(*encoders),
-        recordings=RecordingReader(paths, read),
-        render=renderer(paths, dataset) if rendered else None,
-    )
+        dataset=dataset, task=task, **split, seed=seed, store=shard, others=compared, audio=audio,
+        features=features, **_encoded(*encoders),
+        **_sounds(paths, dataset, audio, read_too, rendered),
+    )  # fmt: skip
+    results, costs = _measure(experiment, inputs, settings, about)
+    if "skipped" in about:
+        tell(f"skipped   {dataset}/{task}, {kind}: {about['skipped']}")
+    write_tables(cost, costs)
+    write_tables(tables, results, **about)
+
+
+def _measure(
+    experiment: Experiment, inputs: Inputs, settings: Mapping[str, Any], about: dict[str, Any]
+) -> tuple[Sequence[Table], Sequence[Table]]:
+    """Return tables of results and of cost; add facts, or why there are none, to `about`."""
     try:
         about["left_out"] = dict(inputs.classes_of_task[1])
-        outcome = one.measure(inputs, one.settings.model_validate(settings), model)
+        checked = experiment.settings.model_validate(settings)
+        outcome = experiment.measure(inputs, checked, about["model"])
     except NotPossibleError as error:
-        write_tables(cost, [])
-        write_tables(tables, [], **about, skipped=str(error))
-        tell(f"skipped   {dataset}/{task}, {kind}: {error}")
-        return
-    write_tables(cost, outcome.cost)
-    write_tables(tables, outcome.tables, **(about | dict(outcome.about)))
+        about["skipped"] = str(error)
+        return (), ()
+    about |= outcome.about
+    return outcome.tables, outcome.cost
 
 
 def _comparable(store: Path, shard: Shard, path: Path) -> Shard:
     """Return another store, whose spectra have the axes of `shard`. Raises DataError for others."""
     other = read_store(path)
-    own, its = (json.loads(str(one.attrs.get("settings", "{}"))) for one in (shard, other))
-    for name, here, there in differing_axes(own, its):
+    for name, here, there in differing_axes(_settings(shard), _settings(other)):
         problem = f"its {name} is {there}, that of {store} is {here}: they do not compare"
         raise DataError(path, problem, "give both data sets the same, and run again")
     if shard.frequency_hz.tolist() != other.frequency_hz.tolist():
@@ -129,9 +123,24 @@ def _comparable(store: Path, shard: Shard, path: Path) -> Shard:
     return other
 
 
-def _audio_of(shard: Shard) -> AudioSettings:
-    """Return how the recordings of a store were read."""
-    return AudioSettings.model_validate(json.loads(str(shard.attrs["settings"]))["audio"])
+def _sounds(
+    paths: Paths, dataset: str, audio: AudioSettings, others: Mapping[str, Shard], rendered: str
+) -> dict[str, Any]:
+    """Return what reads recordings, and what simulates sounds, by name of the input."""
+    # SciPy and the simulation, which Snakemake does not need
+    from ajgdata.pipeline.recordings import RecordingReader
+    from ajgdata.pipeline.rendering import renderer
+
+    read = {n: AudioSettings.model_validate(_settings(one)["audio"]) for n, one in others.items()}
+    return {
+        "recordings": RecordingReader(paths, {dataset: audio, **read}),
+        "render": renderer(paths, dataset) if rendered else None,
+    }
+
+
+def _settings(shard: Shard) -> dict[str, Any]:
+    """Return the settings by which the features of a store were computed."""
+    return json.loads(str(shard.attrs.get("settings", "{}")))
 
 
 def _encoded(latents: Path | None = None, training_cost: Path | None = None) -> dict[str, Any]:

@@ -97,9 +97,7 @@ def _opening(paths: Paths, shard: Shard, tables: Path, audio: AudioSettings) -> 
     scenes = {row["y_true"]: setups[digest_of[row["recording"]]] for row in predicted}
     if not scenes:
         raise NotPossibleError("no recording of a simulated grasp was predicted")
-    held = {name: Scene.model_validate(setup).object for name, setup in scenes.items()}
-    sizes = {n: (one.kind != "sphere", max(one.size_mm)) for n, one in held.items() if one}
-    name = min(sizes, key=lambda n: sizes[n])
+    name = _smallest(scenes)
     prediction = _typical([row for row in predicted if row["y_true"] == name])
     recording = prediction["recording"]
     scene = Scene.model_validate(setups[digest_of[recording]])
@@ -118,6 +116,15 @@ def _opening(paths: Paths, shard: Shard, tables: Path, audio: AudioSettings) -> 
         predicted=prediction["y_pred"],
         probability=prediction["probability"],
     )
+
+
+def _smallest(scenes: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return the name of the smallest sphere, or else of the smallest object, of scenes by name."""
+    from ajgdata.gripper import Scene
+
+    held = {name: Scene.model_validate(scene).object for name, scene in scenes.items()}
+    sizes = {n: (shape.kind != "sphere", max(shape.size_mm)) for n, shape in held.items() if shape}
+    return min(sizes, key=lambda n: sizes[n])
 
 
 def _planned_setups(paths: Paths, dataset: str) -> dict[str, Mapping[str, Any]]:

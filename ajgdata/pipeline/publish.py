@@ -70,13 +70,10 @@ def publish(
     >>> sorted(path.name for path in Path("tree/size").iterdir())[:3]
     ['LICENSE', 'README.md', 'SHA256SUMS']
     """
-    out = Path(out)
-    _check_target(out)
+    out = _checked_target(Path(out))
     spec = read_dataset(paths, dataset)
     features = store or paths.features(dataset)
-    for needed in (features, paths.quarantine(dataset)):
-        if not needed.is_file():
-            raise DataError(needed, "does not exist yet", f"run `ajgdata run {dataset}` first")
+    _check_results(dataset, features, paths.quarantine(dataset))
     contents = _contents(paths, dataset, read_store(features))
     suffixes = [path.suffix.lower() for _, path in contents.recordings.values()]
     table = table_of(contents.store, suffixes, features)
@@ -93,6 +90,13 @@ def publish(
     return Published(out, len(table.rows), size, left_out, is_unlicensed)
 
 
+def _check_results(dataset: str, *needed: Path) -> None:
+    """Raise DataError for a result of a data set that does not exist."""
+    for path in needed:
+        if not path.is_file():
+            raise DataError(path, "does not exist yet", f"run `ajgdata run {dataset}` first")
+
+
 def declaration_bytes(spec: DatasetSpec) -> bytes:
     """Return dataset.yaml with everything that the data set config takes over from another one."""
     # Settings of a robot are the laboratory's own: hosts, tokens.
@@ -100,12 +104,13 @@ def declaration_bytes(spec: DatasetSpec) -> bytes:
     return yaml_bytes(spec.model_dump(mode="json", exclude_defaults=True, exclude=private))
 
 
-def _check_target(out: Path) -> None:
-    """Raise DataError unless `out` is free or contains a published data set, whole or not."""
+def _checked_target(out: Path) -> Path:
+    """Return `out`. Raises DataError unless it is free or a published data set, whole or not."""
     if out.is_file() or (
         out.is_dir() and any(out.iterdir()) and not (out / Tree.CROISSANT).is_file()
     ):
         raise DataError(out, "is not a published data set", "name another folder")
+    return out
 
 
 def _contents(paths: Paths, dataset: str, store: Shard) -> _Contents:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from ajgdata.ablations import reasons_of, with_verdicts
 from ajgdata.experiments import EXPERIMENTS
@@ -62,37 +63,40 @@ def build_report(
 ) -> None:
     """Write the report on `datasets` and on `tasks`, pairs of data set and name.
 
-    `page` is its first; the others, its figures, and what it is about, are written beside it. `nav`
-    leads to all of them, `pages` are those that other jobs write, `ablations` those that say why
-    simulation and paper differ; `published` the data sets whose trees are there, `opening` says
-    what the first picture shows.
+    `page` is its first page; other pages, figures and tables are written into the same folder.
+    `pages` and `ablations` are written by other jobs, as are the `published` data sets and the file
+    `opening`, which describes the first picture.
     """
     from ajgdata.report.page import illustrations, render_pages
     from ajgdata.report.render import draw_figures
 
-    folder = page.parent / FIGURES
     (page.parent / EXPERIMENT_PAGES).mkdir(parents=True, exist_ok=True)  # also if it stays empty
     specs = {name: read_dataset(paths, name) for name in datasets}
     paper = parse_paper(read_paper(paths))
     results, skipped = _read(paths, specs, tasks, paper)
-    report = _assembled(paths, specs, tasks, ablations, results, paper)
     report = dataclasses.replace(
-        report,
+        _assembled(paths, specs, tasks, ablations, results, paper),
         skipped=skipped,
         opening=_opening(opening, page.parent) if opening else None,
         checks=_checks(paths, pages),
         run_cost=tuple(run_cost(paths, datasets, everything=bool(pages or published))),
     )
-    figures = draw_figures(illustrations(report), folder)
+    drawn = draw_figures(illustrations(report), page.parent / FIGURES)
     tables = write_exports(report, results, page.parent / TABLES)
-    figures = {name: with_tables(one, tables) for name, one in figures.items()}
+    figures = {name: with_tables(picture, tables) for name, picture in drawn.items()}
     for name, html in render_pages(report, figures, nav, published, project=paths).items():
         write_bytes(page.parent / name, html.encode())
-    content = {"datasets": list(datasets), "runs": models_of(specs, tasks), "pages": list(pages)}
-    content["published"] = list(published)
-    content["agreements"] = tally(report.comparisons)
-    write_bytes(page.with_name(RUNS_FILE), json_bytes(content))
+    content = _contents(report, models_of(specs, tasks), pages, published)
+    write_bytes(page.with_name(RUNS_FILE), json_bytes({"datasets": datasets, **content}))
     tell(f"report: {page}")
+
+
+def _contents(
+    report: Report, runs: Sequence[Sequence[str]], pages: Sequence[str], published: Sequence[str]
+) -> dict[str, Any]:
+    """Return what a report is about, and the tally of its comparisons with the paper."""
+    tallied = tally(report.comparisons)
+    return {"runs": runs, "pages": pages, "published": published, "agreements": tallied}
 
 
 def _assembled(

@@ -73,10 +73,7 @@ def render_pages(
     own = {
         INDEX: ("index.html.j2", {"figure": figures.get(SKILL)}),
         **{link.link: (f"{name}.html.j2", {}) for name, link in FIXED.items()},
-        **{
-            experiment_link(page.name): ("experiment.html.j2", _on(page, report))
-            for page in report.pages
-        },
+        **{experiment_link(p.name): ("experiment.html.j2", _on(p, report)) for p in report.pages},
     }
     return {
         name: render(template, figures, here=name, project=project, **(shared | values))
