@@ -24,8 +24,8 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
-    help="Acoustic sensing with jamming grippers: get recordings in, check them, hand sets on. "
-    "What lies between (features, models, report) is done by the command [b]snakemake[/b].",
+    help="Acoustic sensing with jamming grippers: record or import data sets, check them, run the "
+    "pipeline ([b]ajgdata run[/b]; all data sets: [b]snakemake[/b]), use models, and publish.",
 )
 for command in (validate, acquire, sense, sort, publish, fetch, export, compare):
     app.command()(command)

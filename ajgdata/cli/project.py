@@ -104,14 +104,14 @@ def run(
         list[str],
         typer.Argument(
             metavar="NAME... [OPTION]...",
-            help="data sets; the rest is handed on to Snakemake, e.g. --dry-run or --cores 2",
+            help="data sets; options are passed on to Snakemake, e.g. --dry-run or --cores 2",
         ),
     ],
 ) -> None:
-    """Run the pipeline for selected data sets: features, models, tests and the report.
+    """Run the pipeline for selected data sets: features, models, experiments and the report.
 
-    Prints the `snakemake` command that does the same first, and at the end what was made, skipped
-    and left out. The exit code is 0 only if nothing was skipped that is not declared optional.
+    Prints the equivalent `snakemake` command first, and a summary at the end. The exit code is 0
+    only if nothing was skipped that is not declared optional.
     """
     from ajgdata.store.sessions import read_dataset
 

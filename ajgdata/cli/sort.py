@@ -40,10 +40,10 @@ def sort(
         ),
     ] = 0,
 ) -> None:
-    """Sort objects by their sound: grasp, hear, decide, place. Stops when in doubt.
+    """Sort objects by their sound: grasp, record, decide, place. Stops when in doubt.
 
     Exit code 0: sorted as planned; 3: stopped since an object was in doubt; 130: stopped by hand;
-    else an error. Whatever ends it early, the robot halts and says what it holds.
+    else an error. If a run ends early, the robot halts, and the command names the held object.
     """
     raise typer.Exit(_sort(plan, as_json, port if dashboard else None))
 
