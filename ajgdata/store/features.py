@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import errno
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -109,24 +110,31 @@ def open_store(path: Path) -> xr.Dataset:
     return open_netcdf(path)
 
 
+@contextmanager
+def damage_reported(path: Path) -> Iterator[None]:
+    """Raise DataError for the errors of a file that is damaged or of another kind."""
+    try:
+        yield
+    except (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError):
+        raise DataError(path, "is not a readable netCDF file", "delete it and run again") from None
+
+
 def open_netcdf(path: Path) -> xr.Dataset:
     """Return a netCDF file with its coordinates in memory and its arrays not read yet. Raises
-    DataError for a file of another kind."""
+    DataError for a damaged file and one of another kind."""
     import xarray as xr
 
     options: dict[str, Any] = {"mask_and_scale": False, "decode_times": False}
-    try:
+    with damage_reported(path):
         file = xr.open_dataset(path, engine="h5netcdf", **options)
-    except (OSError, ValueError, KeyError):
-        raise DataError(path, "is not a readable netCDF file", "delete it and run again") from None
-    texts = {
-        name: (array.dims, np.asarray(array.values, np.str_), array.attrs)
-        for name, array in file.coords.items()
-        if array.dtype.kind == "O"
-    }
-    dataset = file.assign_coords(texts)
-    for array in dataset.coords.values():
-        array.load()
+        texts = {
+            name: (array.dims, np.asarray(array.values, np.str_), array.attrs)
+            for name, array in file.coords.items()
+            if array.dtype.kind == "O"
+        }
+        dataset = file.assign_coords(texts)
+        for array in dataset.coords.values():
+            array.load()
     dataset.set_close(file.close)
     return dataset
 
@@ -159,7 +167,7 @@ def read_store(path: Path) -> Shard:
     >>> shard.columns["edge_mm"].attrs["units"]
     'mm'
     """
-    with open_store(path) as dataset:
+    with open_store(path) as dataset, damage_reported(path):
         return Shard(
             dataset["feature"].values,
             dataset["frequency"].values,

@@ -14,6 +14,7 @@ from ajgdata.store.features import (
     as_coordinates,
     attributes_of,
     columns_of,
+    damage_reported,
     open_netcdf,
     write_netcdf,
 )
@@ -55,7 +56,7 @@ def write_latents(path: Path, latents: Latents) -> None:
 
 def read_latents(path: Path) -> Latents:
     """Return the latents in a file. Raises DataError for a file of another kind."""
-    with open_netcdf(path) as dataset:
+    with open_netcdf(path) as dataset, damage_reported(path):
         columns = columns_of(dataset)
         fold = columns.pop(VALIDATION_FOLD).values
         latent = {

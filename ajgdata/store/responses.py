@@ -10,6 +10,7 @@ import contextlib
 import io
 import json
 import os
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -75,13 +76,13 @@ class ResponseStore:
 
 
 def read_response(path: Path) -> gripper.ImpulseResponse | None:
-    """Return the response in a file, which counts as used now; None if there is no file."""
+    """Return the response in a file, which counts as used now; None if it is absent or damaged."""
     try:
-        with np.load(path) as file:
+        with path.open("rb") as stream, np.load(stream) as file:
             arrays = {key: file.get(key) for key in _ARRAYS}
             response = gripper.ImpulseResponse(**json.loads(str(file["about"])), **arrays)
         os.utime(path)
-    except FileNotFoundError:
+    except (FileNotFoundError, EOFError, ValueError, LookupError, zipfile.BadZipFile):
         return None
     return response
 

@@ -176,17 +176,17 @@ def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result:
     where = folder / settings.table
     delimiter = max(",;\t", key=read_text(where).partition("\n")[0].count)
     rows: Rows = {}
-    missing = []
+    missing, in_folder = [], set(audio)
     for cells in read_csv(where, delimiter=delimiter)[1]:
         path = Path(_filled("file", settings.file, cells))
         if path in rows:
             raise DataError(where, f"{path} stands in two rows", "keep one of them")
-        if path in audio:
+        if path in in_folder:
             rows[path] = cells
         else:
             missing.append((path.as_posix(), f"in {settings.table} but not in the folder"))
     result.remarks["failed"] += sorted(missing)
-    unlisted = sorted(set(audio) - set(rows))
+    unlisted = sorted(in_folder - set(rows))
     result.remarks["not used"] += [(p.as_posix(), f"no row in {settings.table}") for p in unlisted]
     return rows
 

@@ -38,6 +38,17 @@ def test_one_recording_more_is_one_computed(project):
     np.testing.assert_array_equal(shard.feature[1], expected(project, "aa"))
 
 
+def test_a_damaged_file_is_computed_again(project):
+    project.session()
+    project.shard()
+    before, path = project.read_shard(), project.paths.shard("d", "s1")
+    content = bytearray(path.read_bytes())
+    content[content.index(before.feature[1].tobytes())] ^= 1
+    path.write_bytes(content)
+    assert project.shard() == (3, 0)
+    np.testing.assert_array_equal(project.read_shard().feature, before.feature)
+
+
 def test_an_edited_recording_is_computed_again(project):
     rows = project.session()
     project.shard()

@@ -57,6 +57,17 @@ def test_a_response_without_outside_comes_back_the_same(store):
         same(read_response(store.path(scene(seed))), made_up(seed))
 
 
+@pytest.mark.parametrize("length", [0, 100, -1])
+def test_a_truncated_file_is_solved_again(tmp_path, solved, length):
+    store = ResponseStore(tmp_path)
+    store.write(scene(), made_up(1))
+    path = store.path(scene())
+    path.write_bytes(path.read_bytes()[:length])
+    assert read_response(path) is None
+    store.solve(scene())
+    assert len(solved) == 1
+
+
 def test_the_least_recently_used_goes_first(tmp_path, monkeypatch):
     monkeypatch.setattr(responses, "WRITES_PER_TRIM", 1)
     size = len(responses._encode(made_up(0))) + 100

@@ -117,6 +117,23 @@ def test_what_is_no_store(tmp_path):
         read_store(path)
 
 
+def test_a_changed_byte_of_a_spectrum_is_noticed(tmp_path):
+    path = tmp_path / "x.nc"
+    write_store(path, sample())
+    content = bytearray(path.read_bytes())
+    content[content.index(sample().feature[1].tobytes())] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(DataError, match="not a readable netCDF file"):
+        read_store(path)
+
+
+def test_a_file_without_spectra_is_no_store(tmp_path):
+    path = tmp_path / "x.nc"
+    xr.Dataset({"other": ("recording", [1.0])}).to_netcdf(path, engine="h5netcdf")
+    with pytest.raises(DataError, match="not a readable netCDF file"):
+        read_store(path)
+
+
 def test_latents(tmp_path):
     path = tmp_path / "latents.nc"
     columns = {"recording": text_column(["a", "b"]), "edge_mm": Column(np.r_[1, 2], {"units": "m"})}
