@@ -237,7 +237,6 @@ class Calibrated:
     classes: np.ndarray
     plain: np.ndarray
     scaled: np.ndarray
-    temperatures: tuple[float, ...]  #: of the folds
 
 
 def calibrated(
@@ -259,12 +258,10 @@ def calibrated(
     classes = np.unique(target)
     options: dict[str, Any] = {"model": model, "seed": seed, "limits": limits}
     plain, scaled = (np.empty((len(target), len(classes))) for _ in range(2))
-    temperatures = []
     with threadpool_limits(limits=1):
         parts = _held_out(features, target, groups, "classification", folds=folds, **options)
         for fitted, train, test in parts:
             t = scaling_temperature(features[train], target[train], groups[train], **options)
             plain[test] = fitted.predict_proba(features[test])
             scaled[test] = with_temperature(plain[test], t)
-            temperatures.append(t)
-    return Calibrated(classes, plain, scaled, tuple(temperatures))
+    return Calibrated(classes, plain, scaled)

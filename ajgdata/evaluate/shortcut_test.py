@@ -39,7 +39,6 @@ class ShortcutTest:
     null: float
     permutations: int
     p: float
-    flagged: bool
 
 
 def shortcut_test(
@@ -79,7 +78,7 @@ def shortcut_test(
         ]
     )
     p = float((np.sum(null >= observed) + 1) / (permutations + 1))
-    return ShortcutTest(MEASURES[name], observed, float(null.mean()), permutations, p, p < LEVEL)
+    return ShortcutTest(MEASURES[name], observed, float(null.mean()), permutations, p)
 
 
 def _groups(y: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

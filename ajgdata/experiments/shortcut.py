@@ -28,7 +28,7 @@ from ajgdata.types.table import table_of
 
 TEST_COLUMNS = {
     "data_set": "Data set", "measure": "Measure", "value": "Dependence", "null": "By chance",
-    "permutations": "Permutations", "p": "p", "flagged": "Flagged",
+    "permutations": "Permutations", "p": "p, uncorrected",
 }  # fmt: skip
 
 

@@ -174,12 +174,6 @@ class Solid(SceneModel):
         full = self._enclosed_mm3(0.0)
         return full if self.shell_mm is None else full - self._enclosed_mm3(self.shell_mm)
 
-    @property
-    def mass_kg(self) -> float | None:
-        """Mass by volume and density; None for a rigid object, which has no density."""
-        material = material_of(self.material)
-        return None if material is None else material.density_kg_m3 * self.volume_mm3 * 1e-9
-
     def _enclosed_mm3(self, inset: float) -> float:
         """Volume enclosed by the surface moved inwards by `inset` mm."""
         raise NotImplementedError

@@ -18,7 +18,7 @@ from typing import Any, Literal, Self
 from ajgdata.types.plan import NOTHING
 
 #: Kinds of events and what each has.
-#: start: dataset task model unit classes threshold bins device robot session; for the dashboard
+#: start: dataset task model classes threshold bins device robot session; for the dashboard
 #:        also source ("simulated", "recorded")
 #: grasp: number object ("" if nobody knows what it is)
 #: step: step seconds                      (loosen approach wait jam lift place release halt)

@@ -29,16 +29,8 @@ from ajgdata.types.recipe import EMPTY
 def recipe_of(path: Path, spec: DatasetSpec) -> Recipe:
     """Return the recipe of the declaration at `path`. Raises DataError if it has none."""
     if spec.recipe is None:
-        other = "import recordings instead"
-        if spec.protocol:
-            other = "record its protocol with --device"
-        raise DataError(path, "has no recipe", f"add one, or {other}")
+        raise DataError(path, "has no recipe", "add one, or import recordings instead")
     return spec.recipe
-
-
-def recipe_sessions(paths: Paths, dataset: str) -> list[str]:
-    """Return the names of the sessions of the recipe of `dataset`. DataError if it has none."""
-    return session_names(recipe_of(paths.dataset(dataset), read_dataset(paths, dataset)))
 
 
 def planned_grasps(path: Path, spec: DatasetSpec, sessions: Sequence[str]) -> list[list[Grasp]]:

@@ -48,7 +48,6 @@ class OpenRun:
         log.say(
             "start",
             **plan.model_dump(include={"dataset", "task", "model", "threshold"}),
-            unit="",
             classes=list(self.sorter.senses.classes),
             bins={**plan.bins, **rejected},
             device=card.settings.device,

@@ -39,11 +39,6 @@ def train_models(
         advance()
 
 
-def train_model(store: Path, **settings: Any) -> None:
-    """Fit one model; `settings` are those of `train_from_shard`."""
-    train_from_shard(read_store(store), **settings)
-
-
 def train_from_shard(
     shard: Shard,
     *,

@@ -33,10 +33,6 @@
       `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
   }
 
-  function value(told, unit) {
-    return typeof told === "number" ? `${told.toPrecision(3)} ${unit ?? ""}`.trim() : words(told);
-  }
-
   // [class, mark, what is said, what is said smaller]
   function judged(state) {
     const { prediction, decision, plan } = state;
@@ -57,11 +53,6 @@
     if (prediction.verdict === "unknown")
       return ["alarm", "!", "unlike anything known",
         `${prediction.novelty.toFixed(1)} times as far as a new grasp may be${then}`];
-    if (prediction.kind === "regression") {
-      const [low, high] = prediction.interval ?? [];
-      const range = low === undefined ? "" : `between ${low.toPrecision(3)} and ${high.toPrecision(3)} ${prediction.unit}`;
-      return ["sure", "✓", value(prediction.value, prediction.unit), `${range}${then}`];
-    }
     const [best, p] = Object.entries(prediction.probability ?? {}).reduce(
       (most, one) => one[1] > most[1] ? one : most, [prediction.value, 0]);
     if (needed !== null && p < needed)
@@ -151,7 +142,7 @@
     items.forEach((item, i) => {
       const grasp = state.grasps[i], tile = item.firstChild;
       const [look, mark, told] = fate(grasp, i === state.grasps.length - 1 && !state.stopped);
-      const what = grasp.value === null ? "" : value(grasp.value, state.plan.unit);
+      const what = grasp.value === null ? "" : words(grasp.value);
       const sure = grasp.probability === null ? "" : percent(grasp.probability);
       tile.className = look;
       tile.setAttribute("role", "img");

@@ -11,12 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ajgdata.acquire.recipe import session_names
 from ajgdata.experiments import Asked
 from ajgdata.experiments.comparison import excitation_of, features_of
 from ajgdata.gripper import SAMPLE_RATE_HZ
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import asked_for, run_experiment
-from ajgdata.pipeline.recipes import planned_grasps, recipe_sessions
+from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.store.features import Column, Shard, text_column, write_store
 from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.store.tables import read_tables
@@ -62,7 +63,7 @@ def shape_of(text: str) -> np.ndarray:
 def table(name: str) -> list[dict[str, object]]:
     """One row a recording of a recipe: its names, group and labels."""
     rows = []
-    sessions = recipe_sessions(PATHS, name)
+    sessions = session_names(SPECS[name].recipe)
     planned = planned_grasps(PATHS.dataset(name), SPECS[name], sessions)
     for session, grasps in zip(sessions, planned, strict=True):
         for grasp in grasps:

@@ -13,10 +13,12 @@ from PIL import Image
 from recorded import make_features
 
 import ajgdata
+from ajgdata.acquire.recipe import session_names
 from ajgdata.cli.export import export_model
 from ajgdata.paths import Paths
-from ajgdata.pipeline.recipes import acquire_virtual, recipe_sessions
-from ajgdata.pipeline.train import train_model
+from ajgdata.pipeline.recipes import acquire_virtual
+from ajgdata.pipeline.train import train_from_shard
+from ajgdata.store.features import read_store
 from ajgdata.store.sessions import read_dataset
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "examples"
@@ -80,12 +82,14 @@ def example_project(tmp_path_factory) -> Paths:
         path.parent.mkdir(parents=True)
         path.write_text(yaml.safe_dump(declared, sort_keys=False))
     for name in (SIZE["name"], OTHER["name"]):
-        for session in recipe_sessions(paths, name):
+        for session in session_names(read_dataset(paths, name).recipe):
             acquire_virtual(paths, name, session)
         make_features(paths, name)
     asked = read_dataset(paths, "size").training("size")
     folder = paths.model("size", "size", "ridge")
-    train_model(paths.features("size"), **asked, model="ridge", seed=0, folder=folder)
+    train_from_shard(
+        read_store(paths.features("size")), **asked, model="ridge", seed=0, folder=folder
+    )
     return paths
 
 
@@ -190,7 +194,9 @@ def test_onnx_predict(in_project, example_project, monkeypatch, capsys):
     pytest.importorskip("onnxruntime")
     asked = read_dataset(example_project, "size").training("size")
     trained = example_project.model("size", "size", "cnn")
-    train_model(example_project.features("size"), **asked, model="cnn", seed=0, folder=trained)
+    train_from_shard(
+        read_store(example_project.features("size")), **asked, model="cnn", seed=0, folder=trained
+    )
     predictor = ajgdata.load_predictor("size", "size", "cnn")
     file = export_model(example_project, predictor, example_project.exported)
     first = ajgdata.load_recordings("size").file.values[0]

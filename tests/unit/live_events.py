@@ -28,7 +28,7 @@ class Story:
 
     def start(self, **about):
         given = {
-            "dataset": "ycb", "task": "sorting", "model": "cnn", "unit": "", "classes": CLASSES,
+            "dataset": "ycb", "task": "sorting", "model": "cnn", "classes": CLASSES,
             "threshold": 0.6, "bins": BINS, "device": "virtual gripper",
             "robot": "manual", "session": "sort-01", "source": "simulated",
         }  # fmt: skip

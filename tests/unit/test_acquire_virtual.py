@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 import yaml
 
+from ajgdata.acquire.recipe import session_names
 from ajgdata.gripper.noise import harmonic_amplitudes
 from ajgdata.gripper.signal_settings import Motor
-from ajgdata.pipeline.recipes import acquire_virtual, planned_grasps, recipe_sessions
+from ajgdata.pipeline.recipes import acquire_virtual, planned_grasps
 from ajgdata.store.audio import read_audio
 from ajgdata.store.sessions import read_dataset, read_recordings, read_session
 from ajgdata.types import AudioSettings, DataError
@@ -26,7 +27,7 @@ RECIPE = {
 
 
 def acquire(project, dataset="d"):
-    sessions = recipe_sessions(project.paths, dataset)
+    sessions = session_names(read_dataset(project.paths, dataset).recipe)
     return [acquire_virtual(project.paths, dataset, session) for session in sessions]
 
 

@@ -50,12 +50,6 @@ def test_volumes_are_those_of_the_textbook(given, size, volume, hollow):
     assert shell.volume_mm3 == pytest.approx(volume - hollow)
 
 
-def test_mass_is_volume_times_density_and_rigid_bodies_have_none():
-    assert shape(BALL).mass_kg is None
-    steel = shape(BALL | {"material": "steel"})
-    assert steel.mass_kg == pytest.approx(7850 * 4 / 3 * math.pi * 0.02**3)
-
-
 @pytest.mark.parametrize(
     ("given", "said"),
     [
