@@ -40,7 +40,7 @@ test-cluster: $(VENV)/.test $(VENV)/.cluster
 	AJGDATA_REQUIRE_CLUSTER=1 $(BIN)/pytest -n 0 -m cluster tests/cluster
 
 # Sessions through a simulated sound card. Debian: jackd2 libportaudio2.
-test-jack: $(VENV)/.test $(VENV)/.live
+test-jack: $(VENV)/.test $(VENV)/.jack
 	AJGDATA_REQUIRE_JACK=1 $(BIN)/pytest -n 0 -m jack tests/jack
 
 # Kills, full disks, races (docs/reliability.md).

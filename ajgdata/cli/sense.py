@@ -131,7 +131,8 @@ def _sensing(
     with (
         ended_by_signals(),
         open_hands(
-            paths, spec, source=source, card=card, robot=None, seed=seed, confirm=lambda text: None
+            paths, spec, source=source, card=card, robot=None, seed=seed,
+            confirm=lambda text: None, rate_hz=predictor.sample_rate_hz,
         ) as (robot, opened, _),
     ):  # fmt: skip
         yield _takes(spec, predictor, robot, opened, objects or [], seed)

@@ -137,12 +137,14 @@ def open_hands(
     robot: RobotProgram | None,
     seed: int,
     confirm: Confirm,
+    rate_hz: int,
 ) -> Iterator[tuple[Robot, Card, dict[str, str]]]:
     """Yield robot and sound card, and `gripper`, `medium` and `source` for session.yaml.
 
     `source` is `soundcard` (`card` has its settings except the rate, which the data set declares)
     or `virtual`: the virtual gripper over the objects of the data set's recipe, drawn by `seed`,
-    which needs no person. Raises DataError.
+    which needs no person. Raises DataError, also for another sample rate than `rate_hz`, that of
+    the model.
     """
     if source == VIRTUAL:
         if spec.recipe is None:
@@ -150,8 +152,18 @@ def open_hands(
             raise DataError(paths.dataset(spec.name), "has no recipe to simulate", fix)
         moving = make_robot(robot, confirm) if robot else None
         table = VirtualTable(spec.recipe, seed, paths.responses, moving)
+        _check_rate(table, rate_hz)
         yield table, table, {"gripper": "virtual", "medium": "virtual", "source": "virtual"}
         return
     settings = card_settings(**{**card, "sample_rate_hz": spec.audio.sample_rate_hz})
     with open_card(settings) as opened:
+        _check_rate(opened, rate_hz)
         yield make_robot(robot, confirm), opened, gripper_of(spec)
+
+
+def _check_rate(card: Card, rate_hz: int) -> None:
+    """Raise DataError if a sound card records at another sample rate than that of the model."""
+    if (found := card.settings.sample_rate_hz) != rate_hz:
+        problem = f"records at {found} Hz, and the model was trained at {rate_hz} Hz"
+        fix = "train the model again, or correct audio.sample_rate_hz of the data set"
+        raise DataError(card.settings.device, problem, fix)

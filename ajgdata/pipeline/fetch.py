@@ -83,7 +83,7 @@ def fetch(paths: Paths, source: str, *, name: str = "", each: Each = iter) -> Fe
     """Register the published data set at `source`, a folder or a web address, as `name` (default:
     its own). `each` iterates over the files and may show progress.
 
-    After an interruption, the same call resumes. Raises DataError, and changes nothing in the
+    An interrupted download resumes with the same call. Raises DataError, and changes nothing in the
     project, for anything that is wrong, for a name that exists, and while another process fetches
     the same data set.
     """

@@ -62,8 +62,8 @@ class SortPlan(Strict):
     )
     card: dict[str, JsonValue] = Field(
         {},
-        description="of a sound card: device, input_channel, output_channel, attempts; "
-        "as the options of `ajgdata acquire`",
+        description="of a sound card: device, input_channel and output_channel, as the options of "
+        "`ajgdata acquire`; attempts: recordings with a fault before the run ends (default 3)",
     )
     robot: RobotProgram | None = Field(
         None, description="program that moves the gripper; null: a person"

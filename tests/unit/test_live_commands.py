@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -145,9 +146,18 @@ def test_sense_without_a_novelty_check_does_not_call_anything_known(trained, run
     ],
 )
 def test_sense_refuses_what_it_cannot_do(run, monkeypatch, arguments, said):
-    monkeypatch.setattr("ajgdata.loading.load_predictor", lambda *_: None)
+    model = SimpleNamespace(sample_rate_hz=44_100)
+    monkeypatch.setattr("ajgdata.loading.load_predictor", lambda *_: model)
     with pytest.raises(DataError, match=said):
         raise run(*arguments).exception
+
+
+def test_another_sample_rate_is_refused_before_anything_moves(run, monkeypatch):
+    monkeypatch.setattr("ajgdata.live.predictor.Predictor.sample_rate_hz", 48_000)
+    for command in (SENSE, ("sort", plan())):
+        with pytest.raises(DataError, match="at 44100 Hz, and the model was trained at 48000 Hz"):
+            raise run(*command).exception
+    assert not Path("data").exists()
 
 
 def test_a_run_from_plan_to_labels(run):
