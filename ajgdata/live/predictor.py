@@ -228,7 +228,7 @@ def _audio(waveform: ArrayLike, sample_rate_hz: float, settings: AudioSettings) 
     rate_hz = settings.sample_rate_hz
     if sample_rate_hz != rate_hz:
         problem = f"sampled at {sample_rate_hz:g} Hz, not {rate_hz} Hz"
-        raise DataError(HERE, problem, "resample it, or use predict_file")
+        raise DataError(HERE, problem, f"resample it to {rate_hz} Hz")
     with np.errstate(over="ignore"):  # infinity is for the checks
         samples = array.astype(np.float32)
     return Audio(
