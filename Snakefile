@@ -2,6 +2,7 @@
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
+from snakemake.logging import logger
 from snakemake.utils import min_version, validate
 
 from ajgdata.ablations import possible
@@ -15,6 +16,7 @@ from ajgdata.paths import (
     Paths,
     run_name,
 )
+from ajgdata.pipeline.console import show_jobs
 from ajgdata.pipeline.experiments import asked_for, models_of
 from ajgdata.pipeline.opening import KIND as OPENING_KIND
 from ajgdata.pipeline.opening import OBJECT, subject_of
@@ -101,6 +103,11 @@ rule all:
 
 
 SUMMARY_BEFORE = modified_ns(PATHS.complete)
+
+
+# Not called in a dry run or in the processes of jobs.
+onstart:
+    show_jobs(logger)
 
 
 onsuccess:

@@ -14,6 +14,7 @@ from typing import Any
 from pydantic import validate_call
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline.progress import clear_line
 from ajgdata.types import DataError, one_line
 
 
@@ -49,9 +50,11 @@ def logged(log: str) -> Iterator[None]:
                 yield
         except DataError as error:
             stream.write(f"{error}\n")
+            clear_line()
             sys.exit(str(error))
         except (OSError, MemoryError) as error:
             traceback.print_exc(file=stream)
+            clear_line()
             sys.exit(one_line(error))
         except BaseException:
             traceback.print_exc(file=stream)

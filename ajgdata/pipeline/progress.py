@@ -42,7 +42,8 @@ def tracked(items: Sequence[Item], text: str) -> Iterator[Item]:
 
 
 def progress_lines(text: str, parts: int = 10) -> Started:
-    """Return a function like that of `bar`, which prints `parts` lines in total."""
+    """Return a function like that of `bar`, which prints `parts` lines in total; a job prints them
+    into its log."""
 
     def started(total: int) -> Callable[[], object]:
         done = 0
@@ -51,7 +52,7 @@ def progress_lines(text: str, parts: int = 10) -> Started:
             nonlocal done
             done += 1
             if done * parts // total > (done - 1) * parts // total:
-                tell(f"{text}: {done} of {total}")
+                print(f"{text}: {done} of {total}", flush=True)
 
         return advance
 
@@ -60,4 +61,11 @@ def progress_lines(text: str, parts: int = 10) -> Started:
 
 def tell(line: str) -> None:
     """Print a line on the terminal although the output of the job goes to its log."""
+    clear_line()
     print(line, file=sys.__stderr__, flush=True)
+
+
+def clear_line() -> None:
+    """Erase the bar of the run, which the main process draws again below the next line."""
+    if sys.__stderr__ and sys.__stderr__.isatty():
+        print("\r\x1b[K", end="", file=sys.__stderr__, flush=True)
