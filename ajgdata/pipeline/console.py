@@ -6,6 +6,8 @@ import logging
 import time
 from typing import TYPE_CHECKING, Any, TextIO
 
+from ajgdata.pipeline.run_summary import many
+
 if TYPE_CHECKING:
     from rich.progress import Progress
 
@@ -87,7 +89,7 @@ class JobLines(logging.Handler):
             self._write(end_s, f"{count}  {took:>8}  {self._text(jobid, fields)}")
         if self._finished and done == total:
             end_s = self._finished[-1]["created"]
-            self._write(end_s, f"{total} jobs in {duration(end_s - self._start_s)}")
+            self._write(end_s, f"{many(total, 'job')} in {duration(end_s - self._start_s)}")
         self._finished.clear()
         self._bar.update(self._task, completed=done, total=total)
         if done == total:
