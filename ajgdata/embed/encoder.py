@@ -15,8 +15,9 @@ import torch
 from sklearn.pipeline import Pipeline
 from torch import Tensor, nn
 
-from ajgdata.embed.contrastive import contrastive_loss, draw_batches, pair_weights
+from ajgdata.embed.contrastive import Pairs, contrastive_loss, draw_batches, pair_weights
 from ajgdata.models.cnn import CHUNK, CnnClassifier, Descent, SpectrumCnn, reproducible
+from ajgdata.models.device import training_device
 from ajgdata.models.scaling import raw_scaling
 from ajgdata.types import Embedding
 
@@ -58,15 +59,16 @@ def train_encoders(
         epochs=settings.epochs,
         generator=np.random.default_rng(seed),
     )
-    scaling = raw_scaling().fit(features)
-    inputs = torch.from_numpy(scaling.transform(features)).float()
+    scaling, device = raw_scaling().fit(features), training_device()
+    inputs = torch.from_numpy(scaling.transform(features)).float().to(device)
     with reproducible(seed):
         networks = [new_network(features.shape[1], dimension) for dimension in dimensions]
-        together = StackedEncoders(networks)
+        together = StackedEncoders(networks).to(device)
         like = CnnClassifier()
         descent = Descent(together, len(batches), like.max_learning_rate, like.weight_decay)
         for rows in batches:
-            pairs = pair_weights(instance[rows], grasp[rows])
+            weights = pair_weights(instance[rows], grasp[rows])
+            pairs = Pairs(*(part.to(device) for part in weights))
             latents = together(inputs[rows])
             loss = torch.stack([contrastive_loss(z, pairs, settings.margin) for z in latents]).sum()
             descent.step(loss)

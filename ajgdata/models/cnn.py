@@ -23,6 +23,7 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 from torch import Tensor, nn
 from torch.nn import functional
 
+from ajgdata.models.device import CPU, CUDA, training_device
 from ajgdata.types import Kind, NotPossibleError
 
 CHUNK = 256  # rows per forward pass: bounds memory, and stays in cache
@@ -104,9 +105,12 @@ def reproducible(seed: int) -> Iterator[None]:
     With one thread sums are added up in one order, whatever the number of cores.
     """
     threads = torch.get_num_threads()
-    with torch.random.fork_rng(devices=[]):
+    gpus = [torch.cuda.current_device()] if training_device() == CUDA else []
+    with torch.random.fork_rng(devices=gpus):
         torch.set_num_threads(1)
         torch.default_generator.manual_seed(seed)
+        if gpus:
+            torch.cuda.manual_seed(seed)
         try:
             yield
         finally:
@@ -214,12 +218,18 @@ class _Cnn(BaseEstimator):
         )
 
     def _train(self, module: SpectrumCnn, inputs: Tensor, target: Tensor) -> None:
-        """Train on standardised bins (n, n_features) and encoded targets (n, ...)."""
+        """Train on standardised bins (n, n_features) and encoded targets (n, ...).
+
+        The network is on the CPU before and after, whatever the device of the training.
+        """
+        device = training_device()
+        module, inputs, target = module.to(device), inputs.to(device), target.to(device)
         per_epoch = math.ceil(len(inputs) / self.batch_size)
         steps = max(self.epochs * per_epoch, self.min_steps)
         descent = Descent(module, steps, self.max_learning_rate, self.weight_decay)
         for rows in islice(batches(len(inputs), self.batch_size), steps):
             descent.step(self._loss(module.trunk(inputs[rows]), target[rows]))
+        module.to(CPU)
 
     def _outputs(self, X: Any) -> np.ndarray:
         """Return the output of the network (n, n_outputs) for features (n, n_features)."""

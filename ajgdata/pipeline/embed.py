@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +16,7 @@ from ajgdata.evaluate.embedding_data import (
     train_on,
     validation_folds,
 )
+from ajgdata.models.device import device_facts
 from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.latents import Latents, write_latents
@@ -37,7 +37,8 @@ def train_embedding(
     """
     shard = read_store(store)
     text = json.dumps(settings.model_dump(mode="json"), sort_keys=True)
-    attrs: Mapping[str, str | float | int] = {**shard.attrs, "embedding": text, "seed": seed}
+    attrs: dict[str, str | float | int] = {**shard.attrs, "embedding": text, "seed": seed}
+    attrs |= device_facts()
     spent: dict[str, Any] = {}
     try:
         data = embedding_data(shard, settings)

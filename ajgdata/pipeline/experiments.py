@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from ajgdata.experiments import EXPERIMENTS, Asked, asked_of
 from ajgdata.experiments.base import Experiment, Inputs, Other, Result, TaskResults
 from ajgdata.features.spectrum import differing_axes
+from ajgdata.models.device import device_facts
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tell
 from ajgdata.store.features import read_store
@@ -81,7 +82,7 @@ def run_experiment(
     name, _, model = kind.partition("-")
     experiment, shard = EXPERIMENTS[name], read_store(store)
     about = {"experiment": name, "dataset": dataset, "task": task, "model": model, "seed": seed}
-    about |= {**split, "settings": settings, "provenance": dict(shard.attrs)}
+    about |= {**split, "settings": settings, "provenance": dict(shard.attrs), **device_facts()}
     compared = {other: _comparable(store, shard, paths.features(other)) for other in others}
     read_too = compared if experiment.reads_recordings else {}
     inputs = Inputs(

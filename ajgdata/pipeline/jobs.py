@@ -13,6 +13,7 @@ from typing import Any
 
 from pydantic import validate_call
 
+from ajgdata.models.device import CPU, training_on
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import clear_line
 from ajgdata.types import DataError, one_line
@@ -23,7 +24,7 @@ def run_job(job: Any) -> None:
 
     It gets the inputs, outputs, wildcards and params that it takes, by name. `job` is the object
     `snakemake` of scripts. Values become what the function's annotations require, e.g. paths and
-    settings. Other arguments: `paths` of the run, and `log`.
+    settings. Other arguments: `paths` of the run, and `log`. Networks are trained on `device`.
     """
     function = resolve_name(f"{__package__}.{job.params.function}")
     values = {"paths": Paths(run=job.params.get("run", "")), "log": job.log[0]}
@@ -32,7 +33,7 @@ def run_job(job: Any) -> None:
     arguments = {
         name: values[name] for name in inspect.signature(function).parameters if name in values
     }
-    with logged(job.log[0]):
+    with logged(job.log[0]), training_on(job.params.get("device", CPU)):
         validate_call(function)(**arguments)
 
 

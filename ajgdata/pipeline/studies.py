@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from ajgdata.ablations import read_ablations
+from ajgdata.models.device import device_facts
 from ajgdata.paths import Paths
 from ajgdata.store.provenance import layer_hash, software
 from ajgdata.store.tables import write_tables
@@ -57,5 +58,5 @@ def run_ablation(paths: Paths, ablation: str, tables: Path, *, seed: int) -> Non
     except NotPossibleError as error:  # for example too few grasps
         reason = {"reason": str(error)}
         result = table_of(ablation, f"Not made: {ablation}", [reason], reason="Reason")
-    about = {**software(), "code": ablation_hash()}
+    about = {**software(), "code": ablation_hash(), **device_facts()}
     write_tables(tables, [result], study=ablation, quick=False, **about)

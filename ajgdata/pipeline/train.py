@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, task_data
+from ajgdata.models.device import device_facts
 from ajgdata.pipeline.progress import progress_lines
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.models import write_about, write_estimator, write_guard
@@ -63,6 +64,7 @@ def train_from_shard(
     """
     about: dict[str, Any] = {"target": target, "kind": kind, "unit": unit, "model": model}
     about |= {"period": period_deg, "seed": seed, "task": task, "provenance": dict(shard.attrs)}
+    about |= device_facts()
     try:
         if min_groups:
             classes, _ = frequent_classes(shard, target, groups, classes, min_groups)

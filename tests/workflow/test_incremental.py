@@ -118,8 +118,9 @@ def test_a_setting_redoes_what_it_concerns(project, changes, jobs):
     assert project.planned(*END) == jobs
 
 
-def test_the_seed_redoes_the_evaluation(project):
-    assert project.planned(*END, "--config", "seed=1") == TASKS
+@pytest.mark.parametrize("setting", ["seed=1", "device=auto"])
+def test_seed_and_device_redo_the_evaluation(project, setting):
+    assert project.planned(*END, "--config", setting) == TASKS
 
 
 def test_a_new_version_of_scikit_learn_reruns_the_models(project, monkeypatch):

@@ -15,6 +15,7 @@ rule embed:
         function="embed:train_embedding",
         settings=embedding_settings,
         seed=config["seed"],
+        device=config["device"],
         code=layer_hash("evaluate", "pipeline/embed.py"),
     message:
         "Training encoders for {wildcards.embedding} of {wildcards.dataset}"

@@ -26,6 +26,7 @@ rule experiment:
         features=setting("features"),
         rendered=rendered_from,
         seed=config["seed"],
+        device=config["device"],
         code=measure_hash,
     message:
         "Measuring {wildcards.kind} of {wildcards.task} of {wildcards.dataset}"

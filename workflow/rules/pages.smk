@@ -48,6 +48,7 @@ rule ablate:
         ],
         settings=lambda wildcards: settings_digest(ABLATED[wildcards.ablation]),
         seed=config["seed"],
+        device=config["device"],
         code=ablation_hash(),
     message:
         "Why simulation and paper differ: {wildcards.ablation}"

@@ -14,6 +14,7 @@ rule train:
         function="train:train_models",
         tasks=lambda wildcards: SPECS[wildcards.dataset].trainings(),
         seed=config["seed"],
+        device=config["device"],
         code=layer_hash("evaluate", "pipeline/train.py"),
     message:
         "Training every model of {wildcards.dataset} on all of it"

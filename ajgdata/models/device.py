@@ -1,0 +1,49 @@
+"""The device on which networks are trained: the CPU, which is the reference, or a GPU."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+from ajgdata.types import DataError
+
+CPU, CUDA, AUTO = "cpu", "cuda", "auto"
+_device: ContextVar[str] = ContextVar("device", default=CPU)
+
+
+@contextmanager
+def training_on(device: str) -> Iterator[None]:
+    """Train the networks of a block on `device`: `cpu`, `cuda`, or `auto` (a GPU if there is one).
+
+    Raises DataError for `cuda` without a GPU.
+    """
+    token = _device.set(_available(device))
+    try:
+        yield
+    finally:
+        _device.reset(token)
+
+
+def _available(device: str) -> str:
+    """Return `cpu` or `cuda` for a setting."""
+    if device == CPU:
+        return CPU  # without torch, which most jobs do not need
+    import torch
+
+    if torch.cuda.is_available():
+        return CUDA
+    if device == AUTO:
+        return CPU
+    problem = "PyTorch finds no GPU on this computer"
+    raise DataError(f"device={device}", problem, "use device=cpu, or a CUDA build (TORCH_INDEX)")
+
+
+def training_device() -> str:
+    """Return the device on which networks are trained now: `cpu` or `cuda`."""
+    return _device.get()
+
+
+def device_facts() -> dict[str, str]:
+    """Return what the description of a result says of the device: nothing of the reference."""
+    return {} if training_device() == CPU else {"device": training_device()}
