@@ -17,12 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.types import (
-    ExcitationSpec,
-    LinearSweep,
-    LogSweep,
-    MaximumLengthSequence,
-)
+from ajgdata.types import ExcitationSpec, LinearSweep, LogSweep, MaximumLengthSequence
 
 Real = NDArray[np.float64]
 

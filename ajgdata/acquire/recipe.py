@@ -12,13 +12,7 @@ import numpy as np
 
 from ajgdata.gripper.scene import derive_seed
 from ajgdata.gripper.variation import Variation
-from ajgdata.types import (
-    DEFAULT_EXCITATION,
-    ExcitationSpec,
-    NotPossibleError,
-    Recipe,
-    RecipeObject,
-)
+from ajgdata.types import DEFAULT_EXCITATION, ExcitationSpec, NotPossibleError, Recipe, RecipeObject
 from ajgdata.types.recipe import EMPTY
 
 #: Stands for the session of grasps that belong to none.

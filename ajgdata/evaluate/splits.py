@@ -10,11 +10,7 @@ import warnings
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from sklearn.model_selection import (
-    KFold,
-    LeaveOneGroupOut,
-    StratifiedKFold,
-)
+from sklearn.model_selection import KFold, LeaveOneGroupOut, StratifiedKFold
 
 from ajgdata.models.tuning import Folds, whole_groups
 from ajgdata.types import Kind, NotPossibleError

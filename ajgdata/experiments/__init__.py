@@ -19,14 +19,7 @@ from pydantic import ValidationError
 from ajgdata.experiments.base import Experiment
 from ajgdata.models import model_label
 from ajgdata.store.files import line_of
-from ajgdata.types import (
-    CROSS_VALIDATION,
-    DataError,
-    DatasetSpec,
-    Kind,
-    describe,
-    location,
-)
+from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec, Kind, describe, location
 from ajgdata.types.registry import Registry
 
 FOLDER = Path(__file__).parent

@@ -15,14 +15,7 @@ from pydantic import Field
 
 from ajgdata.evaluate.task_data import TaskData, is_among, split_withheld
 from ajgdata.experiments import cross_validation_results as shown
-from ajgdata.experiments.base import (
-    Experiment,
-    Inputs,
-    Outcome,
-    ScoreRow,
-    fold_scores,
-    score_table,
-)
+from ajgdata.experiments.base import Experiment, Inputs, Outcome, ScoreRow, fold_scores, score_table
 from ajgdata.experiments.cross_validation_results import (
     GROUPED,
     OVERALL,

@@ -17,13 +17,7 @@ from ajgdata.experiments.base import (
     TaskResults,
     score_table,
 )
-from ajgdata.experiments.embedding import (
-    SPACES,
-    score_of,
-    scores_by,
-    trained,
-    with_space_titles,
-)
+from ajgdata.experiments.embedding import SPACES, score_of, scores_by, trained, with_space_titles
 from ajgdata.experiments.embedding_knn import encoder_cost
 from ajgdata.experiments.plots import Plot
 from ajgdata.report.comparison import PaperComparison, holds

@@ -10,13 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
-from ajgdata.experiments.embedding import (
-    SPACES,
-    run_scores,
-    scores_by,
-    trained,
-    with_space_titles,
-)
+from ajgdata.experiments.embedding import SPACES, run_scores, scores_by, trained, with_space_titles
 from ajgdata.experiments.embedding_knn import encoder_cost
 from ajgdata.experiments.plots import Plot
 from ajgdata.report.comparison import PaperComparison, holds

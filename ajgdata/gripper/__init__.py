@@ -20,12 +20,7 @@ from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene, derive_seed, scene_dige
 from ajgdata.gripper.signal_settings import SignalChain
 
 if TYPE_CHECKING:
-    from ajgdata.gripper.signal_chain import (
-        ImpulseResponse,
-        Take,
-        excitation_sweep,
-        record,
-    )
+    from ajgdata.gripper.signal_chain import ImpulseResponse, Take, excitation_sweep, record
     from ajgdata.gripper.simulation import simulate
     from ajgdata.gripper.solver_plan import Plan, build_plan
 

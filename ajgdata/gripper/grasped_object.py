@@ -17,14 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from ajgdata.gripper.bending import (
-    Load,
-    Plate,
-    PlateModes,
-    ShellModes,
-    ring_modes,
-    shell_modes,
-)
+from ajgdata.gripper.bending import Load, Plate, PlateModes, ShellModes, ring_modes, shell_modes
 from ajgdata.gripper.column import Bed, Body, Stack, StackModes, bent_modes, skin, solve, stack
 from ajgdata.gripper.contact import GRAIN_SOLIDS, GRAVITY, Latex, Pack, seat
 from ajgdata.gripper.geometry import RASTER_M, Cavity

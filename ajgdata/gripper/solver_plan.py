@@ -56,11 +56,6 @@ class Plan:
         state = 6 * system.mass.size + 3 * len(system.walls.cell)
         return sum(a.nbytes for a in arrays) + state * system.faces.gain_x.itemsize
 
-    @property
-    def most_steps(self) -> int:
-        """Steps until `max_time_s`; most scenes fall silent before."""
-        return round(self.scene.numerics.max_time_s * SAMPLE_RATE_HZ) * self.steps_per_sample
-
 
 def steps_per_sample(
     dx_m: float, cfl: float, temperature_c: float = HOTTEST_C, wide: float = 0.0

@@ -19,13 +19,7 @@ from ajgdata.pipeline.progress import tell
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_json
 from ajgdata.store.tables import read_tables, write_tables
-from ajgdata.types import (
-    AudioSettings,
-    DataError,
-    DatasetSpec,
-    FeatureSettings,
-    NotPossibleError,
-)
+from ajgdata.types import AudioSettings, DataError, DatasetSpec, FeatureSettings, NotPossibleError
 
 if TYPE_CHECKING:
     from ajgdata.report.comparison import PaperFigure

@@ -15,12 +15,7 @@ from ajgdata.store.files import BRINGING, alone
 from ajgdata.store.importing import Contents, Imported, import_sessions
 from ajgdata.store.labels import number
 from ajgdata.store.scan import Scan, scan, slug
-from ajgdata.store.sessions import (
-    check_one_kind,
-    list_sessions,
-    read_dataset,
-    write_dataset,
-)
+from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset, write_dataset
 from ajgdata.types import (
     AudioSettings,
     DataError,

@@ -17,14 +17,7 @@ from ajgdata.paths import Paths
 from ajgdata.store.audio import AudioError, Remark, read_audio
 from ajgdata.store.session_audio import checked_sha256
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
-from ajgdata.types import (
-    AudioSettings,
-    DataError,
-    Finding,
-    NotPossibleError,
-    Recording,
-    Session,
-)
+from ajgdata.types import AudioSettings, DataError, Finding, NotPossibleError, Recording, Session
 
 
 @dataclass(frozen=True)

@@ -11,14 +11,7 @@ from ajgdata.ablations import reasons_of, with_verdicts
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import training_cost
-from ajgdata.paths import (
-    ABLATIONS_PAGE,
-    EXPERIMENT_PAGES,
-    FIGURES,
-    RUNS_FILE,
-    TABLES,
-    Paths,
-)
+from ajgdata.paths import ABLATIONS_PAGE, EXPERIMENT_PAGES, FIGURES, RUNS_FILE, TABLES, Paths
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import asked_for, models_of, read_results
 from ajgdata.pipeline.exports import with_tables, write_exports
@@ -35,11 +28,7 @@ from ajgdata.report.comparison import (
 )
 from ajgdata.report.format import words
 from ajgdata.report.navigation import Group, experiment_link
-from ajgdata.report.report_data import (
-    Part,
-    Report,
-    TaskSection,
-)
+from ajgdata.report.report_data import Part, Report, TaskSection
 from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.provenance import software

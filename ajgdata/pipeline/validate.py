@@ -17,12 +17,7 @@ from ajgdata.pipeline.recordings import examine, finding
 from ajgdata.store.audio import Remark
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
 from ajgdata.store.labels import bad_labels, copies
-from ajgdata.store.session_audio import (
-    AudioFile,
-    SessionAudio,
-    check_session,
-    label_rows,
-)
+from ajgdata.store.session_audio import AudioFile, SessionAudio, check_session, label_rows
 from ajgdata.store.sessions import (
     check_one_kind,
     list_sessions,

@@ -31,11 +31,7 @@ from ajgdata.types.excitation import (
 )
 from ajgdata.types.protocol import GraspProtocol
 from ajgdata.types.recipe import Recipe, RecipeObject
-from ajgdata.types.registry import (
-    MODELS,
-    Kind,
-    Model,
-)
+from ajgdata.types.registry import MODELS, Kind, Model
 from ajgdata.types.session import (
     HIGHEST_SAMPLE,
     QUALITIES,
