@@ -133,8 +133,7 @@ class Paths:
     runs = Place("report/" + RUNS_FILE, "of_run")  #: data sets and models of the report
     page = Places("report/{name}.html", "of_run")
     page_figures = Places("report/{page}", "of_run")
-    #: Page on which every recording of an embedding is seen and heard.
-    opening = Place("report/opening/opening.json", "of_run")  #: see `pipeline.opening`
+    opening = Place("report/opening/opening.json", "of_run")  #: content of the opening picture
 
     # May be deleted at any time.
     cache = Place(".ajgdata")

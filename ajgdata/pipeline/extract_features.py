@@ -132,7 +132,7 @@ def _known_rows(path: Path, findings: Path, digest: str) -> dict[tuple[str, str]
         return {}
     try:
         shard, remarks = read_store(path), read_findings(findings)
-    except DataError:
+    except (DataError, PermissionError):
         return {}  # an unreadable file is computed again
     if shard.attrs.get(SETTINGS_ATTRIBUTE) != digest:
         return {}

@@ -112,9 +112,11 @@ def open_store(path: Path) -> xr.Dataset:
 
 @contextmanager
 def damage_reported(path: Path) -> Iterator[None]:
-    """Raise DataError for the errors of a file that is damaged or of another kind."""
+    """Raise DataError for a damaged file or one of another kind; give PermissionError the path."""
     try:
         yield
+    except PermissionError:  # HDF5 does not set the file name
+        raise PermissionError(errno.EACCES, "Permission denied", str(path)) from None
     except (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError):
         raise DataError(path, "is not a readable netCDF file", "delete it and run again") from None
 

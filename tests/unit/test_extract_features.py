@@ -1,6 +1,9 @@
 """Shards: only what changed is computed, and what cannot be used is said, never NaN."""
 
+import errno
+
 import numpy as np
+import xarray as xr
 from worlds import AUDIO, FEATURES, RATE_HZ, tone, write_tone
 
 from ajgdata.features.spectrum import spectrum
@@ -47,6 +50,19 @@ def test_a_damaged_file_is_computed_again(project):
     path.write_bytes(content)
     assert project.shard() == (3, 0)
     np.testing.assert_array_equal(project.read_shard().feature, before.feature)
+
+
+def test_a_file_that_may_not_be_read_is_computed_again(project, monkeypatch):
+    project.session()
+    project.shard()
+
+    def forbidden(*_, **__):
+        raise PermissionError(errno.EACCES, "Unable to open file (errno = 13)")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(xr, "open_dataset", forbidden)
+        assert project.shard() == (3, 0)
+    np.testing.assert_array_equal(project.read_shard().feature[1], expected(project, "b"))
 
 
 def test_an_edited_recording_is_computed_again(project):

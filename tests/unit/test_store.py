@@ -1,5 +1,6 @@
 """The feature store: equal values through every reader, equal bytes for equal content."""
 
+import errno
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from ajgdata.store.features import (
     write_store,
 )
 from ajgdata.store.latents import Latents, read_latents, write_latents
-from ajgdata.types import DataError
+from ajgdata.types import DataError, one_line
 
 NOTES = ["", "größe", "日本語", "a,b 'c'", "  "]
 
@@ -115,6 +116,21 @@ def test_what_is_no_store(tmp_path):
     path.write_bytes(b"\x89HDF\r\n\x1a\n")
     with pytest.raises(DataError, match="not a readable netCDF file"):
         read_store(path)
+
+
+def test_a_file_that_may_not_be_read_is_not_called_damaged(tmp_path, monkeypatch):
+    """HDF5 raises the error without a file name."""
+    path = tmp_path / "x.nc"
+    write_store(path, sample())
+
+    def forbidden(*_, **__):
+        raise PermissionError(errno.EACCES, "Unable to open file (errno = 13)")
+
+    monkeypatch.setattr(xr, "open_dataset", forbidden)
+    with pytest.raises(PermissionError) as caught:
+        read_store(path)
+    expected = "Permission denied; change its permissions, or use an account that has them"
+    assert one_line(caught.value) == f"{path}: {expected}"
 
 
 def test_a_changed_byte_of_a_spectrum_is_noticed(tmp_path):
