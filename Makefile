@@ -63,7 +63,6 @@ format: $(VENV)/.lint
 bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/features.py
 	$(BIN)/python benchmarks/solver.py
-	$(BIN)/python benchmarks/solver.py --scheme second
 
 # The site, results/docs/index.html; it needs no network, to build or to read.
 docs: $(VENV)/.docs
