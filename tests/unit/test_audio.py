@@ -148,6 +148,10 @@ def test_broken_files_are_refused_with_a_remedy(put, name):
         inspect_audio(path)
 
 
+def test_damage_is_described_in_the_words_of_libsndfile(put):
+    assert refusal(put(BROKEN["text"][0])).problem.endswith("reads (Format not recognised)")
+
+
 def test_missing_file_and_folder(tmp_path):
     assert refusal(tmp_path / "none.wav").remark.code == "missing"
     assert refusal(tmp_path).remark.code == "missing"

@@ -31,6 +31,14 @@ def test_unpaired_variances_add():
 
 
 @pytest.mark.parametrize(
+    ("before", "after"), [(FIVE, FIVE[:1]), ([FIVE] * 2, [FIVE] * 2), (FIVE[:1], FIVE[:1])]
+)
+def test_other_than_two_or_more_pairs_of_folds_are_refused(before, after):
+    with pytest.raises(ValueError, match="need as many folds of both, two or more"):
+        paired_fold_test(before, after, metric="", paired=True)
+
+
+@pytest.mark.parametrize(
     ("shift", "metric", "expected", "answer"),
     [
         (0.3, "accuracy", "better", "supported"),

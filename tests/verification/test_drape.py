@@ -33,6 +33,18 @@ def test_beside_a_straight_edge_it_is_an_arc_that_is_level_where_it_lands():
     assert np.abs(height - top)[:, AXIS <= 0].max() == 0
 
 
+def test_mirrored_and_turned_obstacles_have_mirrored_and_turned_membranes():
+    """Also at the border, which the obstacles lean over in both directions."""
+    ground = wall(4e-3, np.hypot(X - 25e-3, Y - 10e-3) - 8e-3)
+    ground = np.maximum(ground, wall(2e-3, np.hypot(X - 29e-3, Y + 20e-3) - 3e-3))
+    height = bridged(ground, STEP, RADIUS)
+    # What is left is the order of sums: rounding.
+    assert np.abs(bridged(ground[:, ::-1], STEP, RADIUS)[:, ::-1] - height).max() < 1e-12
+    assert np.abs(bridged(ground[::-1], STEP, RADIUS)[::-1] - height).max() < 1e-12
+    assert np.abs(bridged(ground.T, STEP, RADIUS).T - height).max() < 1e-12
+    assert np.ptp(height[:, -1]) > 3e-3
+
+
 def post(reach, at):
     """Height of the membrane at `at` from the axis of an upright post: r sin ψ grows by r dr
     T/p from where it lands, at `reach`."""

@@ -8,7 +8,7 @@ from ajgdata.gripper import Scene
 from ajgdata.gripper.column import pad_stiffness, solve
 from ajgdata.gripper.contact import layer_stiffness
 from ajgdata.gripper.geometry import cavity
-from ajgdata.gripper.grasped_object import body_of, imprint, stack_of
+from ajgdata.gripper.grasped_object import body_of, imprint, mode_weights, on_rim, stack_of
 from ajgdata.gripper.grid import cut_cells
 from ajgdata.gripper.object_library import OBJECTS
 from ajgdata.gripper.objects import MATERIALS, Support
@@ -50,6 +50,36 @@ def test_a_ball_in_its_dish_rings_as_a_mass_on_a_spring():
     assert np.sqrt(modes.square[0]) / (2 * np.pi) == pytest.approx(exact, rel=1e-2)
     assert 30 < exact < 70
     assert modes.loss[0] == pytest.approx(RUBBER.loss, rel=1e-2)
+
+
+def test_each_layer_of_air_takes_up_what_evenly_compressed_grains_leave_it():
+    shape = cavity(Scene(object=BALL))
+    cells = cut_cells(shape, 4e-3, 0.05, -0.045, 0.045)
+    where = imprint(shape, cells)
+    _, ny, nx = cells.shape
+    # The object moves by 1, the grains on it by 1, 1/2 and 0 from their seat to their surface.
+    cell, weight = mode_weights(where, cells, np.array([[1.0, 1.0, 0.5, 0.0]]))
+    taken = np.zeros(cells.shape)
+    np.add.at(taken.reshape(-1), cell, weight[0])
+    low, column = cells.z[:, None] - cells.h / 2, where.column
+    within = (low > where.floor) & (low + cells.h < where.surface)
+    within &= np.arange(len(cells.z))[:, None] > where.lowest
+    share = where.area * cells.h / (where.surface - where.floor)
+    found = taken.reshape(-1, ny * nx)[:, column]
+    assert within.sum() > 1_000
+    assert found[within] == pytest.approx(np.broadcast_to(share, within.shape)[within])
+    assert found.sum(0) == pytest.approx(where.area)
+
+
+@pytest.mark.parametrize(("height_mm", "is_plate"), [(7.99, True), (8.01, False)])
+def test_what_is_a_tenth_as_thick_as_wide_does_not_bend_on_the_rim(height_mm, is_plate):
+    size = {"length_mm": 120, "width_mm": 80, "height_mm": height_mm}
+    scene = Scene(object={"kind": "box", "material": "wood", **size}, support=CUP)
+    shape = cavity(scene)
+    cells = cut_cells(shape, 6e-3, 0.05, -0.045, 0.045)
+    where = imprint(shape, cells)
+    body, _ = body_of(scene, where, shape.force_n)
+    assert (on_rim(scene, where, cells, body) is not None) == is_plate
 
 
 def test_what_is_wide_and_flat_lies_on_the_rim():
