@@ -41,24 +41,6 @@ def tracked(items: Sequence[Item], text: str) -> Iterator[Item]:
             advance()
 
 
-def progress_lines(text: str, parts: int = 10) -> Started:
-    """Return a function like that of `bar`, which prints `parts` lines in total; a job prints them
-    into its log."""
-
-    def started(total: int) -> Callable[[], object]:
-        done = 0
-
-        def advance() -> None:
-            nonlocal done
-            done += 1
-            if done * parts // total > (done - 1) * parts // total:
-                print(f"{text}: {done} of {total}", flush=True)
-
-        return advance
-
-    return started
-
-
 def tell(line: str) -> None:
     """Print a line on the terminal although the output of the job goes to its log."""
     clear_line()

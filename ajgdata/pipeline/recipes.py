@@ -17,7 +17,6 @@ from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.acquire.writer import Acquired, acquire_session
 from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
-from ajgdata.pipeline.progress import progress_lines
 from ajgdata.store.files import line_of
 from ajgdata.store.provenance import layer_hash
 from ajgdata.store.responses import ResponseStore
@@ -72,7 +71,7 @@ def _check_scenes(path: Path, recipe: Recipe, planned: Sequence[Sequence[Grasp]]
 
 
 def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
-    """Record the missing recordings of one session of a recipe, and print progress and outcome.
+    """Record the missing recordings of one session of a recipe, and print the outcome.
 
     Raises DataError for an invalid recipe, before anything is recorded.
     """
@@ -83,11 +82,9 @@ def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
         problem = f"the recipe of {dataset} has no such session"
         raise DataError(session, problem, f"it has {', '.join(session_names(recipe))}")
     (grasps,) = planned_grasps(path, spec, [session])
-    started = progress_lines(f"recording {dataset}/{session}")
-    advance = started(sum(grasp.samples for grasp in grasps))
     solver = ResponseStore(paths.responses)
     source = VirtualGripper(grasps[0].setup, solver, recipe.signal, spec.excitation)
-    done = acquire_session(paths.session(dataset, session), source, grasps, progress=advance)
+    done = acquire_session(paths.session(dataset, session), source, grasps)
     counts = f"{done.recorded} recorded, {done.kept} already there"
     print(f"{counts}, {done.solved} scenes solved")
     for grasp, reason in done.skipped.items():

@@ -12,6 +12,7 @@ from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import training_cost
 from ajgdata.paths import ABLATIONS_PAGE, EXPERIMENT_PAGES, FIGURES, RUNS_FILE, TABLES, Paths
+from ajgdata.pipeline.answer import answer
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import asked_for, models_of, read_results
 from ajgdata.pipeline.exports import with_tables, write_exports
@@ -83,9 +84,10 @@ def build_report(
 def _contents(
     report: Report, runs: Sequence[Sequence[str]], pages: Sequence[str], published: Sequence[str]
 ) -> dict[str, Any]:
-    """Return what a report is about, and the tally of its comparisons with the paper."""
+    """Return what a report is about, its tally of comparisons with the paper, and its answer."""
     tallied = tally(report.comparisons)
-    return {"runs": runs, "pages": pages, "published": published, "agreements": tallied}
+    about = {"agreements": tallied, "answer": answer(report)}
+    return {"runs": runs, "pages": pages, "published": published, **about}
 
 
 def _assembled(

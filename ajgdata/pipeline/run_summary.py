@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline.machine import machine_line
 from ajgdata.report.comparison import tally_text
 from ajgdata.store.benchmarks import RuleCost, read_costs
 from ajgdata.store.features import open_store
@@ -47,29 +48,32 @@ def modified_ns(path: Path) -> int:
 def complete(paths: Paths, datasets: Sequence[str], optional: Sequence[str], summary: Path) -> None:
     """Write the `summary` of a whole run: its measurements, and the models of `datasets`.
 
+    The last nine lines are the answer: sentences on the results, the number of skipped
+    measurements, the report, the cost and the speed of the machine. Reasons are above them.
     `optional` are the tasks that may be skipped, as `data set/task`. If another task was skipped,
     the last line begins with INCOMPLETE.
     """
     results = read_json(paths.all_metrics)["experiments"]
-    lines = _data_lines(paths, datasets)
+    about_report = read_json(paths.runs)
+    lines = _excluded_lines(paths, datasets)
     lines += dict.fromkeys(
         f"left out  classes of {task_name(about)} with fewer groups than min_groups: "
         + ", ".join(about["left_out"])
         for about in results
         if about.get("left_out")
     )
-    absent = sum("skipped" in about for about in results)
-    count = many(len(results), "measurement")
-    lines.append(f"{count}: {len(results) - absent} made, {absent} skipped")
     skipped = _skipped(paths, datasets, results)
     for (task, reason), parts in sorted(skipped.items()):
         word = "optional" if task in optional else "skipped "
         lines.append(f"{word}  {task}, {', '.join(parts)}: {reason}")
-    if agreements := read_json(paths.runs).get("agreements", {}):
+    lines += about_report["answer"]
+    if agreements := about_report["agreements"]:
         lines.append(f"comparison with the paper: {tally_text(agreements)}")
+    lines += [_used_line(paths, datasets), _measurements_line(results, skipped)]
+    lines.append(f"report: {paths.report}")
     if cost := run_cost(paths, datasets, everything=not paths.run):
         lines.append(_cost_line(cost[-1]))
-    lines.append(f"report: {paths.report}")
+    lines.append(machine_line())
     if required := dict.fromkeys(task for task, _ in skipped if task not in optional):
         lines.append(
             f"{INCOMPLETE} {', '.join(required)} skipped (reasons above), everything else is done; "
@@ -102,15 +106,35 @@ def _skipped(
     return {(task, reason): parts for (task, reason), parts in skipped.items() if reason}
 
 
-def _data_lines(paths: Paths, names: Sequence[str]) -> list[str]:
-    """Return the numbers of used and excluded recordings, and where excluded ones are listed."""
-    used, lines = 0, []
+def _excluded_lines(paths: Paths, names: Sequence[str]) -> list[str]:
+    """Return where the excluded recordings of each data set are listed."""
+    counts = {name: len(left_out(read_findings(paths.quarantine(name)))) for name in names}
+    return [
+        f"left out  {many(count, 'recording')}: {paths.quarantine(name)}"
+        for name, count in counts.items()
+        if count
+    ]
+
+
+def _used_line(paths: Paths, names: Sequence[str]) -> str:
+    """Return the number of data sets and of used recordings."""
+    used = 0
     for name in names:
         with open_store(paths.features(name)) as store:
             used += store.sizes["recording"]
-        if excluded := len(left_out(read_findings(paths.quarantine(name)))):
-            lines.append(f"left out  {many(excluded, 'recording')}: {paths.quarantine(name)}")
-    return [f"{many(len(names), 'data set')}: {many(used, 'recording')} used", *lines]
+    return f"{many(len(names), 'data set')}: {many(used, 'recording')} used"
+
+
+def _measurements_line(
+    results: Sequence[Mapping[str, Any]], skipped: Iterable[tuple[str, str]]
+) -> str:
+    """Return the number of measurements, and the names of skipped tasks."""
+    absent = sum("skipped" in about for about in results)
+    names = ", ".join(dict.fromkeys(task for task, _ in skipped))
+    return (
+        f"{many(len(results), 'measurement')}: {len(results) - absent} made, {absent} skipped"
+        + (f" ({names}; reasons above)" if names else "")
+    )
 
 
 def run_cost(paths: Paths, datasets: Sequence[str], *, everything: bool) -> list[RuleCost]:
@@ -125,8 +149,8 @@ def run_cost(paths: Paths, datasets: Sequence[str], *, everything: bool) -> list
 
 def _cost_line(cost: RuleCost) -> str:
     return (
-        f"cost: {many(cost.jobs, 'job')}, {cost.wall_s / 60:.1f} min of run time, "
-        f"{cost.cpu_s / 60:.1f} min of CPU time, up to {cost.peak_mb:,.0f} MB per job"
+        f"cost of all results: {many(cost.jobs, 'job')}, {cost.wall_s / 60:.1f} min wall time, "
+        f"{cost.cpu_s / 60:.1f} min CPU time, peak memory {cost.peak_mb:,.0f} MB"
     )
 
 

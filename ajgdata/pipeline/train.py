@@ -12,7 +12,6 @@ import numpy as np
 
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, task_data
 from ajgdata.models.device import device_facts
-from ajgdata.pipeline.progress import progress_lines
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.models import write_about, write_estimator, write_guard
 from ajgdata.store.tables import plain
@@ -30,14 +29,12 @@ def train_models(
     `folder`/task/model."""
     shard = read_store(store)
     pairs = [(task, model) for task, declared in tasks.items() for model in declared["models"]]
-    advance = progress_lines(f"models of {store.stem}", parts=4)(len(pairs))
     for task, model in pairs:
         print(f"{task}: {model}")
         settings = tasks[task]["settings"]
         train_from_shard(
             shard, **settings, task=task, model=model, seed=seed, folder=folder / task / model
         )
-        advance()
 
 
 def train_from_shard(

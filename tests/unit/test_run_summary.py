@@ -14,8 +14,9 @@ from ajgdata.types import DataError, Finding
 
 
 @pytest.fixture
-def paths(tmp_path) -> Paths:
+def paths(tmp_path, monkeypatch) -> Paths:
     """A data set with two recordings left out, and two tasks: of `t` one of three is there."""
+    monkeypatch.setattr("ajgdata.pipeline.run_summary.machine_line", lambda: "machine: fast")
     made = Paths(tmp_path)
     write_store(made.features("d"), small_store())
     finding = Finding("s", "1", "", "error", "silent", "p", "f")
@@ -35,7 +36,9 @@ def paths(tmp_path) -> Paths:
         )
     ]  # fmt: skip
     write_bytes(made.all_metrics, json_bytes({"experiments": results}))
-    write_bytes(made.runs, json_bytes({"agreements": {"agrees": 3, "worse": 2}}))
+    write_bytes(
+        made.runs, json_bytes({"agreements": {"agrees": 3, "worse": 2}, "answer": ["A.", "B."]})
+    )
     about = made.model("d", "t", "cnn") / "model.json"
     write_bytes(about, json_bytes({"skipped": "one class only"}))
     return made
@@ -53,15 +56,18 @@ def test_everything_that_a_person_needs_to_know(paths):
         file.write_text(f"s\tcpu_time\tmax_rss\tmax_pss\n60\t30\t{memory}\t{memory}\n")
     write_bytes(paths.dataset("other"), b"name: other\n")
     assert summary(paths)[:-1] == [
-        "1 data set: 60 recordings used",
         f"left out  2 recordings: {paths.quarantine('d')}",
         "left out  classes of d/t with fewer groups than min_groups: rare",
         "left out  classes of d/u with fewer groups than min_groups: rare",
-        "6 measurements: 4 made, 2 skipped",
         "skipped   d/t, cross_validation-cnn, cross_validation-knn, training-cnn: one class only",
+        "A.",
+        "B.",
         "comparison with the paper: 3 agrees, 2 worse",
-        "cost: 2 jobs, 2.0 min of run time, 1.0 min of CPU time, up to 105 MB per job",
+        "1 data set: 60 recordings used",
+        "6 measurements: 4 made, 2 skipped (d/t; reasons above)",
         f"report: {paths.report}",
+        "cost of all results: 2 jobs, 2.0 min wall time, 1.0 min CPU time, peak memory 105 MB",
+        "machine: fast",
     ]
 
 

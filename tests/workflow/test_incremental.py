@@ -223,7 +223,7 @@ def test_what_was_skipped_reaches_the_console_and_the_exit_code(project):
         assert "Error" not in done.stderr
         assert "job execution failed" not in done.stderr
     assert not list((project.root / ".snakemake" / "locks").glob("*"))
-    assert "1 measurement: 0 made, 1 skipped\n" in done.stdout
+    assert "1 measurement: 0 made, 1 skipped (tones/pitch; reasons above)\n" in done.stdout
     assert "skipped   tones/pitch, cross_validation-knn" in done.stdout
     assert "report: results/report/index.html\n" in done.stdout
     assert "Not evaluated" in project.paths.report.with_name("run.html").read_text()

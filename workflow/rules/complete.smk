@@ -20,6 +20,6 @@ rule complete:
         ],
         code=layer_hash("report"),
     message:
-        "Was everything made that was asked for?"
+        "Summary of the run"
     script:
         "../scripts/run.py"

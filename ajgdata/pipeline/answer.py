@@ -1,0 +1,42 @@
+"""Up to three sentences on the results of a run, for the end of its console output."""
+
+from __future__ import annotations
+
+from ajgdata.report.comparison import Mark, PaperComparison
+from ajgdata.report.format import number, with_unit
+from ajgdata.report.report_data import Report, ResultRow, TaskSection
+
+#: Published values of the first sentences: objects, size and angle.
+FIRST = ("ycb", "size-known", "orientation")
+MOST = 3  #: sentences
+
+
+def answer(report: Report) -> list[str]:
+    """Return our results with the published values, else the best model of each task."""
+    rows = {row.paper.id: row for row in reversed(report.comparisons)}
+    order = dict.fromkeys([*FIRST, *(row.paper.id for row in report.comparisons)])
+    compared = (_compared(rows[name]) for name in order if name in rows)
+    best = (_best(section, row) for section, row in report.answers)
+    return [*filter(None, compared), *best][:MOST]
+
+
+def _compared(row: PaperComparison) -> str:
+    """Return a result with the published value and the verdict, "" if one has no number."""
+    ours = next((mark for mark in row.marks if mark.role == "ours"), None)
+    if ours is None or row.paper.value is None:
+        return ""
+    title, metric = row.paper.panel or row.paper.where, row.paper.metric.replace("rmse", "RMSE")
+    published = with_unit(number(row.paper.value), row.paper.unit)
+    about = f"{title} ({row.model}, {row.source})"
+    return f"{about}: {metric} {_shown(ours, row.unit)}, published {published}: {row.agrees}."
+
+
+def _shown(mark: Mark, unit: str) -> str:
+    """Return `0.72 mm (0.6 to 0.9)`."""
+    value, low, high = (number(one, 2) for one in mark[1:])
+    return f"{with_unit(value, unit)} ({low} to {high})"
+
+
+def _best(section: TaskSection, row: ResultRow) -> str:
+    about = f"{section.title} (best model {row.label}, {section.source})"
+    return f"{about}: {row.metric} {row.answer}, chance level {row.chance}."
