@@ -16,7 +16,6 @@ from ajgdata.pipeline.answer import answer
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import asked_for, models_of, read_results
 from ajgdata.pipeline.exports import with_tables, write_exports
-from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import pages_of
 from ajgdata.report.comparison import (
@@ -78,7 +77,6 @@ def build_report(
         write_bytes(page.parent / name, html.encode())
     content = _contents(report, models_of(specs, tasks), pages, published)
     write_bytes(page.with_name(RUNS_FILE), json_bytes({"datasets": datasets, **content}))
-    tell(f"report: {page}")
 
 
 def _contents(
