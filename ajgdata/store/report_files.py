@@ -19,6 +19,8 @@ _IN_WHEEL = PACKAGE / "reports"
 PACKAGED = _IN_WHEEL if _IN_WHEEL.is_dir() else PACKAGE.parent / "reports"
 #: Figures of the paper, beside which ours stand.
 PAPER = "paper.yaml"
+#: Differences between computers, which `benchmarks/machines.py` measures.
+SPREAD = "machine_spread.yaml"
 TEMPLATES, EXPERIMENTS, PAGES = "templates", "experiments", "pages"
 _PATTERNS = (
     *(f"{TEMPLATES}/*.{suffix}" for suffix in ("j2", "css", "js")),

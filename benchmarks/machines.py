@@ -1,0 +1,170 @@
+"""How results differ between computers: published comparisons with other CPU kernels.
+
+    python benchmarks/machines.py [--project DIR] [--names ycb,noise]
+
+Measures each of ROWS from the feature files of a project, in one process per variant. A variant
+sets environment variables: kernels of torch, oneDNN, OpenBLAS, numpy and numba as on older CPUs, or
+numbers of threads. The unchanged run is measured twice and must give the same bytes. Writes
+`reports/machine_spread.yaml`, which the verdicts use, and prints the table of
+docs/reproducibility.md. About one CPU minute per variant, and three for those of FEW.
+"""
+
+import hashlib
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from ajgdata.experiments import asked_of
+from ajgdata.features.spectrum import spectrum
+from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, excitation_sweep, record, simulate
+from ajgdata.paths import Paths
+from ajgdata.pipeline.experiments import run_experiment
+from ajgdata.store.audio import pcm24_bytes
+from ajgdata.store.files import write_bytes, yaml_bytes
+from ajgdata.store.provenance import software
+from ajgdata.store.report_files import SPREAD
+from ajgdata.store.sessions import read_dataset
+from ajgdata.store.tables import read_tables
+from ajgdata.types import FeatureSettings
+
+HERE = Path(__file__).resolve().parents[1]
+OLD_CPU = (
+    "ATEN_CPU_CAPABILITY=default ONEDNN_MAX_CPU_ISA=SSE41 OPENBLAS_CORETYPE=Prescott "
+    "NPY_DISABLE_CPU_FEATURES=X86_V3,X86_V4,AVX512_ICL,AVX512_SPR NUMBA_CPU_NAME=generic"
+)
+OTHERS = ("OPENBLAS_CORETYPE=Haswell", "OMP_NUM_THREADS=1", "OMP_NUM_THREADS=4")
+VARIANTS = (*OLD_CPU.split(), *OTHERS, OLD_CPU)
+FEW = ("", "ATEN_CPU_CAPABILITY=default", OLD_CPU)  #: variants of the ten repeated fits
+CNN, FITS = "cross_validation-cnn", "repeated_fits-cnn"
+#: Published value, data set, task, experiment, and the part and statistic of its scores.
+ROWS = (
+    ("size", "size", "size", CNN, "overall mean"),
+    ("size-known", "size", "size", CNN, "grouped mean"),
+    ("size-known", "size", "size", CNN, "random mean"),
+    ("size-unknown", "size", "size", CNN, "withheld mean"),
+    ("noise", "size", "noise", FITS, "repeated fits on:size_80dba median"),
+    ("orientation", "orientation", "angle", CNN, "withheld mean"),
+    ("orientation-known", "orientation", "angle", CNN, "grouped mean"),
+    ("orientation-known", "orientation", "angle", CNN, "random mean"),
+    ("materials-sphere80", "sphere80", "material", CNN, "grouped mean"),
+    ("materials-plate", "plate", "material", CNN, "grouped mean"),
+    ("materials-sphere30", "sphere30", "material", CNN, "grouped mean"),
+    ("ycb", "ycb", "object", CNN, "grouped mean"),
+    ("baselines", "ycb", "baselines", "cross_validation-knn_plain", "grouped mean"),
+)
+SIMULATED = (("size", 8), ("plate", 0))  #: data set, and number of the object in its recipe
+
+
+def steps(paths: Paths) -> dict[str, str]:
+    """Return digests of simulated recordings, and of the feature of a fixed random signal."""
+    content = {}
+    for name, number in SIMULATED:
+        recipe = read_dataset(paths, name).recipe
+        scene = Scene.model_validate({**recipe.scene, "object": recipe.objects[number].shape})
+        samples = record(simulate(scene), excitation_sweep(), seed=1).samples
+        content[f"simulated recording of `{name}`"] = pcm24_bytes(samples, SAMPLE_RATE_HZ)
+    fixed = np.random.default_rng(0).integers(-(2**22), 2**22, SAMPLE_RATE_HZ) / 2**23
+    content["feature"] = spectrum(fixed, SAMPLE_RATE_HZ, FeatureSettings()).tobytes()
+    return {step: hashlib.sha256(part).hexdigest() for step, part in content.items()}
+
+
+def measured(paths: Paths, dataset: str, task: str, kind: str, random: bool) -> dict[str, Any]:
+    """Return the digest of the result of an experiment, and its values by part and statistic."""
+    spec = read_dataset(paths, dataset)
+    split = spec.task_settings(task)
+    (asked,) = (one for one in asked_of(spec, task) if kind in one.kinds)
+    settings = asked.job_settings(kind)
+    settings |= {"compare_random": random} if "compare_random" in settings else {}
+    with tempfile.TemporaryDirectory() as folder:
+        tables = Path(folder, "tables.json")
+        run_experiment(
+            paths.features(dataset), kind=kind, dataset=dataset, task=task, settings=settings,
+            split=split, others=asked.others, audio=spec.audio, features=spec.features, paths=paths,
+            seed=0, tables=tables, cost=Path(folder, "cost.json"),
+        )  # fmt: skip
+        (scores, *_), content = read_tables(tables)[1], tables.read_bytes()
+    rows = scores.where(metric="rmse" if split["kind"] == "regression" else "accuracy").rows
+    values = {f"{row['part']} {row['statistic']}": row["value"] for row in rows}
+    scale, unit = (1, split["unit"]) if split["kind"] == "regression" else (100, "%")
+    digest = hashlib.sha256(content).hexdigest()
+    return {"digest": digest, "values": values, "scale": scale, "unit": unit}
+
+
+def in_process(arguments: list[str], variant: str) -> dict[str, Any]:
+    """Return the results by experiment, and digests of the steps, of a process of its own."""
+    print(f"measuring: {variant or 'unchanged'}", file=sys.stderr)
+    environment = os.environ | dict(one.split("=", 1) for one in variant.split())
+    command = [sys.executable, __file__, *arguments, "--variant", variant or "unchanged"]
+    done = subprocess.run(command, check=True, env=environment, stdout=subprocess.PIPE)
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def compared(row: tuple[str, ...], found: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Return the value of a row on this computer, and its range over variants; `found` are results
+    by variant, those of the unchanged run by ""."""
+    name, base = "/".join(row[1:4]), found[""]["/".join(row[1:4])]
+    results = {variant: one[name] for variant, one in found.items() if name in one}
+    values = [base["scale"] * one["values"][row[4]] for one in results.values()]
+    low, high = min(values), max(values)
+    named = {"figure": row[0], "experiment": name, "part": row[4], "unit": base["unit"]}
+    numbers = {"value": values[0], "smallest": low, "largest": high, "spread": high - low}
+    changed = [variant for variant, one in results.items() if one["digest"] != base["digest"]]
+    return {**named, **numbers, "variants": len(values) - 1, "changed_by": changed}
+
+
+def markdown(content: dict[str, Any]) -> str:
+    """Return the table of docs/reproducibility.md."""
+    head = "published value, experiment | here | smallest | largest | spread | changed by"
+    lines = [f"| {head} |", f"|{'---|' * 6}"]
+    for row in content["rows"]:
+        numbers = " | ".join(
+            f"{row[key]:.4g}" for key in ("value", "smallest", "largest", "spread")
+        )
+        name = f"{row['figure']} ({row['unit']}), `{row['experiment']}`, {row['part']}"
+        lines.append(f"| {name} | {numbers} | {len(row['changed_by'])} of {row['variants']} |")
+    return "\n".join(lines) + "\n"
+
+
+def main(
+    project: Annotated[Path, typer.Option(help="folder with datasets/ and results/")] = HERE,
+    names: Annotated[str, typer.Option(help="published values, by id; default: all")] = "",
+    variant: Annotated[str, typer.Option(hidden=True)] = "",
+) -> None:
+    paths, rows = Paths(project), [r for r in ROWS if not names or r[0] in names.split(",")]
+    if variant:
+        results: dict[str, Any] = {"steps": steps(paths)}
+        for key in dict.fromkeys(row[1:4] for row in rows):
+            if FITS not in key or variant.replace("unchanged", "") in FEW:
+                has_random = (*key, "random mean") in [row[1:] for row in rows]
+                results["/".join(key)] = measured(paths, *key, has_random)
+        print(json.dumps(results))
+        return
+    arguments = ["--project", str(project), "--names", names]
+    found = {one: in_process(arguments, one) for one in ("", *VARIANTS)}
+    if in_process(arguments, "") != found[""]:
+        raise SystemExit("two unchanged runs differ: no difference is due to a variant")
+    changed = {
+        step: [variant for variant, one in found.items() if one["steps"][step] != digest]
+        for step, digest in found[""]["steps"].items()
+    }
+    about = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+    known = re.findall(r"^(?:cpu family|model|model name)\s*: (.*)$", about, re.MULTILINE)
+    cpu = "family {}, model {}, {}".format(*known)
+    content = {"commit": software()["git_commit"], "date": f"{datetime.now(UTC):%Y-%m-%d}"}
+    content |= {"cpu": cpu, "variants": list(VARIANTS), "steps": changed}
+    content["rows"] = [compared(row, found) for row in rows]
+    write_bytes(HERE / "reports" / SPREAD, yaml_bytes(content))
+    print(markdown(content))
+
+
+if __name__ == "__main__":
+    typer.run(main)
