@@ -4,9 +4,9 @@
 
 Measures each of ROWS from the feature files of a project, in one process per variant. A variant
 sets environment variables: kernels of torch, oneDNN, OpenBLAS, numpy and numba as on older CPUs, or
-numbers of threads. The unchanged run is measured twice and must give the same bytes. Writes
+numbers of threads. Two unchanged runs must give the same bytes. Writes
 `reports/machine_spread.yaml`, which the verdicts use, and prints the table of
-docs/reproducibility.md. About one CPU minute per variant, and three for those of FEW.
+docs/reproducibility.md. About one CPU minute per variant, and three for those of LONG.
 """
 
 import hashlib
@@ -41,9 +41,10 @@ OLD_CPU = (
     "ATEN_CPU_CAPABILITY=default ONEDNN_MAX_CPU_ISA=SSE41 OPENBLAS_CORETYPE=Prescott "
     "NPY_DISABLE_CPU_FEATURES=X86_V3,X86_V4,AVX512_ICL,AVX512_SPR NUMBA_CPU_NAME=generic"
 )
+HERE_RUN, AGAIN = "unchanged", "unchanged again"
 OTHERS = ("OPENBLAS_CORETYPE=Haswell", "OMP_NUM_THREADS=1", "OMP_NUM_THREADS=4")
-VARIANTS = (*OLD_CPU.split(), *OTHERS, OLD_CPU)
-FEW = ("", "ATEN_CPU_CAPABILITY=default", OLD_CPU)  #: variants of the ten repeated fits
+VARIANTS = (HERE_RUN, AGAIN, *OLD_CPU.split(), *OTHERS, OLD_CPU)
+LONG = (HERE_RUN, OLD_CPU)  #: variants that also have the ten repeated fits
 CNN, FITS = "cross_validation-cnn", "repeated_fits-cnn"
 #: Published value, data set, task, experiment, and the part and statistic of its scores.
 ROWS = (
@@ -101,17 +102,17 @@ def measured(paths: Paths, dataset: str, task: str, kind: str, random: bool) -> 
 
 def in_process(arguments: list[str], variant: str) -> dict[str, Any]:
     """Return the results by experiment, and digests of the steps, of a process of its own."""
-    print(f"measuring: {variant or 'unchanged'}", file=sys.stderr)
-    environment = os.environ | dict(one.split("=", 1) for one in variant.split())
-    command = [sys.executable, __file__, *arguments, "--variant", variant or "unchanged"]
+    print(f"measuring: {variant}", file=sys.stderr)
+    environment = os.environ | dict(one.split("=", 1) for one in variant.split() if "=" in one)
+    command = [sys.executable, __file__, *arguments, "--variant", variant]
     done = subprocess.run(command, check=True, env=environment, stdout=subprocess.PIPE)
     return json.loads(done.stdout.splitlines()[-1])
 
 
 def compared(row: tuple[str, ...], found: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """Return the value of a row on this computer, and its range over variants; `found` are results
-    by variant, those of the unchanged run by ""."""
-    name, base = "/".join(row[1:4]), found[""]["/".join(row[1:4])]
+    by variant."""
+    name, base = "/".join(row[1:4]), found[HERE_RUN]["/".join(row[1:4])]
     results = {variant: one[name] for variant, one in found.items() if name in one}
     values = [base["scale"] * one["values"][row[4]] for one in results.values()]
     low, high = min(values), max(values)
@@ -143,24 +144,25 @@ def main(
     if variant:
         results: dict[str, Any] = {"steps": steps(paths)}
         for key in dict.fromkeys(row[1:4] for row in rows):
-            if FITS not in key or variant.replace("unchanged", "") in FEW:
+            if FITS not in key or variant in LONG:
                 has_random = (*key, "random mean") in [row[1:] for row in rows]
                 results["/".join(key)] = measured(paths, *key, has_random)
         print(json.dumps(results))
         return
     arguments = ["--project", str(project), "--names", names]
-    found = {one: in_process(arguments, one) for one in ("", *VARIANTS)}
-    if in_process(arguments, "") != found[""]:
+    found = {one: in_process(arguments, one) for one in VARIANTS}
+    again = found.pop(AGAIN)
+    if again != {key: found[HERE_RUN][key] for key in again}:
         raise SystemExit("two unchanged runs differ: no difference is due to a variant")
     changed = {
         step: [variant for variant, one in found.items() if one["steps"][step] != digest]
-        for step, digest in found[""]["steps"].items()
+        for step, digest in found[HERE_RUN]["steps"].items()
     }
     about = Path("/proc/cpuinfo").read_text(encoding="utf-8")
     known = re.findall(r"^(?:cpu family|model|model name)\s*: (.*)$", about, re.MULTILINE)
     cpu = "family {}, model {}, {}".format(*known)
     content = {"commit": software()["git_commit"], "date": f"{datetime.now(UTC):%Y-%m-%d}"}
-    content |= {"cpu": cpu, "variants": list(VARIANTS), "steps": changed}
+    content |= {"cpu": cpu, "variants": list(VARIANTS[2:]), "steps": changed}
     content["rows"] = [compared(row, found) for row in rows]
     write_bytes(HERE / "reports" / SPREAD, yaml_bytes(content))
     print(markdown(content))
