@@ -100,10 +100,8 @@ class Paths:
     results = Place("results")
     benchmarks = Place("results/benchmarks")
     acquired = Places("results/acquired/{dataset}/{session}.done")
-    shard = Places("results/features/{dataset}/{session}.nc")  #: features of one session
-    shard_findings = Places("results/features/{dataset}/{session}.findings.csv")
-    shard_labels = Places("results/features/{dataset}/{session}.labels.csv")
     features = Places("results/features/{dataset}.nc")  #: features and labels of all sessions
+    features_done = Places("results/features/{dataset}.done")
     quarantine = Places("results/quarantine/{dataset}.csv")
     #: Tables of one experiment; `kind` is its name, and that of the model if each is measured by
     #: itself: `learning_curve-cnn`. The same bytes for the same inputs, but for the cost.

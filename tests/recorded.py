@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.extract_features import extract_features
-from ajgdata.pipeline.merge import merge
+from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.sessions import list_sessions, read_dataset, write_session
 from ajgdata.types import Recording, Session
@@ -37,28 +36,16 @@ def record_tones(paths: Paths, sessions: Sequence[str], count: int = 8) -> None:
 
 
 def make_features(paths: Paths, dataset: str) -> None:
-    """Compute the features of all sessions of a data set and merge them."""
-    spec, sessions = read_dataset(paths, dataset), list_sessions(paths, dataset)
-    shards, labels, findings = (
-        [path_of(dataset, session) for session in sessions]
-        for path_of in (paths.shard, paths.shard_labels, paths.shard_findings)
-    )
-    for number, session in enumerate(sessions):
-        extract_features(
-            folder=paths.session(dataset, session),
-            audio=spec.audio,
-            features=spec.features,
-            code="",
-            shard=shards[number],
-            findings=findings[number],
-            labels=labels[number],
-        )
-    merge(
+    """Compute the feature file of a data set."""
+    spec = read_dataset(paths, dataset)
+    build_feature_file(
+        paths,
         dataset=dataset,
-        shards=shards,
-        labels=labels,
-        findings=findings,
+        sessions=list_sessions(paths, dataset),
+        audio=spec.audio,
+        features=spec.features,
         targets=spec.targets,
+        code="",
         store=paths.features(dataset),
         quarantine=paths.quarantine(dataset),
     )

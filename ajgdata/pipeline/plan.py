@@ -108,18 +108,19 @@ def errors_in_one_line() -> Iterator[None]:
 
 
 def session_files(paths: Paths, plans: Mapping[str, DatasetPlan]) -> Declared:
-    """Return the files that the features of each session are computed from, by data set and name.
+    """Return the files that the features of each data set are computed from, by its name.
 
     Those of imported sessions are listed if they exist: the job reports missing files.
     """
     files = Declared()
-    for name, one in plans.items():
-        for session in one.sessions:
-            both = [paths.session_file(name, session), paths.recordings_file(name, session)]
-            if session in one.virtual:
-                files[name, session] = [*both, paths.acquired(name, session)]
+    for name, plan in plans.items():
+        files[name] = []
+        for session in plan.sessions:
+            tables = [paths.session_file(name, session), paths.recordings_file(name, session)]
+            if session in plan.virtual:
+                files[name] += [*tables, paths.acquired(name, session)]
             else:
-                files[name, session] = [file for file in both if file.is_file()]
+                files[name] += [file for file in tables if file.is_file()]
     return files
 
 

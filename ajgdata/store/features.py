@@ -1,7 +1,7 @@
 """Feature files: netCDF-4 files of spectra and labels, read and written by xarray.
 
-A shard is the file of one session; the file of a data set joins its shards with the labels. Text is
-stored as fixed-length characters, which compress well and which every netCDF reader understands.
+Text is stored as fixed-length characters, which compress well and which every netCDF reader
+understands.
 """
 
 from __future__ import annotations
@@ -176,22 +176,3 @@ def read_store(path: Path) -> Shard:
             columns_of(dataset),
             attributes_of(dataset),
         )
-
-
-def concatenate(shards: Sequence[Shard]) -> Shard:
-    """Return shards of one data set with the same columns, one after the other.
-
-    Raises ValueError if settings differ, or if a recording is in two shards.
-    """
-    first = shards[0]
-    if any(shard.attrs.get("settings") != first.attrs.get("settings") for shard in shards):
-        raise ValueError("shards differ in their settings")
-    columns = {
-        name: Column(np.concatenate([s.columns[name].values for s in shards]), column.attrs)
-        for name, column in first.columns.items()
-    }
-    names, counts = np.unique(columns["recording"].values, return_counts=True)
-    if (counts > 1).any():
-        raise ValueError(f"recording {str(names[counts > 1][0])!r} is in two shards")
-    feature = np.concatenate([shard.feature for shard in shards])
-    return Shard(feature, first.frequency_hz, columns, first.attrs)

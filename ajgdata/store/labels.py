@@ -1,16 +1,15 @@
-"""Joins the features of sessions with their labels, and says what cannot be used."""
+"""Labels of recordings: columns of a data set, and labels that cannot be used."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
 from ajgdata.store.features import Column, Shard, text_column
-from ajgdata.store.findings import is_rejected
 from ajgdata.types import Finding, Target
 
 #: Columns of the table of labels that identify rows; all others become coordinates as they are.
@@ -27,26 +26,6 @@ MEANINGS = {
     "gripper": "gripper",
     "medium": "granular medium in the gripper",
 }
-
-
-def select(
-    shard: Shard,
-    table: Mapping[str, Mapping[str, str]],
-    targets: Mapping[str, Target],
-    session: str,
-) -> tuple[Shard, list[Finding]]:
-    """Return the rows of a shard that have labels and are not rejected, an error for each row
-    without labels, and a warning for each cell that is not a value of its target."""
-    findings, keep = [], []
-    for index, name in enumerate(map(str, shard.columns["recording"].values)):
-        row = table.get(name)
-        if row is None:
-            problem, fix = "has no label row", "import the session again"
-            findings.append(Finding(session, name, "", "error", "bad_label", problem, fix))
-        elif not is_rejected(row):
-            keep.append(index)
-            findings += bad_labels(session, name, row, targets)
-    return take_rows(shard, np.asarray(keep, int)), findings
 
 
 def bad_labels(
@@ -105,30 +84,34 @@ def take_rows(shard: Shard, rows: np.ndarray) -> Shard:
     return dataclasses.replace(shard, feature=shard.feature[rows], columns=columns)
 
 
-def labelled(
-    shard: Shard,
-    table: Mapping[str, Mapping[str, str]],
-    targets: Mapping[str, Target],
-    session: str,
-) -> Shard:
-    """Return the shard with its labels as columns; `recording` and `grasp_id` become unique in the
-    data set by putting the session before them."""
-    names = [str(name) for name in shard.columns["recording"].values]
-    rows = [table[name] for name in names]
-    columns = dict(shard.columns)
-    columns["recording"] = _standard("recording", [f"{session}/{name}" for name in names])
-    columns["session_id"] = _standard("session_id", [session] * len(names))
-    columns["grasp_id"] = _standard("grasp_id", [f"{session}/{row['grasp_id']}" for row in rows])
+def label_columns(
+    rows: Sequence[Mapping[str, str]], names: Collection[str], targets: Mapping[str, Target]
+) -> dict[str, Column]:
+    """Return the columns of recordings (n,), of which each has a row of labels with `session_id`.
+
+    `recording` and `grasp_id` become unique in the data set by putting the session before them. A
+    row that lacks a column of `names` has a missing value.
+    """
     samples = np.asarray([int(row["sample"]) for row in rows], np.int32)
-    columns["sample"] = Column(samples, {"long_name": MEANINGS["sample"], "units": "1"})
-    header = list(next(iter(table.values()), {}))
-    for name in [c for c in header if c not in IDENTITY]:
-        target = targets.get(name)
-        if target is None:
-            columns[name] = _standard(name, [row[name] for row in rows])
-        else:
-            columns[name] = target_column([_value(row[name], target) for row in rows], target)
-    return dataclasses.replace(shard, columns=columns)
+    columns = {
+        "recording": [f"{row['session_id']}/{row['recording_id']}" for row in rows],
+        "grasp_id": [f"{row['session_id']}/{row['grasp_id']}" for row in rows],
+        "session_id": [row["session_id"] for row in rows],
+    }
+    columns |= {
+        name: [row.get(name, "") for row in rows]
+        for name in names
+        if name not in targets and name not in IDENTITY
+    }
+    return {
+        **{name: _standard(name, values) for name, values in columns.items()},
+        **{
+            name: target_column([_value(row.get(name, ""), target) for row in rows], target)
+            for name, target in targets.items()
+            if name in names
+        },
+        "sample": Column(samples, {"long_name": MEANINGS["sample"], "units": "1"}),
+    }
 
 
 def _standard(name: str, values: Sequence[str]) -> Column:
@@ -144,20 +127,6 @@ def target_column(values: Sequence[float | str], target: Target) -> Column:
     if target.unit:
         attrs["units"] = target.unit
     return Column(np.asarray(values, np.float64), {**attrs, "role": "target"})
-
-
-def with_columns(shard: Shard, names: set[str], targets: Mapping[str, Target]) -> Shard:
-    """Return the shard with every column of `names`; a session that lacks one has missing
-    values."""
-    columns = dict(shard.columns)
-    empty = [""] * len(shard.feature)
-    for name in names - set(columns):
-        target = targets.get(name)
-        if target is None:
-            columns[name] = _standard(name, empty)
-        else:
-            columns[name] = target_column([parse_label("", target) for _ in empty], target)
-    return dataclasses.replace(shard, columns=columns)
 
 
 def without_copies(shard: Shard, targets: Sequence[str]) -> tuple[Shard, list[Finding]]:

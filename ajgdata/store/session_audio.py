@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE
 from ajgdata.store.audio import AudioError, file_sha256
+from ajgdata.store.files import sha256_of
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import SESSION_COLUMNS, DataError, Finding, Recording, Session
 
 LABEL_COLUMNS = ("recording_id", "grasp_id", "sample", "object", "quality")
 WHOLE_SESSION = "*"
+#: Files that describe a session and its recordings.
+TABLES = (SESSION_FILE, RECORDINGS_FILE)
 
 
 @dataclass(frozen=True)
@@ -34,8 +38,11 @@ class SessionAudio:
     findings: list[Finding] = field(default_factory=list)
 
 
-def check_session(folder: Path) -> SessionAudio:
-    """Read the tables and every file of a session. Problems are findings, never exceptions."""
+def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> SessionAudio:
+    """Read the tables and every file of a session. Problems are findings, never exceptions.
+
+    `trusted` are sha256 by recording_id: these files are not read.
+    """
     result = SessionAudio(folder.name)
     try:
         session = read_session(folder)
@@ -51,10 +58,11 @@ def check_session(folder: Path) -> SessionAudio:
     for grasp, reason in session.skipped.items():
         problem, _, fix = reason.rpartition("; ")
         result.findings.append(Finding(folder.name, grasp, "", "warning", "skipped", problem, fix))
+    known = trusted or {}
     for recording in recordings:
         try:
             path = audio_path(folder, session, recording)
-            digest = checked_sha256(path, recording.sha256)
+            digest = known.get(recording.recording_id) or checked_sha256(path, recording.sha256)
             result.files.append(AudioFile(recording.recording_id, path, digest))
         except DataError as error:
             code = error.remark.code if isinstance(error, AudioError) else "escapes"
@@ -86,6 +94,7 @@ def label_rows(session: Session, recordings: Sequence[Recording]) -> list[dict[s
     ]
 
 
-def label_columns(rows: Sequence[dict[str, str]]) -> list[str]:
-    """Return the columns of a table of such rows, also of one without rows."""
-    return list(rows[0]) if rows else [*LABEL_COLUMNS, *SESSION_COLUMNS]
+def tables_sha256(folder: Path) -> str:
+    """Return the hash of the files of a session that exist: session.yaml and recordings.csv."""
+    files = [path for name in TABLES if (path := folder / name).is_file()]
+    return sha256_of(b"\0".join(path.read_bytes() for path in files))

@@ -14,11 +14,12 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from ajgdata.store.audio import check_layout, inspect_audio, read_audio
-from ajgdata.store.features import Column, Shard, concatenate, text_column
-from ajgdata.store.labels import labelled, select, with_columns
+from ajgdata.store.features import Column, text_column
+from ajgdata.store.findings import is_rejected
+from ajgdata.store.labels import bad_labels, label_columns
 from ajgdata.store.session_audio import checked_sha256, label_rows
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
-from ajgdata.types import AudioSettings, DataError, DatasetSpec, Finding
+from ajgdata.types import AudioSettings, DataError, DatasetSpec, Finding, Recording, Session
 
 
 @dataclass(frozen=True)
@@ -65,45 +66,42 @@ def open_recordings(
     another coordinate gets `label_` before its name. Without usable recordings, the data set is
     None. Raises DataError when a session cannot be read.
     """
-    sources: dict[str, AudioSource] = {}
-    sessions = [_open_session(folder, spec, sources) for folder in folders]
-    issues = [issue for _, some in sessions for issue in some]
-    if not any(len(shard.feature) for shard, _ in sessions):
+    sources: list[AudioSource] = []
+    rows: list[dict[str, str]] = []
+    names: set[str] = set()
+    issues: list[Finding] = []
+    for folder in folders:
+        session = read_session(folder)
+        recordings, more = read_recordings(folder)
+        issues += more
+        for row, recording in zip(label_rows(session, recordings), recordings, strict=True):
+            names.update(row)
+            if is_rejected(row):
+                continue
+            try:
+                sources.append(_source(folder, session, recording, spec.audio))
+            except DataError as error:
+                where = (folder.name, recording.recording_id, recording.file)
+                issues.append(Finding(*where, "error", "unusable", error.problem, error.fix))
+                continue
+            rows.append({**row, "session_id": folder.name})
+            issues += bad_labels(folder.name, recording.recording_id, row, spec.targets)
+    if not rows:
         return None, issues
-    names = {name for shard, _ in sessions for name in shard.columns}
-    shards = [with_columns(shard, names, spec.targets) for shard, _ in sessions]
-    columns = concatenate(shards).columns
-    used = [sources[str(name)] for name in columns["recording"].values]
-    return _lazy(used, columns, spec.audio), issues
+    hashes = text_column([one.sha256 for one in sources], long_name="SHA-256 of the file")
+    columns = {**label_columns(rows, names, spec.targets), "sha256": hashes}
+    return _lazy(sources, columns, spec.audio), issues
 
 
-def _open_session(
-    folder: Path, spec: DatasetSpec, sources: dict[str, AudioSource]
-) -> tuple[Shard, list[Finding]]:
-    """Return the labels of the usable recordings of a session, and issues; add to `sources`."""
-    session = read_session(folder)
-    recordings, issues = read_recordings(folder)
-    table = {row["recording_id"]: row for row in label_rows(session, recordings)}
-    hashes = {}
-    for row in recordings:
-        try:
-            path = audio_path(folder, session, row)
-            info = inspect_audio(path)
-            check_layout(path, info, spec.audio)
-        except DataError as error:
-            names = (folder.name, row.recording_id, row.file)
-            issues.append(Finding(*names, "error", "unusable", error.problem, error.fix))
-            continue
-        frames = math.ceil(info.frames * spec.audio.sample_rate_hz / info.sample_rate_hz)
-        hashes[row.recording_id] = row.sha256
-        sources[f"{folder.name}/{row.recording_id}"] = AudioSource(path, row.sha256, frames)
-    columns = {
-        "recording": text_column(list(hashes)),
-        "sha256": text_column(list(hashes.values()), long_name="SHA-256 of the file"),
-    }
-    shard = Shard(np.empty((len(hashes), 0), np.float32), np.empty(0), columns, {})
-    used, more = select(shard, table, spec.targets, folder.name)
-    return labelled(used, table, spec.targets, folder.name), issues + more
+def _source(
+    folder: Path, session: Session, recording: Recording, audio: AudioSettings
+) -> AudioSource:
+    """Return a recording on disk. Raises DataError if its file cannot be used."""
+    path = audio_path(folder, session, recording)
+    info = inspect_audio(path)
+    check_layout(path, info, audio)
+    frames = math.ceil(info.frames * audio.sample_rate_hz / info.sample_rate_hz)
+    return AudioSource(path, recording.sha256, frames)
 
 
 def _lazy(

@@ -21,7 +21,13 @@ from ajgdata.report.studies import holds
 from ajgdata.store.audio import read_audio
 from ajgdata.store.features import read_store
 from ajgdata.store.publishing.archive import checksums_bytes
-from ajgdata.store.sessions import audio_path, read_dataset, read_recordings, read_session
+from ajgdata.store.sessions import (
+    audio_path,
+    list_sessions,
+    read_dataset,
+    read_recordings,
+    read_session,
+)
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DataError
 from ajgdata.types.table import Table
@@ -84,10 +90,11 @@ def test_stored_spectra_are_finite_and_normalised(path):
 @pytest.mark.parametrize("path", STORES, ids=lambda p: p.stem)
 def test_every_recording_is_in_the_store_or_in_the_quarantine(path):
     name = path.stem
-    declared = set()
-    for table in PATHS.shard_labels(name, "x").parent.glob("*.labels.csv"):
-        session = table.name.removesuffix(".labels.csv")
-        declared |= {f"{session}/{row['recording_id']}" for row in rows_of(table)}
+    declared = {
+        f"{session}/{row['recording_id']}"
+        for session in list_sessions(PATHS, name)
+        for row in rows_of(PATHS.recordings_file(name, session))
+    }
     stored = set(read_store(path).columns["recording"].values.tolist())
     listed = {
         f"{row['session_id']}/{row['recording_id']}" for row in rows_of(PATHS.quarantine(name))

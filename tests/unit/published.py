@@ -63,9 +63,7 @@ def make_project(root: Path) -> Project:
 
 def remake(project: Project) -> None:
     """Features of both sessions."""
-    for session in ("s1", "s2"):
-        project.shard(session)
-    project.merge("s1", "s2", targets=TARGETS)
+    project.build("s1", "s2", targets=TARGETS)
 
 
 def published(project: Project, out: Path) -> Published:

@@ -43,8 +43,7 @@ def trained(tmp_path_factory):
         row |= {"grasp_id": f"g{number // 2}", "object": "abcd"[number % 4] if held else ""}
         rows.append(Recording(**row))
     project.write(rows)
-    project.shard()
-    project.merge("s1", targets=TARGETS)
+    project.build("s1", targets=TARGETS)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(in_use, "FOLDS", 2)
         train_from_shard(

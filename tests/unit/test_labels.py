@@ -2,27 +2,13 @@
 
 import math
 
-import numpy as np
 import pytest
 
-from ajgdata.store.features import Shard, text_column
-from ajgdata.store.labels import copies, parse_label, select
+from ajgdata.store.labels import bad_labels, copies, parse_label
 from ajgdata.types import Target
 
 SIZE = Target(kind="regression", unit="mm", missing=("0", "n/a"))
 KIND = Target(kind="classification", missing=("?",))
-
-
-def shard(*names: str, digests: tuple[str, ...] = ()) -> Shard:
-    return Shard(
-        np.arange(3 * len(names), dtype=np.float32).reshape(-1, 3),
-        np.arange(3.0),
-        {
-            "recording": text_column(names),
-            "sha256": text_column(digests or [f"hash of {name}" for name in names]),
-        },
-        {},
-    )
 
 
 def row(**cells: str) -> dict[str, str]:
@@ -45,26 +31,13 @@ def test_cells(text, target, value):
     assert parse_label(text, target) == pytest.approx(value, nan_ok=True, abs=0)
 
 
-def test_select_excludes_rejected_rows_and_names_bad_cells():
-    table = {
-        "a": row(edge_mm="1"),
-        "b": row(edge_mm="1,5"),
-        "c": row(edge_mm="2", quality="Reject"),
-        "d": row(edge_mm="", quality="clipped"),
-        "f": row(edge_mm="bad", quality="reject"),
-    }
-    kept, told = select(shard(*"abcdef"), table, {"edge_mm": SIZE}, "s1")
-    assert kept.columns["recording"].values.tolist() == ["a", "b", "d"]
-    assert kept.feature.tolist() == [[0, 1, 2], [3, 4, 5], [9, 10, 11]]
+def test_cells_that_are_no_values_are_named():
+    told = bad_labels("s1", "b", row(edge_mm="1,5"), {"edge_mm": SIZE})
     assert [(f.session_id, f.recording_id, f.level, f.problem) for f in told] == [
-        (
-            "s1",
-            "b",
-            "warning",
-            "edge_mm = '1,5' is not a finite number: no task of edge_mm uses it",
-        ),
-        ("s1", "e", "error", "has no label row"),
+        ("s1", "b", "warning", "edge_mm = '1,5' is not a finite number: no task of edge_mm uses it")
     ]
+    for cell in ("1", "n/a", ""):
+        assert bad_labels("s1", "b", row(edge_mm=cell), {"edge_mm": SIZE}) == []
 
 
 def test_copies():

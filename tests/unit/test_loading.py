@@ -41,9 +41,7 @@ def test_recordings_are_the_samples_with_time_in_seconds(project):
 def test_labels_are_those_of_the_features(project):
     project.session("s1")
     project.session("s2", {"a": 1250.0}, gripper="soft")
-    for session in ("s1", "s2"):
-        project.shard(session)
-    project.merge("s1", "s2")
+    project.build("s1", "s2")
     with ajgdata.load_features("d", project.root) as features:
         loaded = load(project)
         shared = set(features.coords) - {"frequency", "flags"}
@@ -118,9 +116,8 @@ def evaluated(tmp_path_factory):
                 )
             )  # fmt: skip
         project.write(rows, session)
-        project.shard(session)
     targets = ajgdata.load_dataset("d", project.root).spec.targets
-    project.merge(*sessions, targets=targets)
+    project.build(*sessions, targets=targets)
     return project
 
 

@@ -58,8 +58,7 @@ def trained(tmp_path_factory):
     generator = np.random.default_rng(0)
     for session in ("s1", "s2"):
         record(project, session, generator)
-        project.shard(session)
-    project.merge("s1", "s2", targets=TRUTH)
+    project.build("s1", "s2", targets=TRUTH)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(in_use, "FOLDS", 2)
         for task, model in (("size", "knn"), ("what", "linear"), ("what", "svm")):

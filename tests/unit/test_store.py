@@ -11,7 +11,6 @@ import ajgdata
 from ajgdata.store.features import (
     Column,
     Shard,
-    concatenate,
     read_store,
     text_column,
     write_store,
@@ -97,18 +96,6 @@ def test_no_store_holds_anything_that_is_not_finite(tmp_path):
         write_store(tmp_path / "x.nc", spoilt)
     assert (tmp_path / "x.nc").read_bytes() == before
     assert len(list(tmp_path.iterdir())) == 1
-
-
-def test_concatenation():
-    both = concatenate([sample(3), sample(4, start=10)])
-    assert both.feature.shape == (7, 17)
-    np.testing.assert_array_equal(both.feature[3:], sample(4, start=10).feature)
-    assert both.columns["recording"].values[3] == "s1/010"
-    assert both.columns["edge_mm"].attrs == {"units": "mm"}
-    with pytest.raises(ValueError, match="'s1/002' is in two shards"):
-        concatenate([sample(3), sample(3, start=2)])
-    with pytest.raises(ValueError, match="settings"):
-        concatenate([sample(3), replace(sample(3, 9), attrs={"settings": "{1}"})])
 
 
 def test_what_is_no_store(tmp_path):

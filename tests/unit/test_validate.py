@@ -64,8 +64,7 @@ def test_an_invalid_cell_excludes_the_recording_from_its_target_only(ajgdata, pr
     problem = "edge_mm = 'wide' is not a finite number: no task of edge_mm uses it"
     assert out.startswith(f"warning bad_label s1/b: {problem}; ")
     spec_targets = library.load_dataset("d", project.root).spec.targets
-    project.shard()
-    project.merge("s1", targets=dict(spec_targets))
+    project.build("s1", targets=dict(spec_targets))
     with library.load_features("d", project.root) as features:
         assert features.other.values.tolist() == ["x", "y", ""]
         np.testing.assert_array_equal(features.edge_mm, [1, np.nan, 3])

@@ -1,4 +1,4 @@
-"""A small project on disk: the world that readers, manifests, shards and merges see."""
+"""A small project on disk: the world that readers and feature files see."""
 
 from __future__ import annotations
 
@@ -10,13 +10,10 @@ import numpy as np
 import yaml
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.extract_features import extract_features
-from ajgdata.pipeline.merge import merge
+from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.features import Shard, read_store
-from ajgdata.store.files import csv_bytes, write_bytes
 from ajgdata.store.findings import read_findings
-from ajgdata.store.session_audio import check_session, label_columns
 from ajgdata.store.sessions import write_session
 from ajgdata.types import (
     AudioSettings,
@@ -107,47 +104,29 @@ class Project:
         write_pcm24(path, samples, RATE_HZ)
         return Excitation(file=path.name, sha256=hashlib.sha256(path.read_bytes()).hexdigest())
 
-    def shard(
+    def build(
         self,
-        session: str = "s1",
-        *,
+        *sessions: str,
         audio: AudioSettings = AUDIO,
         features: FeatureSettings = FEATURES,
+        targets: dict[str, Target] | None = None,
         code: str = "1",
     ) -> tuple[int, int]:
-        """Shard of one session; returns (computed, reused)."""
-        return extract_features(
-            folder=self.folder(session),
+        """Write the feature file of sessions (default: s1); returns (computed, reused)."""
+        return build_feature_file(
+            self.paths,
+            dataset="d",
+            sessions=sessions or ("s1",),
             audio=audio,
             features=features,
-            code=code,
-            shard=self.paths.shard("d", session),
-            findings=self.paths.shard_findings("d", session),
-            labels=self.paths.shard_labels("d", session),
-        )
-
-    def read_shard(self, session: str = "s1") -> Shard:
-        return read_store(self.paths.shard("d", session))
-
-    def shard_findings(self, session: str = "s1") -> list[Finding]:
-        return read_findings(self.paths.shard_findings("d", session))
-
-    def merge(
-        self, *sessions: str, targets: dict[str, Target] | None = None
-    ) -> tuple[Shard, list[Finding]]:
-        """Merge sessions whose shards exist; returns the store and the quarantine."""
-        paths = self.paths
-        for session in sessions:
-            labels = check_session(self.folder(session)).labels
-            content = csv_bytes(label_columns(labels), labels)
-            write_bytes(paths.shard_labels("d", session), content)
-        merge(
-            dataset="d",
-            shards=[paths.shard("d", s) for s in sessions],
-            labels=[paths.shard_labels("d", s) for s in sessions],
-            findings=[paths.shard_findings("d", s) for s in sessions],
             targets=targets or {"edge_mm": Target(kind="regression", unit="mm")},
-            store=paths.features("d"),
-            quarantine=paths.quarantine("d"),
+            code=code,
+            store=self.paths.features("d"),
+            quarantine=self.paths.quarantine("d"),
         )
-        return read_store(paths.features("d")), read_findings(paths.quarantine("d"))
+
+    def store(self) -> Shard:
+        return read_store(self.paths.features("d"))
+
+    def quarantine(self) -> list[Finding]:
+        return read_findings(self.paths.quarantine("d"))

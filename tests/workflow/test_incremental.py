@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 import yaml
-from conftest import DECLARATION, EMBEDDING, add_recording, edit_table, rules_of
+from conftest import DECLARATION, EMBEDDING, add_recording, edit_table
 from recorded import write_noisy_tone
 
 from ajgdata.paths import RECORDINGS_FILE, Paths
@@ -65,20 +65,12 @@ def add_session(project):
 
 
 @pytest.mark.parametrize(
-    ("change", "session"),
-    [
-        (add_recording, "day1"),
-        (relabel, "day1"),
-        (remove_recording, "day2"),
-        (accept_edited_recording, "day2"),
-        (add_session, "day3"),
-    ],
+    "change",
+    [add_recording, relabel, remove_recording, accept_edited_recording, add_session],
 )
-def test_a_change_redoes_its_session_only(project, change, session):
+def test_a_change_redoes_its_data_set(project, change):
     change(project)
-    jobs = project.jobs_of(*END)
-    assert rules_of(jobs) == {"features": 1, "merge": 1, **TASKS}
-    assert jobs["features", "tones", session] == 1
+    assert project.planned(*END) == {"features": 1, **TASKS}
 
 
 def test_only_what_is_new_is_read_and_edits_are_left_out(project):
@@ -86,11 +78,8 @@ def test_only_what_is_new_is_read_and_edits_are_left_out(project):
     for change in (add_recording, remove_recording, edit_recording):
         change(project)
     project.snakemake(*STORE)
-    logs = {
-        day: project.root / f"results/logs/features/tones.{day}.log" for day in ("day1", "day2")
-    }
-    assert logs["day1"].read_text().splitlines()[0] == "1 recordings read, 8 features reused"
-    assert logs["day2"].read_text().splitlines()[0] == "0 recordings read, 6 features reused"
+    log = project.root / "results/logs/features/tones.log"
+    assert log.read_text().splitlines()[0] == "1 recordings read, 14 features reused"
     after = read_store(project.paths.features("tones"))
     names = after.columns["recording"].values.tolist()
     assert set(before.columns["recording"].values) ^ set(names) == {"day1/new", "day2/0", "day2/3"}
@@ -105,8 +94,8 @@ def test_only_what_is_new_is_read_and_edits_are_left_out(project):
     ("changes", "jobs"),
     [
         ({"title": "Other"}, {"report": 1}),
-        ({"features": {"hop": 256}}, {"features": 2, "merge": 1, **TASKS}),
-        ({"audio": {"channel": "mean"}}, {"features": 2, "merge": 1, **TASKS}),
+        ({"features": {"hop": 256}}, {"features": 1, **TASKS}),
+        ({"audio": {"channel": "mean"}}, {"features": 1, **TASKS}),
         ({"tasks": {"pitch": PITCH | {"folds": 2}}}, TASKS),
         ({"tasks": {"pitch": PITCH | {"models": ["knn", "linear"]}}}, TASKS),
         ({"embeddings": {"tones": EMBEDDING}}, {"embed": 1, "experiment": 3, "report": 1}),
@@ -155,13 +144,13 @@ def test_same_inputs_give_the_same_bytes(project):
 
 def test_failed_features_are_computed_again(project):
     relabel(project)
-    shard = project.paths.shard("tones", "day1")
-    before = shard.read_bytes()
+    store = project.paths.features("tones")
+    before = store.read_bytes()
     command = [sys.executable, "-m", "snakemake", *project.arguments(*STORE)]
     limited = ["prlimit", "--fsize=20000", *command]  # no larger file can be written
     assert subprocess.run(limited, check=False, capture_output=True).returncode == 1
-    assert shard.read_bytes() == before
-    assert project.planned(*STORE) == {"features": 1, "merge": 1}
+    assert store.read_bytes() == before
+    assert project.planned(*STORE) == {"features": 1}
 
 
 @pytest.mark.slow
@@ -173,8 +162,7 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
     (project.folder("day1") / "session.yaml").write_text("session_id: [")
     ask = ("--config", "pages=[accuracy]")
     made = {
-        "features": 2,
-        "merge": 1,
+        "features": 1,
         **TASKS,
         "study": 1,
         "page": 1,
@@ -193,7 +181,7 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
     page = project.paths.report.with_name("datasets.html")
     assert "not valid YAML" in page.read_text()
     edit_table(project, "day2", lambda rows: rows[1].update(pitch="low"))
-    assert project.planned(*END, *ask) == {"features": 1, "merge": 1, **TASKS}
+    assert project.planned(*END, *ask) == {"features": 1, **TASKS}
     assert project.planned(*END, *ask, "quick=False").items() >= {"study": 1}.items()
 
 
@@ -229,7 +217,7 @@ def test_what_was_skipped_reaches_the_console_and_the_exit_code(project):
     assert "Not evaluated" in project.paths.report.with_name("run.html").read_text()
     tasks["pitch"]["optional"] = True
     redeclare(project, tasks=tasks)
-    assert not project.planned().keys() & {"features", "merge", "experiment", "train"}
+    assert not project.planned().keys() & {"features", "experiment", "train"}
     assert "optional  tones/pitch" in project.snakemake()
     assert project.planned() == {}
 

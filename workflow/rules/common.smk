@@ -6,14 +6,6 @@ def setting(name):
     )[name]
 
 
-def of_sessions(path):
-    """Files of all sessions of a data set."""
-    return lambda wildcards: [
-        path(wildcards.dataset, session)
-        for session in PLANS[wildcards.dataset].sessions
-    ]
-
-
 def asked(wildcards):
     """The experiment of a job and its settings."""
     return ASKED[wildcards.dataset, wildcards.task, wildcards.kind]

@@ -1,54 +1,28 @@
-FEATURES_CODE = layer_hash(
-    "features", "pipeline/extract_features.py", "pipeline/recordings.py"
-)
-
-
+# All sessions of a data set in one job: it computes what changed and reuses the rest.
 rule features:
     input:
-        lambda wildcards: SESSION_FILES[wildcards.dataset, wildcards.session],
+        lambda wildcards: SESSION_FILES[wildcards.dataset],
     output:
         # Kept while the job runs: rows of unchanged recordings are used again. A file that Snakemake
-        # restores after a failure looks new: the labels, which it deletes, make the job run again.
-        shard=update(PATHS.shard("{dataset}", "{session}")),
-        findings=update(PATHS.shard_findings("{dataset}", "{session}")),
-        labels=PATHS.shard_labels("{dataset}", "{session}"),
+        # restores after a failure looks new: `done`, which it deletes, makes the job run again.
+        store=update(PATHS.features("{dataset}")),
+        quarantine=update(PATHS.quarantine("{dataset}")),
+        done=touch(PATHS.features_done("{dataset}")),
     log:
-        "results/logs/features/{dataset}.{session}.log",
+        "results/logs/features/{dataset}.log",
     benchmark:
-        "results/benchmarks/features/{dataset}.{session}.tsv"
+        "results/benchmarks/features/{dataset}.tsv"
+    threads: 2
     conda:
         "../../environment.yml"
     params:
-        function="extract_features:extract_features",
-        folder=str(PATHS.session("{dataset}", "{session}")),
+        function="feature_file:build_feature_file",
+        sessions=lambda wildcards: list(PLANS[wildcards.dataset].sessions),
         audio=setting("audio"),
         features=setting("features"),
-        code=FEATURES_CODE,
-    message:
-        "Spectra of session {wildcards.session} of {wildcards.dataset}"
-    script:
-        "../scripts/run.py"
-
-
-rule merge:
-    input:
-        shards=of_sessions(PATHS.shard),
-        labels=of_sessions(PATHS.shard_labels),
-        findings=of_sessions(PATHS.shard_findings),
-    output:
-        store=PATHS.features("{dataset}"),
-        quarantine=PATHS.quarantine("{dataset}"),
-    log:
-        "results/logs/merge/{dataset}.log",
-    benchmark:
-        "results/benchmarks/merge/{dataset}.tsv"
-    conda:
-        "../../environment.yml"
-    params:
-        function="merge:merge",
         targets=setting("targets"),
-        code=layer_hash("features", "pipeline/merge.py"),
+        code=layer_hash("features", "pipeline/feature_file.py", "pipeline/recordings.py"),
     message:
-        "Features and labels of {wildcards.dataset}"
+        "Spectra and labels of {wildcards.dataset}"
     script:
         "../scripts/run.py"

@@ -1,0 +1,251 @@
+"""Recordings of a data set -> its feature file and quarantine; only what changed is computed."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from ajgdata.features.spectrum import frequencies_hz, spectrum
+from ajgdata.paths import Paths
+from ajgdata.pipeline.progress import tell
+from ajgdata.pipeline.recordings import examine, finding
+from ajgdata.store.features import Shard, read_store, text_column, write_store
+from ajgdata.store.files import sha256_of
+from ajgdata.store.findings import (
+    is_rejected,
+    read_findings,
+    rejected,
+    without_rejected,
+    write_findings,
+)
+from ajgdata.store.labels import bad_labels, label_columns, without_copies
+from ajgdata.store.provenance import settings_digest, software
+from ajgdata.store.session_audio import AudioFile, SessionAudio, check_session, tables_sha256
+from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding, Target, left_out
+
+SETTINGS_ATTRIBUTE = "settings_digest"
+#: Column with the hash of the tables of a recording's session.
+TABLES_COLUMN = "session_sha256"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One recording: feature (f,), None if it cannot be used, its issues, and the sha256 of its
+    file."""
+
+    feature: np.ndarray | None
+    issues: tuple[Finding, ...]
+    sha256: str
+
+
+@dataclass
+class Previous:
+    """The last feature file: rows by session and by (recording_id, sha256), and the hash of the
+    tables of each session."""
+
+    rows: dict[str, dict[tuple[str, str], Row]] = field(default_factory=lambda: defaultdict(dict))
+    tables: dict[str, str] = field(default_factory=dict)
+
+    def trusted(self, session: str, tables: str) -> dict[str, str]:
+        """Return the sha256 of recordings whose files are not read again, by recording_id: those of
+        a session whose tables did not change."""
+        if self.tables.get(session) != tables:
+            return {}
+        return {name: sha256 for name, sha256 in self.rows[session]}
+
+
+@dataclass(frozen=True)
+class Part:
+    """The usable recordings of a session, with labels; columns of its table;
+    issues of all its recordings; how many were read and how many reused."""
+
+    rows: list[Row]
+    labels: list[dict[str, str]]
+    columns: set[str]
+    issues: list[Finding]
+    computed: int
+    reused: int
+
+
+def build_feature_file(
+    paths: Paths,
+    *,
+    dataset: str,
+    sessions: Sequence[str],
+    audio: AudioSettings,
+    features: FeatureSettings,
+    targets: Mapping[str, Target],
+    code: str,
+    store: Path,
+    quarantine: Path,
+    threads: int = 1,
+) -> tuple[int, int]:
+    """Write the feature file `store` of a data set, and the issues of its recordings.
+
+    Returns how many recordings were read and how many features were reused. A row of the old
+    `store` is reused while recording, sha256, settings and `code` are the same. Files of a session
+    whose tables did not change are not read again. A recording that cannot be used, is marked
+    `reject`, or whose bytes occur a second time, is excluded and listed in `quarantine`. A target
+    that is not a number is missing, and listed. Of a rejected recording only the rejection is
+    listed.
+    """
+    digest = sha256_of(f"{settings_digest(audio, features)} {code}".encode())[:16]
+    previous = _previous(store, quarantine, digest)
+    parts = []
+    for name in sessions:
+        tables = tables_sha256(paths.session(dataset, name))
+        session = check_session(paths.session(dataset, name), previous.trusted(name, tables))
+        rows, computed = _rows(session, previous.rows[name], audio, features, threads)
+        parts.append(_part(session, tables, rows, computed, targets))
+    shard, copies = without_copies(_joined(parts, audio, features, targets), [*targets])
+    issues = [*copies, *(issue for part in parts for issue in part.issues)]
+    write_store(store, _with_attributes(shard, dataset, audio, features, digest))
+    write_findings(quarantine, issues)
+    if excluded := left_out(issues):
+        tell(f"left out  {len(excluded)} of {dataset}: {quarantine} says why")
+    computed, reused = sum(part.computed for part in parts), sum(part.reused for part in parts)
+    print(f"{computed} recordings read, {reused} features reused")
+    return computed, reused
+
+
+def _rows(
+    session: SessionAudio,
+    known: Mapping[tuple[str, str], Row],
+    audio: AudioSettings,
+    features: FeatureSettings,
+    threads: int,
+) -> tuple[dict[str, Row], int]:
+    """Return a row for each file that is not rejected, by recording_id, and how many files were
+    read."""
+    rejected_names = {row["recording_id"] for row in session.labels if is_rejected(row)}
+    files = [file for file in session.files if file.recording_id not in rejected_names]
+    new = [file for file in files if (file.recording_id, file.sha256) not in known]
+
+    def compute(file: AudioFile) -> Row:
+        return _row(session.session_id, file, audio, features)
+
+    with ThreadPoolExecutor(threads) as pool:  # FFT and file system release Python's lock
+        computed = dict(
+            zip((file.recording_id for file in new), pool.map(compute, new), strict=True)
+        )
+    rows = {
+        file.recording_id: computed.get(file.recording_id) or known[file.recording_id, file.sha256]
+        for file in files
+    }
+    return rows, len(new)
+
+
+def _row(session: str, file: AudioFile, audio: AudioSettings, features: FeatureSettings) -> Row:
+    result = examine(file.path, audio, features.window)
+    issues = tuple(finding(session, file.recording_id, file.path, r) for r in result.remarks)
+    if result.samples is None:
+        return Row(None, issues, file.sha256)
+    try:
+        feature = spectrum(result.samples, audio.sample_rate_hz, features)
+    except ValueError as error:  # for instance: not normalised, and beyond float32
+        fix = "change features in dataset.yaml, or set quality to reject"
+        names = (session, file.recording_id, "")
+        issue = Finding(*names, "error", "no_feature", str(error), fix)
+        return Row(None, (*issues, issue), file.sha256)
+    return Row(feature, issues, file.sha256)
+
+
+def _part(
+    session: SessionAudio,
+    tables: str,
+    rows: Mapping[str, Row],
+    computed: int,
+    targets: Mapping[str, Target],
+) -> Part:
+    """Return the usable recordings of a session, whose tables have the hash `tables`."""
+    name = session.session_id
+    table = {row["recording_id"]: row for row in session.labels}
+    usable = {key: row for key, row in rows.items() if row.feature is not None}
+    issues = [*session.findings, *(issue for row in rows.values() for issue in row.issues)]
+    issues += [issue for key in usable for issue in bad_labels(name, key, table[key], targets)]
+    return Part(
+        rows=list(usable.values()),
+        labels=[{**table[key], "session_id": name, TABLES_COLUMN: tables} for key in usable],
+        columns={column for row in session.labels for column in row},
+        issues=without_rejected(issues, list(rejected(name, table).values())),
+        computed=computed,
+        reused=len(rows) - computed,
+    )
+
+
+def _joined(
+    parts: Sequence[Part],
+    audio: AudioSettings,
+    features: FeatureSettings,
+    targets: Mapping[str, Target],
+) -> Shard:
+    """Return the recordings of all sessions with their labels."""
+    frequency = frequencies_hz(audio.sample_rate_hz, features)
+    rows = [row for part in parts for row in part.rows]
+    labels = [row for part in parts for row in part.labels]
+    names = set().union(*(part.columns for part in parts))
+    flags = [",".join(sorted({issue.code for issue in row.issues})) for row in rows]
+    columns = {
+        **label_columns(labels, names, targets),
+        TABLES_COLUMN: text_column(
+            [row[TABLES_COLUMN] for row in labels], long_name="SHA-256 of the session's tables"
+        ),
+        "sha256": text_column([row.sha256 for row in rows], long_name="SHA-256 of the file"),
+        "flags": text_column(flags, long_name="findings"),
+    }
+    feature = np.asarray([row.feature for row in rows], np.float32)
+    return Shard(feature.reshape(len(rows), len(frequency)), frequency, columns, {})
+
+
+def _with_attributes(
+    shard: Shard, dataset: str, audio: AudioSettings, features: FeatureSettings, digest: str
+) -> Shard:
+    """Return the shard with what identifies the data set, and how it was computed."""
+    settings = {
+        "audio": audio.model_dump(mode="json"),
+        "features": features.model_dump(mode="json"),
+    }
+    sources = set(shard.columns["source"].values) if "source" in shard.columns else set()
+    rows = zip(shard.columns["recording"].values, shard.columns["sha256"].values, strict=True)
+    inputs = sha256_of("\n".join(f"{name} {sha256}" for name, sha256 in rows).encode())
+    attrs = {
+        "settings": json.dumps(settings, sort_keys=True),
+        SETTINGS_ATTRIBUTE: digest,
+        **software(),
+        "data_set": dataset,
+        "source": "simulated" if "virtual" in sources else "recorded",
+        "inputs_sha256": inputs,
+    }
+    return replace(shard, attrs=attrs)
+
+
+def _previous(path: Path, quarantine: Path, digest: str) -> Previous:
+    """Return the rows of the last feature file; none if its settings differ or it is unreadable."""
+    previous = Previous()
+    if not (path.is_file() and quarantine.is_file()):
+        return previous
+    try:
+        shard, issues = read_store(path), read_findings(quarantine)
+    except DataError:
+        return previous  # an unreadable file is computed again
+    if shard.attrs.get(SETTINGS_ATTRIBUTE) != digest or TABLES_COLUMN not in shard.columns:
+        return previous
+    issues_of = defaultdict(list)
+    for issue in issues:
+        issues_of[f"{issue.session_id}/{issue.recording_id}"].append(issue)
+    keys = ("recording", "session_id", "sha256", "flags", TABLES_COLUMN)
+    texts = zip(*(shard.columns[key].values.tolist() for key in keys), strict=True)
+    for feature, (name, session, sha256, flags, tables) in zip(shard.feature, texts, strict=True):
+        codes = set(filter(None, flags.split(",")))
+        known = tuple(issue for issue in issues_of[name] if issue.code in codes)
+        if {issue.code for issue in known} == codes:  # else store and quarantine are of two runs
+            row = name.partition("/")[2]
+            previous.rows[session][row, sha256] = Row(feature, known, sha256)
+            previous.tables[session] = tables
+    return previous
