@@ -1,4 +1,5 @@
-# From recordings to the report: `snakemake` runs everything that is out of date.
+# From recordings to the report. `snakemake` makes the results of the paper, and the studies of
+# error against run time, stability and omissions; `snakemake everything` makes all others, too.
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -8,16 +9,9 @@ from snakemake.utils import min_version, validate
 from ajgdata.ablations import possible
 from ajgdata.acquire.recipe import recipe_hash
 from ajgdata.experiments import measure_files
-from ajgdata.paths import (
-    ABLATIONS_PAGE,
-    EXPERIMENT_PAGES,
-    FIGURES,
-    TABLES,
-    Paths,
-    run_name,
-)
+from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths, run_name
 from ajgdata.pipeline.console import show_jobs
-from ajgdata.pipeline.experiments import asked_for, models_of
+from ajgdata.pipeline.experiments import asked_for, models_of, of_paper
 from ajgdata.pipeline.opening import KIND as OPENING_KIND
 from ajgdata.pipeline.opening import OBJECT, subject_of
 from ajgdata.pipeline.plan import (
@@ -28,8 +22,13 @@ from ajgdata.pipeline.plan import (
     session_files,
 )
 from ajgdata.pipeline.run_summary import end_run, modified_ns
-from ajgdata.pipeline.site import navigation_of
-from ajgdata.pipeline.studies import STUDIES, ablation_hash, study_hash
+from ajgdata.pipeline.studies import (
+    ABLATIONS_PAGE,
+    REQUESTED_STUDIES,
+    STUDIES,
+    ablation_hash,
+    study_hash,
+)
 from ajgdata.report.navigation import FIXED
 from ajgdata.store.files import read_yaml
 from ajgdata.store.provenance import layer_hash, settings_digest
@@ -63,28 +62,27 @@ with errors_in_one_line():
     MEASURED = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
     MEASURED += [(name, one) for name, spec in SPECS.items() for one in spec.embeddings]
     ASKED = Declared(
-        {
-            (one.dataset, one.task, kind): one
-            for one in asked_for(SPECS, MEASURED)
-            for kind in one.kinds
-        }
+        {key: one for one in asked_for(SPECS, MEASURED) for key in one.keys}
     )
     SIMULATED = [name for name, one in PLANS.items() if one.virtual]
-    ABLATED = {} if config["quick"] else possible(PATHS, SIMULATED)
-    # Pages on the simulation, if they are possible and configured.
-    PAGES = [ABLATIONS_PAGE] * bool(ABLATED) + [*STUDIES]
-    if config["pages"] is not None:
-        PAGES = [name for name in PAGES if name in config["pages"]]
-    NAVIGATION = navigation_of(PATHS, SPECS, MEASURED, PAGES)
+    PAGES = [*STUDIES, ABLATIONS_PAGE] if config["pages"] is None else config["pages"]
+    ABLATED = {}
+    if ABLATIONS_PAGE in PAGES and not config["quick"]:
+        ABLATED = possible(PATHS, SIMULATED)
     # Data set of the opening picture.
     OPENING = subject_of(SPECS) if PAGES else ""
 
-EVERYTHING = [
-    PATHS.report,
-    PATHS.all_metrics,
-    *dict.fromkeys(PATHS.models(one[0]) for one in models_of(SPECS, MEASURED)),
-    *(PATHS.published_sums(name) for name in PUBLISHED),
-]
+# Results of the first target: those of the paper. All are, if no task has a published value.
+PAPER = {} if config["alone"] else of_paper(SPECS, ASKED)
+FIRST = PAPER or ASKED
+FIRST_DATASETS = list(
+    dict.fromkeys(
+        name for one in FIRST.values() for name in (one.dataset, *one.others)
+    )
+    if PAPER
+    else PLANS
+)
+TRAINED = list(dict.fromkeys(one[0] for one in models_of(SPECS, MEASURED)))
 
 
 wildcard_constraints:
@@ -98,11 +96,15 @@ wildcard_constraints:
 rule all:
     default_target: True
     input:
-        EVERYTHING,
         PATHS.complete,
 
 
-SUMMARY_BEFORE = modified_ns(PATHS.complete)
+rule everything:
+    input:
+        PATHS.everything,
+
+
+SUMMARIES = {path: modified_ns(path) for path in (PATHS.complete, PATHS.everything)}
 
 
 # Not called in a dry run or in the processes of jobs.
@@ -111,7 +113,7 @@ onstart:
 
 
 onsuccess:
-    end_run(PATHS.complete, SUMMARY_BEFORE)
+    end_run(SUMMARIES)
 
 
 include: "workflow/rules/common.smk"
@@ -120,7 +122,7 @@ include: "workflow/rules/features.smk"
 include: "workflow/rules/experiments.smk"
 include: "workflow/rules/embed.smk"
 include: "workflow/rules/train.smk"
-include: "workflow/rules/pages.smk"
+include: "workflow/rules/studies.smk"
 include: "workflow/rules/publish.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/complete.smk"

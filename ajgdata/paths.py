@@ -23,8 +23,6 @@ EXCITATION_FILE = "excitation.wav"
 #: In the folder of each report: figures, tables as CSV, pages on experiments, and its content.
 FIGURES, TABLES, EXPERIMENT_PAGES, RUNS_FILE = "figures", "tables", "experiments", "runs.json"
 INDEX = "index.html"
-#: Page on why simulation and paper differ.
-ABLATIONS_PAGE = "ablations"
 FIGURE_FORMATS = ("svg", "png", "pdf")
 #: Of more data sets than this many letters name, a run's name holds a digest.
 LONGEST_RUN = 100
@@ -124,7 +122,9 @@ class Paths:
     all_metrics = Place("metrics.json", "of_run")
     metrics_table = Place("metrics.csv", "of_run")
     predictions = Place("predictions.csv", "of_run")
-    complete = Place("complete.txt", "of_run")
+    complete = Place("complete.txt", "of_run")  #: summary of `snakemake`
+    everything = Place("everything.txt", "of_run")  #: summary of `snakemake everything`
+    report_on_everything = Place("report/everything.done", "of_run")
     log = Places("logs/{rule}.log", "of_run")
     benchmark = Places("benchmarks/{rule}.tsv", "of_run")
     report = Place("report/" + INDEX, "of_run")

@@ -67,6 +67,11 @@ class Asked:
         name = self.experiment.name
         return tuple(f"{name}-{model}" if model else name for model in self.models)
 
+    @property
+    def keys(self) -> list[tuple[str, str, str]]:
+        """Return data set, task and name of each of its jobs."""
+        return [(self.dataset, self.task, kind) for kind in self.kinds]
+
     def job_settings(self, kind: str) -> dict[str, Any]:
         """Return the settings of the job `kind` as JSON has them; of models only its own.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from ajgdata.evaluate.agreement import why_undefined
@@ -30,23 +29,16 @@ IN_UNITS = ("rmse", "mae", "width")
 PREDICTIONS = "predictions"
 
 
-def collect(
-    paths: Paths,
-    documents: Sequence[tuple[str, str, str]],
-    *,
-    document: Path,
-    table: Path,
-    predictions: Path,
-) -> None:
+def collect(paths: Paths, documents: Sequence[tuple[str, str, str]]) -> None:
     """Write the results `documents`, each data set, task and kind, together.
 
-    `document` (JSON) holds all tables but predictions, with what is known about them, and its own
-    hash. `table` (CSV) has a row for each number: a metric of a part of an experiment (`grouped`,
+    `metrics.json` holds all tables but predictions, with what is known about them, and its own
+    hash. `metrics.csv` has a row for each number: a metric of a part of an experiment (`grouped`,
     `random`, `withheld`, `overall`, `on:<data set>`, `curve:<grasps per class>`,
     `stft:<window>/<hop>`, ...), with the statistic (`fold 0` and so on, or mean, sd, pooled,
     chance, measured). If a number is undefined, the value is empty and `reason` says why. For an
-    embedding, the task is its name after `embedding:`, and the model is the space. `predictions`
-    (CSV) has a row for each recording, split and fold.
+    embedding, the task is its name after `embedding:`, and the model is the space.
+    `predictions.csv` has a row for each recording, split and fold.
     """
     collected, numbers, predicted = [], [], []
     for dataset, task, kind in documents:
@@ -62,12 +54,12 @@ def collect(
         numbers += [row for one in (*tables, *costs) for row in _rows(about, one)]
     made_by = {**software(), **environment()}
     written = {
-        table: csv_bytes((*COLUMNS, REASON), numbers),
-        predictions: csv_bytes(PREDICTION_COLUMNS, predicted),
+        paths.metrics_table: csv_bytes((*COLUMNS, REASON), numbers),
+        paths.predictions: csv_bytes(PREDICTION_COLUMNS, predicted),
     }
     for file, content in written.items():
         write_bytes(file, content)
-    write_bytes(document, json_bytes({"software": made_by, "experiments": collected}))
+    write_bytes(paths.all_metrics, json_bytes({"software": made_by, "experiments": collected}))
 
 
 def _rows(about: Mapping[str, Any], table: Table) -> Iterator[dict[str, object]]:

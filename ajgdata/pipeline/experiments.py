@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,14 @@ from ajgdata.pipeline.progress import tell
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_json
 from ajgdata.store.tables import read_tables, write_tables
-from ajgdata.types import AudioSettings, DataError, DatasetSpec, FeatureSettings, NotPossibleError
+from ajgdata.types import (
+    CROSS_VALIDATION,
+    AudioSettings,
+    DataError,
+    DatasetSpec,
+    FeatureSettings,
+    NotPossibleError,
+)
 
 if TYPE_CHECKING:
     from ajgdata.report.comparison import PaperFigure
@@ -27,11 +35,42 @@ if TYPE_CHECKING:
     from ajgdata.types.table import Table
 
 TaskKey = tuple[str, str]  #: data set, and task or embedding
+JobKey = tuple[str, str, str]  #: data set, task or embedding, and name of the job
 
 
 def asked_for(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[Asked]:
     """Return every experiment that tasks and embeddings ask for, in the order of the report."""
     return [one for dataset, task in tasks for one in asked_of(specs[dataset], task)]
+
+
+def of_paper(
+    specs: Mapping[str, DatasetSpec], asked: Mapping[JobKey, Asked]
+) -> dict[JobKey, Asked]:
+    """Return the experiments that reproduce the paper: cross-validation and the named experiments
+    of tasks with published values, and embeddings of data sets with such tasks."""
+    return {key: one for key, one in asked.items() if _is_of_paper(specs[one.dataset], one)}
+
+
+def _is_of_paper(spec: DatasetSpec, asked: Asked) -> bool:
+    name = asked.experiment.name
+    if asked.experiment.of_embedding:
+        return any(task.papers for task in spec.tasks.values())
+    papers = spec.tasks[asked.task].papers
+    return name in papers or (bool(papers) and name == CROSS_VALIDATION)
+
+
+def computed(paths: Paths, asked: Sequence[Asked]) -> list[Asked]:
+    """Return the experiments whose results exist, each with the models that were measured."""
+    found = []
+    for one in asked:
+        models = [
+            model
+            for model, key in zip(one.models, one.keys, strict=True)
+            if paths.experiment(*key).is_file() and paths.experiment_cost(*key).is_file()
+        ]
+        if models:
+            found.append(replace(one, models=tuple(models)))
+    return found
 
 
 def models_of(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[tuple[str, ...]]:

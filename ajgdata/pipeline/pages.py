@@ -1,4 +1,4 @@
-"""Pages that have jobs of their own: simulation studies and ablations."""
+"""Pages of the report on simulation studies and ablations."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ajgdata.ablations import with_verdicts
-from ajgdata.paths import ABLATIONS_PAGE, Paths
+from ajgdata.paths import Paths
 from ajgdata.pipeline.exports import write_csv
+from ajgdata.pipeline.studies import ABLATIONS_PAGE
 from ajgdata.report.navigation import Group
 from ajgdata.store.files import write_bytes
 from ajgdata.store.tables import read_tables

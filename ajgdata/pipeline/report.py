@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ajgdata.ablations import reasons_of, with_verdicts
-from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments import EXPERIMENTS, Asked
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import training_cost
-from ajgdata.paths import ABLATIONS_PAGE, EXPERIMENT_PAGES, FIGURES, RUNS_FILE, TABLES, Paths
+from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths
 from ajgdata.pipeline.answer import answer
+from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.dataset_summary import summary
-from ajgdata.pipeline.experiments import asked_for, models_of, read_results
+from ajgdata.pipeline.experiments import TaskKey, asked_for, computed, read_results
 from ajgdata.pipeline.exports import with_tables, write_exports
+from ajgdata.pipeline.pages import build_page
 from ajgdata.pipeline.run_summary import run_cost
-from ajgdata.pipeline.site import pages_of
+from ajgdata.pipeline.site import navigation_of, pages_of
+from ajgdata.pipeline.studies import ABLATIONS_PAGE
 from ajgdata.report.comparison import (
     PaperComparison,
     PaperFigure,
@@ -27,7 +31,7 @@ from ajgdata.report.comparison import (
     tally,
 )
 from ajgdata.report.format import words
-from ajgdata.report.navigation import Group, experiment_link
+from ajgdata.report.navigation import experiment_link
 from ajgdata.report.report_data import Part, Report, TaskSection
 from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
@@ -42,63 +46,125 @@ def build_report(
     paths: Paths,
     *,
     datasets: Sequence[str],
-    tasks: Sequence[tuple[str, str]],
-    page: Path,
-    nav: Sequence[Group],
-    pages: Sequence[str] = (),
+    tasks: Sequence[TaskKey],
+    studies: Sequence[str] = (),
     ablations: Sequence[str] = (),
     published: Sequence[str] = (),
-    opening: Path | None = None,
 ) -> None:
-    """Write the report on `datasets` and on `tasks`, pairs of data set and name.
+    """Write all existing results together (see `collect`), and the report on them.
 
-    `page` is its first page; other pages, figures and tables are written into the same folder.
-    `pages` and `ablations` are written by other jobs, as are the `published` data sets and the file
-    `opening`, which describes the first picture.
+    `datasets`, `tasks` (data set and name), `studies`, `ablations` and `published` data sets are
+    those of the project. What has not been computed is counted in one line of the report.
     """
     from ajgdata.report.page import illustrations, render_pages
     from ajgdata.report.render import draw_figures
 
+    page = paths.report
     (page.parent / EXPERIMENT_PAGES).mkdir(parents=True, exist_ok=True)  # also if it stays empty
+    existing = [name for name in datasets if paths.features(name).is_file()]
     specs = {name: read_dataset(paths, name) for name in datasets}
+    asked = computed(paths, asked_for(specs, tasks))
+    collect(paths, [key for one in asked for key in one.keys])
+    present = _present(paths, studies, ablations, published)
     paper = parse_paper(read_paper(paths))
-    results, skipped = _read(paths, specs, tasks, paper)
+    results, skipped = _read(paths, specs, asked, paper)
     report = dataclasses.replace(
-        _assembled(paths, specs, tasks, ablations, results, paper),
+        _assembled(paths, {name: specs[name] for name in existing}, asked, present, results, paper),
         skipped=skipped,
-        opening=_opening(opening, page.parent) if opening else None,
-        checks=_checks(paths, pages),
-        run_cost=tuple(run_cost(paths, datasets, everything=bool(pages or published))),
+        missing=_missing(asked_for(specs, tasks), asked, studies, ablations, published, present),
     )
+    nav = navigation_of(report.pages, present.pages)
     drawn = draw_figures(illustrations(report), page.parent / FIGURES)
     tables = write_exports(report, results, page.parent / TABLES)
     figures = {name: with_tables(picture, tables) for name, picture in drawn.items()}
-    for name, html in render_pages(report, figures, nav, published, project=paths).items():
-        write_bytes(page.parent / name, html.encode())
-    content = _contents(report, models_of(specs, tasks), pages, published)
-    write_bytes(page.with_name(RUNS_FILE), json_bytes({"datasets": datasets, **content}))
+    html = render_pages(report, figures, nav, present.published, project=paths)
+    for name, text in html.items():
+        write_bytes(page.parent / name, text.encode())
+    for name in present.pages:
+        build_page(paths, name, present.files(paths, name), nav)
+    write_bytes(paths.runs, json_bytes(_contents(report, asked, existing, present)))
+
+
+@dataclass(frozen=True)
+class Present:
+    """Studies, ablations and published data sets that exist."""
+
+    studies: list[str]
+    ablations: list[str]
+    published: list[str]
+
+    @property
+    def pages(self) -> list[str]:
+        """Return the names of the pages on studies and on ablations."""
+        return [*self.studies, *[ABLATIONS_PAGE][: len(self.ablations)]]
+
+    def files(self, paths: Paths, page: str) -> list[Path]:
+        """Return the files of tables that a page shows."""
+        if page == ABLATIONS_PAGE:
+            return [paths.ablation(name) for name in self.ablations]
+        return [paths.study(page)]
+
+
+def _present(
+    paths: Paths, studies: Sequence[str], ablations: Sequence[str], published: Sequence[str]
+) -> Present:
+    return Present(
+        [name for name in studies if paths.study(name).is_file()],
+        [name for name in ablations if paths.ablation(name).is_file()],
+        [name for name in published if paths.published_sums(name).is_file()],
+    )
+
+
+def _missing(
+    wanted: Sequence[Asked],
+    asked: Sequence[Asked],
+    studies: Sequence[str],
+    ablations: Sequence[str],
+    published: Sequence[str],
+    present: Present,
+) -> tuple[str, ...]:
+    """Return how many results of each kind have not been computed, in words."""
+    counts = {
+        "experiments": sum(len(one.keys) for one in wanted) - sum(len(one.keys) for one in asked),
+        "simulation studies": len(studies) - len(present.studies),
+        "ablations": len(ablations) - len(present.ablations),
+        "published data sets": len(published) - len(present.published),
+    }
+    return tuple(f"{noun} ({count})" for noun, count in counts.items() if count)
 
 
 def _contents(
-    report: Report, runs: Sequence[Sequence[str]], pages: Sequence[str], published: Sequence[str]
+    report: Report, asked: Sequence[Asked], datasets: Sequence[str], present: Present
 ) -> dict[str, Any]:
     """Return what a report is about, its tally of comparisons with the paper, and its answer."""
-    tallied = tally(report.comparisons)
-    about = {"agreements": tallied, "answer": answer(report)}
-    return {"runs": runs, "pages": pages, "published": published, **about}
+    runs = [
+        (one.dataset, one.task, model)
+        for one in asked
+        if one.experiment.name == CROSS_VALIDATION
+        for model in one.models
+    ]
+    return {
+        "datasets": datasets,
+        "runs": runs,
+        "pages": present.pages,
+        "published": present.published,
+        "agreements": tally(report.comparisons),
+        "answer": answer(report),
+    }
 
 
 def _assembled(
     paths: Paths,
     specs: Mapping[str, DatasetSpec],
-    tasks: Sequence[tuple[str, str]],
-    ablations: Sequence[str],
+    asked: Sequence[Asked],
+    present: Present,
     results: Sequence[TaskResults],
     paper: Mapping[str, PaperFigure],
 ) -> Report:
     """Return what the report says of results on tasks."""
-    tables = [table for name in ablations for table in read_tables(paths.ablation(name))[1]]
+    tables = [t for name in present.ablations for t in read_tables(paths.ablation(name))[1]]
     reasons = reasons_of(with_verdicts(tables), ABLATIONS_PAGE)
+    everything = bool(present.pages or present.published)
     return Report(
         title="Acoustic sensing with jamming grippers",
         version=software()["ajgdata_version"],
@@ -107,20 +173,23 @@ def _assembled(
             summary(paths, spec, read_store(paths.features(name))) for name, spec in specs.items()
         ),
         sections=tuple(_sections(paths, results)),
-        pages=tuple(pages_of(paths, specs, tasks)),
+        pages=tuple(pages_of(paths, specs, asked)),
         comparisons=tuple(comparisons(results, paper, reasons)),
         paper=tuple(paper.values()),
+        opening=_opening(paths.opening, paths.report.parent),
+        checks=_checks(paths, present.studies),
+        run_cost=tuple(run_cost(paths, list(specs), everything=everything)),
     )
 
 
 def _read(
     paths: Paths,
     specs: Mapping[str, DatasetSpec],
-    tasks: Sequence[tuple[str, str]],
+    asked: Sequence[Asked],
     paper: Mapping[str, PaperFigure],
 ) -> tuple[list[TaskResults], tuple[str, ...]]:
     """Return all results on tasks, and what could not be measured."""
-    read = [read_results(paths, asked, specs, paper) for asked in asked_for(specs, tasks)]
+    read = [read_results(paths, one, specs, paper) for one in asked]
     skipped = (
         f"{one.dataset} · {words(one.task)}, {_lower(EXPERIMENTS[one.experiment].title)}"
         f"{f' · {label}' if label else ''}: {reason}"
@@ -139,6 +208,8 @@ def _read(
 
 def _opening(path: Path, folder: Path) -> dict[str, str] | None:
     """Return the picture that the file `path` describes, unless it could not be drawn."""
+    if not path.is_file():
+        return None
     about = read_json(path)
     if "skipped" in about:
         return None

@@ -22,14 +22,17 @@ from ajgdata.types import left_out
 INCOMPLETE = "incomplete:"
 
 
-def end_run(summary: Path, before_ns: int) -> None:
-    """Print the summary of a whole run if this run wrote it; `before_ns` is its time before.
+def end_run(summaries: Mapping[Path, int]) -> None:
+    """Print the summary that this run wrote, if any; `summaries` are possible ones with their time
+    before the run.
 
     A run that skipped tasks ends with one line and exit code 1. Its summary is removed, so that the
     next run reports the tasks again.
     """
-    if modified_ns(summary) in (0, before_ns):
+    written = [path for path, before in summaries.items() if modified_ns(path) not in (0, before)]
+    if not written:
         return
+    summary = written[-1]
     text = summary.read_text(encoding="utf-8")
     *_, last = text.splitlines()
     skipped = last.startswith(INCOMPLETE)

@@ -1,5 +1,4 @@
-"""Pages of a report: which there are, what they ask, and the navigation. Light: Snakemake imports
-it."""
+"""Pages of a report: which there are, what they ask, and the navigation."""
 
 from __future__ import annotations
 
@@ -8,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from ajgdata.experiments import Asked
 from ajgdata.paths import Paths
-from ajgdata.pipeline.experiments import TaskKey, asked_for, page_of
+from ajgdata.pipeline.experiments import page_of
 from ajgdata.report.comparison import parse_paper
 from ajgdata.report.navigation import Group, Link, experiment_link, navigation
 from ajgdata.report.report_data import ExperimentPage
@@ -20,12 +19,12 @@ PAPERS, BEYOND = "The paper's experiments", "Beyond the paper"
 
 
 def pages_of(
-    paths: Paths, specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]
+    paths: Paths, specs: Mapping[str, DatasetSpec], asked: Sequence[Asked]
 ) -> list[ExperimentPage]:
-    """Return the pages on experiments: first those beside the paper, in the paper's order."""
+    """Return the pages on experiments: first those of the paper, in the paper's order."""
     grouped: dict[str, list[Asked]] = {}
-    for asked in asked_for(specs, tasks):
-        grouped.setdefault(page_of(asked, specs[asked.dataset]), []).append(asked)
+    for one in asked:
+        grouped.setdefault(page_of(one, specs[one.dataset]), []).append(one)
     ids = list(parse_paper(read_paper(paths)))
     places = {name: _place(some, specs, ids) for name, some in grouped.items()}
     return [
@@ -94,15 +93,7 @@ def section_of(markdown: str, title: str) -> str:
     return named.get(title, "").strip()
 
 
-def navigation_of(
-    paths: Paths,
-    specs: Mapping[str, DatasetSpec],
-    tasks: Sequence[TaskKey],
-    pages: Sequence[str],
-) -> list[Group]:
-    """Return the navigation of the report on some tasks: the same on all its pages."""
-    links = [
-        Link(experiment_link(one.name), one.title, one.about)
-        for one in pages_of(paths, specs, tasks)
-    ]
-    return navigation(links, pages)
+def navigation_of(pages: Sequence[ExperimentPage], studies: Sequence[str]) -> list[Group]:
+    """Return the navigation of a report: the same on all its pages."""
+    links = [Link(experiment_link(page.name), page.title, page.about) for page in pages]
+    return navigation(links, studies)

@@ -16,6 +16,10 @@ from ajgdata.types.table import table_of
 
 #: Modules of `ajgdata.studies`, in the order of the report.
 STUDIES: tuple[str, ...] = ("verification", "stability", "accuracy", "omissions")
+#: Studies of the first target: error against run time, stability, and what is left out.
+REQUESTED_STUDIES = STUDIES[1:]
+#: Page on all ablations: why simulation and paper differ.
+ABLATIONS_PAGE = "ablations"
 #: The verification is beside the tests, which assert the same claims on coarser grids.
 VERIFICATION = "known_cases"
 

@@ -14,11 +14,9 @@ from recorded import make_features
 
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.paths import Paths
-from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.embed import train_embedding
 from ajgdata.pipeline.experiments import asked_for, run_experiment
 from ajgdata.pipeline.report import build_report
-from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.train import train_from_shard
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.features import read_store
@@ -142,16 +140,11 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
     return told
 
 
-def report(paths: Paths, kinds: list[tuple[str, str]]) -> dict[str, str]:
+def report(paths: Paths) -> dict[str, str]:
     """All that follows from the results; returns the pages by name."""
     specs = {name: read_dataset(paths, name) for name in ("little", "whole")}
     tasks = [("little", t) for t in (*specs["little"].tasks, *specs["little"].embeddings)]
-    nav = navigation_of(paths, specs, tasks, [])
-    collect(
-        paths, [("little", *key) for key in kinds], document=paths.all_metrics,
-        table=paths.metrics_table, predictions=paths.predictions,
-    )  # fmt: skip
-    build_report(paths, datasets=list(specs), tasks=tasks, page=paths.report, nav=nav)
+    build_report(paths, datasets=list(specs), tasks=tasks)
     return {page.name: page.read_text() for page in paths.report.parent.glob("*.html")}
 
 
@@ -167,7 +160,7 @@ def test_what_cannot_be_measured_is_told_and_the_report_comes_out(tmp_path, monk
     assert all(len(why) > 20 and "\n" not in why for why in reasons.values())
     if case in HOPELESS:
         assert len(reasons) == len(told)
-    pages = report(paths, list(told))
+    pages = report(paths)
     section = pages["run.html"].partition("Not evaluated")[2].partition("</ul>")[0]
     assert section.count("<li>") == len(reasons)
     for row in read_csv(paths.metrics_table)[1]:

@@ -49,10 +49,7 @@ def collected(tmp_path_factory):
         where = {"experiment": kind.partition("-")[0], "dataset": dataset, "task": task}
         write_tables(paths.experiment(dataset, task, kind), tables, **where, **about, **MADE_BY)
         write_tables(paths.experiment_cost(dataset, task, kind), cost)
-    collect(
-        paths, list(found), document=paths.all_metrics, table=paths.metrics_table,
-        predictions=paths.predictions,
-    )  # fmt: skip
+    collect(paths, list(found))
     with paths.metrics_table.open(encoding="utf-8", newline="") as stream:
         numbers = list(csv.DictReader(stream))
     with paths.predictions.open(encoding="utf-8", newline="") as stream:

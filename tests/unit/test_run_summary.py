@@ -74,7 +74,7 @@ def test_everything_that_a_person_needs_to_know(paths):
 def test_a_run_that_skipped_a_task_ends_with_a_line_and_reports_it_again(paths, capsys):
     summary(paths)
     with pytest.raises(SystemExit, match=r"^incomplete: d/t skipped \(reasons above\)"):
-        end_run(paths.complete, 0)
+        end_run({paths.complete: 0, paths.everything: 0})
     assert not paths.complete.exists()
     said = capsys.readouterr().out
     assert "skipped   d/t, cross_validation-cnn" in said and "incomplete" not in said

@@ -10,9 +10,9 @@ import yaml
 from html_page import Page
 from report_samples import SCRIPT
 
-from ajgdata.paths import ABLATIONS_PAGE, Paths
+from ajgdata.paths import Paths
 from ajgdata.pipeline.pages import build_page
-from ajgdata.pipeline.studies import STUDIES, run_study
+from ajgdata.pipeline.studies import ABLATIONS_PAGE, STUDIES, run_study
 from ajgdata.report.format import DASH, value
 from ajgdata.report.navigation import LEADS, navigation
 from ajgdata.store.tables import read_tables, write_tables

@@ -12,7 +12,7 @@ from conftest import DECLARATION, EMBEDDING, add_recording, edit_table
 from recorded import write_noisy_tone
 
 from ajgdata.paths import RECORDINGS_FILE, Paths
-from ajgdata.pipeline.studies import STUDIES
+from ajgdata.pipeline.studies import REQUESTED_STUDIES, STUDIES
 from ajgdata.store import provenance
 from ajgdata.store.features import read_store
 from ajgdata.store.tables import read_tables
@@ -165,9 +165,7 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
         "features": 1,
         **TASKS,
         "study": 1,
-        "page": 1,
         "train": 1,
-        "collect": 1,
     }
     assert project.planned(*ask) == {**made, "complete": 1, "all": 1}
     said = project.snakemake(*ask)
@@ -188,9 +186,35 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
 def test_each_study_is_a_job_of_its_own(project):
     jobs = project.jobs_of(*END, "--config", f"pages=[{','.join(STUDIES)}]")
     assert jobs == {
-        **{(rule, study): 1 for rule in ("study", "page") for study in STUDIES},
+        **{("study", study): 1 for study in REQUESTED_STUDIES},
         ("report",): 1,
     }
+    jobs = project.planned("everything", "--config", f"pages=[{','.join(STUDIES)}]")
+    assert jobs["study"] == len(STUDIES)
+
+
+@pytest.mark.slow
+def test_the_first_target_makes_the_results_of_the_paper_and_deletes_no_others(project):
+    other = PITCH | {"models": ["linear"]}
+    redeclare(project, tasks={"pitch": PITCH | {"paper": "ycb"}, "other": other})
+    beyond = "experiment", "tones", "other", "cross_validation-linear"
+    assert beyond not in project.jobs_of() and "train" not in project.planned()
+    project.snakemake()
+    page = project.paths.report
+    assert "experiments (1)" in page.read_text() and "snakemake everything" in page.read_text()
+    assert ",other," not in project.paths.metrics_table.read_text()
+    assert project.jobs_of("everything")[beyond] == 1
+    project.snakemake("everything")
+    assert project.planned() == {} == project.planned("everything")
+    metrics = project.paths.metrics_table.read_bytes()
+    assert b",other," in metrics
+    style = project.paths.reports / "templates/style.css"
+    style.parent.mkdir(parents=True)
+    style.write_text("p { color: red }")
+    assert project.planned() == {"report": 1, "complete": 1, "all": 1}
+    project.snakemake()
+    assert project.paths.metrics_table.read_bytes() == metrics
+    assert "snakemake everything" not in page.read_text()
 
 
 def test_plain_all_includes_trained_models(project):
@@ -226,4 +250,4 @@ def test_a_run_of_one_data_set_alone_has_results_of_its_own(project):
     own = Paths(project.root, "tones")
     asked = [str(one.relative_to(project.root)) for one in (own.all_metrics, own.report)]
     alone = ("--config", "datasets=[tones]", "alone=True")
-    assert project.planned(*asked, *alone) == {"collect": 1, "report": 1}
+    assert project.planned(*asked, *alone) == {"report": 1}

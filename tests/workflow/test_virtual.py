@@ -40,7 +40,7 @@ def made(tmp_path) -> Project:
 
 def test_sessions_are_recorded_once_and_a_changed_recipe_records_what_it_concerns(made):
     wanted = [str(Paths().features("made"))]
-    assert made.planned(*wanted) == {"acquire": 2, "features": 2, "merge": 1}
+    assert made.planned(*wanted) == {"acquire": 2, "features": 1}
     made.snakemake(*wanted)
     for session in ("virtual-01", "virtual-02"):
         log = (made.root / f"results/logs/acquire/made.{session}.log").read_text()
@@ -58,12 +58,11 @@ def test_sessions_are_recorded_once_and_a_changed_recipe_records_what_it_concern
     path.write_text(yaml.safe_dump(declared))
     assert made.jobs_of(*wanted) == {
         ("acquire", "made", "virtual-03"): 1,
-        ("features", "made", "virtual-03"): 1,
-        ("merge", "made"): 1,
+        ("features", "made"): 1,
     }
     declared["recipe"]["seed"] = 5
     path.write_text(yaml.safe_dump(declared))
-    assert made.planned(*wanted) == {"acquire": 3, "features": 3, "merge": 1}
+    assert made.planned(*wanted) == {"acquire": 3, "features": 1}
 
 
 @pytest.mark.slow

@@ -58,10 +58,3 @@ def encoder_files(wildcards):
     if not asked(wildcards).experiment.of_embedding:
         return []
     return [PATHS.latents(*key), PATHS.training_cost(*key)]
-
-
-def page_tables(wildcards):
-    """Tables of a page on a study, or on all ablations."""
-    if wildcards.page == ABLATIONS_PAGE:
-        return [PATHS.ablation(name) for name in ABLATED]
-    return [PATHS.study(wildcards.page)]

@@ -1,8 +1,8 @@
-# The last job of a whole run. If a task was skipped, `end_run` removes the summary and sets exit
-# code 1.
+# The last job of a target. If a task was skipped, `end_run` removes the summary and sets exit code 1.
 rule complete:
     input:
-        EVERYTHING,
+        PATHS.report,
+        [PATHS.models(name) for name in TRAINED if not PAPER],
     output:
         summary=PATHS.complete,
     log:
@@ -11,7 +11,7 @@ rule complete:
         "../../environment.yml"
     params:
         function="run_summary:complete",
-        datasets=list(PLANS),
+        datasets=FIRST_DATASETS,
         run=PATHS.run,
         optional=[
             f"{name}/{task}"
@@ -23,3 +23,15 @@ rule complete:
         "Summary of the run"
     script:
         "../scripts/run.py"
+
+
+use rule complete as complete_everything with:
+    input:
+        PATHS.report_on_everything,
+        [PATHS.models(name) for name in TRAINED],
+    output:
+        summary=PATHS.everything,
+    log:
+        str(PATHS.log("complete_everything")),
+    params:
+        datasets=list(PLANS),

@@ -32,28 +32,3 @@ rule experiment:
         "Measuring {wildcards.kind} of {wildcards.task} of {wildcards.dataset}"
     script:
         "../scripts/run.py"
-
-
-rule collect:
-    input:
-        tables=[PATHS.experiment(*key) for key in ASKED],
-        costs=[PATHS.experiment_cost(*key) for key in ASKED],
-    output:
-        document=PATHS.all_metrics,
-        table=PATHS.metrics_table,
-        predictions=PATHS.predictions,
-    log:
-        str(PATHS.log("collect")),
-    benchmark:
-        str(PATHS.benchmark("collect"))
-    conda:
-        "../../environment.yml"
-    params:
-        function="collect:collect",
-        documents=list(ASKED),
-        run=PATHS.run,
-        code=layer_hash("report"),
-    message:
-        "All results in one table"
-    script:
-        "../scripts/run.py"

@@ -1,16 +1,11 @@
-# Ablations that the report draws on.
-REASONS = list(ABLATED) if ABLATIONS_PAGE in PAGES else []
-
-
+# The report shows all results that exist. That of the first target needs those of the paper.
 rule report:
     input:
-        stores=[PATHS.features(name) for name in PLANS],
-        quarantines=[PATHS.quarantine(name) for name in PLANS],
-        tables=[PATHS.experiment(*key) for key in ASKED],
-        costs=[PATHS.experiment_cost(*key) for key in ASKED],
-        pages=[PATHS.page(name) for name in PAGES],
-        ablations=[PATHS.ablation(name) for name in REASONS],
-        trees=[PATHS.published_sums(name) for name in PUBLISHED],
+        stores=[PATHS.features(name) for name in FIRST_DATASETS],
+        quarantines=[PATHS.quarantine(name) for name in FIRST_DATASETS],
+        tables=[PATHS.experiment(*key) for key in FIRST],
+        costs=[PATHS.experiment_cost(*key) for key in FIRST],
+        studies=[PATHS.study(name) for name in REQUESTED_STUDIES if name in PAGES],
         opening=rules.opening.output.folder if OPENING else [],
     output:
         page=PATHS.report,
@@ -19,6 +14,9 @@ rule report:
         figures=directory(PATHS.report.parent / FIGURES),
         experiments=directory(PATHS.report.parent / EXPERIMENT_PAGES),
         tables=directory(PATHS.report.parent / TABLES),
+        document=PATHS.all_metrics,
+        metrics=PATHS.metrics_table,
+        predictions=PATHS.predictions,
     log:
         str(PATHS.log("report")),
     benchmark:
@@ -30,11 +28,9 @@ rule report:
         datasets=list(PLANS),
         tasks=MEASURED,
         run=PATHS.run,
-        nav=NAVIGATION,
-        pages=PAGES,
-        ablations=REASONS,
+        studies=[name for name in STUDIES if name in PAGES],
+        ablations=list(ABLATED),
         published=PUBLISHED,
-        opening=str(PATHS.opening) if OPENING else None,
         declared=[settings_digest(one.spec) for one in PLANS.values()],
         code=layer_hash("report"),
         texts=REPORT_FILES,
@@ -42,3 +38,22 @@ rule report:
         "Report on {params.datasets}"
     script:
         "../scripts/run.py"
+
+
+# The same report, written again when all results exist.
+use rule report as report_everything with:
+    input:
+        report=PATHS.report,
+        stores=[PATHS.features(name) for name in PLANS],
+        tables=[PATHS.experiment(*key) for key in ASKED],
+        studies=[PATHS.study(name) for name in STUDIES if name in PAGES],
+        ablations=[PATHS.ablation(name) for name in ABLATED],
+        published=[PATHS.published_sums(name) for name in PUBLISHED],
+    output:
+        touch(PATHS.report_on_everything),
+    log:
+        str(PATHS.log("report_everything")),
+    benchmark:
+        str(PATHS.benchmark("report_everything"))
+    message:
+        "Report on all results"

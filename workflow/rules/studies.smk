@@ -1,8 +1,7 @@
-# Pages beside the report: why simulation and paper differ, and those on the virtual gripper.
+# Measurements on the simulation: studies, and ablations on why simulation and paper differ.
 wildcard_constraints:
     study="|".join(STUDIES),
     ablation="|".join(ABLATED) or "-",
-    page="|".join([ABLATIONS_PAGE, *STUDIES]),
 
 
 rule study:
@@ -52,30 +51,6 @@ rule ablate:
         code=ablation_hash(),
     message:
         "Why simulation and paper differ: {wildcards.ablation}"
-    script:
-        "../scripts/run.py"
-
-
-rule page:
-    input:
-        files=page_tables,
-    output:
-        page=PATHS.page("{page}"),
-        figures=directory(PATHS.page_figures("{page}")),
-    log:
-        "results/logs/page/{page}.log",
-    benchmark:
-        "results/benchmarks/page/{page}.tsv"
-    conda:
-        "../../environment.yml"
-    params:
-        function="pages:build_page",
-        name="{page}",
-        nav=NAVIGATION,
-        code=layer_hash("report"),
-        texts=REPORT_FILES,
-    message:
-        "Page on {wildcards.page}"
     script:
         "../scripts/run.py"
 
