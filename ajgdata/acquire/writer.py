@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import NamedTuple
@@ -36,19 +36,13 @@ def recording_alone(folder: Path) -> AbstractContextManager[None]:
     return alone(folder, "recording into this session", fix)
 
 
-def acquire_session(
-    folder: Path,
-    source: VirtualGripper,
-    grasps: Sequence[Grasp],
-    *,
-    progress: Callable[[], object] = lambda: None,
-) -> Acquired:
+def acquire_session(folder: Path, source: VirtualGripper, grasps: Sequence[Grasp]) -> Acquired:
     """Write the session at `folder` so that it contains exactly `grasps`.
 
     Existing recordings of the same setup stay. The table is written after each grasp, so a killed
     acquisition resumes; session.yaml comes last, so that a folder without it is known to be
-    incomplete. `progress` is called once per recording. An impossible grasp is skipped and named in
-    session.yaml. Raises DataError while another process records into the session.
+    incomplete. An impossible grasp is skipped and named in session.yaml. Raises DataError while
+    another process records into the session.
     """
     with recording_alone(folder):
         known = _known(folder)
@@ -61,7 +55,7 @@ def acquire_session(
         for grasp, rows in planned:
             for row in rows:
                 known.pop(row.recording_id, None)
-            written, reason = _record_missing(folder, source, grasp, rows, progress)
+            written, reason = _record_missing(folder, source, grasp, rows)
             complete += written
             if reason:
                 skipped[grasp.grasp_id] = reason
@@ -85,11 +79,7 @@ def _rows(folder: Path, grasp: Grasp, known: Mapping[str, Recording]) -> list[Re
 
 
 def _record_missing(
-    folder: Path,
-    source: VirtualGripper,
-    grasp: Grasp,
-    rows: Sequence[Recording],
-    progress: Callable[[], object],
+    folder: Path, source: VirtualGripper, grasp: Grasp, rows: Sequence[Recording]
 ) -> tuple[list[Recording], str]:
     """Record `rows` without sha256; return the rows that have a file, and why others have none."""
     complete = [row for row in rows if row.sha256]
@@ -100,7 +90,6 @@ def _record_missing(
                 complete.append(_record(folder, source, grasp, row))
             except GraspError as error:
                 reason = f"{error.problem}; {error.fix}"
-        progress()
     return sorted(complete, key=lambda row: row.sample), reason
 
 
