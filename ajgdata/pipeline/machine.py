@@ -1,4 +1,7 @@
-"""Speed of the machine: a fixed computation on one core, compared with a reference speed."""
+"""Speed of the machine: a fixed computation on one core, compared with a reference speed.
+
+Rates are per CPU time, so other programs hardly change them.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +16,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 #: Speed 1, in operations per second: Fourier transforms of 2^14 complex numbers (5 n log2 n
-#: operations each), products of matrices of 256 x 256 (2 n^3 each) and additions in Python. These
-#: round values are near those of one core of a server of 2023.
+#: operations each), products of matrices of 256 x 256 (2 n^3 each) and additions in Python. We
+#: chose these round values once; results of all machines refer to them.
 REFERENCE = {"transforms": 4e9, "products": 4e10, "additions": 2.5e7}
 TIME_S = 1.0  #: of the calibration at speed 1; each kind takes the same share
 CPU_INFO = Path("/proc/cpuinfo")  #: on Linux
@@ -22,9 +25,9 @@ CPU_INFO = Path("/proc/cpuinfo")  #: on Linux
 
 def machine_line() -> str:
     """Return the machine's cores, processor and speed as a line of the summary."""
-    start_s = time.perf_counter()
+    start_s = time.process_time()
     speed = relative_speed(calibrate())
-    spent_s = time.perf_counter() - start_s
+    spent_s = time.process_time() - start_s
     return (
         f"machine: {os.cpu_count()} cores, {cpu_name()}, {speed:.2f} times the reference speed "
         f"(calibration {spent_s:.2f} s)"
@@ -52,10 +55,10 @@ def _rate(name: str, operations: int, compute: Callable[[], object]) -> float:
     """Return operations per second of as many calls as take their share of TIME_S at speed 1."""
     calls = round(REFERENCE[name] * TIME_S / len(REFERENCE) / operations)
     compute()
-    start_s = time.perf_counter()
+    start_s = time.process_time()
     for _ in range(calls):
         compute()
-    return calls * operations / (time.perf_counter() - start_s)
+    return calls * operations / (time.process_time() - start_s)
 
 
 def _count(number: int) -> int:

@@ -37,7 +37,7 @@ def end_run(summaries: Mapping[Path, int]) -> None:
     *_, last = text.splitlines()
     skipped = last.startswith(INCOMPLETE)
     shown = text.removesuffix(f"{last}\n") if skipped else text
-    print(f"\n{shown}", flush=True)
+    print(f"\n{shown}", end="", flush=True)
     if skipped:
         summary.unlink()
         raise SystemExit(last)
