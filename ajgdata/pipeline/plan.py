@@ -25,13 +25,8 @@ from ajgdata.store.sessions import (
     list_datasets,
     list_sessions,
     read_dataset,
-    table_columns,
-    whole_sessions,
 )
-from ajgdata.types import RECORDING_COLUMNS, SESSION_COLUMNS, DataError, DatasetSpec, one_line
-
-#: Columns that every feature file has.
-STANDARD_COLUMNS = {*RECORDING_COLUMNS, *SESSION_COLUMNS, "session_id"}
+from ajgdata.types import DataError, DatasetSpec, one_line
 
 
 @dataclass(frozen=True)
@@ -136,7 +131,7 @@ def _check(
     paths: Paths, spec: DatasetSpec, virtual: Sequence[str], recorded: Collection[str]
 ) -> None:
     """Raise DataError for the first problem of a data set, see `plan`."""
-    if problems := list(config_problems(paths, spec, virtual)):
+    if problems := list(config_problems(paths, spec)):
         problem, fix = problems[0]
         more = f" (and {len(problems) - 1} more)" if problems[1:] else ""
         raise DataError(paths.dataset(spec.name), problem + more, fix)
@@ -145,14 +140,9 @@ def _check(
     check_one_kind(paths, spec, recorded)
 
 
-def config_problems(
-    paths: Paths, spec: DatasetSpec, virtual: Sequence[str]
-) -> Iterator[tuple[str, str]]:
-    """Yield problems, each with its fix: other data sets that do not exist or lack the target,
-    unknown figures of the paper, and columns that no table has.
-
-    `virtual` are the sessions of the recipe: tables are read only if all exist.
-    """
+def config_problems(paths: Paths, spec: DatasetSpec) -> Iterator[tuple[str, str]]:
+    """Yield problems, each with its fix: other data sets that do not exist or lack the target, and
+    unknown figures of the paper."""
     known, figures = list_datasets(paths), parse_paper(read_paper(paths))
     for name, task in spec.tasks.items():
         for other in task.others:
@@ -165,29 +155,3 @@ def config_problems(
                 yield f"{problem} like this", "declare it there, or drop it"
         for figure in sorted(set(task.papers.values()) - set(figures)):
             yield f"task {name}: the paper has no figure {figure!r}", f"it has {', '.join(figures)}"
-    yield from _column_problems(paths, spec, virtual)
-
-
-def _column_problems(
-    paths: Paths, spec: DatasetSpec, virtual: Sequence[str]
-) -> Iterator[tuple[str, str]]:
-    sessions = whole_sessions(paths, spec.name, virtual)
-    columns = table_columns(paths, spec.name, sessions)
-    if not columns or set(virtual) - set(sessions):
-        return
-    named = [
-        (f"task {name}: {key}", getattr(task, key))
-        for name, task in spec.tasks.items()
-        for key in ("target", "groups")
-        if not task.optional
-    ]
-    named += [
-        (f"embedding {name}: {key}", getattr(embedding, key))
-        for name, embedding in spec.embeddings.items()
-        for key in ("instance", "groups", "target", "category")
-        if not embedding.optional
-    ]
-    for where, column in named:
-        if column and column not in columns | STANDARD_COLUMNS:
-            fix = "add it to recordings.csv, or correct the name"
-            yield f"{where}: no session has a column {column!r}", fix

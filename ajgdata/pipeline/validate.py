@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from ajgdata.acquire.protocol import REFERENCE
-from ajgdata.acquire.recipe import session_names
 from ajgdata.experiments import all_asked
 from ajgdata.paths import DATASET_FILE, Paths
 from ajgdata.pipeline.plan import config_problems
@@ -69,8 +68,7 @@ def _values(row: Row, spec: DatasetSpec) -> tuple[str, ...]:
 
 def _check_declaration(paths: Paths, spec: DatasetSpec, names: Sequence[str]) -> Iterator[Finding]:
     """Yield problems of the declaration, and an error if simulated and recorded sessions meet."""
-    virtual = session_names(spec.recipe) if spec.recipe else ()
-    for problem, fix in config_problems(paths, spec, virtual):
+    for problem, fix in config_problems(paths, spec):
         yield Finding(DATASET_FILE, "*", "", "error", "declaration", problem, fix)
     try:
         check_one_kind(paths, spec, names)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 from collections import Counter
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -247,20 +246,6 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
         findings.append(Finding(folder.name, one.recording_id, one.file, *issue))  # type: ignore[arg-type]  # the level above
     unique = [r for r in recordings if counts[r.recording_id] == 1]
     return sorted(unique, key=lambda r: r.recording_id), findings
-
-
-def table_columns(paths: Paths, dataset: str, sessions: Iterable[str]) -> set[str]:
-    """Return the columns of the tables of some sessions, from their headers.
-
-    A table that cannot be read is reported by the functions that read all of it.
-    """
-    columns: set[str] = set()
-    for session in sessions:
-        path = paths.session(dataset, session) / RECORDINGS_FILE
-        if path.is_file():
-            with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
-                columns |= {cell.strip() for cell in next(csv.reader(stream), [])}
-    return columns
 
 
 def write_recordings(folder: Path, recordings: Sequence[Recording]) -> None:

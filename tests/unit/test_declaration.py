@@ -40,14 +40,9 @@ def task(**keys) -> dict:
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ({"tasks": task(groups="nocol")}, "task t: groups: no session has a column 'nocol'"),
         ({"tasks": task(test_on=["nope"])}, "task t: tested on 'nope', no such data set"),
         ({"tasks": task(test_on=["a"])}, "task t: tested on 'a', the data set itself"),
         ({"tasks": task(paper="nope")}, "task t: the paper has no figure 'nope'"),
-        (
-            {"embeddings": {"e": {"supervision": "x", "target": "label", "instance": "thing"}}},
-            "embedding e: instance: no session has a column 'thing'",
-        ),
     ],
 )
 def test_mistakes_of_a_declaration_are_found_by_validate_and_by_a_run(tmp_path, keys, said):
