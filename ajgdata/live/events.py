@@ -26,8 +26,8 @@ from ajgdata.types.plan import NOTHING
 #: prediction: recording seconds and the keys of `Prediction.plain`
 #: decision: action (place wait reject stop) value bin reason seconds
 #: placed: value bin object ("" if nobody knows)
-#: reference: kind (empty) recording drift (ratio to the alarm's threshold, or null)
-#: drift: text ratio                       (the gripper has changed)
+#: reference: kind (empty) recording verdict (nothing, if the model recognises the empty gripper)
+#: drift: text                             (the gripper has changed)
 #: stopped: reason held ("" for nothing) sorts seconds finished (as planned)
 #: problem: text                           (one line, with what to do)
 Kind = Literal[
@@ -129,7 +129,7 @@ class RunState:
     prediction: Event | None = None
     decision: Event | None = None
     grasps: list[Grasp] = field(default_factory=list)
-    drift: Mapping[str, Any] | None = None
+    drift: str = ""  #: warning of the last reference
     problems: list[str] = field(default_factory=list)
     stopped: Event | None = None
 
@@ -188,11 +188,10 @@ class RunState:
                 self.step = event["step"]
             case "take":
                 self.step, self.take = "sense", event
-            case "reference" if event["drift"] is not None:
-                text = self.drift["text"] if self.drift and event["drift"] > 1 else ""
-                self.drift = {"text": text, "ratio": event["drift"]}
+            case "reference":
+                self.drift = ""
             case "drift":
-                self.drift = {"text": event["text"], "ratio": event["ratio"]}
+                self.drift = event["text"]
             case "stopped":
                 self.stopped, self.step = event, ""
             case "problem":

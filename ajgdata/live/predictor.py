@@ -118,11 +118,9 @@ class Predictor:
         return self.temperature is not None
 
     @property
-    def references(self) -> NDArray[np.float32]:
-        """Return the features (r, f) of those recordings: the guard's points, undone."""
-        guard = self.guard
-        points = guard.references.astype(np.float64) * guard.std + guard.mean
-        return (guard.scale * np.sinh(points)).astype(np.float32)
+    def has_references(self) -> bool:
+        """Return whether the model has recordings of the empty gripper to recognise it by."""
+        return len(self.guard.references) > 0
 
     def with_references(self, features: np.ndarray) -> Self:
         """Return the same with features (r, f) of further recordings in which nothing is held.

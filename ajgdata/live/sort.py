@@ -16,14 +16,18 @@ from ajgdata.acquire.protocol import PlannedGrasp
 from ajgdata.acquire.robot import UNNAMED, Placement, Robot
 from ajgdata.acquire.virtual import Card
 from ajgdata.live.decision import Action, judge
-from ajgdata.live.drift import DriftWatch
 from ajgdata.live.events import EventLog, RunState
-from ajgdata.live.predictor import Prediction, Predictor
+from ajgdata.live.predictor import Prediction, Predictor, Verdict
 from ajgdata.live.steps import Control, Steps
 from ajgdata.types.plan import NOTHING, SortPlan
 
 #: Columns of recordings.csv in addition to those of acquisition.
 SORT, PREDICTED, CONFIDENCE, VERDICT = "sort", "predicted", "confidence", "verdict"
+#: Warning if the model does not recognise the empty gripper.
+CHANGED = (
+    "the gripper has changed: the model no longer recognises it as empty; check filling, membrane "
+    "and temperature"
+)
 
 
 class EndedByPerson(Exception):  # noqa: N818  # no error: somebody has had enough
@@ -60,10 +64,8 @@ class Sorter:
     target: str
     labels: Callable[[str], Mapping[str, float | str]]
     control: Control = field(default_factory=Control)
-    watch: DriftWatch | None = None
     recordings: int = 0
     _state: RunState = field(default_factory=RunState)
-    _changed: bool = False
     _begun: float = 0.0
 
     def __post_init__(self) -> None:
@@ -154,24 +156,19 @@ class Sorter:
         return prediction
 
     def _refer(self, number: int) -> None:
-        """Record the empty gripper, and warn if it has changed."""
+        """Record the empty gripper; warn if the model has references and does not recognise it."""
         grasp = PlannedGrasp(f"{NOTHING}_{number:04d}", "", number, 1, {}, NOTHING)
         self._steps.grasp(Placement(grasp.name, "", number, self.plan.force_n))
         capture = self.card.take(self.played)
         recording = self._store(grasp, capture, {}, known=True)
         self._steps.let_go()
-        feature = self.senses.feature(capture.samples, self.card.settings.sample_rate_hz)
+        rate_hz = self.card.settings.sample_rate_hz
+        verdict = self.senses.predict(capture.samples, rate_hz).verdict
+        self.log.say("reference", kind=NOTHING, recording=recording, verdict=str(verdict))
+        if self.senses.has_references and verdict is not Verdict.NOTHING:
+            self.log.say("drift", text=CHANGED)
+        feature = self.senses.feature(capture.samples, rate_hz)
         self.senses = self.senses.with_references(feature[np.newaxis])
-        ratio = self.watch.observe(feature) if self.watch else None
-        self.log.say("reference", kind=NOTHING, recording=recording, drift=ratio)
-        has_changed = ratio is not None and ratio > 1
-        if has_changed and not self._changed:  # once, until the gripper is as it was
-            text = (
-                f"the gripper has changed: empty, it sounds {ratio:.2g} times as different as the "
-                "alarm allows; check filling, membrane and temperature"
-            )
-            self.log.say("drift", text=text, ratio=ratio)
-        self._changed = has_changed
 
     def _store(
         self, grasp: PlannedGrasp, capture: Capture, labels: Mapping[str, str], *, known: bool

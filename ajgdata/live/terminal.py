@@ -68,9 +68,7 @@ class SortTerminal:
         )
 
     def _reference(self, event: Event) -> None:
-        drift = event.get("drift")
-        change = "" if drift is None else f", changed by {drift:.2g} of the limit"
-        self._say(f"[dim]      reference: {event['kind']}{change}[/]")
+        self._say(f"[dim]      reference: {event['kind']}[/]")
 
     def _drift(self, event: Event) -> None:
         self._say(f"[b yellow]warning[/] {escape(event['text'])}")

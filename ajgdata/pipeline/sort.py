@@ -10,7 +10,6 @@ from pathlib import Path
 
 from ajgdata.acquire.live_session import live_session
 from ajgdata.acquire.robot import Confirm
-from ajgdata.live.drift import REFERENCES_NEEDED, DriftWatch
 from ajgdata.live.events import EventLog, Listener, RunState
 from ajgdata.live.predictor import Predictor
 from ajgdata.live.sort import Sorter, arrivals
@@ -22,10 +21,6 @@ from ajgdata.types import DataError, DatasetSpec
 from ajgdata.types.plan import NOTHING, SortPlan
 
 _NAME = re.compile(r"sort-(\d+)")
-NO_ALARM = (
-    f"no alarm for a changed gripper: the model has fewer than {REFERENCES_NEEDED} references; "
-    "record the empty gripper more often and train again"
-)
 
 
 @dataclass(frozen=True)
@@ -50,8 +45,6 @@ class OpenRun:
             source="simulated" if plan.source == VIRTUAL else "recorded",
             session=self.sorter.session.folder.name,
         )
-        if self.sorter.watch is None and plan.references:
-            log.say("problem", text=NO_ALARM)
         return self.sorter.run(arrivals(plan))
 
 
@@ -84,11 +77,10 @@ def open_run(
     ):  # fmt: skip
         log.listen(listen)
         played = stored_excitation(folder, card.settings.sample_rate_hz)
-        known = predictor.references
         sorter = Sorter(
             plan=plan, senses=predictor, card=card, played=played, robot=robot, session=live,
             log=log, target=target, labels=lambda name: labels_of(spec, target, name),
-            control=control, watch=DriftWatch(known) if len(known) >= REFERENCES_NEEDED else None,
+            control=control,
         )  # fmt: skip
         try:
             yield OpenRun(sorter, f"{spec.name}/{session}", log_file)

@@ -123,9 +123,7 @@
     bar.classList.toggle("loud", (state.take?.clipped ?? 0) > 0);
     write("level", peak === undefined ? "—" :
       `${peak.toFixed(1).replace("-", "−")} dBFS${state.take.clipped ? `, ${state.take.clipped} clipped` : ""}`);
-    const { ratio, text } = state.drift ?? {};
-    write("drift", ratio === undefined || ratio === null ? text || "—" :
-      `${ratio.toFixed(2)} of the alarm${ratio > 1 ? " ⚠" : ""}`);
+    write("drift", state.drift ? "⚠ the gripper has changed" : "no warning");
   }
 
   function fate(grasp, last) {
@@ -195,7 +193,7 @@
     const connection = document.body.dataset.connection;
     const said = undelivered ||
       (connection === "lost" ? "Connection lost: what stands here is old, and the run may go on. Stop it at the terminal with Ctrl-C." : "") ||
-      (state?.drift?.text ? `Drift: ${state.drift.text}` : "") ||
+      (state?.drift ? `Drift: ${state.drift}` : "") ||
       (state && !token && state.mode !== "stopped" ? "Watching only. To control the run, open the whole address that the terminal shows." : "");
     byId("notice").hidden = !said;
     write("notice", said);

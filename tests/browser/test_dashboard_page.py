@@ -216,7 +216,7 @@ def test_names_are_text_wherever_they_stand(shown):
     story.hear(probability)
     story.say("decision", action="place", value=evil, bin=evil, reason=evil)
     story.say("placed", value=evil, bin=evil, object=evil).say("problem", text=evil)
-    story.say("drift", text=evil, ratio=2.0)
+    story.say("drift", text=evil)
     story.say("stopped", reason=evil, held=evil, sorts=1, seconds=1.0)
     shown.tell(story.events)
     assert shown.browser.run("return document.images.length") == 0
@@ -263,7 +263,7 @@ def test_axe_finds_nothing(shown, axe, width, dark):
     shown.browser.window(width)
     shown.browser.medium(dark=dark)
     wrong = {}
-    stopped = Story().start().say("problem", text="a cable").say("drift", text="colder", ratio=2.0)
+    stopped = Story().start().say("problem", text="a cable").say("drift", text="colder")
     stopped.say("stopped", reason="done", held="screw", sorts=0, seconds=1.0)
     states = {"running": run(), "in doubt": one(DOUBT), "unknown": one(SURE, verdict="unknown"),
               "stopped": stopped.events}  # fmt: skip

@@ -58,6 +58,10 @@ class Scripted:
         self.heard.append(waveform)
         return self.predictions.pop(0) if len(self.predictions) > 1 else self.predictions[0]
 
+    @property
+    def has_references(self):
+        return bool(self.references)
+
     def feature(self, waveform, sample_rate_hz):
         return np.abs(np.fft.rfft(waveform[:256])).astype(np.float32)
 

@@ -17,7 +17,7 @@ def test_events_are_written_line_by_line_and_passed_to_listeners(tmp_path):
         assert read_events(path) == passed
         log.say("stopped", reason="weiß nicht", held="", sorts=0, seconds=1.5)
         with pytest.raises(ValueError, match="JSON compliant"):
-            log.say("drift", ratio=float("nan"))
+            log.say("take", peak_dbfs=float("nan"))
     assert read_events(path) == passed
     assert [(one["n"], one["event"]) for one in passed] == [(0, "start"), (1, "stopped")]
 
@@ -70,13 +70,11 @@ def test_a_row_ends_when_a_sort_was_wrong():
 
 
 def test_drift_is_told_until_it_is_over():
-    story = Story().start().say("drift", text="colder", ratio=1.4)
-    assert folded(story.events).drift == {"text": "colder", "ratio": 1.4}
-    story.say("reference", kind="empty", recording="r", drift=1.2)
-    assert folded(story.events).drift == {"text": "colder", "ratio": 1.2}
-    story.say("reference", kind="empty", recording="r", drift=None)
-    story.say("reference", kind="empty", recording="r", drift=0.8)
-    assert folded(story.events).drift == {"text": "", "ratio": 0.8}
+    story = Story().start().say("reference", kind="empty", recording="r", verdict="unknown")
+    story.say("drift", text="colder").sort(1, "marker")
+    assert folded(story.events).drift == "colder"
+    story.say("reference", kind="empty", recording="r", verdict="nothing")
+    assert folded(story.events).drift == ""
 
 
 def test_a_clock_that_is_set_back_gives_no_negative_time():

@@ -49,7 +49,7 @@ EVENTS = [
     {"event": "prediction", "seconds": 0.25, "value": "ball", "probability": {"ball": 0.8}},
     {"event": "decision", "action": "place", "value": "ball"},
     {"event": "placed", "value": "ball", "bin": "A", "object": "cube"},
-    {"event": "drift", "text": "the gripper has changed", "ratio": 2.0},
+    {"event": "drift", "text": "the gripper has changed"},
     {"event": "stopped", "reason": "usb: went away; plug it in", "held": "ball", "sorts": 1},
 ]  # fmt: skip
 
