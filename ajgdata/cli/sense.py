@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import secrets
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from itertools import count
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,10 +18,13 @@ from ajgdata.cli.console import out, say
 from ajgdata.types import DataError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from ajgdata.acquire.card import Capture
     from ajgdata.acquire.robot import Robot
     from ajgdata.acquire.virtual import Card
     from ajgdata.live.predictor import Prediction, Predictor
-    from ajgdata.types import DatasetSpec
 
 _CARD = "sound card"
 _VIRTUAL = "virtual gripper"
@@ -38,20 +40,6 @@ _VERDICTS = {
     "not checked": ("yellow", "novelty not checked"),
 }
 Channel = Annotated[int, typer.Option(min=1, rich_help_panel=_CARD)]
-
-
-@dataclass(frozen=True)
-class SenseResult:
-    """One recording: its prediction, its peak, the number of samples at full scale, and the time
-    from the first sample played to the prediction. `object` is the simulated object, "" if it is
-    unknown."""
-
-    number: int
-    prediction: Prediction
-    peak_dbfs: float
-    clipped: int
-    seconds: float
-    object: str
 
 
 def sense(
@@ -81,13 +69,14 @@ def sense(
     if source == "soundcard" and not device:
         fix = 'add --device "…" (see `ajgdata device list`), or --source virtual'
         raise DataError("ajgdata sense", "needs a device", fix)
+    if source == "soundcard" and objects:
+        raise DataError("--object", "is for the virtual gripper", "leave it out")
     card = {"device": device, "input_channel": input_channel, "output_channel": output_channel}
     seed = secrets.randbelow(2**31) if seed is None else seed
-    with stopped_by_hand(), _sensing((dataset, task, model), source, card, objects, seed) as takes:
-        for take in takes:
-            _show(take)
-            if not watch:
-                break
+    with stopped_by_hand():
+        _sense(
+            (dataset, task, model), source, card, objects or (), seed, count(1) if watch else (1,)
+        )
 
 
 @contextmanager
@@ -99,19 +88,22 @@ def stopped_by_hand() -> Iterator[None]:
         raise typer.Exit(130) from None
 
 
-@contextmanager
-def _sensing(
-    names: tuple[str, str, str],
+def _sense(
+    names: Sequence[str],
     source: str,
     card: Mapping[str, Any],
-    objects: list[str] | None,
+    objects: Sequence[str],
     seed: int,
-) -> Iterator[Iterator[SenseResult]]:
-    """Open a model (data set, task, model) and a sound card; yield an iterator over grasps.
+    numbers: Iterable[int],
+) -> None:
+    """Grasp, record, predict with a model (data set, task, model) and print, for each number.
 
     `source` and `card`: see `open_hands`; `objects`: what the virtual gripper holds, in a random
     order (default: all of the recipe). Raises CardError and DataError.
     """
+    import numpy as np
+
+    from ajgdata.acquire.live_session import excitation_of
     from ajgdata.acquire.signals import ended_by_signals
     from ajgdata.loading import load_predictor
     from ajgdata.paths import find_project
@@ -120,14 +112,10 @@ def _sensing(
 
     paths = find_project()
     spec = read_dataset(paths, names[0])
-    if names[1] not in spec.tasks:
-        known = ", ".join(spec.tasks) or "none"
-        raise DataError(paths.dataset(spec.name), f"no task {names[1]!r}", f"declared are: {known}")
     predictor = load_predictor(*names, paths.root)
     if source == VIRTUAL and spec.recipe and not objects:
         objects = [item.name for item in spec.recipe.objects]
-    if source != VIRTUAL and objects:
-        raise DataError("--object", "is for the virtual gripper", "leave it out")
+    played, random = excitation_of(spec).astype(np.float32), np.random.default_rng(seed)
     with (
         ended_by_signals(),
         open_hands(
@@ -135,53 +123,49 @@ def _sensing(
             confirm=lambda text: None, rate_hz=predictor.sample_rate_hz,
         ) as (robot, opened, _),
     ):  # fmt: skip
-        yield _takes(spec, predictor, robot, opened, objects or [], seed)
+        for number in numbers:
+            name = objects[random.integers(len(objects))] if objects else ""
+            _sense_once(number, name, predictor, robot, opened, played)
 
 
-def _takes(
-    spec: DatasetSpec,
+def _sense_once(
+    number: int,
+    name: str,
     predictor: Predictor,
     robot: Robot,
     card: Card,
-    objects: list[str],
-    seed: int,
-) -> Iterator[SenseResult]:
-    """Grasp, play, record and predict, without end."""
-    import numpy as np
-
-    from ajgdata.acquire.live_session import excitation_of
+    played: NDArray[np.float32],
+) -> None:
+    """Grasp the simulated object `name` ("": unknown), play (n,), record, predict and print."""
     from ajgdata.acquire.robot import Placement
 
-    played = excitation_of(spec).astype(np.float32)
-    random = np.random.default_rng(seed)
-    for number in count(1):
-        name = objects[random.integers(len(objects))] if objects else ""
-        if name:
-            held = "" if name == "empty" else name
-            robot.move("approach", **vars(Placement(f"sense_{number}", held, number, 8.0)))
-        begin = time.perf_counter()
-        capture = card.take(played)
-        prediction = predictor.predict(capture.samples, card.settings.sample_rate_hz)
-        seconds = time.perf_counter() - begin
-        yield SenseResult(number, prediction, capture.peak_dbfs, capture.clipped, seconds, name)
+    if name:
+        held = "" if name == "empty" else name
+        robot.move("approach", **vars(Placement(f"sense_{number}", held, number, 8.0)))
+    begin = time.perf_counter()
+    capture = card.take(played)
+    prediction = predictor.predict(capture.samples, predictor.sample_rate_hz)
+    _show(number, name, capture, prediction, time.perf_counter() - begin)
 
 
-def _show(take: SenseResult) -> None:
-    """Print one recording: its level, the probability of each class, and the verdict."""
+def _show(number: int, name: str, capture: Capture, prediction: Prediction, seconds: float) -> None:
+    """Print one recording: its level, the probability of each class, and the verdict.
+
+    `seconds` is the time from the first sample played to the prediction.
+    """
     from ajgdata.acquire.operator import meter
-    from ajgdata.live.decision import percent
+    from ajgdata.live.sort import percent
 
-    simulated = f", holds {take.object} (simulated)" if take.object else ""
-    peak = f"{meter(take.peak_dbfs)} {take.peak_dbfs:.1f} dBFS"
-    say(f"[b]{take.number}[/b]  {peak}  {take.seconds:.2f} s{escape(simulated)}")
-    prediction = take.prediction
+    simulated = f", holds {name} (simulated)" if name else ""
+    peak = f"{meter(capture.peak_dbfs)} {capture.peak_dbfs:.1f} dBFS"
+    say(f"[b]{number}[/b]  {peak}  {seconds:.2f} s{escape(simulated)}")
     colour, verdict = _VERDICTS[prediction.verdict]
     ordered = sorted(prediction.probability.items(), key=lambda item: -item[1])
     table = Table.grid(padding=(0, 2))
-    for name, share in ordered:
+    for label, share in ordered:
         is_sure = share >= THRESHOLD and prediction.verdict in ("known", "not checked")
         bar = Bar(1, 0, share, width=_BAR_WIDTH, color=colour if is_sure else "default")
-        table.add_row(escape(name), bar, percent(share))
+        table.add_row(escape(label), bar, percent(share))
     if ordered:
         out.print(table)
     if prediction.verdict == "known" and ordered and ordered[0][1] < THRESHOLD:
@@ -203,7 +187,7 @@ def _value(prediction: Prediction) -> str:
 
 def _novelty(prediction: Prediction) -> str:
     """Return the novelty, and how many novel objects the check detects, in brackets."""
-    from ajgdata.live.decision import percent
+    from ajgdata.live.sort import percent
 
     if prediction.novelty is None:
         return ""

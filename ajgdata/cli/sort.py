@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.markup import escape
 
-from ajgdata.cli.console import err, out, say, warn
+from ajgdata.cli.console import out, say, warn
 from ajgdata.cli.sense import stopped_by_hand
 
 if TYPE_CHECKING:
@@ -26,7 +24,6 @@ DOUBT = 3
 
 def sort(
     plan: Annotated[Path, typer.Argument(help="PLAN.yaml: what to sort, how, into which bins")],
-    as_json: Annotated[bool, typer.Option("--json", help="events as JSON, one per line")] = False,
     dashboard: Annotated[
         bool,
         typer.Option(
@@ -45,10 +42,10 @@ def sort(
     Exit code 0: sorted as planned; 3: stopped since an object was in doubt; 130: stopped by hand;
     else an error. If a run ends early, the robot halts, and the command names the held object.
     """
-    raise typer.Exit(_sort(plan, as_json, port if dashboard else None))
+    raise typer.Exit(_sort(plan, port if dashboard else None))
 
 
-def _sort(file: Path, as_json: bool, port: int | None) -> int:
+def _sort(file: Path, port: int | None) -> int:
     """Run a plan, with a dashboard if there is a `port`; return the exit code."""
     from ajgdata.acquire.signals import ended_by_signals
     from ajgdata.live.steps import Control
@@ -58,31 +55,27 @@ def _sort(file: Path, as_json: bool, port: int | None) -> int:
     from ajgdata.store.files import read_model
     from ajgdata.types.plan import SortPlan
 
-    control = Control()
-    # Questions go where people read, events where programs do.
-    terminal = SortTerminal(err if as_json else out, control)
-    listener = _print_event if as_json else terminal.tell
+    control, plan = Control(), read_model(file, SortPlan)
+    terminal = SortTerminal(out, control)
     with (
         stopped_by_hand(),
         ended_by_signals(("SIGINT", "SIGTERM", "SIGHUP")),
         open_run(
-            find_project(), read_model(file, SortPlan), confirm=terminal.confirm,
-            control=control, listen=listener,
-        ) as run,
-        _shown(run.sorter.log, control, port),
+            find_project(), plan, confirm=terminal.confirm, control=control, listen=terminal.tell
+        ) as sorter,
+        _shown(sorter.log, control, port),
     ):  # fmt: skip
         try:
-            state = run.run()
+            state = sorter.run()
         finally:
-            is_empty = run.sorter.recordings == 0
-            made = "nothing was recorded" if is_empty else f"recordings: {escape(run.name)}"
+            session = f"{plan.dataset}/{sorter.session.folder.name}"
+            result = f"recordings: {session}" if sorter.recordings else "nothing was recorded"
             with suppress(OSError):  # a terminal that is gone
-                warn(f"{made}, log: {escape(str(run.log_file))}")
-    if not as_json:
-        wrong = f", {state.mistakes} of them wrong" if state.mistakes else ""
-        bins = ", ".join(f"{name} {count}" for name, count in sorted(state.bins.items()))
-        counts = f"{state.rows[1]} in a row at most{wrong}; {escape(bins)}"
-        say(f"[b]{len(state.placed)} sorted[/b], {counts}")
+                warn(escape(f"{result}, log: {sorter.log.path}"))
+    wrong = f", {state.mistakes} of them wrong" if state.mistakes else ""
+    bins = ", ".join(f"{name} {count}" for name, count in sorted(state.bins.items()))
+    counts = f"{state.rows[1]} in a row at most{wrong}; {escape(bins)}"
+    say(f"[b]{len(state.placed)} sorted[/b], {counts}")
     return 0 if state.stopped and state.stopped["finished"] else DOUBT
 
 
@@ -98,8 +91,3 @@ def _shown(log: EventLog, control: Control, port: int | None) -> Iterator[None]:
         log.listen(served.feed.tell)
         warn(f"dashboard: {escape(served.address)}")
         yield
-
-
-def _print_event(event: Any) -> None:
-    sys.stdout.write(json.dumps(event) + "\n")
-    sys.stdout.flush()

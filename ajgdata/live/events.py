@@ -47,6 +47,7 @@ class EventLog:
 
     def __init__(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
+        self.path = path
         self._file = path.open("ab")
         self._listeners: list[Listener] = []
         self._count = 0

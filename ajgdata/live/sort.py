@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from ajgdata.acquire.live_session import REJECTED, LiveSession
 from ajgdata.acquire.protocol import PlannedGrasp
 from ajgdata.acquire.robot import UNNAMED, Placement, Robot
 from ajgdata.acquire.virtual import Card
-from ajgdata.live.decision import Action, judge
+from ajgdata.evaluate.sorting import decide
 from ajgdata.live.events import EventLog, RunState
 from ajgdata.live.predictor import Prediction, Predictor, Verdict
 from ajgdata.live.steps import Control, Steps
@@ -45,6 +46,56 @@ def arrivals(plan: SortPlan) -> Iterator[str]:
         yield ""
 
 
+class Action(StrEnum):
+    """What is done next."""
+
+    PLACE = "place"
+    WAIT = "wait"  #: nothing is there: try later
+    REJECT = "reject"
+    STOP = "stop"
+
+
+@dataclass(frozen=True)
+class Decision:
+    """A decision, and why.
+
+    `value` is the most probable class ("" if the recording is not of a known class), `bin` where
+    the object goes ("" unless it is placed or rejected).
+    """
+
+    action: Action
+    value: str
+    bin: str
+    reason: str
+
+
+def judge(prediction: Prediction, plan: SortPlan) -> Decision:
+    """Return what happens to a sensed object."""
+    if prediction.verdict is Verdict.NOTHING:
+        return Decision(Action(plan.nothing), "", "", "nothing is held")
+    best = str(prediction.value)
+    if prediction.verdict is Verdict.UNKNOWN:
+        best = ""
+        reason = f"unlike anything known, {prediction.novelty:.2g} times as far as grasps are"
+        action = Action(plan.unknown)
+    else:
+        probability = np.array(list(prediction.probability.values()))
+        share = percent(float(probability.max()))
+        if decide(probability, plan.threshold) is not None:
+            unchecked = prediction.verdict is Verdict.NOT_CHECKED
+            note = ", novelty not checked" if unchecked else ""
+            return Decision(Action.PLACE, best, plan.bins[best], f"{best}, {share}{note}")
+        reason = f"{best} has {share}, needs {percent(plan.threshold)}"
+        action = Action(plan.below)
+    where = (plan.reject_bin or "") if action is Action.REJECT else ""
+    return Decision(action, best, where, reason)
+
+
+def percent(share: float) -> str:
+    """Return a share as people read it; what is not all is never 100 %."""
+    return f"{min(np.floor(1000 * share) / 10, 100):g} %"
+
+
 @dataclass
 class Sorter:
     """Sorts by a plan, for which everything is open.
@@ -71,17 +122,18 @@ class Sorter:
     def __post_init__(self) -> None:
         self._steps = Steps(self.robot, self.plan.wait_s, self.log, self.control)
 
-    def run(self, coming: Iterable[str]) -> RunState:
-        """Sort what comes, in the main thread; return the state at the end.
+    def run(self) -> RunState:
+        """Sort what comes by the plan, in the main thread; return the state at the end.
 
         Whatever else ends it, the robot halts, `stopped` says why and what is held, and the error
         goes on: CardError, RobotError, KeyboardInterrupt (Ctrl-C, `Control.stop`), SystemExit.
         """
         self._begun = time.monotonic()
         self.log.listen(self._state.add)
+        self._say_start()
         try:
             self.control.begin()
-            reason, finished = self._sort_all(coming)
+            reason, finished = self._sort_all(arrivals(self.plan))
             self.control.end()
             self._say_stopped(reason, finished=finished)
         except BaseException as error:
@@ -184,6 +236,20 @@ class Sorter:
             grasp, 1, 0, capture.samples, quality=quality, labels={**capture.labels(), **labels}
         )
         return f"{self.session.folder.name}/{grasp.name}_1"
+
+    def _say_start(self) -> None:
+        plan = self.plan
+        rejected = {"rejected": plan.reject_bin} if plan.reject_bin else {}
+        self.log.say(
+            "start",
+            **plan.model_dump(include={"dataset", "task", "model", "threshold"}),
+            classes=list(self.senses.classes),
+            bins={**plan.bins, **rejected},
+            device=self.card.settings.device,
+            robot="command" if plan.robot else "manual",
+            source="simulated" if plan.source == "virtual" else "recorded",
+            session=self.session.folder.name,
+        )
 
     def _say_stopped(self, reason: str, *, finished: bool = False) -> None:
         seconds, held = time.monotonic() - self._begun, self._steps.held

@@ -5,9 +5,8 @@ from __future__ import annotations
 from rich.console import Console
 from rich.markup import escape
 
-from ajgdata.live.decision import percent
 from ajgdata.live.events import Event, RunState
-from ajgdata.live.sort import EndedByPerson
+from ajgdata.live.sort import EndedByPerson, percent
 from ajgdata.live.steps import Control
 
 

@@ -1,18 +1,16 @@
-"""Plan of sorting -> a run with everything opened: model, sound card, robot, session, log."""
+"""Plan of sorting -> a sorter with everything opened: model, sound card, robot, session, log."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
 
 from ajgdata.acquire.live_session import live_session
 from ajgdata.acquire.robot import Confirm
-from ajgdata.live.events import EventLog, Listener, RunState
+from ajgdata.live.events import EventLog, Listener
 from ajgdata.live.predictor import Predictor
-from ajgdata.live.sort import Sorter, arrivals
+from ajgdata.live.sort import Sorter
 from ajgdata.live.steps import Control
 from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire_live import VIRTUAL, open_hands, store_card, stored_excitation
@@ -23,35 +21,10 @@ from ajgdata.types.plan import NOTHING, SortPlan
 _NAME = re.compile(r"sort-(\d+)")
 
 
-@dataclass(frozen=True)
-class OpenRun:
-    """A run that is ready."""
-
-    sorter: Sorter
-    name: str  #: DATASET/SESSION with the recordings
-    log_file: Path
-
-    def run(self) -> RunState:
-        """Sort until it ends (see live.sort.Sorter.run), in the main thread."""
-        log, plan, card = self.sorter.log, self.sorter.plan, self.sorter.card
-        rejected = {"rejected": plan.reject_bin} if plan.reject_bin else {}
-        log.say(
-            "start",
-            **plan.model_dump(include={"dataset", "task", "model", "threshold"}),
-            classes=list(self.sorter.senses.classes),
-            bins={**plan.bins, **rejected},
-            device=card.settings.device,
-            robot="command" if plan.robot else "manual",
-            source="simulated" if plan.source == VIRTUAL else "recorded",
-            session=self.sorter.session.folder.name,
-        )
-        return self.sorter.run(arrivals(plan))
-
-
 @contextmanager
 def open_run(
     paths: Paths, plan: SortPlan, *, confirm: Confirm, control: Control, listen: Listener
-) -> Iterator[OpenRun]:
+) -> Iterator[Sorter]:
     """Open all that a plan needs, and close it at the end, whatever ends it.
 
     `confirm` asks the person, `listen` receives every event. Raises DataError for a plan that
@@ -83,7 +56,7 @@ def open_run(
             control=control,
         )  # fmt: skip
         try:
-            yield OpenRun(sorter, f"{spec.name}/{session}", log_file)
+            yield sorter
         finally:
             store_card(live, card)
 

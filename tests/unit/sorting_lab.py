@@ -16,7 +16,7 @@ from ajgdata.acquire.live_session import live_session
 from ajgdata.acquire.robot import Placement, RobotError
 from ajgdata.live.events import EventLog
 from ajgdata.live.predictor import Prediction, Verdict
-from ajgdata.live.sort import Sorter, arrivals
+from ajgdata.live.sort import Sorter
 from ajgdata.live.steps import Control
 from ajgdata.types import DatasetSpec, LogSweep
 from ajgdata.types.plan import SortPlan
@@ -49,6 +49,8 @@ STRANGE = seen(0.9, 0.05, 0.05, verdict="unknown", novelty=2.5)
 
 class Scripted:
     """Predictions one after another; the last one for ever."""
+
+    classes = CLASSES
 
     def __init__(self, *predictions: Prediction) -> None:
         self.predictions, self.references, self.heard = list(predictions), [], []
@@ -125,7 +127,7 @@ class Cell:
 
     def run(self, made: SortPlan, *predictions: Prediction, **about):
         with self.open(made, *predictions, **about) as sorter:
-            return sorter.run(arrivals(made))
+            return sorter.run()
 
     def events(self, *kinds: str) -> list:
         """Events of the log, without what differs from run to run."""

@@ -11,7 +11,6 @@ from live_events import run
 from sorting_lab import BALL, BINS, CLASSES, CUBE, ROD, Cell, plan
 
 from ajgdata.live.dashboard import TOKEN_HEADER, dashboard
-from ajgdata.live.sort import arrivals
 from ajgdata.live.steps import Control
 
 
@@ -140,7 +139,7 @@ def test_the_button_stops_a_run_in_the_middle_of_a_step(sorting):
     cell.robot.at[lift] = press
     began = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
-        sorter.run(arrivals(sorter.plan))
+        sorter.run()
     assert time.monotonic() - began < 600  # it was woken
     assert cell.robot.names[lift:] == ["lift", "halt"]
     state = client.state()

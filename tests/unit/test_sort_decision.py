@@ -3,7 +3,7 @@
 import pytest
 from sorting_lab import BALL, EMPTY, STRANGE, UNSURE, plan, seen
 
-from ajgdata.live.decision import Action, judge
+from ajgdata.live.sort import Action, judge
 
 
 def test_the_threshold_itself_is_enough():

@@ -43,7 +43,7 @@ def test_the_paper_s_sequence_object_by_object(cell):
     assert cell.robot.steps[1] == ("approach", Placement("sort_0001", "ball", 1, 8.0))
     kinds = [event["event"] for event in cell.events()]
     once = ["grasp", *["step"] * 3, "take", "prediction", "decision", *["step"] * 4, "placed"]
-    assert kinds == [*once * 3, "stopped"]
+    assert kinds == ["start", *once * 3, "stopped"]
     assert [event["n"] for event in cell.events()] == list(range(len(kinds)))
     last = cell.events("stopped")[0]
     assert (last["reason"], last["held"], last["sorts"]) == ("nothing is left to sort", "", 3)
@@ -92,7 +92,7 @@ def test_references_come_first_and_every_few_grasps(cell):
     made = plan(references={"every": 2}, sorts=5)
     predictions = (STRANGE, BALL, BALL, EMPTY, BALL, BALL, STRANGE, BALL)
     with cell.open(made, *predictions) as sorter:
-        sorter.run(arrivals(made))
+        sorter.run()
         assert [f.shape for f in sorter.senses.references] == [(1, 129)] * 3
     found = cell.events("reference", "drift")
     # The first reference has none to be compared with.

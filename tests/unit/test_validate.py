@@ -4,7 +4,7 @@ import numpy as np
 from worlds import assert_one_line
 
 import ajgdata as library
-from ajgdata.pipeline.validate import validate_dataset
+from ajgdata.pipeline.validate import counts, label_tables, validate_dataset
 from ajgdata.store.sessions import read_recordings, read_session, write_session
 
 
@@ -86,3 +86,11 @@ def test_settings_of_an_experiment_have_file_and_line(ajgdata, project):
     code, _, error = ajgdata("validate", "d")
     assert code == 1
     assert_one_line(error, f"dataset.yaml:{line}: task size: experiments.learning_curve: groups")
+
+
+def test_references_are_not_grasps(project):
+    rows = project.session("s1")
+    labels = {**rows[0].labels, "reference": "empty"}
+    project.write([rows[0].model_copy(update={"labels": labels}), *rows[1:]])
+    facts = counts(label_tables(project.paths, "d"), {})
+    assert (facts["recordings"], facts["grasps"], facts["references"]) == ("2", "2", "1")
