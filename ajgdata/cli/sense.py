@@ -89,7 +89,7 @@ def stopped_by_hand() -> Iterator[None]:
 
 
 def _sense(
-    names: Sequence[str],
+    names: tuple[str, str, str],
     source: str,
     card: Mapping[str, Any],
     objects: Sequence[str],
@@ -124,7 +124,7 @@ def _sense(
         ) as (robot, opened, _),
     ):  # fmt: skip
         for number in numbers:
-            name = objects[random.integers(len(objects))] if objects else ""
+            name = objects[int(random.integers(len(objects)))] if objects else ""
             _sense_once(number, name, predictor, robot, opened, played)
 
 
