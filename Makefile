@@ -3,11 +3,15 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: reproduce real test test-slow test-cpus test-browser test-cluster test-jack test-torture lint format bench docs readme lock clean
+.PHONY: reproduce everything real test test-slow test-cpus test-browser test-cluster test-jack test-torture lint format bench docs readme lock clean
 
 # ARGS are passed on: make reproduce ARGS=--dry-run, make test ARGS=tests/docs.
 reproduce: $(VENV)/.test
 	$(BIN)/snakemake $(ARGS)
+
+# Also what is beyond the paper: comparisons, ablations, final models, published data sets.
+everything: $(VENV)/.test
+	$(BIN)/snakemake everything $(ARGS)
 
 # Public recordings by other labs, from the web, and a report on them alone; NAMES="esc10 ..." chooses.
 NAMES ?= $(shell grep -l '^status: run' datasets/*/source.yaml | xargs -n 1 dirname | xargs -n 1 basename)

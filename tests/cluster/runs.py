@@ -38,7 +38,7 @@ class Project:
         """Start a run through SLURM: groups of two sessions, one CPU each."""
         profile = ("--workflow-profile", str(ROOT / "profiles/slurm"), "--cores", "1")
         quick = ("--slurm-init-seconds-before-status-checks", "1", "--latency-wait", "20")
-        groups = ("--group-components", "features=2", "acquire=2", "merge=2")
+        groups = ("--group-components", "acquire=2")
         return Submitted(self, self.command(*profile, *quick, *groups, *more, "--", *targets))
 
 
