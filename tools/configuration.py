@@ -43,7 +43,7 @@ MEASURED: dict[str, Model] = {
     for name in EXPERIMENTS
     if not EXPERIMENTS[name].of_embedding and name != CROSS_VALIDATION
 }
-#: Parts of `scene`, `signal` and `variation` of a recipe, and of the files of `ajgdata gripper`.
+#: Parts of `scene`, `signal` and `variation` of a recipe.
 SCENES: dict[str, Model] = {
     "Scene": gripper.Scene,
     "Signal chain": gripper.SignalChain,

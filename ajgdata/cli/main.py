@@ -10,7 +10,6 @@ from rich.markup import escape
 from ajgdata.cli.console import warn
 from ajgdata.cli.device import acquire, device
 from ajgdata.cli.export import export
-from ajgdata.cli.gripper import gripper
 from ajgdata.cli.importing import import_command
 from ajgdata.cli.project import run, status
 from ajgdata.cli.publish import fetch, publish
@@ -32,7 +31,6 @@ OTHER_OPTIONS = {"ignore_unknown_options": True}  # handed on to Snakemake
 app.command(context_settings=OTHER_OPTIONS)(status)
 app.command(context_settings=OTHER_OPTIONS)(run)
 app.command("import")(import_command)
-app.add_typer(gripper, name="gripper")
 app.add_typer(device, name="device")
 
 

@@ -1,10 +1,10 @@
-"""Pictures of a scene: what is drawn, read back, and the command that draws it."""
+"""Drawings of a scene: the cut through the cavity, and the names in it."""
 
 import numpy as np
 import pytest
 
 from ajgdata.gripper import Scene
-from ajgdata.report.scenes import section
+from ajgdata.report.scenes import cross_section_figure, section
 
 CUBE = {"object": {"kind": "cube", "edge_mm": 20}, "numerics": {"dx_mm": 6}}
 SCENE = Scene.model_validate(CUBE)
@@ -25,18 +25,9 @@ def test_the_section_is_the_cavity_of_the_scene():
     assert section(Scene()).table is None
 
 
-def test_a_bad_scene_is_one_line(ajgdata, project):
-    content = "object:\n  kind: cube\n  edge_mm: 20\n  material:\n    density_kg_m3: -5"
-    (project.root / "bad.yaml").write_text(content)
-    code, out, err = ajgdata("gripper", "show", "bad.yaml")
-    assert (code, out) == (1, "")
-    assert err.startswith("error bad.yaml:5: object.cube.material.numbers.density_kg_m3 = -5")
-    assert err.count("\n") == 1
-    assert "there is no such file" in ajgdata("gripper", "show", "nope.yaml")[2]
-
-
-def test_a_name_is_a_scene_and_names_are_listed(ajgdata):
-    code, out, _ = ajgdata("gripper", "names")
-    assert code == 0 and "banana" in out and "default" in out
-    assert ajgdata("gripper", "show", "banana")[0] == ajgdata("gripper", "show", "small")[0] == 0
-    assert "see `ajgdata gripper names`" in ajgdata("gripper", "show", "banan")[2]
+def test_the_drawing_names_what_it_shows():
+    (axes,) = cross_section_figure(SCENE, "a cube").axes
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == [
+        "grains", "membrane", "contact"
+    ]  # fmt: skip
+    assert [text.get_text() for text in axes.texts] == ["speaker", "microphone", "cube"]
