@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ajgdata.report.comparison import Mark, PaperComparison
+from ajgdata.report.comparison import PaperComparison
 from ajgdata.report.format import number, with_unit
 from ajgdata.report.report_data import Report, ResultRow, TaskSection
 
@@ -21,20 +21,19 @@ def answer(report: Report) -> list[str]:
 
 
 def _compared(row: PaperComparison) -> str:
-    """Return a result with the published value and the verdict, "" if one has no number."""
-    ours = next((mark for mark in row.marks if mark.role == "ours"), None)
-    if ours is None or row.paper.value is None:
+    """Return a result with chance, the published value and the verdict, "" if one has no number."""
+    marks = {mark.role: mark for mark in row.marks}
+    if not {"ours", "chance"} <= marks.keys() or row.paper.value is None:
         return ""
-    title, metric = row.paper.panel or row.paper.where, row.paper.metric.replace("rmse", "RMSE")
+    value, low, high = (number(one, 2) for one in marks["ours"][1:])
+    chance = with_unit(number(marks["chance"].value, 2), row.unit)
     published = with_unit(number(row.paper.value), row.paper.unit)
-    about = f"{title} ({row.model}, {row.source})"
-    return f"{about}: {metric} {_shown(ours, row.unit)}, published {published}: {row.agrees}."
-
-
-def _shown(mark: Mark, unit: str) -> str:
-    """Return `0.72 mm (0.6 to 0.9)`."""
-    value, low, high = (number(one, 2) for one in mark[1:])
-    return f"{with_unit(value, unit)} ({low} to {high})"
+    about = f"{row.paper.panel or row.paper.where} ({row.model}, {row.source})"
+    result = f"{row.paper.metric.replace('rmse', 'RMSE')} {with_unit(value, row.unit)}"
+    return (
+        f"{about}: {result} ({low} to {high}), chance level {chance}, "
+        f"published {published}: {row.agrees}."
+    )
 
 
 def _best(section: TaskSection, row: ResultRow) -> str:

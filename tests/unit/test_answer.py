@@ -23,15 +23,19 @@ def test_objects_size_and_angle_come_first():
     sentences = answer(replace(sample_report(), comparisons=tuple(rows)))
     assert [text.split(" (")[0] for text in sentences] == ["Ycb", "Size-Known", "Orientation"]
     assert sentences[1] == (
-        "Size-Known (CNN, simulated): RMSE 0.72 mm (0.6 to 0.9), published 2.7 mm: better."
+        "Size-Known (CNN, simulated): RMSE 0.72 mm (0.6 to 0.9), chance level 6.4 mm, "
+        "published 2.7 mm: better."
     )
     assert "published 2.7 mm" in sentences[0]
 
 
 def test_the_unit_is_that_of_the_paper():
-    row = compared("ycb", 85.6, [Mark("ours", 77.5, 73.1, 81.9)], metric="accuracy", unit="%")
+    row = compared(
+        "ycb", 85.6, [Mark("ours", 77.5, 73.1, 81.9), CHANCE], metric="accuracy", unit="%"
+    )
     assert answer(replace(sample_report(), comparisons=(row,)))[0] == (
-        "Ycb (CNN, simulated): accuracy 78 % (73 to 82), published 85.6 %: better."
+        "Ycb (CNN, simulated): accuracy 78 % (73 to 82), chance level 6.4 %, "
+        "published 85.6 %: better."
     )
 
 
