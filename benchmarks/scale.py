@@ -121,18 +121,20 @@ def commands(folder: Path, report: bool) -> dict[str, tuple[str, ...]]:
     scan = (AJGDATA, "import", str(folder), "--dataset", "scale", "--reference")
     features = (*SNAKEMAKE, "results/features/scale.nc", "--config", "datasets=[scale]")
     published = ("results/published/scale", "--name", "copy")
+    run = (AJGDATA, "run", "scale")
     return {
         "import": scan,
         "validate": (AJGDATA, "validate", "scale"),
         "features": features,
         "features, up to date": features,
-        **({"models and report": (AJGDATA, "run", "scale")} if report else {}),
+        **({"models and report": run} if report else {}),
         "status": (AJGDATA, "status", "scale"),
         "publish": (AJGDATA, "publish", "scale"),
         "fetch the published folder": (AJGDATA, "fetch", *published),
         "import again": scan,
         ONE_MORE: scan,
         "features after one new recording": features,
+        **({"models and report after one new recording": run} if report else {}),
         CHANGED_LABEL: features,
     }
 

@@ -13,6 +13,8 @@ import tempfile
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from copy import deepcopy
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -150,10 +152,16 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep=deep)
 
 
+@lru_cache(maxsize=1024)
+def _parsed(text: str) -> Any:
+    """Return the content of a YAML text. A workflow reads each declaration many times."""
+    return yaml.load(text, _Loader)  # noqa: S506 (a safe loader)
+
+
 def read_yaml(path: Path) -> dict[str, Any]:
     """Return a YAML mapping."""
     try:
-        content = yaml.load(read_text(path), _Loader)  # noqa: S506 (a safe loader)
+        content = deepcopy(_parsed(read_text(path)))
     # ValueError: a date such as 2024-13-45; RecursionError: a thousand nested lists
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)

@@ -41,7 +41,7 @@ class SessionAudio:
 def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> SessionAudio:
     """Read the tables and every file of a session. Problems are findings, never exceptions.
 
-    `trusted` are sha256 by recording_id: these files are not read.
+    `trusted` are sha256 by recording_id: these files are not read, and their paths not examined.
     """
     result = SessionAudio(folder.name)
     try:
@@ -61,8 +61,11 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
     known = trusted or {}
     for recording in recordings:
         try:
-            path = audio_path(folder, session, recording)
-            digest = known.get(recording.recording_id) or checked_sha256(path, recording.sha256)
+            if digest := known.get(recording.recording_id):
+                path = Path(session.audio_root or folder, recording.file)
+            else:
+                path = audio_path(folder, session, recording)
+                digest = checked_sha256(path, recording.sha256)
             result.files.append(AudioFile(recording.recording_id, path, digest))
         except DataError as error:
             code = error.remark.code if isinstance(error, AudioError) else "escapes"

@@ -274,6 +274,6 @@ def audio_path(folder: Path, session: Session, recording: Recording) -> Path:
 def inside(base: Path, file: str) -> Path:
     """Return `base / file`. Raises DataError if it lies elsewhere, by `..` or a symbolic link."""
     path = base / file
-    if ".." in path.parts or not path.resolve().is_relative_to(base.resolve()):
+    if ".." in Path(file).parts or not path.resolve().is_relative_to(base.resolve()):
         raise DataError(file, f"leaves its folder {base}", "put the file inside and correct `file`")
     return path

@@ -49,6 +49,16 @@ def test_yaml_that_cannot_be_read(tmp_path, content, said):
     assert said in str(caught.value)
 
 
+def test_a_yaml_mapping_that_is_changed_is_read_unchanged(tmp_path):
+    path = tmp_path / "x.yaml"
+    path.write_text("a: [1, {b: 2}]\n")
+    content = read_yaml(path)
+    content["a"][1]["b"] = 3
+    assert read_yaml(path) == {"a": [1, {"b": 2}]}
+    path.write_text("a: [4]\n")
+    assert read_yaml(path) == {"a": [4]}
+
+
 @pytest.mark.parametrize(
     ("content", "said"),
     [

@@ -149,6 +149,15 @@ def test_files_outside_are_refused(tmp_path, file):
         audio_path(folder, Session(session_id="s1", source="import"), recording)
 
 
+def test_recordings_in_a_folder_named_by_its_parent(tmp_path):
+    (tmp_path / "s1").mkdir()
+    recording = Recording(recording_id="a", file="x.wav", grasp_id="g")
+    root = f"{tmp_path}/s1/../recordings"
+    session = Session(session_id="s1", source="import", audio_root=root)
+    path = audio_path(tmp_path / "s1", session, recording)
+    assert path.resolve() == tmp_path / "recordings" / "x.wav"
+
+
 def test_session_folders(project):
     assert list_sessions(project.paths, "d") == []
     for name in ("b", "a-1", ".trash"):
