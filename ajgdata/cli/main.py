@@ -7,6 +7,7 @@ import sys
 import typer
 from rich.markup import escape
 
+from ajgdata.cli.compare import compare
 from ajgdata.cli.console import warn
 from ajgdata.cli.device import acquire, device
 from ajgdata.cli.export import export
@@ -25,7 +26,7 @@ app = typer.Typer(
     help="Acoustic sensing with jamming grippers: record or import data sets, check them, run the "
     "pipeline ([b]ajgdata run[/b]; all data sets: [b]snakemake[/b]), use models, and publish.",
 )
-for command in (validate, acquire, sense, sort, publish, fetch, export):
+for command in (validate, acquire, sense, sort, publish, fetch, export, compare):
     app.command()(command)
 OTHER_OPTIONS = {"ignore_unknown_options": True}  # handed on to Snakemake
 app.command(context_settings=OTHER_OPTIONS)(status)

@@ -1,0 +1,80 @@
+"""`ajgdata compare`: removed, new and changed rows of two results folders, and exit codes."""
+
+import csv
+import io
+import sys
+
+import pytest
+
+from ajgdata.cli import main
+from ajgdata.pipeline.collect import COLUMNS
+from ajgdata.store.files import csv_bytes
+
+ROW = dict.fromkeys(COLUMNS, "") | {
+    "dataset": "size",
+    "task": "edge",
+    "model": "cnn",
+    "part": "grouped",
+    "metric": "rmse",
+    "statistic": "mean",
+    "value": "2.5",
+}
+
+
+def write_results(folder, rows):
+    """Write metrics.csv with `rows`, each given by the columns that differ from ROW."""
+    folder.mkdir(parents=True)
+    table = csv_bytes(COLUMNS, [ROW | row for row in rows])
+    (folder / "metrics.csv").write_bytes(table)
+    return folder
+
+
+@pytest.fixture
+def compare(tmp_path, monkeypatch, capsys):
+    """Compare a run of rows `old` with one of rows `new`; returns exit code, rows, summary."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(old, new):
+        write_results(tmp_path / "old" / "results", old)
+        write_results(tmp_path / "new", new)
+        monkeypatch.setattr(sys, "argv", ["ajgdata", "compare", "old", "new"])
+        with pytest.raises(SystemExit) as stopped:
+            main()
+        printed = capsys.readouterr()
+        rows = list(csv.DictReader(io.StringIO(printed.out)))
+        return stopped.value.code, rows, printed.err
+
+    return run
+
+
+def test_removed_new_and_changed_rows_are_listed(compare):
+    kept, removed, new = {}, {"statistic": "fold 0"}, {"metric": "r2"}
+    code, rows, summary = compare([kept | {"value": "2"}, removed], [kept | {"value": "2.5"}, new])
+    assert code == 1
+    assert "2 rows in old, 2 in new: 1 removed, 1 new, 1 changed" in summary
+    told = [(row["change"], row["value_old"], row["value_new"]) for row in rows]
+    assert told == [("changed", "2", "2.5"), ("new", "", "2.5"), ("removed", "2.5", "")]
+    assert float(rows[0]["relative_difference"]) == pytest.approx(0.2)  # 0.5 of 2.5
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code"),
+    [
+        ("2.5", "2.5000024", 0),  # 0.96e-6 of the larger value
+        ("2.5", "2.5000026", 1),  # 1.04e-6
+        ("-1", "1", 1),
+        ("0", "1e-9", 1),
+        ("inf", "inf", 0),
+        ("", "", 0),  # undefined in both runs
+        ("", "1", 1),
+    ],
+)
+def test_values_are_equal_up_to_a_relative_difference(compare, old, new, code):
+    assert compare([{"value": old}], [{"value": new}])[0] == code
+
+
+def test_costs_and_provenance_are_not_compared(compare):
+    cost = {"part": "cost of grouped", "metric": "train_s", "statistic": "measured"}
+    made = [{"commit": "a"}, cost | {"value": "3"}], [{"commit": "b"}, cost | {"value": "4"}]
+    code, rows, summary = compare(*made)
+    assert (code, rows) == (0, []) and "1 rows in old" in summary
