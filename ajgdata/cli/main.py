@@ -12,7 +12,7 @@ from ajgdata.cli.console import warn
 from ajgdata.cli.device import acquire, device
 from ajgdata.cli.export import export
 from ajgdata.cli.importing import import_command
-from ajgdata.cli.project import run, status
+from ajgdata.cli.project import doctor, run, status
 from ajgdata.cli.publish import fetch, publish
 from ajgdata.cli.sense import sense
 from ajgdata.cli.sort import sort
@@ -28,6 +28,7 @@ app = typer.Typer(
 )
 for command in (validate, acquire, sense, sort, publish, fetch, export, compare):
     app.command()(command)
+app.command()(doctor)
 OTHER_OPTIONS = {"ignore_unknown_options": True}  # handed on to Snakemake
 app.command(context_settings=OTHER_OPTIONS)(status)
 app.command(context_settings=OTHER_OPTIONS)(run)

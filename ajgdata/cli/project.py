@@ -1,9 +1,12 @@
-"""Commands on a project: `ajgdata status`, which changes nothing, and `ajgdata run`."""
+"""Commands on a project: `ajgdata doctor` and `status`, which change nothing, and `run`."""
 
 from __future__ import annotations
 
 import csv
+import os
+import platform
 import shlex
+import shutil
 import subprocess
 import sys
 from collections import Counter
@@ -15,14 +18,46 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from ajgdata.cli.console import say
+from ajgdata.cli.console import print_facts, say
 from ajgdata.paths import Paths, find_project
 from ajgdata.types import DataError
 
+GB = 1e9
 #: Snakemake's options that set a configuration.
 CONFIG = ("--config", "-C")
 #: Columns of Snakemake's summary: file, date, rule, log files, status, plan.
 COLUMNS = 6
+
+
+def doctor() -> None:
+    """Print diagnostics for a bug report."""
+    try:
+        paths = find_project()
+    except FileNotFoundError:
+        paths = None
+    print_facts(diagnostics(paths))
+
+
+def diagnostics(paths: Paths | None) -> dict[str, str]:
+    """Return versions and resources by topic; `paths` is None outside a project."""
+    import h5py
+    import soundfile
+
+    from ajgdata.store.provenance import environment, software
+
+    versions, packages = software(), environment()["packages"]
+    libraries = {"HDF5": h5py.version.hdf5_version, "libsndfile": soundfile.__libsndfile_version__}
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    free = shutil.disk_usage(paths.root if paths else Path.cwd()).free
+    return {
+        "ajgdata": f"{versions['ajgdata_version']}, commit {versions['git_commit'] or 'unknown'}",
+        "python": f"{platform.python_version()} ({sys.executable})",
+        "system": f"{platform.platform()}, {platform.machine()}",
+        "packages": ", ".join(f"{n} {version}" for n, version in (packages | libraries).items()),
+        "resources": f"{os.cpu_count()} cores, {memory / GB:.1f} GB of memory, "
+        f"{free / GB:.1f} GB of disk space free",
+        "project": str(paths.root) if paths else "none here or above",
+    }
 
 
 def status(
