@@ -119,7 +119,6 @@ class Paths:
     ablation = Places("results/ablations/{name}.json")
 
     # Written by the workflow, of all data sets of a run together.
-    all_metrics = Place("metrics.json", "of_run")
     metrics_table = Place("metrics.csv", "of_run")
     predictions = Place("predictions.csv", "of_run")
     complete = Place("complete.txt", "of_run")  #: summary of `snakemake`

@@ -1,4 +1,4 @@
-"""All results of a run -> one document, one table of its numbers, and one of its predictions."""
+"""All results of a run -> one table of numbers and one of predictions."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from ajgdata.evaluate.agreement import why_undefined
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import SCORES
 from ajgdata.paths import Paths
-from ajgdata.store.files import csv_bytes, json_bytes, write_bytes
-from ajgdata.store.provenance import environment, software
-from ajgdata.store.tables import as_json, read_tables
+from ajgdata.pipeline.experiments import JobKey
+from ajgdata.store.files import csv_bytes, write_bytes
+from ajgdata.store.tables import read_tables
 from ajgdata.types.table import Table
 
 COLUMNS = (
@@ -25,15 +25,14 @@ PREDICTION_COLUMNS = (
 )  # fmt: skip
 #: Metrics that are in the unit of the target; others are shares, or have their unit in the name.
 IN_UNITS = ("rmse", "mae", "width")
-#: A table with a row for each recording: kept apart from the document of all results.
+#: A table with a row for each recording.
 PREDICTIONS = "predictions"
 
 
-def collect(paths: Paths, documents: Sequence[tuple[str, str, str]]) -> None:
-    """Write the results `documents`, each data set, task and kind, together.
+def collect(paths: Paths, documents: Sequence[JobKey]) -> list[dict[str, Any]]:
+    """Write the results `documents` together; returns what is known about each.
 
-    `metrics.json` holds all tables but predictions, with what is known about them, and its own
-    hash. `metrics.csv` has a row for each number: a metric of a part of an experiment (`grouped`,
+    `metrics.csv` has a row for each number: a metric of a part of an experiment (`grouped`,
     `random`, `withheld`, `overall`, `on:<data set>`, `curve:<grasps per class>`,
     `stft:<window>/<hop>`, ...), with the statistic (`fold 0` and so on, or mean, sd, pooled,
     chance, measured). If a number is undefined, the value is empty and `reason` says why. For an
@@ -45,21 +44,14 @@ def collect(paths: Paths, documents: Sequence[tuple[str, str, str]]) -> None:
         about, tables = read_tables(paths.experiment(dataset, task, kind))
         costs = read_tables(paths.experiment_cost(dataset, task, kind))[1]
         named = {one.name: one for one in tables}
-        held_out = named.pop(PREDICTIONS, None)
-        if held_out:
+        if held_out := named.get(PREDICTIONS):
             where = {key: about[key] for key in ("dataset", "task", "model")}
             predicted += [{**where, **row} for row in held_out.rows]
-        kept = {"tables": [as_json(t) for t in named.values()], "cost": [as_json(t) for t in costs]}
-        collected.append({**about, **kept})
+        collected.append(about)
         numbers += [row for one in (*tables, *costs) for row in _rows(about, one)]
-    made_by = {**software(), **environment()}
-    written = {
-        paths.metrics_table: csv_bytes((*COLUMNS, REASON), numbers),
-        paths.predictions: csv_bytes(PREDICTION_COLUMNS, predicted),
-    }
-    for file, content in written.items():
-        write_bytes(file, content)
-    write_bytes(paths.all_metrics, json_bytes({"software": made_by, "experiments": collected}))
+    write_bytes(paths.metrics_table, csv_bytes((*COLUMNS, REASON), numbers))
+    write_bytes(paths.predictions, csv_bytes(PREDICTION_COLUMNS, predicted))
+    return collected
 
 
 def _rows(about: Mapping[str, Any], table: Table) -> Iterator[dict[str, object]]:

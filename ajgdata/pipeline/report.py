@@ -35,7 +35,7 @@ from ajgdata.report.navigation import experiment_link
 from ajgdata.report.report_data import Part, Report, TaskSection
 from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
-from ajgdata.store.provenance import software
+from ajgdata.store.provenance import environment, software
 from ajgdata.store.report_files import read_experiment_text, read_paper
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
@@ -64,7 +64,7 @@ def build_report(
     existing = [name for name in datasets if paths.features(name).is_file()]
     specs = {name: read_dataset(paths, name) for name in datasets}
     asked = computed(paths, asked_for(specs, tasks))
-    collect(paths, [key for one in asked for key in one.keys])
+    measured = collect(paths, [key for one in asked for key in one.keys])
     present = _present(paths, studies, ablations, published)
     paper = parse_paper(read_paper(paths))
     results, skipped = _read(paths, specs, asked, paper)
@@ -82,7 +82,11 @@ def build_report(
         write_bytes(page.parent / name, text.encode())
     for name in present.pages:
         build_page(paths, name, present.files(paths, name), nav)
-    write_bytes(paths.runs, json_bytes(_contents(report, asked, existing, present)))
+    write_bytes(paths.runs, json_bytes(_contents(report, measured, existing, present)))
+
+
+#: What the summary of a run needs of a measurement.
+SUMMARISED = ("dataset", "task", "experiment", "model", "skipped", "left_out", "others")
 
 
 @dataclass(frozen=True)
@@ -134,18 +138,23 @@ def _missing(
 
 
 def _contents(
-    report: Report, asked: Sequence[Asked], datasets: Sequence[str], present: Present
+    report: Report,
+    measured: Sequence[Mapping[str, Any]],
+    datasets: Sequence[str],
+    present: Present,
 ) -> dict[str, Any]:
-    """Return what a report is about, its tally of comparisons with the paper, and its answer."""
+    """Return what a report is about and what made it, the measurements of a run, its tally of
+    comparisons with the paper, and its answer."""
     runs = [
-        (one.dataset, one.task, model)
-        for one in asked
-        if one.experiment.name == CROSS_VALIDATION
-        for model in one.models
+        (one["dataset"], one["task"], one["model"])
+        for one in measured
+        if one["experiment"] == CROSS_VALIDATION
     ]
     return {
+        "software": {**software(), **environment()},
         "datasets": datasets,
         "runs": runs,
+        "measurements": [{key: one[key] for key in SUMMARISED if key in one} for one in measured],
         "pages": present.pages,
         "published": present.published,
         "agreements": tally(report.comparisons),

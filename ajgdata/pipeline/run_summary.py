@@ -56,8 +56,8 @@ def complete(paths: Paths, datasets: Sequence[str], optional: Sequence[str], sum
     `optional` are the tasks that may be skipped, as `data set/task`. If another task was skipped,
     the last line begins with INCOMPLETE.
     """
-    results = read_json(paths.all_metrics)["experiments"]
     about_report = read_json(paths.runs)
+    results = about_report["measurements"]
     lines = _excluded_lines(paths, datasets)
     lines += dict.fromkeys(
         f"left out  classes of {task_name(about)} with fewer groups than min_groups: "

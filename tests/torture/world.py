@@ -46,7 +46,7 @@ ASIDE = (
     *("results/logs/", "results/benchmarks/", "results/report/", ".snakemake/", ".cache/"),
     ".ajgdata/fetched/",
 )
-ASIDE_NAMES = ("metrics.json", "settings.yaml")
+ASIDE_NAMES = ("settings.yaml",)
 TEMPORARY = (".tmp", ".new", ".old", ".empty", ".part")
 
 
@@ -98,7 +98,7 @@ def workflow(root: Path, *words: str) -> None:
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)]
     command += ["--directory", str(root), "--configfile", str(root / "settings.yaml")]
     command += ["--cores", "2"]
-    os.execv(sys.executable, [*command, "results/metrics.json", *words])
+    os.execv(sys.executable, [*command, "results/metrics.csv", *words])
 
 
 def publish(root: Path) -> None:

@@ -1,9 +1,7 @@
-"""Results of tasks and embeddings in one document, one table of numbers, one of predictions."""
+"""Results of tasks and embeddings in one table of numbers and one of predictions."""
 
 import csv
-import json
 
-import numpy as np
 import pytest
 
 from ajgdata.evaluate.agreement import why_undefined
@@ -24,7 +22,7 @@ SCORES = [
 
 @pytest.fixture(scope="module")
 def collected(tmp_path_factory):
-    """The document, the numbers and the predictions of a task and of an embedding."""
+    """What is known, the numbers and the predictions of a task and of an embedding."""
     paths = Paths(tmp_path_factory.mktemp("collected"))
     rows = [("cnn", "grouped", "rmse", "mean", 2.5), ("cnn", "grouped", "r2", "mean", 0.9)]
     predictions = {"recording": "r1", "split": "grouped", "fold": 0, "y_true": FORMULA}
@@ -49,12 +47,12 @@ def collected(tmp_path_factory):
         where = {"experiment": kind.partition("-")[0], "dataset": dataset, "task": task}
         write_tables(paths.experiment(dataset, task, kind), tables, **where, **about, **MADE_BY)
         write_tables(paths.experiment_cost(dataset, task, kind), cost)
-    collect(paths, list(found))
+    about = collect(paths, list(found))
     with paths.metrics_table.open(encoding="utf-8", newline="") as stream:
         numbers = list(csv.DictReader(stream))
     with paths.predictions.open(encoding="utf-8", newline="") as stream:
         predicted = list(csv.DictReader(stream))
-    return json.loads(paths.all_metrics.read_bytes()), numbers, predicted
+    return about, numbers, predicted
 
 
 def test_a_row_for_every_number_with_its_seed_and_what_made_it(collected):
@@ -72,15 +70,10 @@ def test_a_row_for_every_number_with_its_seed_and_what_made_it(collected):
     ]
 
 
-def test_the_document_holds_what_the_table_holds_and_what_could_not_be_made(collected):
-    document, _, _ = collected
-    assert document["software"]["packages"]["numpy"] == np.__version__
-    task, knn, distances = document["experiments"]
-    assert [table["name"] for table in task["tables"]] == ["scores"]
+def test_what_could_not_be_made_is_returned_with_its_reason(collected):
+    _, knn, distances = collected[0]
     assert (knn["dataset"], knn["task"], knn["seed"]) == ("d", "poses", 7)
-    assert [row[-1] for row in knn["tables"][0]["rows"]] == [0.4, 0.5, None]
-    assert knn["cost"][0]["rows"][0][-1] == 20.0
-    assert distances["skipped"] == "one grasp only" and distances["tables"] == []
+    assert distances["skipped"] == "one grasp only"
 
 
 def test_predictions_have_a_table_of_their_own(collected):

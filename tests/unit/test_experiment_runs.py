@@ -1,7 +1,6 @@
 """From a store to an experiment's files, and from these to the report and the table of results."""
 
 import csv
-import json
 
 import numpy as np
 import pytest
@@ -56,16 +55,15 @@ def paths(tmp_path_factory):
     return made
 
 
-def collected(paths: Paths) -> tuple[dict, list[dict[str, str]], list[dict[str, str]]]:
+def collected(paths: Paths) -> tuple[list[dict], list[dict[str, str]], list[dict[str, str]]]:
     asked = asked_for({"d": SPEC}, [("d", "t")])
     documents = [("d", "t", kind) for one in asked for kind in one.kinds]
-    out = {"document": paths.all_metrics, "table": paths.metrics_table}
-    collect(paths, documents, **out, predictions=paths.predictions)
+    about = collect(paths, documents)
     rows = [
         list(csv.DictReader(path.read_text().splitlines()))
         for path in (paths.metrics_table, paths.predictions)
     ]
-    return json.loads(paths.all_metrics.read_text()), *rows
+    return about, *rows
 
 
 def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(paths):
@@ -78,7 +76,7 @@ def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(p
 
 
 def test_every_number_has_a_row_with_its_seed_and_what_made_it(paths):
-    document, rows, predictions = collected(paths)
+    about, rows, predictions = collected(paths)
     linear = [r for r in rows if r["model"] == "linear_plain" and r["part"] == "grouped"]
     values = {r["statistic"]: float(r["value"]) for r in linear if r["metric"] == "accuracy"}
     folds = [values[f"fold {n}"] for n in range(5)]
@@ -92,5 +90,5 @@ def test_every_number_has_a_row_with_its_seed_and_what_made_it(paths):
     assert len(once) == 60
     right = np.mean([p["y_true"] == p["y_pred"] for p in once])
     assert right == pytest.approx(values["pooled"])
-    kinds = {one["experiment"] for one in document["experiments"]}
+    kinds = {one["experiment"] for one in about}
     assert kinds == {"cross_validation", "learning_curve"}

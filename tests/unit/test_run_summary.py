@@ -35,12 +35,10 @@ def paths(tmp_path, monkeypatch) -> Paths:
             ("cross_validation", "cnn"), ("cross_validation", "knn"), ("reflected_energy", "")
         )
     ]  # fmt: skip
-    write_bytes(made.all_metrics, json_bytes({"experiments": results}))
-    write_bytes(
-        made.runs, json_bytes({"agreements": {"agrees": 3, "worse": 2}, "answer": ["A.", "B."]})
-    )
-    about = made.model("d", "t", "cnn") / "model.json"
-    write_bytes(about, json_bytes({"skipped": "one class only"}))
+    about = {"agreements": {"agrees": 3, "worse": 2}, "answer": ["A.", "B."]}
+    write_bytes(made.runs, json_bytes({**about, "measurements": results}))
+    model = made.model("d", "t", "cnn") / "model.json"
+    write_bytes(model, json_bytes({"skipped": "one class only"}))
     return made
 
 
@@ -102,7 +100,7 @@ def test_a_run_of_some_data_sets_is_named_after_them(tmp_path):
     assert run_name(many) != run_name(others)
     assert len(run_name(many)) < 100 and run_name(many).startswith("data_set_0+19~")
     whole, alone = Paths(tmp_path), Paths(tmp_path, "a+b")
-    together = ("report", "runs", "all_metrics", "metrics_table", "predictions")
+    together = ("report", "runs", "metrics_table", "predictions")
     for name in (*together, "complete", "opening"):
         own = getattr(alone, name).relative_to(tmp_path / "results/runs/a+b")
         assert own == getattr(whole, name).relative_to(tmp_path / "results")

@@ -172,7 +172,7 @@ def make_tones(root: Path) -> Project:
     rows = read_recordings(folder)[0]
     hashes = [{"sha256": file_sha256(folder / row.file)} for row in rows]
     write_recordings(folder, [r.model_copy(update=h) for r, h in zip(rows, hashes, strict=True)])
-    project.snakemake("results/report/index.html", "results/metrics.json")
+    project.snakemake("results/report/index.html", "results/metrics.csv")
     return project
 
 

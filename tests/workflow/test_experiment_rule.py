@@ -50,9 +50,9 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     for name, variants in VARIANTS.items():
         file = paths.comparisons / f"{name}.yaml"
         file.write_text(yaml.safe_dump(COMPARED | {"variants": variants}))
-    page = ("results/report/index.html", "results/metrics.json")
-    new = {"features": 2, "merge": 1, "experiment": 9, "embed": 1}
-    assert project.planned(*page) == {**new, "report": 1, "collect": 1}
+    page = ("results/report/index.html", "results/metrics.csv")
+    new = {"features": 1, "experiment": 9, "embed": 1}
+    assert project.planned(*page) == {**new, "report": 1}
     project.snakemake(*page)
 
     def tables(kind):
@@ -96,10 +96,8 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     assert int(values["linear", "sorting, plain", "sorts_in_a_row", "run 0"]) >= 0
     assert float(values["knn", "transfer:copy:1", "accuracy", "fold 0"]) <= 1
     assert {r["source"] for r in rows} == {"recorded"}
-    document = json.loads(paths.all_metrics.read_text())
-    collected = {one["experiment"]: one for one in document["experiments"]}
-    assert set(collected) >= {"cross_validation", "comparison", *TASK["experiments"]}
-    assert [t["name"] for t in collected["learning_curve"]["tables"]] == ["scores", "curve"]
+    measured = {one["experiment"] for one in json.loads(paths.runs.read_text())["measurements"]}
+    assert measured >= {"cross_validation", "comparison", *TASK["experiments"]}
     with paths.predictions.open(newline="") as stream:
         predicted = list(csv.DictReader(stream))
     assert {row["split"] for row in predicted} == {"grouped", "on:copy"}

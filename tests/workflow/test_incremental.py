@@ -248,6 +248,6 @@ def test_what_was_skipped_reaches_the_console_and_the_exit_code(project):
 
 def test_a_run_of_one_data_set_alone_has_results_of_its_own(project):
     own = Paths(project.root, "tones")
-    asked = [str(one.relative_to(project.root)) for one in (own.all_metrics, own.report)]
+    asked = [str(one.relative_to(project.root)) for one in (own.metrics_table, own.report)]
     alone = ("--config", "datasets=[tones]", "alone=True")
     assert project.planned(*asked, *alone) == {"report": 1}

@@ -14,7 +14,6 @@ rule report:
         figures=directory(PATHS.report.parent / FIGURES),
         experiments=directory(PATHS.report.parent / EXPERIMENT_PAGES),
         tables=directory(PATHS.report.parent / TABLES),
-        document=PATHS.all_metrics,
         metrics=PATHS.metrics_table,
         predictions=PATHS.predictions,
     log:
