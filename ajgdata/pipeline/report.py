@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -56,95 +55,83 @@ def build_report(
     `datasets`, `tasks` (data set and name), `studies`, `ablations` and `published` data sets are
     those of the project. What has not been computed is counted in one line of the report.
     """
+    specs = {name: read_dataset(paths, name) for name in datasets}
+    wanted = asked_for(specs, tasks)
+    asked = computed(paths, wanted)
+    existing = [name for name in datasets if paths.features(name).is_file()]
+    present = [name for name in published if paths.published_sums(name).is_file()]
+    pages = _pages(paths, studies, ablations)
+    measured = collect(paths, [key for one in asked for key in one.keys])
+    paper = parse_paper(read_paper(paths))
+    results, skipped = _read(paths, specs, asked, paper)
+    reasons = pages.get(ABLATIONS_PAGE, [])
+    numbers = {
+        "experiments": (_jobs(wanted), _jobs(asked)),
+        "simulation studies": (len(studies), len(pages.keys() & set(studies))),
+        "ablations": (len(ablations), len(reasons)),
+        "published data sets": (len(published), len(present)),
+    }
+    report = dataclasses.replace(
+        _assembled(paths, {name: specs[name] for name in existing}, asked, results, paper, reasons),
+        skipped=skipped,
+        missing=_missing(numbers),
+        checks=_checks(paths, [name for name in studies if name in pages]),
+        run_cost=tuple(run_cost(paths, existing, everything=bool(pages or present))),
+    )
+    _write(paths, report, results, pages, present)
+    about = {"datasets": existing, "pages": list(pages), "published": present}
+    write_bytes(paths.runs, json_bytes({**about, **_contents(report, measured)}))
+
+
+def _write(
+    paths: Paths,
+    report: Report,
+    results: Sequence[TaskResults],
+    pages: Mapping[str, Sequence[Path]],
+    published: Sequence[str],
+) -> None:
+    """Write the pages of the report, with figures and tables; `pages` are those on studies."""
     from ajgdata.report.page import illustrations, render_pages
     from ajgdata.report.render import draw_figures
 
-    page = paths.report
-    (page.parent / EXPERIMENT_PAGES).mkdir(parents=True, exist_ok=True)  # also if it stays empty
-    existing = [name for name in datasets if paths.features(name).is_file()]
-    specs = {name: read_dataset(paths, name) for name in datasets}
-    asked = computed(paths, asked_for(specs, tasks))
-    measured = collect(paths, [key for one in asked for key in one.keys])
-    present = _present(paths, studies, ablations, published)
-    paper = parse_paper(read_paper(paths))
-    results, skipped = _read(paths, specs, asked, paper)
-    report = dataclasses.replace(
-        _assembled(paths, {name: specs[name] for name in existing}, asked, present, results, paper),
-        skipped=skipped,
-        missing=_missing(asked_for(specs, tasks), asked, studies, ablations, published, present),
-    )
-    nav = navigation_of(report.pages, present.pages)
-    drawn = draw_figures(illustrations(report), page.parent / FIGURES)
-    tables = write_exports(report, results, page.parent / TABLES)
+    folder, nav = paths.report.parent, navigation_of(report.pages, list(pages))
+    (folder / EXPERIMENT_PAGES).mkdir(parents=True, exist_ok=True)  # also if it stays empty
+    drawn = draw_figures(illustrations(report), folder / FIGURES)
+    tables = write_exports(report, results, folder / TABLES)
     figures = {name: with_tables(picture, tables) for name, picture in drawn.items()}
-    html = render_pages(report, figures, nav, present.published, project=paths)
+    html = render_pages(report, figures, nav, published, project=paths)
     for name, text in html.items():
-        write_bytes(page.parent / name, text.encode())
-    for name in present.pages:
-        build_page(paths, name, present.files(paths, name), nav)
-    write_bytes(paths.runs, json_bytes(_contents(report, measured, existing, present)))
+        write_bytes(folder / name, text.encode())
+    for name, files in pages.items():
+        build_page(paths, name, files, nav)
 
 
 #: What the summary of a run needs of a measurement.
 SUMMARISED = ("dataset", "task", "experiment", "model", "skipped", "left_out", "others")
 
 
-@dataclass(frozen=True)
-class Present:
-    """Studies, ablations and published data sets that exist."""
-
-    studies: list[str]
-    ablations: list[str]
-    published: list[str]
-
-    @property
-    def pages(self) -> list[str]:
-        """Return the names of the pages on studies and on ablations."""
-        return [*self.studies, *[ABLATIONS_PAGE][: len(self.ablations)]]
-
-    def files(self, paths: Paths, page: str) -> list[Path]:
-        """Return the files of tables that a page shows."""
-        if page == ABLATIONS_PAGE:
-            return [paths.ablation(name) for name in self.ablations]
-        return [paths.study(page)]
+def _jobs(asked: Sequence[Asked]) -> int:
+    return sum(len(one.keys) for one in asked)
 
 
-def _present(
-    paths: Paths, studies: Sequence[str], ablations: Sequence[str], published: Sequence[str]
-) -> Present:
-    return Present(
-        [name for name in studies if paths.study(name).is_file()],
-        [name for name in ablations if paths.ablation(name).is_file()],
-        [name for name in published if paths.published_sums(name).is_file()],
-    )
+def _pages(paths: Paths, studies: Sequence[str], ablations: Sequence[str]) -> dict[str, list[Path]]:
+    """Return the existing files of tables of each page on studies, and of that on ablations."""
+    files = {name: [paths.study(name)] for name in studies}
+    files[ABLATIONS_PAGE] = [paths.ablation(name) for name in ablations]
+    present = {name: [file for file in some if file.is_file()] for name, some in files.items()}
+    return {name: some for name, some in present.items() if some}
 
 
-def _missing(
-    wanted: Sequence[Asked],
-    asked: Sequence[Asked],
-    studies: Sequence[str],
-    ablations: Sequence[str],
-    published: Sequence[str],
-    present: Present,
-) -> tuple[str, ...]:
-    """Return how many results of each kind have not been computed, in words."""
-    counts = {
-        "experiments": sum(len(one.keys) for one in wanted) - sum(len(one.keys) for one in asked),
-        "simulation studies": len(studies) - len(present.studies),
-        "ablations": len(ablations) - len(present.ablations),
-        "published data sets": len(published) - len(present.published),
-    }
+def _missing(numbers: Mapping[str, tuple[int, int]]) -> tuple[str, ...]:
+    """Return how many results have not been computed, by `numbers` of declared and existing ones of
+    each kind."""
+    counts = {noun: declared - existing for noun, (declared, existing) in numbers.items()}
     return tuple(f"{noun} ({count})" for noun, count in counts.items() if count)
 
 
-def _contents(
-    report: Report,
-    measured: Sequence[Mapping[str, Any]],
-    datasets: Sequence[str],
-    present: Present,
-) -> dict[str, Any]:
-    """Return what a report is about and what made it, the measurements of a run, its tally of
-    comparisons with the paper, and its answer."""
+def _contents(report: Report, measured: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return what made a report, the measurements of the run, the tally of comparisons with the
+    paper, and the answer."""
     runs = [
         (one["dataset"], one["task"], one["model"])
         for one in measured
@@ -152,11 +139,8 @@ def _contents(
     ]
     return {
         "software": {**software(), **environment()},
-        "datasets": datasets,
         "runs": runs,
         "measurements": [{key: one[key] for key in SUMMARISED if key in one} for one in measured],
-        "pages": present.pages,
-        "published": present.published,
         "agreements": tally(report.comparisons),
         "answer": answer(report),
     }
@@ -166,14 +150,13 @@ def _assembled(
     paths: Paths,
     specs: Mapping[str, DatasetSpec],
     asked: Sequence[Asked],
-    present: Present,
     results: Sequence[TaskResults],
     paper: Mapping[str, PaperFigure],
+    ablations: Sequence[Path],
 ) -> Report:
-    """Return what the report says of results on tasks."""
-    tables = [t for name in present.ablations for t in read_tables(paths.ablation(name))[1]]
+    """Return what the report says of results on tasks; `ablations` are files of tables."""
+    tables = [table for file in ablations for table in read_tables(file)[1]]
     reasons = reasons_of(with_verdicts(tables), ABLATIONS_PAGE)
-    everything = bool(present.pages or present.published)
     return Report(
         title="Acoustic sensing with jamming grippers",
         version=software()["ajgdata_version"],
@@ -186,8 +169,6 @@ def _assembled(
         comparisons=tuple(comparisons(results, paper, reasons)),
         paper=tuple(paper.values()),
         opening=_opening(paths.opening, paths.report.parent),
-        checks=_checks(paths, present.studies),
-        run_cost=tuple(run_cost(paths, list(specs), everything=everything)),
     )
 
 
