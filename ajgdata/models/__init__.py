@@ -149,14 +149,15 @@ def thinned(groups: np.ndarray, most: int, target: np.ndarray | None = None) -> 
 
 def chosen(fitted: BaseEstimator) -> tuple[BaseEstimator, dict[str, Any] | None]:
     """Return the ordinary estimator that a fitted model has become, and of a tuned one how it was
-    chosen, as JSON can hold it: `choice`, `reason` if there was none, `inner_folds`, `scores`, and
-    on how many recordings, `chosen_on`, if not on all."""
+    chosen, as JSON can hold it: `choice`, `reason` if there was none, `inner_folds`, `scores`,
+    the candidates `left_out`, and on how many recordings, `chosen_on`, if not on all."""
     from ajgdata.models.tuning import Tuned
 
     if not isinstance(fitted, Tuned):
         return fitted, None
     about: dict[str, Any] = {"choice": fitted.choice_, "reason": fitted.reason_}
     about |= {"inner_folds": fitted.inner_folds_, "scores": fitted.inner_scores_}
+    about |= {"left_out": fitted.left_out_} if fitted.left_out_ else {}
     about |= {"chosen_on": fitted.chosen_on_} if fitted.chosen_on_ else {}
     return fitted.best_estimator_, about
 

@@ -53,13 +53,14 @@ class Tuned(MetaEstimatorMixin, BaseEstimator):
     recordings than an inner fold has are left out. With more than `choosing` recordings, an even
     subset is used for the choice. `while_choosing` are settings of all candidates on the inner
     folds only, which make them cheaper. After `fit`: `choice_` (a name), `best_estimator_`,
-    `inner_folds_`, `inner_scores_` (by name, higher is better), and `chosen_on_`, the number of
-    recordings that were used for the choice if not all were (else 0).
+    `inner_folds_`, `inner_scores_` (by name, higher is better), `left_out_` (names), and
+    `chosen_on_`, the number of recordings that were used for the choice if not all were (else 0).
     """
 
     best_estimator_: Any
     choice_: str
     reason_: str
+    left_out_: list[str]
     inner_folds_: int
     inner_scores_: dict[str, float]
     chosen_on_: int
@@ -88,7 +89,7 @@ class Tuned(MetaEstimatorMixin, BaseEstimator):
 
     def fit(self, X: Any, y: Any, groups: Any = None) -> Self:
         """Choose and train on features (n, n_features), targets (n,) and groups (n,)."""
-        self.inner_scores_, self.inner_folds_, self.chosen_on_ = {}, 0, 0
+        self.inner_scores_, self.left_out_, self.inner_folds_, self.chosen_on_ = {}, [], 0, 0
         X, y = np.asarray(X), np.asarray(y)
         rows = np.arange(len(y))
         if groups is not None:
@@ -120,6 +121,7 @@ class Tuned(MetaEstimatorMixin, BaseEstimator):
         """Return name and estimator of the best candidate."""
         fewest = min(len(train) for train, _ in folds)
         candidates = [(name, one) for name, one in self.candidates if _needs(one) <= fewest]
+        self.left_out_ = [name for name, one in self.candidates if _needs(one) > fewest]
         cheaper = [clone(one).set_params(**self.while_choosing or {}) for _, one in candidates]
         scoring: Any = "accuracy"
         if get_tags(self).estimator_type == "regressor":

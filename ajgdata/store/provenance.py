@@ -36,7 +36,7 @@ LAYERS = {
 }
 #: Libraries whose version can change results: of all layers, and of those with models.
 NUMERICAL = ("numba", "numpy", "scipy")
-LEARNING = ("scikit-learn", "torch")
+LEARNING = ("scikit-learn", "torch", "umap-learn")
 
 
 @functools.cache

@@ -46,7 +46,12 @@ def test_an_edit_concerns_its_layer_and_those_above(package, file, unchanged):
 
 
 @pytest.mark.parametrize(
-    ("library", "unchanged"), [("scikit-learn", {"gripper", "features"}), ("numpy", set())]
+    ("library", "unchanged"),
+    [
+        ("scikit-learn", {"gripper", "features"}),
+        ("umap-learn", {"gripper", "features"}),
+        ("numpy", set()),
+    ],
 )
 def test_a_new_version_of_a_library_concerns_the_layers_that_use_it(
     package, monkeypatch, library, unchanged

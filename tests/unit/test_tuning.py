@@ -136,6 +136,8 @@ def test_a_candidate_that_needs_more_rows_is_passed_over():
     fitted = fit_model(make_model("knn", "classification"), x, y, group)
     assert "k = 1" in fitted.choice_
     assert all("k = 1" in name for name in fitted.inner_scores_)
+    names = [name for name, _ in fitted.candidates]
+    assert chosen(fitted)[1]["left_out"] == [name for name in names if "k = 1" not in name]
     with pytest.raises(NotPossibleError, match="4 recordings to learn from: 5 are needed"):
         make_model("knn_plain", "classification").fit(x, y)
 
