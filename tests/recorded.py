@@ -48,4 +48,5 @@ def make_features(paths: Paths, dataset: str) -> None:
         code="",
         store=paths.features(dataset),
         quarantine=paths.quarantine(dataset),
+        hashes=paths.session_hashes(dataset),
     )

@@ -16,7 +16,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.recordings import examine, finding
 from ajgdata.store.features import Shard, read_store, text_column, write_store
-from ajgdata.store.files import sha256_of
+from ajgdata.store.files import csv_bytes, read_csv, sha256_of, write_bytes
 from ajgdata.store.findings import (
     is_rejected,
     read_findings,
@@ -30,8 +30,8 @@ from ajgdata.store.session_audio import AudioFile, SessionAudio, check_session, 
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding, Target, left_out
 
 SETTINGS_ATTRIBUTE = "settings_digest"
-#: Column with the hash of the tables of a recording's session.
-TABLES_COLUMN = "session_sha256"
+#: Columns of the list of sessions: the hash is that of their files of metadata and labels.
+SESSION_COLUMNS = ("session_id", "sha256")
 
 
 @dataclass(frozen=True)
@@ -84,6 +84,7 @@ def build_feature_file(
     code: str,
     store: Path,
     quarantine: Path,
+    hashes: Path,
     threads: int = 1,
 ) -> tuple[int, int]:
     """Write the feature file `store` of a data set, and the issues of its recordings.
@@ -96,17 +97,19 @@ def build_feature_file(
     listed.
     """
     digest = sha256_of(f"{settings_digest(audio, features)} {code}".encode())[:16]
-    previous = _previous(store, quarantine, digest)
-    parts = []
+    previous = _previous(store, quarantine, hashes, digest)
+    parts, tables = [], {name: tables_sha256(paths.session(dataset, name)) for name in sessions}
     for name in sessions:
-        tables = tables_sha256(paths.session(dataset, name))
-        session = check_session(paths.session(dataset, name), previous.trusted(name, tables))
+        trusted = previous.trusted(name, tables[name])
+        session = check_session(paths.session(dataset, name), trusted)
         rows, computed = _rows(session, previous.rows[name], audio, features, threads)
-        parts.append(_part(session, tables, rows, computed, targets))
+        parts.append(_part(session, rows, computed, targets))
     shard, copies = without_copies(_joined(parts, audio, features, targets), [*targets])
     issues = [*copies, *(issue for part in parts for issue in part.issues)]
     write_store(store, _with_attributes(shard, dataset, audio, features, digest))
     write_findings(quarantine, issues)
+    lines = [dict(zip(SESSION_COLUMNS, pair, strict=True)) for pair in tables.items()]
+    write_bytes(hashes, csv_bytes(SESSION_COLUMNS, lines))  # last: it vouches for the others
     if excluded := left_out(issues):
         tell(f"left out  {len(excluded)} of {dataset}: {quarantine} says why")
     computed, reused = sum(part.computed for part in parts), sum(part.reused for part in parts)
@@ -157,13 +160,9 @@ def _row(session: str, file: AudioFile, audio: AudioSettings, features: FeatureS
 
 
 def _part(
-    session: SessionAudio,
-    tables: str,
-    rows: Mapping[str, Row],
-    computed: int,
-    targets: Mapping[str, Target],
+    session: SessionAudio, rows: Mapping[str, Row], computed: int, targets: Mapping[str, Target]
 ) -> Part:
-    """Return the usable recordings of a session, whose tables have the hash `tables`."""
+    """Return the usable recordings of a session."""
     name = session.session_id
     table = {row["recording_id"]: row for row in session.labels}
     usable = {key: row for key, row in rows.items() if row.feature is not None}
@@ -171,7 +170,7 @@ def _part(
     issues += [issue for key in usable for issue in bad_labels(name, key, table[key], targets)]
     return Part(
         rows=list(usable.values()),
-        labels=[{**table[key], "session_id": name, TABLES_COLUMN: tables} for key in usable],
+        labels=[{**table[key], "session_id": name} for key in usable],
         columns={column for row in session.labels for column in row},
         issues=without_rejected(issues, list(rejected(name, table).values())),
         computed=computed,
@@ -193,9 +192,6 @@ def _joined(
     flags = [",".join(sorted({issue.code for issue in row.issues})) for row in rows]
     columns = {
         **label_columns(labels, names, targets),
-        TABLES_COLUMN: text_column(
-            [row[TABLES_COLUMN] for row in labels], long_name="SHA-256 of the session's tables"
-        ),
         "sha256": text_column([row.sha256 for row in rows], long_name="SHA-256 of the file"),
         "flags": text_column(flags, long_name="findings"),
     }
@@ -225,27 +221,28 @@ def _with_attributes(
     return replace(shard, attrs=attrs)
 
 
-def _previous(path: Path, quarantine: Path, digest: str) -> Previous:
+def _previous(path: Path, quarantine: Path, hashes: Path, digest: str) -> Previous:
     """Return the rows of the last feature file; none if its settings differ or it is unreadable."""
     previous = Previous()
-    if not (path.is_file() and quarantine.is_file()):
+    if not all(file.is_file() for file in (path, quarantine, hashes)):
         return previous
     try:
         shard, issues = read_store(path), read_findings(quarantine)
+        lines = read_csv(hashes, required=SESSION_COLUMNS)[1]
     except DataError:
         return previous  # an unreadable file is computed again
-    if shard.attrs.get(SETTINGS_ATTRIBUTE) != digest or TABLES_COLUMN not in shard.columns:
+    if shard.attrs.get(SETTINGS_ATTRIBUTE) != digest:
         return previous
     issues_of = defaultdict(list)
     for issue in issues:
         issues_of[f"{issue.session_id}/{issue.recording_id}"].append(issue)
-    keys = ("recording", "session_id", "sha256", "flags", TABLES_COLUMN)
+    previous.tables.update((line["session_id"], line["sha256"]) for line in lines)
+    keys = ("recording", "session_id", "sha256", "flags")
     texts = zip(*(shard.columns[key].values.tolist() for key in keys), strict=True)
-    for feature, (name, session, sha256, flags, tables) in zip(shard.feature, texts, strict=True):
+    for feature, (name, session, sha256, flags) in zip(shard.feature, texts, strict=True):
         codes = set(filter(None, flags.split(",")))
         known = tuple(issue for issue in issues_of[name] if issue.code in codes)
         if {issue.code for issue in known} == codes:  # else store and quarantine are of two runs
             row = name.partition("/")[2]
             previous.rows[session][row, sha256] = Row(feature, known, sha256)
-            previous.tables[session] = tables
     return previous

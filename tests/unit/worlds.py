@@ -123,6 +123,7 @@ class Project:
             code=code,
             store=self.paths.features("d"),
             quarantine=self.paths.quarantine("d"),
+            hashes=self.paths.session_hashes("d"),
         )
 
     def store(self) -> Shard:

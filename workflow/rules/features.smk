@@ -7,6 +7,7 @@ rule features:
         # restores after a failure looks new: `done`, which it deletes, makes the job run again.
         store=update(PATHS.features("{dataset}")),
         quarantine=update(PATHS.quarantine("{dataset}")),
+        hashes=update(PATHS.session_hashes("{dataset}")),
         done=touch(PATHS.features_done("{dataset}")),
     log:
         "results/logs/features/{dataset}.log",
