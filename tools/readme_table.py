@@ -15,14 +15,13 @@ from ajgdata.evaluate.agreement import (
     GRASP_INTERVAL,
     NO_BETTER,
     Interval,
-    compare,
     is_better_than_chance,
 )
 from ajgdata.paths import Paths
-from ajgdata.report.comparison import NEAR_CHANCE, PaperFigure, parse_paper
+from ajgdata.report.comparison import NEAR_CHANCE, PaperFigure, judged, parse_paper
 from ajgdata.report.format import DASH, number, with_unit
 from ajgdata.store.files import write_if_changed
-from ajgdata.store.report_files import read_paper
+from ajgdata.store.report_files import read_machine_spread, read_paper
 from ajgdata.store.sessions import read_dataset
 
 #: The project of this README, wherever the results are.
@@ -71,7 +70,7 @@ def readme_table(metrics: bytes) -> str:
     """Return the table for the content of a `metrics.csv`, and the run that it comes from."""
     reader = list(csv.DictReader(io.StringIO(metrics.decode("utf-8"), newline="")))
     known = {tuple(row[name] for name in KEY): row["value"] for row in reader}
-    paper = parse_paper(read_paper(PROJECT))
+    paper = parse_paper(read_paper(PROJECT), spread=read_machine_spread(PROJECT))
     lines = [HEAD, ("---",) * len(HEAD), *(_cells(row, known, paper[row.paper]) for row in ROWS)]
     table = "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
     commits = ", ".join(sorted({row["commit"][:10] for row in reader}))
@@ -93,7 +92,9 @@ def _cells(row: Row, known: Mapping[tuple[str, ...], str], paper: PaperFigure) -
     verdict: str = DASH
     if paper.value is not None or paper.text == NEAR_CHANCE:
         reference = chance if paper.value is None else paper.value / scale
-        verdict = compare(value, interval, reference, chance=chance, perfect=perfect)
+        verdict, _ = judged(
+            paper, value, interval, reference, scale=scale, chance=chance, perfect=perfect
+        )
     return row.title, result, published, with_unit(number(scale * chance, 2), unit), verdict
 
 

@@ -160,11 +160,7 @@ class _Varied(NamedTuple):
 
 
 def new_setup(
-    recipe: Recipe,
-    name: str,
-    pose_seed: int,
-    seed: int,
-    session: tuple[str | int, ...] = (NEW,),
+    recipe: Recipe, name: str, pose_seed: int, seed: int, session: tuple[str | int, ...] = (NEW,)
 ) -> dict[str, Any]:
     """Return the setup of a grasp of the object `name`, or of nothing (""), in the pose that
     `pose_seed` draws, with the nuisances of `seed`.

@@ -27,6 +27,10 @@ class Interval(NamedTuple):
         """Return the interval in a unit that is smaller by `factor` > 0."""
         return Interval(factor * self.low, factor * self.high)
 
+    def shifted(self, distance: float) -> Interval:
+        """Return the interval moved up by `distance`."""
+        return Interval(self.low + distance, self.high + distance)
+
 
 UNDEFINED = Interval(float("nan"), float("nan"))
 #: Names of both ends in tables of scores.

@@ -14,7 +14,6 @@ from ajgdata.evaluate.agreement import (
     NO_BETTER,
     Interval,
     Verdict,
-    compare,
     is_better_than_chance,
     together,
 )
@@ -27,6 +26,7 @@ from ajgdata.report.comparison import (
     PaperComparison,
     PaperFigure,
     holds,
+    judged,
     mark_of,
 )
 from ajgdata.report.format import Score, column_title, mean_sd, number, words
@@ -337,9 +337,12 @@ def _compared(
         published = model.task.scale * chance
     verdict: Verdict = "inconclusive"
     if published is not None:
-        published /= model.task.scale
-        mean, interval = model.score(part).mean, model.interval(part)
-        verdict = compare(mean, interval, published, chance=chance, perfect=model.perfect)
+        scale, mean, interval = model.task.scale, model.score(part).mean, model.interval(part)
+        verdict, remark = judged(
+            paper, mean, interval, published / scale,
+            chance=chance, perfect=model.perfect, scale=scale,
+        )  # fmt: skip
+        text += f"; {remark}" if remark else ""
     split = _split_of(model, part)
     return model.task.compared(
         paper, text, model.label, verdict, cost=model.cost, marks=_marks(models, model, part),

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 from pydantic import Field
 
-from ajgdata.evaluate.agreement import Interval, compare
+from ajgdata.evaluate.agreement import Interval
 from ajgdata.experiments.base import (
     SCORES,
     Experiment,
@@ -24,7 +24,7 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.experiments.plots import Plot, points_for
-from ajgdata.report.comparison import Mark, PaperComparison
+from ajgdata.report.comparison import Mark, PaperComparison, judged
 from ajgdata.report.format import mean_sd
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import Table, table_of
@@ -124,7 +124,9 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     shown = [mean_sd(point.score, results.shown_unit) for point in points]
     text = [shown[0]]
     text += [f"{one.label}: {said}" for one, said in zip(others, shown[1:], strict=True)]
-    agrees = compare(median, Interval(low, high), paper.value, chance=chance, perfect=0.0)
+    ours = median, Interval(low, high)
+    agrees, remark = judged(paper, *ours, paper.value, chance=chance, perfect=0.0)
+    text += [remark] if remark else []
     marks = (Mark("ours", median, low, high),)
     yield results.compared(paper, "; ".join(text), first.label, agrees, marks=marks)
 

@@ -237,11 +237,7 @@ def _from_centre(scene: Scene, shape: Object, where: Imprint, cells: Cells) -> t
 
 
 def ringing_list(
-    where: Imprint,
-    cells: Cells,
-    modes: ShellModes,
-    shapes: Real,
-    chosen: NDArray[np.int64],
+    where: Imprint, cells: Cells, modes: ShellModes, shapes: Real, chosen: NDArray[np.int64]
 ) -> ModeList:
     """Return the `chosen` modes of a shell (indices), of `shapes` (N, columns), driven by the
     pressure on the imprint."""

@@ -221,9 +221,4 @@ def _bars() -> dict[str, ObjectSpec]:
     }
 
 
-OBJECTS: dict[str, ObjectSpec] = {
-    **_cubes(),
-    **_materials(),
-    **_bars(),
-    **HOUSEHOLD,
-}
+OBJECTS: dict[str, ObjectSpec] = {**_cubes(), **_materials(), **_bars(), **HOUSEHOLD}

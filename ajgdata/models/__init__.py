@@ -20,11 +20,7 @@ CHOOSING = "choosing"
 
 
 def make_model(
-    name: str,
-    kind: Kind,
-    seed: int = 0,
-    period: float | None = None,
-    choosing: int | None = None,
+    name: str, kind: Kind, seed: int = 0, period: float | None = None, choosing: int | None = None
 ) -> BaseEstimator:
     """Return an unfitted scikit-learn estimator of features (n, n_features) as they are stored.
 

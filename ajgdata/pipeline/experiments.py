@@ -187,10 +187,7 @@ def _encoded(latents: Path | None = None, training_cost: Path | None = None) -> 
 
 
 def read_results(
-    paths: Paths,
-    asked: Asked,
-    specs: Mapping[str, DatasetSpec],
-    paper: Mapping[str, PaperFigure],
+    paths: Paths, asked: Asked, specs: Mapping[str, DatasetSpec], paper: Mapping[str, PaperFigure]
 ) -> tuple[TaskResults, list[tuple[str, str]]]:
     """Return the results of an experiment on a task, and the label of each model that was skipped,
     with the reason."""

@@ -64,11 +64,7 @@ class Fetched:
 
 
 def fetch_source(
-    paths: Paths,
-    dataset: str,
-    *,
-    each: Each = iter,
-    started: Started = lambda total: lambda: None,
+    paths: Paths, dataset: str, *, each: Each = iter, started: Started = lambda total: lambda: None
 ) -> Imported:
     """Download the public recordings of `dataset` and import them by the rules of its dataset.yaml.
 

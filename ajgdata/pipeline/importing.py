@@ -114,11 +114,7 @@ def _note_columns(paths: Paths, spec: DatasetSpec, scanned: Scan, targets: Seque
 
 
 def declare(
-    name: str,
-    scanned: Scan,
-    contents: Contents,
-    settings: ImportSettings,
-    targets: Sequence[str],
+    name: str, scanned: Scan, contents: Contents, settings: ImportSettings, targets: Sequence[str]
 ) -> DatasetSpec:
     """Return a first dataset.yaml for what an import found; people are meant to complete it.
 

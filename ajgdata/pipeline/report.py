@@ -35,7 +35,7 @@ from ajgdata.report.report_data import Part, Report, TaskSection
 from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.provenance import environment, software
-from ajgdata.store.report_files import read_experiment_text, read_paper
+from ajgdata.store.report_files import read_experiment_text, read_machine_spread, read_paper
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
 from ajgdata.types import CROSS_VALIDATION, DatasetSpec
@@ -62,7 +62,7 @@ def build_report(
     present = [name for name in published if paths.published_sums(name).is_file()]
     pages = _pages(paths, studies, ablations)
     measured = collect(paths, [key for one in asked for key in one.keys])
-    paper = parse_paper(read_paper(paths))
+    paper = parse_paper(read_paper(paths), spread=read_machine_spread(paths))
     results, skipped = _read(paths, specs, asked, paper)
     reasons = pages.get(ABLATIONS_PAGE, [])
     numbers = {
@@ -226,11 +226,7 @@ def _sections(paths: Paths, results: Sequence[TaskResults]) -> Iterator[TaskSect
     for dataset, task in dict.fromkeys((one.dataset, one.task) for one in results):
         own = [one for one in results if (one.dataset, one.task) == (dataset, task)]
         yield TaskSection(
-            dataset,
-            task,
-            own[0].title,
-            own[0].source,
-            tuple(_part(paths, one) for one in own),
+            dataset, task, own[0].title, own[0].source, tuple(_part(paths, one) for one in own)
         )
 
 

@@ -19,11 +19,7 @@ from ajgdata.types import Kind, NotPossibleError
 
 
 def train_models(
-    store: Path,
-    *,
-    tasks: Mapping[str, Mapping[str, Any]],
-    seed: int,
-    folder: Path,
+    store: Path, *, tasks: Mapping[str, Mapping[str, Any]], seed: int, folder: Path
 ) -> None:
     """Fit every model of every task, see `DatasetSpec.trainings`, and write each into
     `folder`/task/model."""
@@ -73,11 +69,7 @@ def train_from_shard(
 
 
 def _train(
-    shard: Shard,
-    data: TaskData,
-    about: Mapping[str, Any],
-    limits: Mapping[str, int],
-    folder: Path,
+    shard: Shard, data: TaskData, about: Mapping[str, Any], limits: Mapping[str, int], folder: Path
 ) -> dict[str, Any]:
     """Train and calibrate the model that `about` describes, and write its arrays into `folder`.
 

@@ -9,11 +9,12 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, ValidationError, field_validator
 
-from ajgdata.evaluate.agreement import VERDICTS, Interval, Verdict, statement
+from ajgdata.evaluate.agreement import VERDICTS, Interval, Verdict, compare, statement
 from ajgdata.report.format import Score, Source, number
 from ajgdata.types import Name, Strict, describe
 
@@ -29,6 +30,8 @@ SIGNS: dict[Verdict | Literal["absent"], tuple[str, str]] = {
     "disagrees": ("≠", "disagrees"),
     "absent": ("–", "not in this run"),
 }
+#: Words at a result whose verdict another computer could change.
+UNSTABLE = "the verdict changes within the difference between machines"
 #: Standard deviations beyond which a difference is not noise.
 REACH = 2.0
 
@@ -48,6 +51,7 @@ class PaperFigure(Strict):
     panel: str = Field("", description="title on the first screen; figures of one title share it")
     row: str = Field("", description="name among the figures of its panel")
     source: str = Field("", description="citation; taken from the head of the file")
+    spread: float = Field(0.0, ge=0, description="difference of our value between machines")
 
 
 class _PaperFile(Strict):
@@ -66,8 +70,12 @@ class _PaperFile(Strict):
         return figures
 
 
-def parse_paper(mapping: Mapping[str, Any], where: object = "paper.yaml") -> dict[str, PaperFigure]:
-    """Content of `paper.yaml` -> its figures by id, each with the citation as its `source`.
+def parse_paper(
+    mapping: Mapping[str, Any],
+    where: object = "paper.yaml",
+    spread: Mapping[str, float] = MappingProxyType({}),
+) -> dict[str, PaperFigure]:
+    """Content of `paper.yaml` -> its figures by id, with the citation and with their `spread`.
 
     Raises DataError, naming `where` and the key, if the content is not what it should be.
     """
@@ -75,7 +83,11 @@ def parse_paper(mapping: Mapping[str, Any], where: object = "paper.yaml") -> dic
         paper = _PaperFile.model_validate(mapping)
     except ValidationError as error:
         raise describe(error, where) from error
-    return {f.id: f.model_copy(update={"source": f.source or paper.source}) for f in paper.figures}
+    figures = {}
+    for one in paper.figures:
+        known = {"source": one.source or paper.source, "spread": spread.get(one.id, 0.0)}
+        figures[one.id] = one.model_copy(update=known)
+    return figures
 
 
 Role = Literal["ours", "baseline", "chance", "paper"]
@@ -173,6 +185,22 @@ class PaperComparison:
     def differs(self) -> bool:
         """Return whether a reason is required; for an inconclusive row only if one was tested."""
         return self.agrees != "agrees" and (self.agrees != "inconclusive" or bool(self.reasons))
+
+
+def judged(
+    paper: PaperFigure, value: float, interval: Interval, published: float, *,
+    chance: float, perfect: float, scale: float = 1.0,
+) -> tuple[Verdict, str]:  # fmt: skip
+    """Return the verdict on our value by `agreement.compare`, and a remark.
+
+    A verdict that changes if the value and its interval move by the difference between machines is
+    inconclusive, and the remark gives this reason. `scale` times a value is in the paper's unit.
+    """
+    verdicts = {
+        compare(value + shift, interval.shifted(shift), published, chance=chance, perfect=perfect)
+        for shift in (-paper.spread / scale, 0.0, paper.spread / scale)
+    }
+    return (verdicts.pop(), "") if len(verdicts) == 1 else ("inconclusive", UNSTABLE)
 
 
 def holds(gap: Score) -> Verdict:

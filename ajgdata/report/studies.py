@@ -89,12 +89,7 @@ def _illustration(
 def _points(table: Table, key: str, series: str, x: str) -> list[Point]:
     """Return a point per row with a finite value in the column `key`."""
     return [
-        Point(
-            "",
-            words(str(row[series])),
-            float(row[x] or 0),
-            Score(float(number_), math.nan),
-        )
+        Point("", words(str(row[series])), float(row[x] or 0), Score(float(number_), math.nan))
         for row, number_ in zip(table.rows, table.numbers(key), strict=True)
         if math.isfinite(number_)
     ]

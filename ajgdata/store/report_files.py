@@ -19,7 +19,7 @@ _IN_WHEEL = PACKAGE / "reports"
 PACKAGED = _IN_WHEEL if _IN_WHEEL.is_dir() else PACKAGE.parent / "reports"
 #: Figures of the paper, beside which ours stand.
 PAPER = "paper.yaml"
-#: Differences between computers, which `benchmarks/machines.py` measures.
+#: Differences between machines, which `benchmarks/machines.py` measures.
 SPREAD = "machine_spread.yaml"
 TEMPLATES, EXPERIMENTS, PAGES = "templates", "experiments", "pages"
 _PATTERNS = (
@@ -43,6 +43,15 @@ def template_folders(project: Paths) -> list[Path]:
 def read_paper(project: Paths) -> dict[str, Any]:
     """Return the content of `paper.yaml`. Raises DataError if it is no YAML mapping."""
     return read_yaml(report_file(project, PAPER))
+
+
+def read_machine_spread(project: Paths) -> dict[str, float]:
+    """Return the largest measured difference of our value between machines, in the paper's unit, by
+    published value; empty if nothing was measured."""
+    path, spread = report_file(project, SPREAD), dict[str, float]()
+    for row in read_yaml(path)["rows"] if path.is_file() else ():
+        spread[row["figure"]] = max(row["spread"], spread.get(row["figure"], 0.0))
+    return spread
 
 
 def read_experiment_text(project: Paths, kind: str) -> str:
@@ -75,7 +84,7 @@ def _all_names(project: Paths) -> list[str]:
     names = {
         path.relative_to(folder).as_posix()
         for folder in (project.reports, PACKAGED)
-        for pattern in (PAPER, *_PATTERNS)
+        for pattern in (PAPER, SPREAD, *_PATTERNS)
         for path in folder.glob(pattern)
         if not path.name.startswith(".")  # an editor's
     }

@@ -82,10 +82,7 @@ MODELS = Registry(
     {
         "cnn": Model("ajgdata.models.cnn:cnn", "CNN", _NETWORK),
         "linear": Model(
-            f"{_BASELINES}:linear",
-            "logistic regression",
-            regression="ridge",
-            plain="linear_plain",
+            f"{_BASELINES}:linear", "logistic regression", regression="ridge", plain="linear_plain"
         ),
         "ridge": Model(
             f"{_BASELINES}:ridge", "ridge classifier", regression="ridge", plain="ridge_plain"

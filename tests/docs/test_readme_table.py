@@ -8,6 +8,7 @@ from ajgdata.evaluate.metrics import METRICS
 from ajgdata.pipeline.collect import COLUMNS
 from ajgdata.store.files import csv_bytes
 from ajgdata.store.sessions import read_dataset
+from tools import readme_table as readme_table_module
 from tools.readme_table import KEY, PROJECT, ROWS, readme_table
 
 SIZE = ("size", "size", "cnn", "grouped", "rmse")
@@ -27,6 +28,12 @@ def metrics():
         for statistic, value in values.items()
     ]
     return csv_bytes(COLUMNS, rows)
+
+
+def test_a_verdict_that_another_machine_would_change_is_inconclusive(monkeypatch):
+    monkeypatch.setattr(readme_table_module, "read_machine_spread", lambda paths: {"size-known": 2})
+    first, second = readme_table(metrics()).splitlines()[3:5]
+    assert first.endswith("| 2.7 mm | 6.4 mm | inconclusive |") and second.endswith("| worse |")
 
 
 def test_five_results_next_to_the_published_values():

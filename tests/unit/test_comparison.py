@@ -5,7 +5,9 @@ import dataclasses
 import pytest
 from result_samples import PAPER, paper_figure
 
+from ajgdata.evaluate.agreement import Interval
 from ajgdata.report.comparison import (
+    UNSTABLE,
     Change,
     Mark,
     PaperComparison,
@@ -13,7 +15,9 @@ from ajgdata.report.comparison import (
     evidence,
     holds,
     in_papers_order,
+    judged,
     mark_of,
+    parse_paper,
 )
 from ajgdata.report.format import Score
 
@@ -25,6 +29,38 @@ from ajgdata.report.format import Score
 )  # fmt: skip
 def test_a_statement_holds_beyond_two_standard_deviations(gap, sd, verdict):
     assert holds(Score(gap, sd)) == verdict
+
+
+@pytest.mark.parametrize(
+    ("interval", "spread", "verdict", "remark"),
+    [
+        ((2.7, 3.3), 0.0, "worse", ""), ((2.7, 3.3), 0.09, "worse", ""),
+        ((2.7, 3.3), 0.2, "inconclusive", UNSTABLE),  # 2.5 to 3.1 contains 2.6
+        ((1.9, 2.5), 0.2, "inconclusive", UNSTABLE), ((1.9, 2.5), 0.09, "better", ""),
+        ((2.5, 3.1), 0.09, "agrees", ""), ((2.5, 3.1), 0.2, "inconclusive", UNSTABLE),
+        ((1.0, 4.0), 0.2, "inconclusive", ""),  # too wide on every machine
+    ],
+)  # fmt: skip
+def test_a_verdict_that_another_machine_would_change_is_inconclusive(
+    interval, spread, verdict, remark
+):
+    paper = paper_figure("size", 2.6, spread=spread)
+    value = sum(interval) / 2
+    found = judged(paper, value, Interval(*interval), 2.6, chance=8.0, perfect=0.0)
+    assert found == (verdict, remark)
+
+
+@pytest.mark.parametrize(("spread", "verdict"), [(0.9, "worse"), (1.1, "inconclusive")])
+def test_the_difference_between_machines_is_in_the_unit_of_the_paper(spread, verdict):
+    paper, ends = paper_figure("ycb", 85.6, unit="%", spread=spread), {"chance": 0.06, "perfect": 1}
+    assert judged(paper, 0.8, Interval(0.76, 0.846), 0.856, scale=100, **ends)[0] == verdict
+
+
+def test_the_difference_between_machines_belongs_to_a_published_value():
+    figures = [PAPER.model_dump() | {"id": name} for name in ("a", "b")]
+    content = {"source": "S", "title": "T", "authors": "A", "url": "U", "figures": figures}
+    known = parse_paper(content, spread={"b": 0.25})
+    assert {name: figure.spread for name, figure in known.items()} == {"a": 0.0, "b": 0.25}
 
 
 LOW = (mark_of("ours", Score(1.0, 0.1)),)

@@ -12,6 +12,8 @@ from ajgdata.paths import Paths
 from ajgdata.report.render import environment, render_markdown
 from ajgdata.store.report_files import (
     PACKAGED,
+    SPREAD,
+    read_machine_spread,
     report_file,
     report_files_digest,
 )
@@ -36,7 +38,15 @@ def test_a_file_of_the_project_takes_the_place_of_the_packaged_one(project):
     assert report_file(project, "paper.yaml") == PACKAGED / "paper.yaml"
 
 
-@pytest.mark.parametrize("name", ["paper.yaml", "templates/new.css", "experiments/new.md"])
+def test_of_a_published_value_the_largest_difference_between_machines_counts(project):
+    (project.reports / SPREAD).write_text(
+        "rows:\n- {figure: a, spread: 0.1}\n- {figure: b, spread: 2}\n- {figure: a, spread: 0.3}\n"
+        "- {figure: a, spread: 0.2}\n"
+    )
+    assert read_machine_spread(project) == {"a": 0.3, "b": 2}
+
+
+@pytest.mark.parametrize("name", ["paper.yaml", SPREAD, "templates/new.css", "experiments/new.md"])
 def test_the_digest_sees_every_edit_and_nothing_else(project, name):
     before = report_files_digest(project)
     (project.reports / "README.md").write_text("not part of any page")
@@ -95,6 +105,7 @@ def test_an_installed_package_holds_what_pages_are_made_of(tmp_path):
     assert {path.name.split("-")[0] for path in target.iterdir()} == {"ajgdata"}
     # ablations and comparisons are of the data sets of a project
     folders = [ROOT / "reports" / name for name in ("templates", "experiments", "pages")]
-    for path in (ROOT / "reports/paper.yaml", *(p for folder in folders for p in folder.iterdir())):
+    own = (ROOT / "reports").glob("*.yaml")
+    for path in (*own, *(p for folder in folders for p in folder.iterdir())):
         installed = packaged / path.relative_to(ROOT / "reports")
         assert installed.read_bytes() == path.read_bytes()

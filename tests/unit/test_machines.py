@@ -1,0 +1,47 @@
+"""Differences between machines: which results are measured, and the range over variants."""
+
+import pytest
+
+from ajgdata.experiments.cross_validation_results import PARTS, elsewhere
+from ajgdata.experiments.repeated_fits import part_of
+from ajgdata.paths import Paths
+from ajgdata.report.comparison import parse_paper
+from ajgdata.store.report_files import read_paper
+from ajgdata.store.sessions import read_dataset
+from benchmarks.machines import FITS, HERE, HERE_RUN, ROWS, compared, markdown
+
+PROJECT = Paths(HERE)
+ROW = ("ycb", "ycb", "object", "cross_validation-cnn", "grouped mean")
+NAME = "ycb/object/cross_validation-cnn"
+
+
+@pytest.mark.parametrize("row", ROWS, ids=" ".join)
+def test_each_row_is_a_part_that_a_task_compares_with_its_published_value(row):
+    figure, dataset, task, kind, statistic = row
+    settings = read_dataset(PROJECT, dataset).tasks[task]
+    parts = {part: key for part, (key, _) in PARTS.items()}
+    parts |= {elsewhere(name): name for name in settings.test_on}
+    if kind == FITS:
+        (name,) = settings.asked["repeated_fits"]["test_on"]
+        parts = {part_of(name): "repeated_fits"}
+    part = statistic.rsplit(" ", 1)[0]
+    assert settings.papers[parts[part]] == figure
+    assert figure in parse_paper(read_paper(PROJECT))
+
+
+def result(digest: str, value: float) -> dict:
+    values = {"grouped mean": value, "grouped sd": 0.05}
+    return {NAME: {"digest": digest, "values": values, "scale": 100, "unit": "%"}}
+
+
+def test_the_range_is_over_all_variants_that_were_measured():
+    found = {HERE_RUN: result("a", 0.775), "A=1": result("b", 0.7625), "B=1": result("a", 0.775)}
+    found |= {"C=1": result("c", 0.78125), "D=1": {"steps": {}}}
+    row = compared(ROW, found)
+    assert row == {
+        "figure": "ycb", "experiment": NAME, "part": "grouped mean", "unit": "%",
+        "value": 77.5, "smallest": 76.25, "largest": 78.125, "spread": 1.875,
+        "variants": 3, "changed_by": ["A=1", "C=1"],
+    }  # fmt: skip
+    line = f"| ycb (%), `{NAME}`, grouped mean | 77.5 | 76.25 | 78.12 | 1.875 | 2 of 3 |"
+    assert markdown({"rows": [row]}).splitlines()[2:] == [line]
