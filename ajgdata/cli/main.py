@@ -24,7 +24,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
     help="Acoustic sensing with jamming grippers: record or import data sets, check them, run the "
-    "pipeline ([b]ajgdata run[/b]; all data sets: [b]snakemake[/b]), use models, and publish.",
+    "pipeline ([b]ajgdata run[/b]; for the paper: [b]snakemake[/b]), use models, and publish.",
 )
 for command in (validate, acquire, sense, sort, publish, fetch, export, compare):
     app.command()(command)

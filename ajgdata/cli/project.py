@@ -69,7 +69,8 @@ def status(
     """List outdated results and the reasons."""
     paths = find_project()
     names, options = split_arguments(arguments or ())
-    results = workflow_status(paths, with_datasets(names, options))
+    target = [] if names else ["everything"]
+    results = workflow_status(paths, [*target, *with_datasets(names, options)])
     outdated = Counter(
         # Snakemake's status is "ok" if only an input will be written again.
         (row["rule"], row["status"].replace("ok", "outdated inputs"))

@@ -116,6 +116,8 @@ class Sorter:
     labels: Callable[[str], Mapping[str, float | str]]
     control: Control = field(default_factory=Control)
     recordings: int = 0
+    #: The model as it was before this run, or with the first reference: what changes are judged by.
+    _before: Predictor | None = None
     _state: RunState = field(default_factory=RunState)
     _begun: float = 0.0
 
@@ -215,12 +217,15 @@ class Sorter:
         recording = self._store(grasp, capture, {}, known=True)
         self._steps.let_go()
         rate_hz = self.card.settings.sample_rate_hz
-        verdict = self.senses.predict(capture.samples, rate_hz).verdict
+        before = self._before or self.senses
+        verdict = before.predict(capture.samples, rate_hz).verdict
         self.log.say("reference", kind=NOTHING, recording=recording, verdict=str(verdict))
-        if self.senses.has_references and verdict is not Verdict.NOTHING:
+        if before.has_references and verdict is not Verdict.NOTHING:
             self.log.say("drift", text=CHANGED)
+        had_references = before.has_references
         feature = self.senses.feature(capture.samples, rate_hz)
         self.senses = self.senses.with_references(feature[np.newaxis])
+        self._before = before if had_references else self.senses
 
     def _store(
         self, grasp: PlannedGrasp, capture: Capture, labels: Mapping[str, str], *, known: bool

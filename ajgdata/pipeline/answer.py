@@ -15,9 +15,9 @@ def answer(report: Report) -> list[str]:
     """Return our results with the published values, else the best model of each task."""
     rows = {row.paper.id: row for row in reversed(report.comparisons)}
     order = dict.fromkeys([*FIRST, *(row.paper.id for row in report.comparisons)])
-    compared = (_compared(rows[name]) for name in order if name in rows)
-    best = (_best(section, row) for section, row in report.answers)
-    return [*filter(None, compared), *best][:MOST]
+    compared = [*filter(None, (_compared(rows[name]) for name in order if name in rows))]
+    best = [_best(section, row) for section, row in report.answers]
+    return (compared or best)[:MOST]
 
 
 def _compared(row: PaperComparison) -> str:

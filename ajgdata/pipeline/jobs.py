@@ -24,10 +24,11 @@ def run_job(job: Any) -> None:
 
     It gets the inputs, outputs, wildcards and params that it takes, by name. `job` is the object
     `snakemake` of scripts. Values become what the function's annotations require, e.g. paths and
-    settings. Other arguments: `paths` of the run, and `log`. Networks are trained on `device`.
+    settings. Other arguments: `paths`, `threads` and `log`. Networks are trained on `device`.
     """
     function = resolve_name(f"{__package__}.{job.params.function}")
     values = {"paths": Paths(run=job.params.get("run", "")), "log": job.log[0]}
+    values["threads"] = job.threads
     for named in (job.input, job.output, job.wildcards, job.params):
         values |= {key: [*one] if isinstance(one, list) else one for key, one in named.items()}
     arguments = {

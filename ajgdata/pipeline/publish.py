@@ -126,7 +126,7 @@ def _contents(paths: Paths, dataset: str, store: Shard) -> _Contents:
     for recording in store.columns["recording"].values.tolist():
         if recording not in known:
             problem = "has features but is not a recording"
-            raise DataError(recording, problem, "run `snakemake` again")
+            raise DataError(recording, problem, "compute its features again")
         recordings[recording] = known[recording]
     return _Contents(store, sessions, recordings)
 
@@ -147,11 +147,11 @@ def _write_audio(
             try:
                 content = path.read_bytes()
             except OSError as error:
-                fix = "restore it, or run `snakemake` again"
+                fix = "restore it, or compute its features again"
                 raise DataError(path, f"cannot be read ({error.strerror})", fix) from None
             if sha256_of(content) != row["sha256"]:
                 problem = "its bytes changed since its features were computed"
-                raise DataError(path, problem, "run `snakemake` again")
+                raise DataError(path, problem, "compute its features again")
             _write(tree, row[FILE_NAME], content)
             archive.add(packed, row[FILE_NAME], content)
 

@@ -15,12 +15,11 @@ from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths
 from ajgdata.pipeline.answer import answer
 from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.dataset_summary import summary
-from ajgdata.pipeline.experiments import TaskKey, asked_for, computed, read_results
-from ajgdata.pipeline.exports import with_tables, write_exports
-from ajgdata.pipeline.pages import build_page
+from ajgdata.pipeline.experiments import JobKey, TaskKey, asked_for, computed, read_results
+from ajgdata.pipeline.exports import with_tables, write_csv, write_exports
 from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import navigation_of, pages_of
-from ajgdata.pipeline.studies import ABLATIONS_PAGE
+from ajgdata.pipeline.studies import ABLATIONS_PAGE, STUDIES
 from ajgdata.report.comparison import (
     PaperComparison,
     PaperFigure,
@@ -30,12 +29,12 @@ from ajgdata.report.comparison import (
     tally,
 )
 from ajgdata.report.format import words
-from ajgdata.report.navigation import experiment_link
+from ajgdata.report.navigation import Group, experiment_link
 from ajgdata.report.report_data import Part, Report, TaskSection
 from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.provenance import environment, software
-from ajgdata.store.report_files import read_experiment_text, read_machine_spread, read_paper
+from ajgdata.store.report_files import read_experiment_text, read_paper
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
 from ajgdata.types import CROSS_VALIDATION, DatasetSpec
@@ -46,6 +45,7 @@ def build_report(
     *,
     datasets: Sequence[str],
     tasks: Sequence[TaskKey],
+    requested: Sequence[JobKey],
     studies: Sequence[str] = (),
     ablations: Sequence[str] = (),
     published: Sequence[str] = (),
@@ -53,34 +53,33 @@ def build_report(
     """Write all existing results together (see `collect`), and the report on them.
 
     `datasets`, `tasks` (data set and name), `studies`, `ablations` and `published` data sets are
-    those of the project. What has not been computed is counted in one line of the report.
+    those of the project. One line of the report counts results that do not exist, another those
+    that the target did not request: they are of an earlier run and may be outdated.
     """
     specs = {name: read_dataset(paths, name) for name in datasets}
-    wanted = asked_for(specs, tasks)
-    asked = computed(paths, wanted)
-    existing = [name for name in datasets if paths.features(name).is_file()]
+    asked = computed(paths, wanted := asked_for(specs, tasks))
+    keys = [key for one in asked for key in one.keys]
+    existing = {name: spec for name, spec in specs.items() if paths.features(name).is_file()}
     present = [name for name in published if paths.published_sums(name).is_file()]
     pages = _pages(paths, studies, ablations)
-    measured = collect(paths, [key for one in asked for key in one.keys])
-    paper = parse_paper(read_paper(paths), spread=read_machine_spread(paths))
-    results, skipped = _read(paths, specs, asked, paper)
-    reasons = pages.get(ABLATIONS_PAGE, [])
-    numbers = {
-        "experiments": (_jobs(wanted), _jobs(asked)),
-        "simulation studies": (len(studies), len(pages.keys() & set(studies))),
-        "ablations": (len(ablations), len(reasons)),
-        "published data sets": (len(published), len(present)),
+    results, skipped = _read(paths, specs, asked)
+    missing = {
+        "experiments": sum(len(one.keys) for one in wanted) - len(keys),
+        "simulation studies": len({*studies} - pages.keys()),
+        "ablations": len(ablations) - len(pages.get(ABLATIONS_PAGE, [])),
+        "published data sets": len(published) - len(present),
     }
     report = dataclasses.replace(
-        _assembled(paths, {name: specs[name] for name in existing}, asked, results, paper, reasons),
+        _assembled(paths, existing, asked, results, pages.get(ABLATIONS_PAGE, [])),
         skipped=skipped,
-        missing=_missing(numbers),
+        missing=tuple(f"{noun} ({count})" for noun, count in missing.items() if count),
+        earlier=len({*keys} - {*requested}),
         checks=_checks(paths, [name for name in studies if name in pages]),
-        run_cost=tuple(run_cost(paths, existing, everything=bool(pages or present))),
+        run_cost=tuple(run_cost(paths, [*existing], everything=bool(pages or present))),
     )
     _write(paths, report, results, pages, present)
-    about = {"datasets": existing, "pages": list(pages), "published": present}
-    write_bytes(paths.runs, json_bytes({**about, **_contents(report, measured)}))
+    about = {"datasets": [*existing], "pages": [*pages], "published": present}
+    write_bytes(paths.runs, json_bytes(about | _contents(report, collect(paths, keys))))
 
 
 def _write(
@@ -102,16 +101,33 @@ def _write(
     html = render_pages(report, figures, nav, published, project=paths)
     for name, text in html.items():
         write_bytes(folder / name, text.encode())
+    for name in (*STUDIES, ABLATIONS_PAGE):
+        paths.page(name).unlink(missing_ok=True)
     for name, files in pages.items():
         build_page(paths, name, files, nav)
 
 
+def build_page(paths: Paths, name: str, files: Sequence[Path], nav: Sequence[Group]) -> None:
+    """Draw the figures of the page `name` and write it, with the navigation of the report.
+
+    `files` hold the tables that it shows.
+    """
+    from ajgdata.report.render import draw_figures
+    from ajgdata.report.studies import figures_of, render_study
+
+    read = [read_tables(file) for file in files]
+    tables = [table for _, some in read for table in some]
+    if name == ABLATIONS_PAGE:
+        tables = with_verdicts(tables)
+    figures = draw_figures(figures_of(name, tables), paths.page_figures(name))
+    for table in tables:
+        write_csv(paths.page_figures(name) / f"{table.name}.csv", table)
+    html = render_study(name, read[0][0], tables, figures, nav, paths)
+    write_bytes(paths.page(name), html.encode())
+
+
 #: What the summary of a run needs of a measurement.
 SUMMARISED = ("dataset", "task", "experiment", "model", "skipped", "left_out", "others")
-
-
-def _jobs(asked: Sequence[Asked]) -> int:
-    return sum(len(one.keys) for one in asked)
 
 
 def _pages(paths: Paths, studies: Sequence[str], ablations: Sequence[str]) -> dict[str, list[Path]]:
@@ -120,13 +136,6 @@ def _pages(paths: Paths, studies: Sequence[str], ablations: Sequence[str]) -> di
     files[ABLATIONS_PAGE] = [paths.ablation(name) for name in ablations]
     present = {name: [file for file in some if file.is_file()] for name, some in files.items()}
     return {name: some for name, some in present.items() if some}
-
-
-def _missing(numbers: Mapping[str, tuple[int, int]]) -> tuple[str, ...]:
-    """Return how many results have not been computed, by `numbers` of declared and existing ones of
-    each kind."""
-    counts = {noun: declared - existing for noun, (declared, existing) in numbers.items()}
-    return tuple(f"{noun} ({count})" for noun, count in counts.items() if count)
 
 
 def _contents(report: Report, measured: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -151,12 +160,12 @@ def _assembled(
     specs: Mapping[str, DatasetSpec],
     asked: Sequence[Asked],
     results: Sequence[TaskResults],
-    paper: Mapping[str, PaperFigure],
     ablations: Sequence[Path],
 ) -> Report:
     """Return what the report says of results on tasks; `ablations` are files of tables."""
     tables = [table for file in ablations for table in read_tables(file)[1]]
     reasons = reasons_of(with_verdicts(tables), ABLATIONS_PAGE)
+    paper = parse_paper(read_paper(paths))
     return Report(
         title="Acoustic sensing with jamming grippers",
         version=software()["ajgdata_version"],
@@ -176,9 +185,9 @@ def _read(
     paths: Paths,
     specs: Mapping[str, DatasetSpec],
     asked: Sequence[Asked],
-    paper: Mapping[str, PaperFigure],
 ) -> tuple[list[TaskResults], tuple[str, ...]]:
     """Return all results on tasks, and what could not be measured."""
+    paper = parse_paper(read_paper(paths))
     read = [read_results(paths, one, specs, paper) for one in asked]
     skipped = (
         f"{one.dataset} · {words(one.task)}, {_lower(EXPERIMENTS[one.experiment].title)}"

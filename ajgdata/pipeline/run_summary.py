@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline.experiments import JobKey
 from ajgdata.pipeline.machine import machine_line
 from ajgdata.report.comparison import tally_text
 from ajgdata.store.benchmarks import RuleCost, read_costs
@@ -29,17 +30,17 @@ def end_run(summaries: Mapping[Path, int]) -> None:
     A run that skipped tasks ends with one line and exit code 1. Its summary is removed, so that the
     next run reports the tasks again.
     """
-    written = [path for path, before in summaries.items() if modified_ns(path) not in (0, before)]
-    if not written:
-        return
-    summary = written[-1]
-    text = summary.read_text(encoding="utf-8")
-    *_, last = text.splitlines()
-    skipped = last.startswith(INCOMPLETE)
-    shown = text.removesuffix(f"{last}\n") if skipped else text
-    print(f"\n{shown}", end="", flush=True)
-    if skipped:
-        summary.unlink()
+    last = ""
+    for summary, before in summaries.items():
+        if modified_ns(summary) in (0, before):
+            continue
+        text = summary.read_text(encoding="utf-8")
+        *_, line = text.splitlines()
+        if line.startswith(INCOMPLETE):
+            text, last = text.removesuffix(f"{line}\n"), line
+            summary.unlink()
+        print(f"\n{text}", end="", flush=True)
+    if last:
         raise SystemExit(last)
 
 
@@ -48,8 +49,16 @@ def modified_ns(path: Path) -> int:
     return path.stat().st_mtime_ns if path.is_file() else 0
 
 
-def complete(paths: Paths, datasets: Sequence[str], optional: Sequence[str], summary: Path) -> None:
-    """Write the `summary` of a whole run: its measurements, and the models of `datasets`.
+def complete(
+    paths: Paths,
+    datasets: Sequence[str],
+    requested: Sequence[JobKey],
+    trained: Sequence[str],
+    optional: Sequence[str],
+    summary: Path,
+) -> None:
+    """Write the `summary` of a target: its data sets, its measurements `requested`, and the models
+    of the data sets `trained`.
 
     The last nine lines are the answer: sentences on the results, the number of skipped
     measurements, the report, the cost and the speed of the machine. Reasons are above them.
@@ -57,7 +66,7 @@ def complete(paths: Paths, datasets: Sequence[str], optional: Sequence[str], sum
     the last line begins with INCOMPLETE.
     """
     about_report = read_json(paths.runs)
-    results = about_report["measurements"]
+    results = [one for one in about_report["measurements"] if job_key(one) in {*requested}]
     lines = _excluded_lines(paths, datasets)
     lines += dict.fromkeys(
         f"left out  classes of {task_name(about)} with fewer groups than min_groups: "
@@ -65,7 +74,7 @@ def complete(paths: Paths, datasets: Sequence[str], optional: Sequence[str], sum
         for about in results
         if about.get("left_out")
     )
-    skipped = _skipped(paths, datasets, results)
+    skipped = _skipped(paths, trained, results)
     for (task, reason), parts in sorted(skipped.items()):
         word = "optional" if task in optional else "skipped "
         lines.append(f"{word}  {task}, {', '.join(parts)}: {reason}")
@@ -85,6 +94,12 @@ def complete(paths: Paths, datasets: Sequence[str], optional: Sequence[str], sum
     write_bytes(summary, "".join(f"{line}\n" for line in lines).encode())
 
 
+def job_key(about: Mapping[str, Any]) -> JobKey:
+    """Return data set, task and name of the job of a result."""
+    kind = "-".join(filter(None, (about["experiment"], about["model"])))
+    return about["dataset"], about["task"], kind
+
+
 def task_name(about: Mapping[str, Any]) -> str:
     """Return the data set and task of a result."""
     return f"{about['dataset']}/{about['task']}"
@@ -96,7 +111,7 @@ def _skipped(
     """Return skipped measurements, models and parts, by task and reason."""
     skipped = defaultdict(list)
     for about in results:
-        kind = "-".join(filter(None, (about["experiment"], about["model"])))
+        *_, kind = job_key(about)
         reasons = {kind: about.get("skipped", "")}
         reasons |= {f"{part} of {kind}": why for part, why in about.get("others", {}).items()}
         for part, reason in reasons.items():

@@ -151,7 +151,8 @@ class Report:
     `opening` is the first picture: `image`, relative to the report's folder, and `alt`. `checks`
     counts the checks of the simulation studies, and those of them that hold. `skipped` are texts
     on measurements that could not be made, with the reason. `missing` says how many results of each
-    kind no run has computed yet. `paper` is all that the paper reports, whether it is here or not.
+    kind no run has computed yet, `earlier` how many are of an earlier run. `paper` is all that the
+    paper reports, whether it is here or not.
     """
 
     title: str
@@ -165,6 +166,7 @@ class Report:
     checks: tuple[int, int] = (0, 0)
     skipped: tuple[str, ...] = ()
     missing: tuple[str, ...] = ()
+    earlier: int = 0
     run_cost: tuple[RuleCost, ...] = ()
     paper: tuple[PaperFigure, ...] = ()
 

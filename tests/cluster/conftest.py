@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import yaml
 from recorded import record_tones
-from runs import SHARD, TARGETS, Project
+from runs import FEATURES, TARGETS, Project
 
 from tools.loopback_slurm import Slurm, loopback_slurm, missing
 
@@ -116,9 +116,9 @@ def reference(_can_start, recorded, tmp_path_factory) -> Project:
 
 @pytest.fixture(scope="session")
 def features(_can_start, recorded, tmp_path_factory) -> Project:
-    """The same after the features of one session were made without SLURM."""
+    """The same after the features of a data set were made without SLURM."""
     project = copy_of(recorded, tmp_path_factory.mktemp("features"))
-    project.run_here(SHARD)
+    project.run_here(FEATURES)
     return project
 
 

@@ -9,9 +9,9 @@ from ajgdata.paths import Paths
 from tools.loopback_slurm import WITH_PARENT
 
 ROOT = Path(__file__).resolve().parents[2]
-#: What runs are asked for: all, and the features of one session.
+#: What runs are asked for: all, and the features of a data set.
 TARGETS = ("results/report/index.html", "results/metrics.csv")
-SHARD = "results/features/tones/day1.nc"
+FEATURES = "results/features/tones.nc"
 #: Seconds after which a run is given up: a busy machine takes ten times as long as an idle one.
 PATIENCE_S = 1800
 

@@ -5,7 +5,7 @@ import os
 import signal
 from pathlib import Path
 
-from runs import SHARD, TARGETS, Submitted
+from runs import FEATURES, TARGETS, Submitted
 
 from tools.loopback_slurm import Slurm, wait_until
 
@@ -87,18 +87,18 @@ def test_a_project_has_the_bytes_of_a_run_without_it(slurm, project, reference):
     jobs = slurm.jobs()
     assert {job["state"] for job in jobs} == {"COMPLETED"}
     # five sessions in groups of two, one CPU each, on both nodes
-    assert len([job for job in jobs if job["comment"].startswith("rule_features")]) == 3
+    assert len([job for job in jobs if job["comment"].startswith("rule_features")]) == 2
     assert {job["cpus"] for job in jobs} == {"1"}
     assert {job["node"] for job in jobs} == set(slurm.nodes)
 
 
 def test_a_killed_job_is_submitted_again_and_avoids_a_drained_node(slurm, project, features):
-    run = project.submit(SHARD)
+    run = project.submit(FEATURES)
     job = running(slurm, run)
     slurm.control("update", f"nodename={job['node']}", "state=drain", "reason=test")
     kill(job["id"])
     run.finish()
-    assert_same_files(project.root, features.root, SHARD)
+    assert_same_files(project.root, features.root, FEATURES)
     (_, failed, _), (_, state, node) = ended(slurm)
     assert failed != "COMPLETED"
     assert (state, node) == ("COMPLETED", other(slurm, job["node"]))
@@ -107,8 +107,8 @@ def test_a_killed_job_is_submitted_again_and_avoids_a_drained_node(slurm, projec
 def test_a_job_over_its_memory_gets_more_at_the_next_attempt(slurm, project, features):
     # Snakemake alone takes more than 100 MB
     more = ("--set-resources", "features:mem_mb=100 + 1900 * (attempt - 1)")
-    project.submit(SHARD, more=more).finish()
-    assert_same_files(project.root, features.root, SHARD)
+    project.submit(FEATURES, more=more).finish()
+    assert_same_files(project.root, features.root, FEATURES)
     jobs = {job["memory"]: job["state"] for job in slurm.jobs()}
     assert jobs.pop("2000M") == "COMPLETED"
     assert list(jobs) == ["100M"]

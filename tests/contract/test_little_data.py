@@ -144,7 +144,7 @@ def report(paths: Paths) -> dict[str, str]:
     """All that follows from the results; returns the pages by name."""
     specs = {name: read_dataset(paths, name) for name in ("little", "whole")}
     tasks = [("little", t) for t in (*specs["little"].tasks, *specs["little"].embeddings)]
-    build_report(paths, datasets=list(specs), tasks=tasks)
+    build_report(paths, datasets=list(specs), tasks=tasks, requested=[])
     return {page.name: page.read_text() for page in paths.report.parent.glob("*.html")}
 
 

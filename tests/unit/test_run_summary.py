@@ -43,7 +43,9 @@ def paths(tmp_path, monkeypatch) -> Paths:
 
 
 def summary(paths) -> list[str]:
-    complete(paths, ["d"], ["d/x"], paths.complete)
+    kinds = ("cross_validation-cnn", "cross_validation-knn", "reflected_energy")
+    requested = [("d", task, kind) for task in ("t", "u") for kind in kinds]
+    complete(paths, ["d"], requested, ["d"], ["d/x"], paths.complete)
     return paths.complete.read_text().splitlines()
 
 

@@ -14,6 +14,7 @@ from sorting_lab import (
     UNSURE,
     Cell,
     Robot,
+    Scripted,
     fails,
     interrupts,
     plan,
@@ -105,6 +106,23 @@ def test_references_come_first_and_every_few_grasps(cell):
     rows = {r.recording_id: r for r in read_recordings(cell.folder)[0]}
     assert rows["empty_0003_1"].quality == "ok"
     assert rows["empty_0003_1"].labels["reference"] == "empty"
+
+
+class Changed(Scripted):
+    """A model with references, which does not recognise the gripper until it learns it."""
+
+    has_references = True
+
+    def with_references(self, features):
+        return Scripted(BALL)
+
+
+def test_each_reference_is_judged_by_the_model_as_it_was_loaded(cell):
+    with cell.open(plan(references={"every": 1}, sorts=2), BALL) as sorter:
+        sorter.senses = Changed(STRANGE)
+        sorter.run()
+    found = cell.events("reference", "drift")
+    assert [e.get("verdict", e["event"]) for e in found] == ["unknown", "drift"] * 2
 
 
 def test_arrivals_in_random_order_are_the_same_for_one_seed():

@@ -11,7 +11,7 @@ from html_page import Page
 from report_samples import SCRIPT
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.pages import build_page
+from ajgdata.pipeline.report import build_page
 from ajgdata.pipeline.studies import ABLATIONS_PAGE, STUDIES, run_study
 from ajgdata.report.format import DASH, value
 from ajgdata.report.navigation import LEADS, navigation

@@ -1,7 +1,7 @@
 # The last job of a target. If a task was skipped, `end_run` removes the summary and sets exit code 1.
 rule complete:
     input:
-        PATHS.report,
+        PATHS.runs,
         [PATHS.models(name) for name in TRAINED if not PAPER],
     output:
         summary=PATHS.complete,
@@ -12,6 +12,8 @@ rule complete:
     params:
         function="run_summary:complete",
         datasets=FIRST_DATASETS,
+        requested=list(FIRST),
+        trained=[] if PAPER else TRAINED,
         run=PATHS.run,
         optional=[
             f"{name}/{task}"
@@ -35,3 +37,5 @@ use rule complete as complete_everything with:
         str(PATHS.log("complete_everything")),
     params:
         datasets=list(PLANS),
+        requested=list(ASKED),
+        trained=TRAINED,

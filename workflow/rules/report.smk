@@ -33,8 +33,9 @@ rule report:
         declared=[settings_digest(one.spec) for one in PLANS.values()],
         code=layer_hash("report"),
         texts=REPORT_FILES,
+        requested=list(FIRST),
     message:
-        "Report on {params.datasets}"
+        "Report"
     script:
         "../scripts/run.py"
 
@@ -44,7 +45,9 @@ use rule report as report_everything with:
     input:
         report=PATHS.report,
         stores=[PATHS.features(name) for name in PLANS],
+        quarantines=[PATHS.quarantine(name) for name in PLANS],
         tables=[PATHS.experiment(*key) for key in ASKED],
+        costs=[PATHS.experiment_cost(*key) for key in ASKED],
         studies=[PATHS.study(name) for name in STUDIES if name in PAGES],
         ablations=[PATHS.ablation(name) for name in ABLATED],
         published=[PATHS.published_sums(name) for name in PUBLISHED],
@@ -54,5 +57,7 @@ use rule report as report_everything with:
         str(PATHS.log("report_everything")),
     benchmark:
         str(PATHS.benchmark("report_everything"))
+    params:
+        requested=list(ASKED),
     message:
         "Report on all results"
