@@ -13,8 +13,11 @@ rule experiment:
         "results/logs/experiment/{dataset}.{task}.{kind}.log",
     benchmark:
         "results/benchmarks/experiment/{dataset}.{task}.{kind}.tsv"
-    # What simulates takes longest: begun last, the run would wait for it.
-    priority: lambda wildcards: int(asked(wildcards).experiment.renders)
+    # Simulations and networks take longest: begun last, the run would wait for them.
+    priority:
+        lambda wildcards: int(
+            asked(wildcards).experiment.renders or "cnn" in wildcards.kind
+        )
     conda:
         "../../environment.yml"
     params:
