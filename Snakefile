@@ -76,9 +76,7 @@ with errors_in_one_line():
 PAPER = {} if config["alone"] else of_paper(SPECS, ASKED)
 FIRST = PAPER or ASKED
 FIRST_DATASETS = list(
-    dict.fromkeys(
-        name for one in FIRST.values() for name in (one.dataset, *one.others)
-    )
+    dict.fromkeys(name for one in FIRST.values() for name in (one.dataset, *one.others))
     if PAPER
     else PLANS
 )

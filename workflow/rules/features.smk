@@ -13,16 +13,18 @@ rule features:
         "results/logs/features/{dataset}.log",
     benchmark:
         "results/benchmarks/features/{dataset}.tsv"
-    threads: 2
     conda:
         "../../environment.yml"
+    threads: 2
     params:
         function="feature_file:build_feature_file",
         sessions=lambda wildcards: list(PLANS[wildcards.dataset].sessions),
         audio=setting("audio"),
         features=setting("features"),
         targets=setting("targets"),
-        code=layer_hash("features", "pipeline/feature_file.py", "pipeline/recordings.py"),
+        code=layer_hash(
+            "features", "pipeline/feature_file.py", "pipeline/recordings.py"
+        ),
     message:
         "Spectra and labels of {wildcards.dataset}"
     script:
