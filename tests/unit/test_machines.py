@@ -6,7 +6,8 @@ from ajgdata.experiments.cross_validation_results import PARTS, elsewhere
 from ajgdata.experiments.repeated_fits import part_of
 from ajgdata.paths import Paths
 from ajgdata.report.comparison import parse_paper
-from ajgdata.store.report_files import read_paper
+from ajgdata.store.files import read_yaml
+from ajgdata.store.report_files import SPREAD, read_paper
 from ajgdata.store.sessions import read_dataset
 from benchmarks.machines import FITS, HERE, HERE_RUN, ROWS, compared, markdown
 
@@ -45,3 +46,10 @@ def test_the_range_is_over_all_variants_that_were_measured():
     }  # fmt: skip
     line = f"| ycb (%), `{NAME}`, grouped mean | 77.5 | 76.25 | 78.12 | 1.875 | 2 of 3 |"
     assert markdown({"rows": [row]}).splitlines()[2:] == [line]
+
+
+def test_the_page_has_the_table_of_the_last_measurement():
+    content = read_yaml(HERE / "reports" / SPREAD)
+    assert [row["figure"] for row in content["rows"]] == [row[0] for row in ROWS]
+    page = (HERE / "docs/reproducibility.md").read_text(encoding="utf-8")
+    assert markdown(content) in page and content["commit"][:8] in page
