@@ -101,7 +101,6 @@ class Paths:
     features = Places("results/features/{dataset}.nc")  #: features and labels of all sessions
     #: Hashes of session.yaml and recordings.csv: files of unchanged sessions are not read again.
     session_hashes = Places("results/features/{dataset}.sessions.csv")
-    features_done = Places("results/features/{dataset}.done")
     quarantine = Places("results/quarantine/{dataset}.csv")
     #: Tables of one experiment; `kind` is its name, and that of the model if each is measured by
     #: itself: `learning_curve-cnn`. The same bytes for the same inputs, but for the cost.

@@ -18,10 +18,10 @@ from ajgdata.evaluate.agreement import (
     is_better_than_chance,
 )
 from ajgdata.paths import Paths
-from ajgdata.report.comparison import NEAR_CHANCE, PaperFigure, judged, parse_paper
+from ajgdata.pipeline.report import published_values
+from ajgdata.report.comparison import NEAR_CHANCE, PaperFigure, judged
 from ajgdata.report.format import DASH, number, with_unit
 from ajgdata.store.files import write_if_changed
-from ajgdata.store.report_files import read_machine_spread, read_paper
 from ajgdata.store.sessions import read_dataset
 
 #: The project of this README, wherever the results are.
@@ -70,7 +70,7 @@ def readme_table(metrics: bytes) -> str:
     """Return the table for the content of a `metrics.csv`, and the run that it comes from."""
     reader = list(csv.DictReader(io.StringIO(metrics.decode("utf-8"), newline="")))
     known = {tuple(row[name] for name in KEY): row["value"] for row in reader}
-    paper = parse_paper(read_paper(PROJECT), spread=read_machine_spread(PROJECT))
+    paper = published_values(PROJECT)
     lines = [HEAD, ("---",) * len(HEAD), *(_cells(row, known, paper[row.paper]) for row in ROWS)]
     table = "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
     commits = ", ".join(sorted({row["commit"][:10] for row in reader}))

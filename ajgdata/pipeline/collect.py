@@ -47,7 +47,7 @@ def collect(paths: Paths, documents: Sequence[JobKey]) -> list[dict[str, Any]]:
         if held_out := named.get(PREDICTIONS):
             where = {key: about[key] for key in ("dataset", "task", "model")}
             predicted += [{**where, **row} for row in held_out.rows]
-        collected.append(about)
+        collected.append({**about, "kind": kind})
         numbers += [row for one in (*tables, *costs) for row in _rows(about, one)]
     write_bytes(paths.metrics_table, csv_bytes((*COLUMNS, REASON), numbers))
     write_bytes(paths.predictions, csv_bytes(PREDICTION_COLUMNS, predicted))

@@ -31,7 +31,7 @@ from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding, Ta
 
 SETTINGS_ATTRIBUTE = "settings_digest"
 #: Columns of the list of sessions: the hash is that of their files of metadata and labels.
-SESSION_COLUMNS = ("session_id", "sha256")
+HASH_COLUMNS = ("session_id", "sha256")
 
 
 @dataclass(frozen=True)
@@ -108,8 +108,8 @@ def build_feature_file(
     issues = [*copies, *(issue for part in parts for issue in part.issues)]
     write_store(store, _with_attributes(shard, dataset, audio, features, digest))
     write_findings(quarantine, issues)
-    lines = [dict(zip(SESSION_COLUMNS, pair, strict=True)) for pair in tables.items()]
-    write_bytes(hashes, csv_bytes(SESSION_COLUMNS, lines))  # last: it vouches for the others
+    lines = [dict(zip(HASH_COLUMNS, pair, strict=True)) for pair in tables.items()]
+    write_bytes(hashes, csv_bytes(HASH_COLUMNS, lines))  # last: it vouches for the others
     if excluded := left_out(issues):
         tell(f"left out  {len(excluded)} of {dataset}: {quarantine} says why")
     computed, reused = sum(part.computed for part in parts), sum(part.reused for part in parts)
@@ -228,7 +228,7 @@ def _previous(path: Path, quarantine: Path, hashes: Path, digest: str) -> Previo
         return previous
     try:
         shard, issues = read_store(path), read_findings(quarantine)
-        lines = read_csv(hashes, required=SESSION_COLUMNS)[1]
+        lines = read_csv(hashes, required=HASH_COLUMNS)[1]
     except DataError:
         return previous  # an unreadable file is computed again
     if shard.attrs.get(SETTINGS_ATTRIBUTE) != digest:

@@ -34,10 +34,15 @@ from ajgdata.report.report_data import Part, Report, TaskSection
 from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.provenance import environment, software
-from ajgdata.store.report_files import read_experiment_text, read_paper
+from ajgdata.store.report_files import read_experiment_text, read_machine_spread, read_paper
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
 from ajgdata.types import CROSS_VALIDATION, DatasetSpec
+
+
+def published_values(paths: Paths) -> dict[str, PaperFigure]:
+    """Return the published values by id, with the measured difference between machines."""
+    return parse_paper(read_paper(paths), spread=read_machine_spread(paths))
 
 
 def build_report(
@@ -61,8 +66,8 @@ def build_report(
     keys = [key for one in asked for key in one.keys]
     existing = {name: spec for name, spec in specs.items() if paths.features(name).is_file()}
     present = [name for name in published if paths.published_sums(name).is_file()]
-    pages = _pages(paths, studies, ablations)
-    results, skipped = _read(paths, specs, asked)
+    pages, paper = _pages(paths, studies, ablations), published_values(paths)
+    results, skipped = _read(paths, specs, asked, paper)
     missing = {
         "experiments": sum(len(one.keys) for one in wanted) - len(keys),
         "simulation studies": len({*studies} - pages.keys()),
@@ -70,7 +75,7 @@ def build_report(
         "published data sets": len(published) - len(present),
     }
     report = dataclasses.replace(
-        _assembled(paths, existing, asked, results, pages.get(ABLATIONS_PAGE, [])),
+        _assembled(paths, existing, asked, results, paper, pages.get(ABLATIONS_PAGE, [])),
         skipped=skipped,
         missing=tuple(f"{noun} ({count})" for noun, count in missing.items() if count),
         earlier=len({*keys} - {*requested}),
@@ -127,7 +132,7 @@ def build_page(paths: Paths, name: str, files: Sequence[Path], nav: Sequence[Gro
 
 
 #: What the summary of a run needs of a measurement.
-SUMMARISED = ("dataset", "task", "experiment", "model", "skipped", "left_out", "others")
+SUMMARISED = ("dataset", "task", "experiment", "kind", "skipped", "left_out", "others")
 
 
 def _pages(paths: Paths, studies: Sequence[str], ablations: Sequence[str]) -> dict[str, list[Path]]:
@@ -160,12 +165,12 @@ def _assembled(
     specs: Mapping[str, DatasetSpec],
     asked: Sequence[Asked],
     results: Sequence[TaskResults],
+    paper: Mapping[str, PaperFigure],
     ablations: Sequence[Path],
 ) -> Report:
     """Return what the report says of results on tasks; `ablations` are files of tables."""
     tables = [table for file in ablations for table in read_tables(file)[1]]
     reasons = reasons_of(with_verdicts(tables), ABLATIONS_PAGE)
-    paper = parse_paper(read_paper(paths))
     return Report(
         title="Acoustic sensing with jamming grippers",
         version=software()["ajgdata_version"],
@@ -185,9 +190,9 @@ def _read(
     paths: Paths,
     specs: Mapping[str, DatasetSpec],
     asked: Sequence[Asked],
+    paper: Mapping[str, PaperFigure],
 ) -> tuple[list[TaskResults], tuple[str, ...]]:
     """Return all results on tasks, and what could not be measured."""
-    paper = parse_paper(read_paper(paths))
     read = [read_results(paths, one, specs, paper) for one in asked]
     skipped = (
         f"{one.dataset} · {words(one.task)}, {_lower(EXPERIMENTS[one.experiment].title)}"

@@ -66,7 +66,12 @@ def complete(
     the last line begins with INCOMPLETE.
     """
     about_report = read_json(paths.runs)
-    results = [one for one in about_report["measurements"] if job_key(one) in {*requested}]
+    keys = ("dataset", "task", "kind")
+    results = [
+        one
+        for one in about_report["measurements"]
+        if tuple(one[key] for key in keys) in {*requested}
+    ]
     lines = _excluded_lines(paths, datasets)
     lines += dict.fromkeys(
         f"left out  classes of {task_name(about)} with fewer groups than min_groups: "
@@ -94,12 +99,6 @@ def complete(
     write_bytes(summary, "".join(f"{line}\n" for line in lines).encode())
 
 
-def job_key(about: Mapping[str, Any]) -> JobKey:
-    """Return data set, task and name of the job of a result."""
-    kind = "-".join(filter(None, (about["experiment"], about["model"])))
-    return about["dataset"], about["task"], kind
-
-
 def task_name(about: Mapping[str, Any]) -> str:
     """Return the data set and task of a result."""
     return f"{about['dataset']}/{about['task']}"
@@ -111,7 +110,7 @@ def _skipped(
     """Return skipped measurements, models and parts, by task and reason."""
     skipped = defaultdict(list)
     for about in results:
-        *_, kind = job_key(about)
+        kind = about["kind"]
         reasons = {kind: about.get("skipped", "")}
         reasons |= {f"{part} of {kind}": why for part, why in about.get("others", {}).items()}
         for part, reason in reasons.items():

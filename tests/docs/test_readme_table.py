@@ -5,10 +5,10 @@ import re
 import pytest
 
 from ajgdata.evaluate.metrics import METRICS
+from ajgdata.pipeline import report
 from ajgdata.pipeline.collect import COLUMNS
 from ajgdata.store.files import csv_bytes
 from ajgdata.store.sessions import read_dataset
-from tools import readme_table as readme_table_module
 from tools.readme_table import KEY, PROJECT, ROWS, readme_table
 
 SIZE = ("size", "size", "cnn", "grouped", "rmse")
@@ -31,7 +31,7 @@ def metrics():
 
 
 def test_a_verdict_that_another_machine_would_change_is_inconclusive(monkeypatch):
-    monkeypatch.setattr(readme_table_module, "read_machine_spread", lambda paths: {"size-known": 2})
+    monkeypatch.setattr(report, "read_machine_spread", lambda paths: {"size-known": 2})
     first, second = readme_table(metrics()).splitlines()[3:5]
     assert first.endswith("| 2.7 mm | 6.4 mm | inconclusive |") and second.endswith("| worse |")
 

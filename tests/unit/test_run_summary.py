@@ -12,6 +12,8 @@ from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.findings import write_findings
 from ajgdata.types import DataError, Finding
 
+KINDS = ("cross_validation-cnn", "cross_validation-knn", "reflected_energy")
+
 
 @pytest.fixture
 def paths(tmp_path, monkeypatch) -> Paths:
@@ -27,14 +29,12 @@ def paths(tmp_path, monkeypatch) -> Paths:
     lacks = {"skipped": "one class only"}
     results = [
         {
-            **{"dataset": "d", "task": task, "experiment": experiment, "model": model},
-            **(lacks if task == "t" and model else {"left_out": {"rare": 1}}),
+            **{"dataset": "d", "task": task, "kind": kind},
+            **(lacks if task == "t" and "-" in kind else {"left_out": {"rare": 1}}),
         }
         for task in ("t", "u")
-        for experiment, model in (
-            ("cross_validation", "cnn"), ("cross_validation", "knn"), ("reflected_energy", "")
-        )
-    ]  # fmt: skip
+        for kind in KINDS
+    ]
     about = {"agreements": {"agrees": 3, "worse": 2}, "answer": ["A.", "B."]}
     write_bytes(made.runs, json_bytes({**about, "measurements": results}))
     model = made.model("d", "t", "cnn") / "model.json"
@@ -43,8 +43,7 @@ def paths(tmp_path, monkeypatch) -> Paths:
 
 
 def summary(paths) -> list[str]:
-    kinds = ("cross_validation-cnn", "cross_validation-knn", "reflected_energy")
-    requested = [("d", task, kind) for task in ("t", "u") for kind in kinds]
+    requested = [("d", task, kind) for task in ("t", "u") for kind in KINDS]
     complete(paths, ["d"], requested, ["d"], ["d/x"], paths.complete)
     return paths.complete.read_text().splitlines()
 

@@ -3,12 +3,10 @@ rule features:
     input:
         lambda wildcards: SESSION_FILES[wildcards.dataset],
     output:
-        # Kept while the job runs: rows of unchanged recordings are used again. A file that Snakemake
-        # restores after a failure looks new: `done`, which it deletes, makes the job run again.
+        # Kept while the job runs: rows of unchanged recordings are used again.
         store=update(PATHS.features("{dataset}")),
         quarantine=update(PATHS.quarantine("{dataset}")),
         hashes=update(PATHS.session_hashes("{dataset}")),
-        done=touch(PATHS.features_done("{dataset}")),
     log:
         "results/logs/features/{dataset}.log",
     benchmark:
