@@ -279,8 +279,8 @@ class Duplex:
             played[: len(part), self._output - 1] = part
             room = job.buffer[job.at : job.at + frames]
             room[:] = recorded[: len(room), self._input - 1]
-            more = job.at + frames < len(job.buffer)
-            self._job = job._replace(at=job.at + frames) if more else None
-            if not more:
+            is_unfinished = job.at + frames < len(job.buffer)
+            self._job = job._replace(at=job.at + frames) if is_unfinished else None
+            if not is_unfinished:
                 self._done.set()
         self._frames += frames

@@ -51,8 +51,8 @@ class Arrival(NamedTuple):
     likeness: float
 
     @property
-    def found(self) -> bool:
-        """True if both markers were heard."""
+    def is_detected(self) -> bool:
+        """True if both markers were recorded."""
         return self.likeness > ALIKE
 
 
@@ -70,24 +70,24 @@ def framed(played: NDArray[Any], sample_rate_hz: int, tail: int = 0) -> Framed:
     return Framed(sound, marker, start=int(ends[1]), second=int(ends[3]))
 
 
-def arrival(heard: NDArray[Any], sound: Framed) -> Arrival:
-    """Return where `sound` arrived in `heard` (n,), which began with it. Silence is not found."""
+def arrival(recorded: NDArray[Any], sound: Framed) -> Arrival:
+    """Return where `sound` arrived in `recorded` (n,), which began with it; silence: nowhere."""
     from scipy.signal import correlate  # half a second
 
-    if len(heard) < len(sound.sound) or not np.any(heard) or not np.any(sound.marker):
+    if len(recorded) < len(sound.sound) or not np.any(recorded) or not np.any(sound.marker):
         return Arrival(0, 0, 0.0)
     # A compressed marker begins before it arrives: there is room for that, whatever the latency.
-    heard = np.concatenate([np.zeros(RESPONSE), heard])
-    coarse = int(np.argmax(np.abs(correlate(heard, sound.sound, "valid", "fft"))))
+    recorded = np.concatenate([np.zeros(RESPONSE), recorded])
+    coarse = int(np.argmax(np.abs(correlate(recorded, sound.sound, "valid", "fft"))))
     # What is found of one marker must not be found again for the other, however short the sound.
     reach = min(REACH, (sound.second - RESPONSE - len(sound.marker)) // 2)
-    begin, first = _compressed(heard, sound.marker, coarse, reach)
+    begin, first = _compressed(recorded, sound.marker, coarse, reach)
     onset = _onset(first[: coarse - begin + reach])
     itself = correlate(sound.marker, sound.marker, "full", "fft")
     latency = begin + onset + len(sound.marker) - 1 - _onset(itself) - RESPONSE
     low = max(onset - RESPONSE // 32, 0)
     template = first[low : low + RESPONSE]
-    after, second = _compressed(heard, sound.marker, coarse + sound.second, reach)
+    after, second = _compressed(recorded, sound.marker, coarse + sound.second, reach)
     if len(second) < len(template):
         return Arrival(latency, 0, 0.0)
     match = correlate(second, template, "valid", "fft")
@@ -110,13 +110,13 @@ def _onset(compressed: NDArray[np.float64]) -> int:
 
 
 def _compressed(
-    heard: NDArray[np.float64], marker: NDArray[np.float64], at: int, reach: int
+    recorded: NDArray[np.float64], marker: NDArray[np.float64], at: int, reach: int
 ) -> tuple[int, NDArray[np.float64]]:
-    """Return the correlation of `heard` with the marker around `at`, and where it begins."""
+    """Return the correlation of `recorded` with the marker around `at`, and where it begins."""
     from scipy.signal import correlate
 
     begin = max(at - reach, 0)
-    part = heard[begin : at + reach + RESPONSE + len(marker)]
+    part = recorded[begin : at + reach + RESPONSE + len(marker)]
     return begin, np.asarray(correlate(part, marker, "valid", "fft"))
 
 

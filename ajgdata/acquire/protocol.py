@@ -43,10 +43,10 @@ def plan_protocol(protocol: GraspProtocol, session: str) -> list[PlannedGrasp]:
         order = np.arange(len(protocol.objects))
         if protocol.order == "random":
             order = generator.permutation(len(protocol.objects))
-        for made in (protocol.objects[at] for at in order):
-            name = f"{made.name}_{number:0{width}d}"
+        for item in (protocol.objects[at] for at in order):
+            name = f"{item.name}_{number:0{width}d}"
             grasps.append(
-                PlannedGrasp(name, made.name, number, protocol.samples_per_grasp, made.targets)
+                PlannedGrasp(name, item.name, number, protocol.samples_per_grasp, item.targets)
             )
     return list(_with_references(protocol, grasps))
 

@@ -105,7 +105,7 @@ def plan_session(
             digest=_digest({"setup": setup, "signal": recipe.signal, "code": code, **sound}),
         )
 
-    return [planned(*one, before) for before, one in enumerate(_in_order(recipe))]
+    return [planned(*item, before) for before, item in enumerate(_in_order(recipe))]
 
 
 def _in_order(recipe: Recipe) -> Iterator[tuple[RecipeObject | None, int]]:
@@ -113,9 +113,9 @@ def _in_order(recipe: Recipe) -> Iterator[tuple[RecipeObject | None, int]]:
     yield from ((None, number) for number in range(1, recipe.references + 1))
     numbers = range(1, recipe.grasps_per_object + 1)
     if recipe.order == "blocks":
-        yield from ((made, number) for made in recipe.objects for number in numbers)
+        yield from ((item, number) for item in recipe.objects for number in numbers)
     else:
-        yield from ((made, number) for number in numbers for made in recipe.objects)
+        yield from ((item, number) for number in numbers for item in recipe.objects)
 
 
 class _Varied(NamedTuple):
@@ -171,9 +171,9 @@ def new_setup(
     """
     if recipe.variants:
         raise NotPossibleError("it needs a recipe without variants: new grasps are of one scene")
-    held = next((one for one in recipe.objects if one.name == name), None)
+    held = next((item for item in recipe.objects if item.name == name), None)
     if name and held is None:
-        known = ", ".join(one.name for one in recipe.objects)
+        known = ", ".join(item.name for item in recipe.objects)
         raise NotPossibleError(f"the recipe has no object {name!r}: it has {known}")
     setup = _setup(recipe.scene, recipe, held, pose_seed)
     setup = {**setup, "grasp": {**setup["grasp"], "seed": seed}}

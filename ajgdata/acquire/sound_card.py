@@ -109,7 +109,7 @@ class SoundCard:
         """Return the worst fault of a take (frames,); None if it is good."""
         if bad := int(np.count_nonzero(~np.isfinite(samples))):
             return _Fault(f"the driver gave {bad} samples that are not numbers", "use another API")
-        if not arrived.found:
+        if not arrived.is_detected:
             return self._no_sound(samples)
         if flags:
             reports = ", ".join(sorted(set(flags)))

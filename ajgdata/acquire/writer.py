@@ -25,7 +25,7 @@ class Acquired(NamedTuple):
     skipped grasps with the reason, and scenes that had to be simulated."""
 
     recorded: int
-    kept: int
+    unchanged: int
     skipped: Mapping[str, str]
     solved: int = 0
 

@@ -85,8 +85,8 @@ class Plate:
         """Degrees (2, P) of the polynomials along length and width: up to a total on round plates,
         where the others cannot be told from them."""
         along, across = np.indices((POLYNOMIALS, POLYNOMIALS)).reshape(2, -1)
-        kept = along + across < (POLYNOMIALS if self.round else 2 * POLYNOMIALS)
-        return np.stack([along[kept], across[kept]])
+        mask = along + across < (POLYNOMIALS if self.round else 2 * POLYNOMIALS)
+        return np.stack([along[mask], across[mask]])
 
     def shapes(self, u: Real, v: Real, d_u: int = 0, d_v: int = 0) -> Real:
         """Products of Legendre polynomials (P, points) at u, v (m), or derivatives of them."""

@@ -82,7 +82,7 @@ def _balloon(scene: Scene, x: Real, y: Real) -> Real:
     At p lies what lay at p - askew (1 - |p|²/R²). Volume changes in second order of askew / R.
     """
     rim, depth = scene.gripper.rim_radius_mm * MM, scene.gripper.balloon_depth_mm * MM
-    across, along = (one * MM for one in scene.assembly.askew_mm)
+    across, along = (offset * MM for offset in scene.assembly.askew_mm)
     inside = np.clip(1 - (np.hypot(x, y) / rim) ** 2, 0, None)
     radius = np.hypot(x - across * inside, y - along * inside)
     return -depth * np.sqrt(np.clip(1 - (radius / rim) ** 2, 0, None))
@@ -138,7 +138,7 @@ def _press(
     pressed = _edge(over) * within
     contact, held = (
         np.clip(gaussian_filter(touching * pressed, smoothing), 0, 1)
-        for touching in (np.maximum(shape.touching, shape.beside), shape.touching)
+        for touching in (np.maximum(shape.touching, shape.adjacent), shape.touching)
     )
     return free + rise, contact, held, table
 

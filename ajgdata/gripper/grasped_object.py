@@ -107,9 +107,9 @@ def body_of(scene: Scene, where: Imprint, force: float) -> tuple[Body, Rest] | N
     if thing is None or material is None or not where.total:
         return None
     weight = GRAVITY * material.density_kg_m3 * thing.volume_mm3 * MM**3
-    rest = rest_on(scene.support, thing, material, force + weight)
+    footing = rest_on(scene.support, thing, material, force + weight)
     height, across = thing.size_mm[2] * MM, partial(section, thing)
-    return Body(material, height, across, rest.foot_m2, where.total), rest
+    return Body(material, height, across, footing.foot_m2, where.total), footing
 
 
 def bed_of(scene: Scene, where: Imprint, force: float) -> Bed | None:
@@ -124,14 +124,14 @@ def bed_of(scene: Scene, where: Imprint, force: float) -> Bed | None:
     return Bed(pack.frame(stress), seat(stress, pack, object_, latex), where.depth)
 
 
-def stack_of(scene: Scene, body: Body, rest: Rest, bed: Bed | None) -> Stack:
+def stack_of(scene: Scene, body: Body, footing: Rest, bed: Bed | None) -> Stack:
     """The column that `body` and, if any, `bed` make on what it rests on."""
     membrane = scene.gripper.membrane.mass_kg_m2
     if _shell(scene) is not None:
         # It rings as a shell (`ringing`), and not as a rod of its section, too.
         stiff = body.material.model_copy(update={"young_pa": STIFFER * body.material.young_pa})
         body = replace(body, material=stiff)
-    return stack(body, membrane, (rest.stiffness, rest.loss), bed)
+    return stack(body, membrane, (footing.stiffness, footing.loss), bed)
 
 
 def skin_walls(where: Imprint, cells: Cells, skin: tuple[float, float, float]) -> WallList:
@@ -271,7 +271,7 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, where: Imprint) -> Graspe
     held = body_of(scene, where, shape.force_n)
     if held is None:
         return RIGID
-    body, rest = held
+    body, footing = held
     limits = bounds(scene)
     absent = omitted(scene, limits)
     grains = None if "frame" in absent else bed_of(scene, where, shape.force_n)
@@ -279,11 +279,11 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, where: Imprint) -> Graspe
     if plate is not None:
         stack = bent_modes(*plate, where.area, body, grains)
     else:
-        stack = solve(stack_of(scene, body, rest, grains))
+        stack = solve(stack_of(scene, body, footing, grains))
     # With the grains on it the object's modes are those of both.
     moves, rings = (grains is not None or part not in absent for part in ("motion", "elastic"))
-    wanted = np.concatenate([[moves], np.repeat(rings, len(stack.square) - 1)])
-    chosen = np.flatnonzero(wanted & _audible(stack.square))
+    solved = np.concatenate([[moves], np.repeat(rings, len(stack.square) - 1)])
+    chosen = np.flatnonzero(solved & _audible(stack.square))
     modes = mode_list(where, cells, stack, chosen) if len(chosen) else NO_MODES
     bent = ringing(scene, where, cells)
     if bent is not None and rings:

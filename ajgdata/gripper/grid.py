@@ -89,8 +89,8 @@ def cut_cells(columns: Columns, h: float, half_width: float, bottom: float, top:
     share[share < SLIGHT], share[share > 1 - SLIGHT] = 0.0, 1.0
     membrane = total * share
     free = 1 - np.divide(touching, floor, out=np.zeros_like(floor), where=floor > 0)
-    kept = volume, bed, area_x, area_y, area_z, membrane * free, total * (1 - share)
-    inner = (np.ascontiguousarray(array[:, 1:-1, 1:-1]) for array in kept)
+    arrays = volume, bed, area_x, area_y, area_z, membrane * free, total * (1 - share)
+    inner = (np.ascontiguousarray(array[:, 1:-1, 1:-1]) for array in arrays)
     return Cells(h, x[1:-1], y[1:-1], z, *inner)
 
 

@@ -112,8 +112,8 @@ class Fluid:
         part = np.array(self.strengths)[:, None] / (1 + delay)
         share = self.compressibility / compressibility
         density = np.stack([self.density / rho, self.drag / (1j * omega * rho)])
-        one = np.ones((1, len(omega)))
-        return density, np.concatenate([one, part * share, -part * delay / (1 + delay) * share])
+        unity = np.ones((1, len(omega)))
+        return density, np.concatenate([unity, part * share, -part * delay / (1 + delay) * share])
 
 
 def air_fluid(air: Air) -> Fluid:

@@ -107,9 +107,9 @@ class Film(NamedTuple):
         """
         below = Skin(self.membrane_kg_m2, 0.0, np.inf) if skin is None else skin
         stiffness = 1 / (1 / below.stiffness + 1 / self.spring.stiffness_n_m3)
-        share, rest = stiffness / below.stiffness, stiffness / self.spring.stiffness_n_m3
+        share, spring_share = stiffness / below.stiffness, stiffness / self.spring.stiffness_n_m3
         mass = self.membrane_kg_m2 + (below.mass - self.membrane_kg_m2) * share**2
-        lossy = self.spring.loss * rest * np.sqrt(stiffness * mass)
+        lossy = self.spring.loss * spring_share * np.sqrt(stiffness * mass)
         return Skin(mass, below.resistance * share**2 + float(lossy), stiffness)
 
 

@@ -45,14 +45,14 @@ def external_noise_pa(count: int, gain: Real, dba: float, coupling_hz: float, se
     """
     white = np.random.default_rng(seed).standard_normal(count)
     f = np.fft.rfftfreq(count, 1 / SAMPLE_RATE_HZ)
-    given = np.linspace(0, SAMPLE_RATE_HZ / 2, len(gain))
-    through = np.sqrt(np.interp(f, given, gain**2)) * _heard(count, coupling_hz)
+    gain_hz = np.linspace(0, SAMPLE_RATE_HZ / 2, len(gain))
+    through = np.sqrt(np.interp(f, gain_hz, gain**2)) * _outside_response(count, coupling_hz)
     filtered = np.fft.irfft(np.fft.rfft(white) * through, count)
     return REFERENCE_PA * 10 ** (dba / 20) * filtered
 
 
 @lru_cache(maxsize=16)
-def _heard(count: int, coupling_hz: float) -> Real:
+def _outside_response(count: int, coupling_hz: float) -> Real:
     """From unit white noise to that of 0 dB(A) outside, per reference pressure."""
     low, high = OUTSIDE_BAND_HZ
     fine = np.linspace(low, high, 200_001)

@@ -81,8 +81,8 @@ def _materials() -> dict[str, ObjectSpec]:
 
 
 def _compound(material: Any, *parts: dict[str, Any], shell_mm: float | None = None) -> Compound:
-    given = {"kind": "compound", "parts": parts, "material": material, "shell_mm": shell_mm}
-    return Compound.model_validate(given)
+    content = {"kind": "compound", "parts": parts, "material": material, "shell_mm": shell_mm}
+    return Compound.model_validate(content)
 
 
 def _part(shape: Any, x: float = 0.0, y: float = 0.0, lift: float = 0.0, angle: float = 0.0) -> Any:

@@ -333,8 +333,8 @@ class Compound(Solid):
         if lowest > 0:
             raise ValueError(f"no part rests on the table: lower every lift_mm by {lowest:g}")
         for part in self.parts:
-            given = part.shape.shell_mm, part.shape.gap_um
-            if part.shape.material != "rigid" or given != (None, None):
+            own = part.shape.shell_mm, part.shape.gap_um
+            if part.shape.material != "rigid" or own != (None, None):
                 raise ValueError(
                     "material, shell_mm and gap_um belong to the compound, not to its parts"
                 )

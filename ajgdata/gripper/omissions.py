@@ -54,7 +54,7 @@ class Part:
     a relative change of a third octave or of the feature (None: not measured)."""
 
     name: PartName
-    kept: bool
+    is_solved: bool
     effect: float | None = None
 
 
@@ -137,16 +137,16 @@ def _as_measured(met: Scene) -> bool:
         np.max(np.abs(np.subtract(value, default)), initial=0.0) <= RANGES[name]
         if name in RANGES
         else value == default
-        for one, other in pairs
-        for name, value, default in _settings(one, other)
+        for scene, other in pairs
+        for name, value, default in _settings(scene, other)
     )
 
 
-def _settings(one: SceneModel, other: SceneModel) -> Iterator[tuple[str, Any, Any]]:
+def _settings(scene: SceneModel, other: SceneModel) -> Iterator[tuple[str, Any, Any]]:
     """Name and both values of each setting that is not free."""
-    for name in type(one).model_fields:
+    for name in type(scene).model_fields:
         if name == "nuisance":
             drawn = {"grain_force": 0.0}
-            yield name, *(getattr(x, name).model_copy(update=drawn) for x in (one, other))
+            yield name, *(getattr(x, name).model_copy(update=drawn) for x in (scene, other))
         elif name not in FREE:
-            yield name, getattr(one, name), getattr(other, name)
+            yield name, getattr(scene, name), getattr(other, name)

@@ -124,11 +124,11 @@ def _power(real, imag, cosine, sine):
         for k in range(patches):
             x, y = real[n, k], imag[n, k]
             for d in range(count):
-                now, beside = a[k, d], b[k, d]
-                across[d] += now * x - beside * y
-                along[d] += now * y + beside * x
-                a[k, d] = now * cosine[k, d] - beside * sine[k, d]
-                b[k, d] = now * sine[k, d] + beside * cosine[k, d]
+                cosine_part, sine_part = a[k, d], b[k, d]
+                across[d] += cosine_part * x - sine_part * y
+                along[d] += cosine_part * y + sine_part * x
+                a[k, d] = cosine_part * cosine[k, d] - sine_part * sine[k, d]
+                b[k, d] = cosine_part * sine[k, d] + sine_part * cosine[k, d]
         for d in range(count):
             power[n] += across[d] * across[d] + along[d] * along[d]
     return power / count

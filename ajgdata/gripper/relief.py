@@ -101,7 +101,7 @@ def _relax(height, obstacle, load, step, sweeps):
     """
     rows, columns = height.shape
     right, down = np.zeros((rows, columns + 1)), np.zeros((rows + 1, columns))
-    share, wanted = np.zeros((rows, columns)), np.zeros(columns)
+    share, balanced = np.zeros((rows, columns)), np.zeros(columns)
     for sweep in range(sweeps):
         if sweep % LOOK == 0:
             _slack(height, step, right, down)
@@ -112,21 +112,21 @@ def _relax(height, obstacle, load, step, sweeps):
                     )
         for colour in range(2):
             for i in range(rows):
-                _wanted(height, right, down, share, load, i, wanted)
+                _balance(height, right, down, share, load, i, balanced)
                 for j in range((i + colour) % 2, columns, 2):
-                    height[i, j] = max(wanted[j], obstacle[i, j])
+                    height[i, j] = max(balanced[j], obstacle[i, j])
 
 
 @njit(nogil=True, cache=True)
-def _wanted(height, right, down, share, load, i, wanted):
+def _balance(height, right, down, share, load, i, balanced):
     """Height to which each sample of row `i` would go; faces of the border pull nothing."""
     rows, columns = height.shape
     above, below = max(i - 1, 0), min(i + 1, rows - 1)
     for j in (0, columns - 1):
         left, beyond = max(j - 1, 0), min(j + 1, columns - 1)
-        wanted[j] = _pulled(height, right, down, share, load, i, j, above, below, left, beyond)
+        balanced[j] = _pulled(height, right, down, share, load, i, j, above, below, left, beyond)
     for j in range(1, columns - 1):
-        wanted[j] = _pulled(height, right, down, share, load, i, j, above, below, j - 1, j + 1)
+        balanced[j] = _pulled(height, right, down, share, load, i, j, above, below, j - 1, j + 1)
 
 
 @njit(nogil=True, cache=True)
@@ -157,10 +157,10 @@ class Relief:
 @dataclass(frozen=True)
 class Draped(Relief):
     """A relief as the membrane sees it: `touching` is the part of the footprint where the membrane
-    lies on the object, `beside` the part of the table that the membrane reaches."""
+    lies on the object, `adjacent` the part of the table that the membrane reaches."""
 
     touching: Real
-    beside: Real
+    adjacent: Real
 
 
 def relief(scene: Scene, x: Real, y: Real) -> Relief:

@@ -82,8 +82,8 @@ def foot_area(shape: Object, force: float, modulus: float) -> float:
     match shape:
         case Sphere() | Ellipsoid():
             radius = length * width / (2 * height)
-            most = pi / 4 * length * width
-            return float(min(pi * np.cbrt(3 * force * radius / (4 * modulus)) ** 2, most))
+            limit = pi / 4 * length * width
+            return float(min(pi * np.cbrt(3 * force * radius / (4 * modulus)) ** 2, limit))
         case Rod():
             half = np.sqrt(4 * force * width / 2 / (pi * modulus * length))
             return float(min(2 * half, width) * length)

@@ -55,11 +55,11 @@ class Medium(SceneModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _by_kind(cls, given: Any) -> Any:
-        if isinstance(given, dict):
-            diameter, porosity = GRAINS.get(given.get("kind", "plastic"), GRAINS["plastic"])
-            return {"grain_diameter_mm": diameter, "porosity": porosity, **given}
-        return given
+    def _by_kind(cls, content: Any) -> Any:
+        if isinstance(content, dict):
+            diameter, porosity = GRAINS.get(content.get("kind", "plastic"), GRAINS["plastic"])
+            return {"grain_diameter_mm": diameter, "porosity": porosity, **content}
+        return content
 
 
 class Nuisance(SceneModel):
@@ -198,13 +198,13 @@ class Scene(SceneModel):
 
     @field_validator("gripper", mode="before")
     @classmethod
-    def _gripper_by_name(cls, given: Any) -> Any:
-        return GRIPPERS[_known(given, "gripper", GRIPPERS)] if isinstance(given, str) else given
+    def _gripper_by_name(cls, value: Any) -> Any:
+        return GRIPPERS[_known(value, "gripper", GRIPPERS)] if isinstance(value, str) else value
 
     @field_validator("object", mode="before")
     @classmethod
-    def _object_by_name(cls, given: Any) -> Any:
-        return OBJECTS[_known(given, "object", OBJECTS)].shape if isinstance(given, str) else given
+    def _object_by_name(cls, value: Any) -> Any:
+        return OBJECTS[_known(value, "object", OBJECTS)].shape if isinstance(value, str) else value
 
     @model_validator(mode="after")
     def _fits(self) -> Scene:
@@ -244,11 +244,11 @@ def as_met(scene: Scene) -> Scene:
     (7.5, 0.0)
     """
     gripper, grasp, air = scene.gripper, scene.grasp, scene.environment
-    made, session, neutral = scene.assembly, scene.session, Grasp()
+    assembly, session, neutral = scene.assembly, scene.session, Grasp()
     meets = {
         "bed_depth_mm": gripper.bed_depth_mm + session.fill_mm,
-        "speaker_mm": _moved(gripper.speaker_mm, made.speaker_moved_mm),
-        "microphone_mm": _moved(gripper.microphone_mm, made.microphone_moved_mm),
+        "speaker_mm": _moved(gripper.speaker_mm, assembly.speaker_moved_mm),
+        "microphone_mm": _moved(gripper.microphone_mm, assembly.microphone_moved_mm),
     }
     centre = _moved(_moved((grasp.offset_x_mm, grasp.offset_y_mm), grasp.placed_mm), session.jig_mm)
     held = {
@@ -259,7 +259,7 @@ def as_met(scene: Scene) -> Scene:
         "placed_deg": neutral.placed_deg,
     }
     warmth = {"temperature_c": air.temperature_c + session.temperature_k}
-    fixed = Assembly(askew_mm=made.askew_mm, fill_slope_deg=made.fill_slope_deg)
+    fixed = Assembly(askew_mm=assembly.askew_mm, fill_slope_deg=assembly.fill_slope_deg)
     return scene.model_copy(
         update={
             "gripper": gripper.model_copy(update=meets),

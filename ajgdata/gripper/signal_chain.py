@@ -104,7 +104,7 @@ def transducers(chain: SignalChain) -> Real:
         # The derivative comes with the first resonance.
         over = (0, 0, 1) if number else (0, 1, 0)
         analogue.append((over, (1 / omega**2, 1 / (q * omega), 1)))
-    sections = np.array([_bilinear(*one) for one in analogue])
+    sections = np.array([_bilinear(*section) for section in analogue])
     z = np.exp(-2j * np.pi * 1_000 / SAMPLE_RATE_HZ)
     at_1k = np.prod(sections[:, :3] @ [1, z, z * z] / (sections[:, 3:] @ [1, z, z * z]))
     sections[0, :3] /= abs(at_1k)
@@ -118,7 +118,7 @@ def _bilinear(over: Polynomial, under: Polynomial) -> list[float]:
         (a * k**2 + b * k + c, 2 * (c - a * k**2), a * k**2 - b * k + c)
         for a, b, c in (over, under)
     ]
-    return [value / both[1][0] for one in both for value in one]
+    return [value / both[1][0] for polynomial in both for value in polynomial]
 
 
 def _warp(frequency_hz: float) -> float:

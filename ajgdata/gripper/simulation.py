@@ -136,10 +136,10 @@ def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int, Re
     for n in range(int(np.ceil(longest / CHUNK))):
         drive = scale * pulse[n * CHUNK * factor : (n + 1) * CHUNK * factor]
         push = np.zeros((len(model.skin.centre), CHUNK))
-        heard = march(
+        pressure = march(
             system, state, model.microphone, model.speaker, drive, CHUNK * factor, patches, push
         )
-        pieces.append(heard)
+        pieces.append(pressure)
         pushes.append(push)
         before, (level, unrest) = level, _moments(system.mass.ravel(), state.p)
         if not np.isfinite(unrest):
@@ -244,10 +244,10 @@ def slices(plan: Plan, every: int, frames: int, peak_hz: float = 4_000.0) -> Fil
     state = at_rest(system)
     # Far from where float32 loses its digits to denormal numbers.
     scale = 1e9 / float(np.max(system.capacities.yield_))
-    kept = np.empty((frames, *live.shape), np.float32)
+    pressures = np.empty((frames, *live.shape), np.float32)
     for n in range(frames):
         now = scale * drive[n * every : (n + 1) * every]
         march(system, state, plan.speaker, plan.microphone, now, every)
-        kept[n] = np.where(live, state.p.reshape(system.shape)[:, index], 0) / scale
+        pressures[n] = np.where(live, state.p.reshape(system.shape)[:, index], 0) / scale
     times_s = system.dt * every * np.arange(1, frames + 1)
-    return Film(cells.x, cells.z, live, times_s, kept)
+    return Film(cells.x, cells.z, live, times_s, pressures)

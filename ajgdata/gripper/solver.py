@@ -82,10 +82,10 @@ def _damped_velocity(u, decay, gain, reach, p, lo, hi, step):
 
 @njit(nogil=True, cache=True)
 def _divergence(into, ux, uy, uz, rx, ry, rz, lo, hi, row, slab):
-    one = uint64(1)
+    unit = uint64(1)
     for i in range(lo, hi):
-        out = (ux[i] - ux[i - one]) + (uy[i] - uy[i - row]) + (uz[i] - uz[i - slab])
-        x = rx[i + one] * ux[i + one] - rx[i - one - one] * ux[i - one - one]
+        out = (ux[i] - ux[i - unit]) + (uy[i] - uy[i - row]) + (uz[i] - uz[i - slab])
+        x = rx[i + unit] * ux[i + unit] - rx[i - unit - unit] * ux[i - unit - unit]
         y = ry[i + row] * uy[i + row] - ry[i - row - row] * uy[i - row - row]
         z = rz[i + slab] * uz[i + slab] - rz[i - slab - slab] * uz[i - slab - slab]
         into[i - lo] = out - (x + y + z)
@@ -116,7 +116,7 @@ def _sweep(state, faces, reach, capacities, span, scratch):
     decay_x, decay_y, decay_z, gain_x, gain_y, gain_z = faces
     reach_x, reach_y, reach_z = reach
     first, last, bed_slabs, row, slab = span
-    one, slabs = uint64(1), len(first)
+    unit, slabs = uint64(1), len(first)
     # The slab below the one whose velocity along z is new is the last whose pressure nobody needs;
     # its velocities along x and y wait until now, so that they are still in the cache.
     for above in range(1, slabs):
@@ -128,10 +128,10 @@ def _sweep(state, faces, reach, capacities, span, scratch):
         k = above - 1
         lo, hi = first[k], last[k]
         if k < bed_slabs:
-            _damped_velocity(ux, decay_x, gain_x, reach_x, p, lo, hi, one)
+            _damped_velocity(ux, decay_x, gain_x, reach_x, p, lo, hi, unit)
             _damped_velocity(uy, decay_y, gain_y, reach_y, p, lo, hi, row)
         else:
-            _velocity(ux, gain_x, reach_x, p, lo, hi, one)
+            _velocity(ux, gain_x, reach_x, p, lo, hi, unit)
             _velocity(uy, gain_y, reach_y, p, lo, hi, row)
         _divergence(scratch, ux, uy, uz, reach_x, reach_y, reach_z, lo, hi, row, slab)
         if k < bed_slabs:
@@ -148,10 +148,10 @@ def _drive(p, yield_, cell, weight, flow):
 
 @njit(nogil=True, cache=True)
 def _listen(p, cell, weight):
-    heard = 0.0
+    pressure = 0.0
     for m in range(len(cell)):
-        heard += weight[m] * p[cell[m]]
-    return heard
+        pressure += weight[m] * p[cell[m]]
+    return pressure
 
 
 @njit(nogil=True, cache=True)
@@ -167,11 +167,11 @@ def _add(into, weight, times):
 
 
 @njit(nogil=True, cache=True)
-def _dot(weight, heard, scratch):
-    """Σ weight·heard by halves: vectorises without leave to reorder a sum, and rounds less."""
-    left = len(heard)
+def _dot(weight, pressure, scratch):
+    """Σ weight·pressure by halves: vectorises without leave to reorder a sum, and rounds less."""
+    left = len(pressure)
     for j in range(left):
-        scratch[j] = weight[j] * heard[j]
+        scratch[j] = weight[j] * pressure[j]
     while left > 1:
         half = (left + 1) // 2
         for j in range(left - half):
@@ -188,12 +188,12 @@ def _swing(p, motion, modes, touched):
     """
     cell, weight, half_yield, inverse, gram, inertia, half_spring = modes
     count = len(inertia)
-    heard, scratch, taken = touched[0], touched[1], touched[2]
+    pressure, scratch, taken = touched[0], touched[1], touched[2]
     drive, w = np.empty(count), np.zeros(count)
     for j in range(len(cell)):
-        heard[j] = p[cell[j]]
+        pressure[j] = p[cell[j]]
     for n in range(count):
-        drive[n] = _dot(weight[n], heard, scratch)
+        drive[n] = _dot(weight[n], pressure, scratch)
     for n in range(count):
         for m in range(count):
             force = motion[0, m] - motion[1, m]

@@ -80,7 +80,7 @@ def build_plan(scene: Scene) -> Plan:
     """Return geometry, grid, medium, walls and modes of `scene`; raise SceneError (a ValueError).
 
     >>> plan = build_plan(Scene.model_validate({"object": "cube_20p7", "numerics": {"dx_mm": 6}}))
-    >>> [part.name for part in plan.parts if part.kept]
+    >>> [part.name for part in plan.parts if part.is_solved]
     ['bed', 'poles', 'membrane', 'object', 'motion', 'elastic', 'compliance', 'film', 'frame']
     """
     # Threads of BLAS spin on a busy computer, and their number changes how sums round.

@@ -66,8 +66,8 @@ class Variation(SceneModel):
     def assembly(self, design: object) -> Drawn:
         """Return `scene.assembly` of the gripper, whose name is `design` if it is not given here.
 
-        >>> one = Variation().assembly("default")
-        >>> one == Variation().assembly({"height_mm": 50}), one == Variation().assembly("small")
+        >>> drawn = Variation().assembly("default")
+        >>> drawn == Variation().assembly({"height_mm": 50}), drawn == Variation().assembly("small")
         (True, False)
         """
         name = self.gripper.name or (design if isinstance(design, str) else "default")
@@ -101,12 +101,12 @@ class Variation(SceneModel):
         seed = derive_seed(*names, "bed")
         return {"history": {"seed": seed, "number": number, "memory": self.grasp.memory}}
 
-    def nuisance(self, given: Mapping[str, Any]) -> Drawn:
-        """Return `scene.grasp.nuisance` with what differs between grasps, unless it is `given`."""
-        return {"grain_force": self.grasp.grain_force, **given}
+    def nuisance(self, own: Mapping[str, Any]) -> Drawn:
+        """Return `scene.grasp.nuisance` with what differs between grasps, unless it is in `own`."""
+        return {"grain_force": self.grasp.grain_force, **own}
 
 
 def _within(amount: float, *names: str | int) -> list[float]:
     """Two even draws within ± amount."""
     generator = np.random.default_rng(derive_seed(*names))
-    return [round(float(one), 4) for one in amount * generator.uniform(-1, 1, 2)]
+    return [round(float(value), 4) for value in amount * generator.uniform(-1, 1, 2)]

@@ -85,7 +85,7 @@ def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
     solver = ResponseStore(paths.responses)
     source = VirtualGripper(grasps[0].setup, solver, recipe.signal, spec.excitation)
     done = acquire_session(paths.session(dataset, session), source, grasps)
-    counts = f"{done.recorded} recorded, {done.kept} already there"
+    counts = f"{done.recorded} recorded, {done.unchanged} already there"
     print(f"{counts}, {done.solved} scenes solved")
     for grasp, reason in done.skipped.items():
         print(f"skipped {grasp}: {reason}")

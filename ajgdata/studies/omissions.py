@@ -79,7 +79,7 @@ class Case:
             "nuisance": drawn.nuisance({}),
             **drawn.placement(*names),
         }
-        given = {
+        scene = {
             "object": self.shape,
             "support": {"kind": self.support},
             "medium": {"kind": self.medium},
@@ -95,7 +95,7 @@ class Case:
                 "tolerance": tolerance,
             },
         }
-        return build_plan(Scene.model_validate(given))
+        return build_plan(Scene.model_validate(scene))
 
 
 @dataclass(frozen=True)
@@ -192,10 +192,11 @@ def omission_rows(case: Case) -> list[dict[str, Value]]:
     tolerance = Numerics().tolerance
     default = case.plan(tolerance=tolerance)
     parts = {part.name: part for part in default.parts}
-    present = {part.name for part in case.plan().parts if part.kept}
+    present = {part.name for part in case.plan().parts if part.is_solved}
     named: dict[str, Value] = {"scene": case.name, "tolerance": tolerance}
     rows: list[dict[str, Value]] = [
-        {**named, "part": part, "bound": parts[part].effect, "kept": parts[part].kept, **change}
+        {**named, **change, "part": part}
+        | {"bound": parts[part].effect, "kept": parts[part].is_solved}
         for part, change in changes(case).items()
         if part in present
     ]
