@@ -269,12 +269,12 @@ class Dataset:
         settings = self.spec.tasks[task]
         target, groups, classes = settings.target, settings.groups, settings.classes
         kind = self.spec.targets[target].kind
-        shard = read_store(self.paths.features(self.spec.name))
+        table = read_store(self.paths.features(self.spec.name))
         with self._possible(task):
             if settings.min_groups:
-                frequent = frequent_classes(shard, target, groups, classes, settings.min_groups)
+                frequent = frequent_classes(table, target, groups, classes, settings.min_groups)
                 classes = tuple(frequent[0])
-            rows = task_data(shard, target, kind, groups, classes)
+            rows = task_data(table, target, kind, groups, classes)
         present = sorted(set(rows.value.tolist())) if kind == "classification" else []
         return rows, tuple(present)
 

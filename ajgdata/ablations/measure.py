@@ -110,8 +110,8 @@ class VariantData:
 
     def _stored(self, dataset: str) -> TaskData:
         """Return the recordings of a data set in the order of their names."""
-        shard, task = read_store(self.paths.features(dataset)), self.task
-        rows = task_data(shard, task["target"], task["kind"], task["groups"], task["classes"])
+        table, task = read_store(self.paths.features(dataset)), self.task
+        rows = task_data(table, task["target"], task["kind"], task["groups"], task["classes"])
         rows = rows.where(np.argsort(rows.name))
         if self.ablation.exclude:
             rows = rows.where(~np.isin(rows.value, self.ablation.exclude))
@@ -120,7 +120,7 @@ class VariantData:
         if self.variant.band_hz is None:
             return rows
         normalisation = read_dataset(self.paths, dataset).features.normalisation
-        band = within(rows.feature, shard.frequency_hz, self.variant.band_hz, normalisation)
+        band = within(rows.feature, table.frequency_hz, self.variant.band_hz, normalisation)
         return rows._replace(feature=band[0])
 
     def planned(self, settings: Grasps) -> list[Grasp]:

@@ -69,14 +69,6 @@ def compare(
     return "better" if (interval.low > published) == higher_is_better else "worse"
 
 
-def verdict_on_count(middle: float, low: float, high: float, published: float) -> Verdict:
-    """Return the verdict on a count of which more is better, from the range of many runs.
-
-    A count has no perfect value, so the published value takes its place.
-    """
-    return compare(middle, Interval(low, high), published, chance=0.0, perfect=published)
-
-
 def statement(gap: Interval) -> Verdict:
     """Return the verdict on a statement that holds if a difference is above 0."""
     if not gap.is_defined:

@@ -19,6 +19,7 @@ from scipy.special import logsumexp, softmax
 TEMPERATURES = (0.05, 20.0)
 #: Below this a probability says no more; its logarithm stays finite.
 TINIEST = 1e-12
+BINS = 10  #: of the confidence, 0 to 1
 
 
 @dataclass(frozen=True)
@@ -54,13 +55,13 @@ def with_temperature(probability: np.ndarray, t: float) -> np.ndarray:
     return softmax(np.log(np.maximum(probability, TINIEST)) / t, axis=1)
 
 
-def reliability(confidence: np.ndarray, right: np.ndarray, bins: int = 10) -> list[Bin]:
+def reliability(confidence: np.ndarray, right: np.ndarray) -> list[Bin]:
     """Return the accuracy of predictions in equal bins of their confidence (n,), in 0..1.
 
     `right` (n,) says which were; bins that hold none are left out.
     """
-    edges = np.linspace(0, 1, bins + 1)
-    number = np.clip(np.searchsorted(edges, confidence, side="left") - 1, 0, bins - 1)
+    edges = np.linspace(0, 1, BINS + 1)
+    number = np.clip(np.searchsorted(edges, confidence, side="left") - 1, 0, BINS - 1)
     return [
         Bin(
             float(edges[b]),

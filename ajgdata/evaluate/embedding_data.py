@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ajgdata.store.features import Column, Shard
+from ajgdata.store.features import Column, FeatureRows
 from ajgdata.types import Embedding, Kind, NotPossibleError
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class Run(NamedTuple):
     test: np.ndarray
 
 
-def embedding_data(shard: Shard, settings: Embedding) -> EmbeddingData:
+def embedding_data(table: FeatureRows, settings: Embedding) -> EmbeddingData:
     """Return the recordings of which the log says what they are of; an empty gripper is no thing.
 
     Of more than `most_recordings` as many of every grasp as can be. Raises
@@ -70,9 +70,9 @@ def embedding_data(shard: Shard, settings: Embedding) -> EmbeddingData:
 
     names = (settings.instance, "grasp_id", settings.groups)
     for name in names:
-        if name not in shard.columns:
+        if name not in table.columns:
             raise NotPossibleError(f"there is no column {name!r}: add it to recordings.csv")
-    text = [shard.columns[name].values.astype(str) for name in names]
+    text = [table.columns[name].values.astype(str) for name in names]
     known = np.all([~np.isin(column, ["", "nan"]) for column in text], axis=0)
     if not known.any():
         raise NotPossibleError(f"no recording has {', '.join(dict.fromkeys(names))}")
@@ -80,14 +80,14 @@ def embedding_data(shard: Shard, settings: Embedding) -> EmbeddingData:
     count, most = len(rows), settings.most_recordings
     if count > most:
         rows = rows[thinned(text[1][rows], most, text[0][rows])]
-    columns = {n: Column(c.values[rows], c.attrs) for n, c in shard.columns.items()}
+    columns = {n: Column(c.values[rows], c.attrs) for n, c in table.columns.items()}
     instance, grasp, group = (column[rows] for column in text)
     if len(np.unique(instance)) < 2:
         raise NotPossibleError(
             f"all recordings are of one thing, {str(instance[0])!r}: two are needed"
         )
     available = count if count > most else 0
-    return EmbeddingData(shard.feature[rows], instance, grasp, group, columns, available)
+    return EmbeddingData(table.feature[rows], instance, grasp, group, columns, available)
 
 
 def train_on(

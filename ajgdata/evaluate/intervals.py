@@ -38,7 +38,6 @@ def metric_interval(
     kind: Kind,
     period: float | None = None,
     part: np.ndarray | None = None,
-    resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> Interval:
     """Return the interval of the mean over folds of RMSE (regression) or accuracy.
@@ -64,10 +63,7 @@ def metric_interval(
     else:
         loss = np.asarray(y_pred == y_true, float)
     is_share = kind == "classification"
-    return mean_interval(
-        loss, grasp, fold, part, root=not is_share, is_share=is_share, resamples=resamples,
-        seed=seed,
-    )  # fmt: skip
+    return mean_interval(loss, grasp, fold, part, root=not is_share, is_share=is_share, seed=seed)
 
 
 def mean_interval(

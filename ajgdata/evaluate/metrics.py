@@ -27,14 +27,9 @@ RANGES: dict[str, tuple[float, float]] = {
 
 
 def score(
-    y_true: np.ndarray,
-    y_pred: np.ndarray,
-    kind: Kind,
-    period: float | None = None,
-    weight: np.ndarray | None = None,
+    y_true: np.ndarray, y_pred: np.ndarray, kind: Kind, period: float | None = None
 ) -> dict[str, float]:
-    """Return all metrics of `kind` for targets and predictions (n,); `weight` (n,) is of a
-    regression.
+    """Return all metrics of `kind` for targets and predictions (n,).
 
     >>> import numpy as np
     >>> from ajgdata.evaluate.metrics import score
@@ -44,7 +39,7 @@ def score(
     10.0
     """
     if kind == "regression":
-        return regression(y_true, y_pred, period, weight)
+        return regression(y_true, y_pred, period)
     return classification(y_true, y_pred)
 
 

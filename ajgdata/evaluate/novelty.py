@@ -113,13 +113,11 @@ class Guard:
 
 @dataclass(frozen=True)
 class Alarm:
-    """How a threshold was found: `false_alarm` is the share of new grasps of what is known that it
-    flags at most, no less than 1 / (groups + 1); `folds` held some out."""
+    """A threshold: `false_alarm` is the largest share of new grasps of known objects that it flags,
+    no less than 1 / (groups + 1)."""
 
     threshold: float
     false_alarm: float
-    folds: int
-    groups: int
 
 
 def alarm(
@@ -128,7 +126,6 @@ def alarm(
     groups: np.ndarray,
     *,
     false_alarm: float = 0.01,
-    folds: int = FOLDS,
     seed: int = 0,
 ) -> Alarm:
     """Return the distance that new grasps exceed in a share `false_alarm` of cases at most.
@@ -140,25 +137,20 @@ def alarm(
     count = len(np.unique(groups))
     if count < 2:
         raise NotPossibleError("one group only: none is left to hold out")
-    distance = held_out_distances(features, grasp, groups, folds=folds, seed=seed)
+    distance = held_out_distances(features, grasp, groups, seed=seed)
     threshold = threshold_at(distance, groups, false_alarm)
     if threshold < EQUAL:
         raise NotPossibleError(
             "held-out grasps lie on those that are known: their features are equal"
         )
-    return Alarm(threshold, _possible(false_alarm, count), min(folds, count), count)
+    return Alarm(threshold, _possible(false_alarm, count))
 
 
 def held_out_distances(
-    features: np.ndarray,
-    grasp: np.ndarray,
-    groups: np.ndarray,
-    *,
-    folds: int = FOLDS,
-    seed: int = 0,
+    features: np.ndarray, grasp: np.ndarray, groups: np.ndarray, *, seed: int
 ) -> np.ndarray:
     """Return the distance (n,) of each recording to the nearest grasp of the other folds."""
-    folds, distance = min(folds, len(np.unique(groups))), np.empty(len(features))
+    folds, distance = min(FOLDS, len(np.unique(groups))), np.empty(len(features))
     for known, held in grouped_folds(np.zeros(len(features)), groups, "regression", folds, seed):
         distance[held] = Guard.of(features[known], grasp[known]).distance(features[held])
     return distance
@@ -180,19 +172,18 @@ def detection_rate(
     objects: np.ndarray,
     threshold: float,
     *,
-    folds: int = FOLDS,
     seed: int = 0,
 ) -> float:
     """Return the share of grasps of novel objects that are further away than `threshold`.
 
     `features` (n, f), their `grasp` (n,) and their `objects` (n,), which are held out: with more
-    than `folds` objects several at a time, so the rate is then slightly too high. Each grasp counts
+    than FOLDS objects several at a time, so the rate is then slightly too high. Each grasp counts
     once. Raises NotPossibleError for fewer than two objects.
     """
     count = len(np.unique(objects))
     if count < 2:
         raise NotPossibleError("one object only: none is left to hold out")
-    folds, random = min(folds, count), np.random.default_rng(seed)
+    folds, random = min(FOLDS, count), np.random.default_rng(seed)
     detected, tested = [], []
     none = np.zeros(len(features))
     for known, held in grouped_folds(none, objects, "regression", folds, seed):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ajgdata.store.features import Shard
+from ajgdata.store.features import FeatureRows
 from ajgdata.types import Kind, NotPossibleError
 
 
@@ -31,20 +31,20 @@ class TaskData(NamedTuple):
 
 
 def task_data(
-    shard: Shard, target: str, kind: Kind, groups: str, classes: Sequence[str] = ()
+    table: FeatureRows, target: str, kind: Kind, groups: str, classes: Sequence[str] = ()
 ) -> TaskData:
-    """Return the recordings of `shard` whose `target` is not missing, grouped by column `groups`.
+    """Return the recordings of `table` whose `target` is not missing, grouped by column `groups`.
 
     Of `classes` alone, if there are any. Raises ValueError when the store lacks rows or a column,
     for a class that no recording has, when all values or all groups are the same, and when a
     recording belongs to no group.
     """
-    if not len(shard.feature):
+    if not len(table.feature):
         raise NotPossibleError("no recording can be used: the quarantine says why")
     for column in (target, groups):
-        if column not in shard.columns:
+        if column not in table.columns:
             raise NotPossibleError(f"there is no column {column!r}: add it to recordings.csv")
-    values = shard.columns[target].values
+    values = table.columns[target].values
     present = np.isfinite(values) if kind == "regression" else values != ""
     if not present.any():
         raise NotPossibleError(f"no recording has a value of {target!r}")
@@ -56,19 +56,19 @@ def task_data(
         raise NotPossibleError(
             f"every recording has the same {target!r}: there is nothing to tell apart"
         )
-    group = shard.columns[groups].values.astype(str)
-    names = shard.columns["recording"].values
+    group = table.columns[groups].values.astype(str)
+    names = table.columns["recording"].values
     if (homeless := present & np.isin(group, ["", "nan"])).any():
         raise NotPossibleError(
             f"recording {str(names[homeless][0])!r} has no {groups!r}, which groups folds"
         )
     if len(np.unique(group[present])) < 2:
         raise NotPossibleError(f"all recordings have the same {groups!r}: folds need at least two")
-    return TaskData(shard.feature, values, group, names).where(present)
+    return TaskData(table.feature, values, group, names).where(present)
 
 
 def frequent_classes(
-    shard: Shard, target: str, groups: str, classes: Sequence[str], min_groups: int
+    table: FeatureRows, target: str, groups: str, classes: Sequence[str], min_groups: int
 ) -> tuple[list[str], dict[str, int]]:
     """Return the classes of `target` with at least `min_groups` groups, and how many each of the
     others has.
@@ -76,9 +76,9 @@ def frequent_classes(
     Of `classes` alone, if there are any; nothing of a store that lacks a column. Raises
     NotPossibleError where fewer than two classes are left.
     """
-    if not {target, groups} <= set(shard.columns) or not len(shard.feature):
+    if not {target, groups} <= set(table.columns) or not len(table.feature):
         return list(classes), {}
-    value, group = (shard.columns[name].values.astype(str) for name in (target, groups))
+    value, group = (table.columns[name].values.astype(str) for name in (target, groups))
     counts = {
         str(one): len(np.unique(group[value == one]))
         for one in np.unique(value[value != ""])

@@ -24,7 +24,7 @@ from ajgdata.types import AudioSettings, FeatureSettings, Kind, Level, Strict
 from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
-    from ajgdata.store.features import Shard
+    from ajgdata.store.features import FeatureRows
     from ajgdata.store.latents import Latents
 
 #: Columns of one number per row: what `results/metrics.csv` is made of.
@@ -73,8 +73,8 @@ class Inputs:
     groups: str
     folds: int
     seed: int
-    store: Shard
-    others: Mapping[str, Shard] = field(default_factory=dict)
+    store: FeatureRows
+    others: Mapping[str, FeatureRows] = field(default_factory=dict)
     period_deg: float | None = None
     withhold: Sequence[float] = ()
     classes: Sequence[str] = ()
@@ -94,9 +94,9 @@ class Inputs:
 
         Raises ValueError where there is none; see `task_data`.
         """
-        shard = self.others[other] if other else self.store
+        table = self.others[other] if other else self.store
         classes = self.classes_of_task[0]
-        return task_data(shard, self.target, self.kind, self.groups, classes)
+        return task_data(table, self.target, self.kind, self.groups, classes)
 
     @property
     def classes_of_task(self) -> tuple[Sequence[str], Mapping[str, int]]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from ajgdata.evaluate.agreement import verdict_on_count
+from ajgdata.evaluate.agreement import Interval, compare
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,
@@ -116,7 +116,9 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
         text = _text(runs, condition, paper.unit)
         if runs.numbers("sorts").max() >= LONGEST_RUN:
             text += f"; runs end at {number(LONGEST_RUN, 4)}"
-        verdict = verdict_on_count(middle, low, high, paper.value)
+        # A count has no perfect value, so the published value takes its place.
+        spread = Interval(low, high)
+        verdict = compare(middle, spread, paper.value, chance=0.0, perfect=paper.value)
         label = "held-out grasps"
         yield results.compared(paper, text, result.label, verdict, marks=(ours,), label=label)
 

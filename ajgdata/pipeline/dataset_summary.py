@@ -8,7 +8,7 @@ import numpy as np
 
 from ajgdata.paths import Paths
 from ajgdata.report.report_data import DatasetSummary, Spectra
-from ajgdata.store.features import Shard
+from ajgdata.store.features import FeatureRows
 from ajgdata.store.findings import read_findings
 from ajgdata.store.provenance import settings_digest
 from ajgdata.types import DatasetSpec, FeatureSettings
@@ -17,7 +17,7 @@ from ajgdata.types import DatasetSpec, FeatureSettings
 MAX_SPECTRA = 8
 
 
-def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:
+def summary(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> DatasetSummary:
     """Return what the report and the dataset card show of a data set and its features."""
     settings = json.loads(str(store.attrs["settings"]))
     return DatasetSummary(
@@ -43,7 +43,7 @@ def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:
     )
 
 
-def mean_spectra(store: Shard, spec: DatasetSpec) -> Spectra | None:
+def mean_spectra(store: FeatureRows, spec: DatasetSpec) -> Spectra | None:
     """Return the mean spectrum of each class, or of equally filled bins, of the first target; None
     if there is no target or no value."""
     name = next((task.target for task in spec.tasks.values()), "")

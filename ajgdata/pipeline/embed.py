@@ -35,13 +35,13 @@ def train_embedding(
     If training is impossible, for instance because objects were grasped once, the reason is written
     instead.
     """
-    shard = read_store(store)
+    table = read_store(store)
     text = json.dumps(settings.model_dump(mode="json"), sort_keys=True)
-    attrs: dict[str, str | float | int] = {**shard.attrs, "embedding": text, "seed": seed}
+    attrs: dict[str, str | float | int] = {**table.attrs, "embedding": text, "seed": seed}
     attrs |= device_facts()
     spent: dict[str, Any] = {}
     try:
-        data = embedding_data(shard, settings)
+        data = embedding_data(table, settings)
         folds = validation_folds(data, settings, seed)
         wall, cpu = time.perf_counter(), time.process_time()
         latent, encoding = _latents(data, folds, settings, seed)

@@ -31,7 +31,7 @@ from ajgdata.types import (
 
 if TYPE_CHECKING:
     from ajgdata.report.comparison import PaperFigure
-    from ajgdata.store.features import Shard
+    from ajgdata.store.features import FeatureRows
     from ajgdata.types.table import Table
 
 TaskKey = tuple[str, str]  #: data set, and task or embedding
@@ -113,13 +113,13 @@ def run_experiment(
     the data set. A task that lacks what the experiment needs is written as skipped, with reason.
     """
     name, _, model = kind.partition("-")
-    experiment, shard = EXPERIMENTS[name], read_store(store)
+    experiment, table = EXPERIMENTS[name], read_store(store)
     about = {"experiment": name, "dataset": dataset, "task": task, "model": model, "seed": seed}
-    about |= {**split, "settings": settings, "provenance": dict(shard.attrs), **device_facts()}
-    compared = {other: _comparable(store, shard, paths.features(other)) for other in others}
+    about |= {**split, "settings": settings, "provenance": dict(table.attrs), **device_facts()}
+    compared = {other: _comparable(store, table, paths.features(other)) for other in others}
     read_too = compared if experiment.reads_recordings else {}
     inputs = Inputs(
-        dataset=dataset, task=task, **split, seed=seed, store=shard, others=compared, audio=audio,
+        dataset=dataset, task=task, **split, seed=seed, store=table, others=compared, audio=audio,
         features=features, **_encoded(*encoders),
         **_sounds(paths, dataset, audio, read_too, rendered),
     )  # fmt: skip
@@ -145,20 +145,24 @@ def _measure(
     return outcome.tables, outcome.cost
 
 
-def _comparable(store: Path, shard: Shard, path: Path) -> Shard:
-    """Return another store, whose spectra have the axes of `shard`. Raises DataError for others."""
+def _comparable(store: Path, table: FeatureRows, path: Path) -> FeatureRows:
+    """Return another store, whose spectra have the axes of `table`. Raises DataError for others."""
     other = read_store(path)
-    for name, here, there in differing_axes(_settings(shard), _settings(other)):
+    for name, here, there in differing_axes(_settings(table), _settings(other)):
         problem = f"its {name} is {there}, that of {store} is {here}: they do not compare"
         raise DataError(path, problem, "give both data sets the same, and run again")
-    if shard.frequency_hz.tolist() != other.frequency_hz.tolist():
+    if table.frequency_hz.tolist() != other.frequency_hz.tolist():
         problem = f"its frequencies are not those of {store}: they do not compare"
         raise DataError(path, problem, "delete both, and run again")
     return other
 
 
 def _sounds(
-    paths: Paths, dataset: str, audio: AudioSettings, others: Mapping[str, Shard], rendered: str
+    paths: Paths,
+    dataset: str,
+    audio: AudioSettings,
+    others: Mapping[str, FeatureRows],
+    rendered: str,
 ) -> dict[str, Any]:
     """Return what reads recordings, and what simulates sounds, by name of the input."""
     # SciPy and the simulation, which Snakemake does not need
@@ -172,9 +176,9 @@ def _sounds(
     }
 
 
-def _settings(shard: Shard) -> dict[str, Any]:
+def _settings(table: FeatureRows) -> dict[str, Any]:
     """Return the settings by which the features of a store were computed."""
-    return json.loads(str(shard.attrs.get("settings", "{}")))
+    return json.loads(str(table.attrs.get("settings", "{}")))
 
 
 def _encoded(latents: Path | None = None, training_cost: Path | None = None) -> dict[str, Any]:

@@ -17,10 +17,6 @@ from ajgdata.types.table import Column, Table, table_of
 
 #: Table of the comparison with the paper.
 BESIDE_PAPER = "beside-paper"
-PAPER_KEYS = (
-    "figure", "where", "paper", "unit", "paper_text", "dataset", "task", "source", "model",
-    "result", "split", "agrees", "train_s", "inference_ms_per_recording",
-)  # fmt: skip
 
 
 def write_exports(report: Report, results: Sequence[TaskResults], folder: Path) -> tuple[str, ...]:
@@ -89,7 +85,7 @@ def _of_model(table: Table, model: str, has_models: bool) -> Table:
 
 def paper_table(rows: Sequence[PaperComparison]) -> Table:
     """Return the comparison with the paper: a row per published value and data set."""
-    cells = (
+    cells = [
         {
             "figure": row.paper.id,
             "where": row.paper.where,
@@ -107,5 +103,5 @@ def paper_table(rows: Sequence[PaperComparison]) -> Table:
             "inference_ms_per_recording": row.cost.inference_ms_per_recording if row.cost else None,
         }
         for row in rows
-    )
-    return table_of(BESIDE_PAPER, "Beside the paper", cells, **{key: key for key in PAPER_KEYS})
+    ]
+    return table_of(BESIDE_PAPER, "Beside the paper", cells, **{key: key for key in cells[0]})

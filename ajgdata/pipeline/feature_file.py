@@ -15,7 +15,7 @@ from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.recordings import examine, finding
-from ajgdata.store.features import Shard, read_store, text_column, write_store
+from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
 from ajgdata.store.files import csv_bytes, read_csv, sha256_of, write_bytes
 from ajgdata.store.findings import (
     is_rejected,
@@ -104,12 +104,13 @@ def build_feature_file(
         session = check_session(paths.session(dataset, name), trusted)
         rows, computed = _rows(session, previous.rows[name], audio, features, threads)
         parts.append(_part(session, rows, computed, targets))
-    shard, copies = without_copies(_joined(parts, audio, features, targets), [*targets])
+    table, copies = without_copies(_joined(parts, audio, features, targets), [*targets])
     issues = [*copies, *(issue for part in parts for issue in part.issues)]
-    write_store(store, _with_attributes(shard, dataset, audio, features, digest))
+    hashes.unlink(missing_ok=True)  # it is valid for the old store only
+    write_store(store, _with_attributes(table, dataset, audio, features, digest))
     write_findings(quarantine, issues)
     lines = [dict(zip(HASH_COLUMNS, pair, strict=True)) for pair in tables.items()]
-    write_bytes(hashes, csv_bytes(HASH_COLUMNS, lines))  # last: it vouches for the others
+    write_bytes(hashes, csv_bytes(HASH_COLUMNS, lines))
     if excluded := left_out(issues):
         tell(f"left out  {len(excluded)} of {dataset}: {quarantine} says why")
     computed, reused = sum(part.computed for part in parts), sum(part.reused for part in parts)
@@ -183,7 +184,7 @@ def _joined(
     audio: AudioSettings,
     features: FeatureSettings,
     targets: Mapping[str, Target],
-) -> Shard:
+) -> FeatureRows:
     """Return the recordings of all sessions with their labels."""
     frequency = frequencies_hz(audio.sample_rate_hz, features)
     rows = [row for part in parts for row in part.rows]
@@ -196,19 +197,19 @@ def _joined(
         "flags": text_column(flags, long_name="findings"),
     }
     feature = np.asarray([row.feature for row in rows], np.float32)
-    return Shard(feature.reshape(len(rows), len(frequency)), frequency, columns, {})
+    return FeatureRows(feature.reshape(len(rows), len(frequency)), frequency, columns, {})
 
 
 def _with_attributes(
-    shard: Shard, dataset: str, audio: AudioSettings, features: FeatureSettings, digest: str
-) -> Shard:
-    """Return the shard with what identifies the data set, and how it was computed."""
+    table: FeatureRows, dataset: str, audio: AudioSettings, features: FeatureSettings, digest: str
+) -> FeatureRows:
+    """Return the table with what identifies the data set, and how it was computed."""
     settings = {
         "audio": audio.model_dump(mode="json"),
         "features": features.model_dump(mode="json"),
     }
-    sources = set(shard.columns["source"].values) if "source" in shard.columns else set()
-    rows = zip(shard.columns["recording"].values, shard.columns["sha256"].values, strict=True)
+    sources = set(table.columns["source"].values) if "source" in table.columns else set()
+    rows = zip(table.columns["recording"].values, table.columns["sha256"].values, strict=True)
     inputs = sha256_of("\n".join(f"{name} {sha256}" for name, sha256 in rows).encode())
     attrs = {
         "settings": json.dumps(settings, sort_keys=True),
@@ -218,7 +219,7 @@ def _with_attributes(
         "source": "simulated" if "virtual" in sources else "recorded",
         "inputs_sha256": inputs,
     }
-    return replace(shard, attrs=attrs)
+    return replace(table, attrs=attrs)
 
 
 def _previous(path: Path, quarantine: Path, hashes: Path, digest: str) -> Previous:
@@ -227,19 +228,19 @@ def _previous(path: Path, quarantine: Path, hashes: Path, digest: str) -> Previo
     if not all(file.is_file() for file in (path, quarantine, hashes)):
         return previous
     try:
-        shard, issues = read_store(path), read_findings(quarantine)
+        table, issues = read_store(path), read_findings(quarantine)
         lines = read_csv(hashes, required=HASH_COLUMNS)[1]
     except DataError:
         return previous  # an unreadable file is computed again
-    if shard.attrs.get(SETTINGS_ATTRIBUTE) != digest:
+    if table.attrs.get(SETTINGS_ATTRIBUTE) != digest:
         return previous
     issues_of = defaultdict(list)
     for issue in issues:
         issues_of[f"{issue.session_id}/{issue.recording_id}"].append(issue)
     previous.tables.update((line["session_id"], line["sha256"]) for line in lines)
     keys = ("recording", "session_id", "sha256", "flags")
-    texts = zip(*(shard.columns[key].values.tolist() for key in keys), strict=True)
-    for feature, (name, session, sha256, flags) in zip(shard.feature, texts, strict=True):
+    texts = zip(*(table.columns[key].values.tolist() for key in keys), strict=True)
+    for feature, (name, session, sha256, flags) in zip(table.feature, texts, strict=True):
         codes = set(filter(None, flags.split(",")))
         known = tuple(issue for issue in issues_of[name] if issue.code in codes)
         if {issue.code for issue in known} == codes:  # else store and quarantine are of two runs

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from ajgdata.gripper import Scene
     from ajgdata.gripper.simulation import Film
     from ajgdata.report.opening import Opening
-    from ajgdata.store.features import Shard
+    from ajgdata.store.features import FeatureRows
 
 #: Task, and its target, whose classes a picture can show.
 OBJECT = "object"
@@ -77,7 +77,7 @@ def build_opening(paths: Paths, *, store: Path, tables: Path, audio: AudioSettin
     write_bytes(paths.opening, json_bytes(about))
 
 
-def _opening(paths: Paths, shard: Shard, tables: Path, audio: AudioSettings) -> Opening:
+def _opening(paths: Paths, shard: FeatureRows, tables: Path, audio: AudioSettings) -> Opening:
     """Return the picture's content. Raises NotPossibleError if nothing can be shown.
 
     It is a recording of the smallest sphere, because every section through it is a circle, or of
@@ -135,7 +135,7 @@ def _planned_setups(paths: Paths, dataset: str) -> dict[str, Mapping[str, Any]]:
     return {g.digest: g.setup for grasps in planned for g in grasps if g.object}
 
 
-def _by_recording(shard: Shard, column: str) -> dict[str, str]:
+def _by_recording(shard: FeatureRows, column: str) -> dict[str, str]:
     """Return a column of the feature file by the name of the recording."""
     names, values = (shard.columns[key].values.tolist() for key in ("recording", column))
     return dict(zip(names, values, strict=True))
@@ -191,7 +191,7 @@ def _sweep(folder: Path, audio: AudioSettings) -> np.ndarray:
     raise NotPossibleError(f"session {folder.name} lacks the sound that it played")
 
 
-def _level_db(shard: Shard, row: int) -> np.ndarray:
+def _level_db(shard: FeatureRows, row: int) -> np.ndarray:
     """Return the feature of a row (bins,) in dB of its largest bin."""
     quantity = FeatureSettings(**json.loads(str(shard.attrs["settings"]))["features"]).quantity
     feature = np.asarray(shard.feature[row], float)

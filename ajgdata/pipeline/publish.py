@@ -10,7 +10,7 @@ from zipfile import ZipFile
 
 from ajgdata.paths import Paths, Tree
 from ajgdata.store.audio import file_sha256
-from ajgdata.store.features import Shard, read_store
+from ajgdata.store.features import FeatureRows, read_store
 from ajgdata.store.files import alone, copy, json_bytes, replacing_folder, sha256_of, yaml_bytes
 from ajgdata.store.provenance import commit_date, layer_hash, settings_digest, software
 from ajgdata.store.publishing import archive
@@ -43,7 +43,7 @@ class _Contents:
     """What is published: features, and recordings with their files by `<session>/<recording_id>`,
     in the order of the feature file."""
 
-    store: Shard
+    store: FeatureRows
     sessions: Mapping[str, Session]
     recordings: Mapping[str, tuple[Recording, Path]]
 
@@ -113,7 +113,7 @@ def _checked_target(out: Path) -> Path:
     return out
 
 
-def _contents(paths: Paths, dataset: str, store: Shard) -> _Contents:
+def _contents(paths: Paths, dataset: str, store: FeatureRows) -> _Contents:
     """Return the sessions and recordings of a feature file."""
     names = sorted(set(store.columns["session_id"].values.tolist()))
     sessions = {name: read_session(paths.session(dataset, name)) for name in names}
@@ -215,7 +215,7 @@ def _describe(
     return about_data.n_left_out, about.is_unlicensed
 
 
-def _provenance(spec: DatasetSpec, store: Shard, grippers: Sequence[str]) -> dict[str, str]:
+def _provenance(spec: DatasetSpec, store: FeatureRows, grippers: Sequence[str]) -> dict[str, str]:
     """Return the software, settings and grippers of a published data set, by topic."""
     attrs = store.attrs
     programs = {"published by": software(), "features computed by": attrs}

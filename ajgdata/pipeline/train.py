@@ -12,7 +12,7 @@ import numpy as np
 
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, task_data
 from ajgdata.models.device import device_facts
-from ajgdata.store.features import Shard, read_store
+from ajgdata.store.features import FeatureRows, read_store
 from ajgdata.store.models import write_about, write_estimator, write_guard
 from ajgdata.store.tables import plain
 from ajgdata.types import Kind, NotPossibleError
@@ -23,18 +23,18 @@ def train_models(
 ) -> None:
     """Fit every model of every task, see `DatasetSpec.trainings`, and write each into
     `folder`/task/model."""
-    shard = read_store(store)
+    table = read_store(store)
     pairs = [(task, model) for task, declared in tasks.items() for model in declared["models"]]
     for task, model in pairs:
         print(f"{task}: {model}")
         settings = tasks[task]["settings"]
-        train_from_shard(
-            shard, **settings, task=task, model=model, seed=seed, folder=folder / task / model
+        train_model(
+            table, **settings, task=task, model=model, seed=seed, folder=folder / task / model
         )
 
 
-def train_from_shard(
-    shard: Shard,
+def train_model(
+    table: FeatureRows,
     *,
     target: str,
     kind: Kind,
@@ -49,27 +49,31 @@ def train_from_shard(
     most_recordings: Mapping[str, int] | None = None,
     task: str = "",
 ) -> None:
-    """Fit `model` on all recordings of `shard` that have `target` and write it into `folder`, with
+    """Fit `model` on all recordings of `table` that have `target` and write it into `folder`, with
     its calibration and the arrays that a predictor needs.
 
     If the model cannot be trained, the reason is written instead; if it cannot be calibrated, the
     model is written with the reason.
     """
     about: dict[str, Any] = {"target": target, "kind": kind, "unit": unit, "model": model}
-    about |= {"period": period_deg, "seed": seed, "task": task, "provenance": dict(shard.attrs)}
+    about |= {"period": period_deg, "seed": seed, "task": task, "provenance": dict(table.attrs)}
     about |= device_facts()
     try:
         if min_groups:
-            classes, _ = frequent_classes(shard, target, groups, classes, min_groups)
-        data = task_data(shard, target, kind, groups, classes)
-        about |= _train(shard, data, about, most_recordings or {}, folder)
+            classes, _ = frequent_classes(table, target, groups, classes, min_groups)
+        data = task_data(table, target, kind, groups, classes)
+        about |= _train(table, data, about, most_recordings or {}, folder)
     except NotPossibleError as error:
         about["skipped"] = str(error)
     write_about(folder, plain(about))
 
 
 def _train(
-    shard: Shard, data: TaskData, about: Mapping[str, Any], limits: Mapping[str, int], folder: Path
+    table: FeatureRows,
+    data: TaskData,
+    about: Mapping[str, Any],
+    limits: Mapping[str, int],
+    folder: Path,
 ) -> dict[str, Any]:
     """Train and calibrate the model that `about` describes, and write its arrays into `folder`.
 
@@ -82,45 +86,45 @@ def _train(
 
     model, kind, seed = about["model"], about["kind"], about["seed"]
     options: dict[str, Any] = {"seed": seed, "period": about["period"], "limits": limits}
-    arrays, grasp = (data.feature, data.value, data.group), _grasps(shard, data)
+    arrays, grasp = (data.feature, data.value, data.group), _grasps(table, data)
     with threadpool_limits(limits=1):
         estimator, choice = chosen(fit_named_model(model, kind, *arrays, **options))
-        objects = _column(shard, data, "object")
+        objects = _column(table, data, "object")
         calibrated = calibration(*arrays, grasp, model=model, kind=kind, objects=objects, **options)
-    description = json.loads(str(shard.attrs["settings"]))  # audio and features
-    description |= {"recordings": len(data.name), "frequency_hz": shard.frequency_hz}
+    description = json.loads(str(table.attrs["settings"]))  # audio and features
+    description |= {"recordings": len(data.name), "frequency_hz": table.frequency_hz}
     description["classes"] = np.unique(data.value).tolist() if kind == "classification" else []
     description["calibration"] = calibrated.plain()
     description |= {"tuning": choice} if choice else {}
     used = min(most_recordings(model, limits) or len(data.name), len(data.name))
     description |= {"trained_on": used} if used < len(data.name) else {}
-    write_guard(folder, _guard_arrays(shard, about["target"], kind, data, grasp))
+    write_guard(folder, _guard_arrays(table, about["target"], kind, data, grasp))
     write_estimator(folder, estimator)
     return description
 
 
-def _grasps(shard: Shard, data: TaskData) -> np.ndarray:
+def _grasps(table: FeatureRows, data: TaskData) -> np.ndarray:
     """Return the grasp (n,) of each recording of a task; never the same in two groups."""
-    grasp = _column(shard, data, "grasp_id")
+    grasp = _column(table, data, "grasp_id")
     return np.array([f"{a}\n{b}" for a, b in zip(data.group, grasp, strict=True)])
 
 
-def _column(shard: Shard, data: TaskData, name: str) -> np.ndarray:
+def _column(table: FeatureRows, data: TaskData, name: str) -> np.ndarray:
     """Return the text (n,) in a column of the recordings of a task."""
-    chosen = np.isin(shard.columns["recording"].values, data.name)
-    return shard.columns[name].values[chosen].astype(str)
+    chosen = np.isin(table.columns["recording"].values, data.name)
+    return table.columns[name].values[chosen].astype(str)
 
 
 def _guard_arrays(
-    shard: Shard, target: str, kind: Kind, data: TaskData, grasp: np.ndarray
+    table: FeatureRows, target: str, kind: Kind, data: TaskData, grasp: np.ndarray
 ) -> dict[str, np.ndarray]:
     """Return the arrays of the guard by name; references are recordings of no object that have no
     value of the target either: where nothing is a class, it is none of them."""
     from ajgdata.evaluate.novelty import Guard
 
-    values = shard.columns[target].values
+    values = table.columns[target].values
     missing = ~np.isfinite(values) if kind == "regression" else values == ""
-    empty = missing & (shard.columns["object"].values == "")
-    guard = Guard.of(data.feature, grasp).with_references(shard.feature[empty])
+    empty = missing & (table.columns["object"].values == "")
+    guard = Guard.of(data.feature, grasp).with_references(table.feature[empty])
     fields = [field.name for field in dataclasses.fields(guard) if field.name != "threshold"]
     return {name: getattr(guard, name) for name in fields}

@@ -47,10 +47,7 @@ def render_study(
 def numeric(table: Table, key: str) -> bool:
     """Return whether a column holds numbers, finite or not, and perhaps gaps: set flush right."""
     cells = [cell for cell in table.column(key) if cell is not None]
-    return bool(cells) and all(
-        cell in ("inf", "-inf", "nan") if isinstance(cell, str) else not isinstance(cell, bool)
-        for cell in cells
-    )
+    return bool(cells) and not any(isinstance(cell, (str, bool)) for cell in cells)
 
 
 def holds(row: Mapping[str, Value]) -> bool | None:

@@ -37,7 +37,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Shard:
+class FeatureRows:
     """Rows of a feature file: `feature` (n, f) float32, `frequency_hz` (f,), columns (n,)."""
 
     feature: np.ndarray
@@ -54,22 +54,22 @@ def text_column(values: Sequence[str], **attrs: str) -> Column:
     return Column(np.asarray(values, dtype=np.str_), attrs)
 
 
-def write_store(path: Path, shard: Shard) -> None:
-    """Write `shard` atomically; the same content gives the same bytes.
+def write_store(path: Path, table: FeatureRows) -> None:
+    """Write `table` atomically; the same content gives the same bytes.
 
     Raises ValueError for a spectrum that is not finite and for columns of another length.
     """
     import xarray as xr
 
-    if not np.isfinite(shard.feature).all():
+    if not np.isfinite(table.feature).all():
         raise ValueError(f"{path}: a feature is NaN or infinite; no file is written")
     attrs = {"long_name": "spectrum", "units": "1"}
-    spectra = shard.feature.astype(np.float32, copy=False)
+    spectra = table.feature.astype(np.float32, copy=False)
     dataset = xr.Dataset(
         {"feature": (("recording", "frequency"), spectra, attrs)},
-        {"frequency": ("frequency", shard.frequency_hz, _FREQUENCY)}
-        | as_coordinates(shard.columns),
-        {"Conventions": CONVENTIONS, **shard.attrs},
+        {"frequency": ("frequency", table.frequency_hz, _FREQUENCY)}
+        | as_coordinates(table.columns),
+        {"Conventions": CONVENTIONS, **table.attrs},
     )
     write_netcdf(path, dataset)
 
@@ -158,19 +158,19 @@ def attributes_of(dataset: xr.Dataset) -> dict[str, str | float | int]:
     }
 
 
-def read_store(path: Path) -> Shard:
+def read_store(path: Path) -> FeatureRows:
     """Return a whole feature file in memory. Raises DataError for any other file.
 
     >>> from ajgdata.paths import find_project
     >>> from ajgdata.store.features import read_store
-    >>> shard = read_store(find_project().features("size"))
-    >>> shard.feature.shape, shard.frequency_hz[:2]  # (recordings, bins), Hz
+    >>> table = read_store(find_project().features("size"))
+    >>> table.feature.shape, table.frequency_hz[:2]  # (recordings, bins), Hz
     ((16, 1025), array([ 0.        , 21.53320312]))
-    >>> shard.columns["edge_mm"].attrs["units"]
+    >>> table.columns["edge_mm"].attrs["units"]
     'mm'
     """
     with open_store(path) as dataset, damage_reported(path):
-        return Shard(
+        return FeatureRows(
             dataset["feature"].values,
             dataset["frequency"].values,
             columns_of(dataset),

@@ -1,4 +1,4 @@
-"""Findings: their tables, by shard and of a whole data set, and those of rejected recordings."""
+"""Tables of findings, and findings of rejected recordings."""
 
 from __future__ import annotations
 

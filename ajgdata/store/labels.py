@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
-from ajgdata.store.features import Column, Shard, text_column
+from ajgdata.store.features import Column, FeatureRows, text_column
 from ajgdata.types import Finding, Target
 
 #: Columns of the table of labels that identify rows; all others become coordinates as they are.
@@ -78,10 +78,10 @@ def number(text: str) -> float:
     return value
 
 
-def take_rows(shard: Shard, rows: np.ndarray) -> Shard:
-    """Return the rows of a shard that `rows` (m,), numbers or booleans, chooses."""
-    columns = {n: Column(c.values[rows], c.attrs) for n, c in shard.columns.items()}
-    return dataclasses.replace(shard, feature=shard.feature[rows], columns=columns)
+def take_rows(table: FeatureRows, rows: np.ndarray) -> FeatureRows:
+    """Return the rows that `rows` (m,), numbers or booleans, chooses."""
+    columns = {n: Column(c.values[rows], c.attrs) for n, c in table.columns.items()}
+    return dataclasses.replace(table, feature=table.feature[rows], columns=columns)
 
 
 def label_columns(
@@ -129,14 +129,14 @@ def target_column(values: Sequence[float | str], target: Target) -> Column:
     return Column(np.asarray(values, np.float64), {**attrs, "role": "target"})
 
 
-def without_copies(shard: Shard, targets: Sequence[str]) -> tuple[Shard, list[Finding]]:
-    """Return the shard without recordings whose bytes stand twice (see `copies`)."""
-    names = [str(name) for name in shard.columns["recording"].values]
-    columns = [shard.columns[t].values for t in targets if t in shard.columns]
+def without_copies(table: FeatureRows, targets: Sequence[str]) -> tuple[FeatureRows, list[Finding]]:
+    """Return the table without recordings whose bytes stand twice (see `copies`)."""
+    names = [str(name) for name in table.columns["recording"].values]
+    columns = [table.columns[t].values for t in targets if t in table.columns]
     labels = [tuple(str(values[i]) for values in columns) for i in range(len(names))]
-    findings = copies(names, [str(d) for d in shard.columns["sha256"].values], labels)
+    findings = copies(names, [str(d) for d in table.columns["sha256"].values], labels)
     keep = np.asarray([i for i in range(len(names)) if i not in findings], int)
-    return take_rows(shard, keep), list(findings.values())
+    return take_rows(table, keep), list(findings.values())
 
 
 def copies(

@@ -52,16 +52,10 @@ def layer_hash(layer: str, *more: str) -> str:
     names = {os.path.relpath(file, PACKAGE): file for file in files}
     libraries = NUMERICAL if layer in ("gripper", "features") else (*NUMERICAL, *LEARNING)
     content = {
-        "files": {name: file_hash(file) for name, file in names.items()},
+        "files": {n: hashlib.sha256(f.read_bytes()).hexdigest() for n, f in names.items()},
         "libraries": {name: version(name) for name in libraries},
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
-
-
-@functools.cache
-def file_hash(path: Path) -> str:
-    """Return the sha256 of a source file, as 64 hexadecimal digits."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 @functools.cache

@@ -12,6 +12,9 @@ import numpy as np
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.types.table import Column, Table
 
+#: Numbers that JSON lacks, by the text that is stored.
+_INFINITE = {"inf": math.inf, "-inf": -math.inf}
+
 
 def write_tables(path: Path, tables: Sequence[Table], **about: Any) -> None:
     """Write `tables`, and facts `about` them by key, to `path` (JSON), atomically."""
@@ -42,7 +45,8 @@ def _cell(value: Any) -> Any:
 def _from_json(content: Mapping[str, Any]) -> Table:
     columns = tuple(Column(**column) for column in content["columns"])
     keys = [column.key for column in columns]
-    rows = tuple(dict(zip(keys, row, strict=True)) for row in content["rows"])
+    cells = ([_INFINITE.get(cell, cell) for cell in row] for row in content["rows"])
+    rows = tuple(dict(zip(keys, row, strict=True)) for row in cells)
     return Table(content["name"], content["title"], content["note"], columns, rows)
 
 

@@ -18,7 +18,7 @@ from ajgdata.gripper import SAMPLE_RATE_HZ
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import asked_for, run_experiment
 from ajgdata.pipeline.recipes import planned_grasps
-from ajgdata.store.features import Column, Shard, text_column, write_store
+from ajgdata.store.features import Column, FeatureRows, text_column, write_store
 from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.store.tables import read_tables
 from ajgdata.types.table import Table
@@ -103,7 +103,7 @@ def write(path: Path, name: str) -> Path:
     level += [shape_of(str(row["grasp_id"])) for row in rows]
     level += [0.02 * shape_of(str(row["recording"])) for row in rows]
     attrs = {"data_set": name, "source": "simulated", "git_commit": "", "settings": "{}"}
-    write_store(path, Shard(np.exp(level).astype(np.float32), HZ, columns, attrs))
+    write_store(path, FeatureRows(np.exp(level).astype(np.float32), HZ, columns, attrs))
     return path
 
 

@@ -17,7 +17,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.embed import train_embedding
 from ajgdata.pipeline.experiments import asked_for, run_experiment
 from ajgdata.pipeline.report import build_report
-from ajgdata.pipeline.train import train_from_shard
+from ajgdata.pipeline.train import train_model
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_csv, read_json
@@ -44,7 +44,6 @@ TRAINED = ("cnn", "linear", "knn_plain", "svm_plain")
 SETTINGS: dict[str, dict] = {
     "learning_curve": {"groups": [1, 2], "repeats": 2, "models": ["ridge"]},
     "sorting": {"models": ["linear_plain"]},
-    "novelty": {},
     "cross_gripper": {"test_on": ["whole"], "grasps": [0, 1], "models": ["knn"]},
     "reflected_energy": {"reference": "a", "band_hz": [100, 3000]},
     "comparison": {"comparisons": {"windows": {
@@ -176,7 +175,7 @@ def test_a_model_that_cannot_be_trained_says_why(tmp_path, case):
     for task in spec.tasks:
         for model in TRAINED:
             folder = paths.model("little", task, model)
-            train_from_shard(
+            train_model(
                 read_store(paths.features("little")),
                 **spec.training(task),
                 model=model,

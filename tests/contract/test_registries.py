@@ -6,8 +6,8 @@ from sklearn.base import clone, is_classifier, is_regressor
 
 from ajgdata.loading import read_model
 from ajgdata.models import fit_model, make_model
-from ajgdata.pipeline.train import train_from_shard
-from ajgdata.store.features import Shard, read_store, text_column, write_store
+from ajgdata.pipeline.train import train_model
+from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
 from ajgdata.types import (
     MODELS,
     Recipe,
@@ -59,8 +59,8 @@ def test_a_model_comes_back_from_disk_as_it_was(name, tmp_path, monkeypatch):
         "object": text_column(["thing"] * 24),
         "shape": text_column(y["shape"]),
     }
-    write_store(store, Shard(x, np.arange(64.0), columns, SETTINGS))
-    train_from_shard(read_store(store), target="shape", kind="classification", unit="",
+    write_store(store, FeatureRows(x, np.arange(64.0), columns, SETTINGS))
+    train_model(read_store(store), target="shape", kind="classification", unit="",
                      groups="grasp_id", model=name, seed=3, folder=tmp_path / "model")  # fmt: skip
     loaded, about = read_model(tmp_path / "model")
     fitted = fit_model(make_model(name, "classification", 3), x, y["shape"], np.array(grasp))

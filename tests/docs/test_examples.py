@@ -17,7 +17,7 @@ from ajgdata.acquire.recipe import session_names
 from ajgdata.cli.export import export_model
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import acquire_virtual
-from ajgdata.pipeline.train import train_from_shard
+from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import read_store
 from ajgdata.store.sessions import read_dataset
 
@@ -87,9 +87,7 @@ def example_project(tmp_path_factory) -> Paths:
         make_features(paths, name)
     asked = read_dataset(paths, "size").training("size")
     folder = paths.model("size", "size", "ridge")
-    train_from_shard(
-        read_store(paths.features("size")), **asked, model="ridge", seed=0, folder=folder
-    )
+    train_model(read_store(paths.features("size")), **asked, model="ridge", seed=0, folder=folder)
     return paths
 
 
@@ -194,7 +192,7 @@ def test_onnx_predict(in_project, example_project, monkeypatch, capsys):
     pytest.importorskip("onnxruntime")
     asked = read_dataset(example_project, "size").training("size")
     trained = example_project.model("size", "size", "cnn")
-    train_from_shard(
+    train_model(
         read_store(example_project.features("size")), **asked, model="cnn", seed=0, folder=trained
     )
     predictor = ajgdata.load_predictor("size", "size", "cnn")

@@ -9,14 +9,14 @@ import numpy as np
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Inputs, Other, Outcome, Result, TaskResults
 from ajgdata.models import model_label
-from ajgdata.store.features import Column, Shard, text_column
+from ajgdata.store.features import Column, FeatureRows, text_column
 from ajgdata.types import Kind
 from ajgdata.types.table import Table
 
 OBJECTS = ("ball", "box", "rod")
 
 
-def small_store(seed: int = 0) -> Shard:
+def small_store(seed: int = 0) -> FeatureRows:
     """30 grasps of three objects, two recordings each; the first bins tell the object."""
     rng = np.random.default_rng(seed)
     grasp = np.repeat(np.arange(30), 2)
@@ -30,7 +30,7 @@ def small_store(seed: int = 0) -> Shard:
         "size": Column(10.0 * kind, {"units": "mm"}),
     }
     attrs = {"data_set": "d", "source": "simulated", "git_commit": "", "settings": "{}"}
-    return Shard(feature.astype(np.float32), np.arange(60.0), columns, attrs)
+    return FeatureRows(feature.astype(np.float32), np.arange(60.0), columns, attrs)
 
 
 def small_inputs(kind: Kind = "classification", **changes) -> Inputs:

@@ -15,7 +15,7 @@ from ajgdata.pipeline.recipes import acquire_virtual
 from ajgdata.pipeline.recordings import RecordingReader
 from ajgdata.pipeline.rendering import renderer
 from ajgdata.store.audio import read_audio, write_pcm24
-from ajgdata.store.features import Column, Shard, text_column
+from ajgdata.store.features import Column, FeatureRows, text_column
 from ajgdata.store.sessions import read_dataset, read_recordings
 from ajgdata.types import (
     AudioSettings,
@@ -55,7 +55,7 @@ def recorded(project) -> Inputs:
     }
     feature = np.array([spectrum(one, RATE, FeatureSettings()) for one in samples])
     attrs = {"data_set": "d", "source": "simulated", "git_commit": "", "settings": "{}"}
-    shard = Shard(feature, np.fft.rfftfreq(2048, 1 / RATE), columns, attrs)
+    shard = FeatureRows(feature, np.fft.rfftfreq(2048, 1 / RATE), columns, attrs)
     return Inputs(
         "d", "t", "edge_mm", "regression", "mm", "grasp_id", 3, 0, shard, audio=AUDIO,
         render=renderer(project.paths, "d"),
@@ -135,7 +135,7 @@ def echoes(project) -> Inputs:
         "edge_mm": Column(1.0 + grasp, {"units": "mm"}),
     }
     attrs = {"data_set": "d", "source": "simulated", "settings": "{}"}
-    store = Shard(np.ones((24, 129), np.float32), np.arange(129.0), columns, attrs)
+    store = FeatureRows(np.ones((24, 129), np.float32), np.arange(129.0), columns, attrs)
     return Inputs(
         "d", "t", "edge_mm", "regression", "mm", "grasp_id", 3, 0, store, audio=SMALL_AUDIO,
         features=FEATURES, recordings=RecordingReader(project.paths, {"d": SMALL_AUDIO}),

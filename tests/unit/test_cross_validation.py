@@ -10,10 +10,10 @@ from ajgdata.evaluate.intervals import metric_interval
 from ajgdata.experiments import cross_validation
 from ajgdata.experiments.base import Inputs
 from ajgdata.experiments.cross_validation import Settings
-from ajgdata.store.features import Column, Shard, text_column
+from ajgdata.store.features import Column, FeatureRows, text_column
 
 
-def store(**columns) -> Shard:
+def store(**columns) -> FeatureRows:
     """40 recordings of 10 grasps; the first 100 bins tell the size, the other 300 the class."""
     generator = np.random.default_rng(0)
     grasp = np.repeat(np.arange(10), 4)
@@ -32,7 +32,7 @@ def store(**columns) -> Shard:
         "one_group": text_column(["x"] * 40),
         "some_group": text_column(["" if n == 20 else "x" for n in range(40)]),
     }
-    return Shard(feature, np.arange(400.0), given | columns, {"source": "recorded"})
+    return FeatureRows(feature, np.arange(400.0), given | columns, {"source": "recorded"})
 
 
 def inputs(**changes) -> Inputs:

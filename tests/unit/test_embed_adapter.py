@@ -14,7 +14,7 @@ from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Inputs, Outcome
 from ajgdata.experiments.embedding import scores_by
 from ajgdata.pipeline.embed import train_embedding
-from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
+from ajgdata.store.features import Column, FeatureRows, read_store, text_column, write_store
 from ajgdata.store.latents import Latents, read_latents
 from ajgdata.types import Embedding
 
@@ -25,7 +25,7 @@ SETTINGS = Embedding(
 KINDS = {"kind": "classification", "pose": "regression"}
 
 
-def shard() -> Shard:
+def shard() -> FeatureRows:
     """Two recordings of each grasp: a peak says which thing, a level which grasp."""
     rng, bins = np.random.default_rng(0), np.arange(BINS)
     rows, names = [], []
@@ -46,7 +46,7 @@ def shard() -> Shard:
         "kind": text_column(kind), "grasp_id": text_column(grasp), "pose": Column(np.array(pose)),
     }  # fmt: skip
     feature = np.array(rows, np.float32)
-    return Shard(feature, bins * 21.5, columns, {"source": "simulated", "data_set": "toy"})
+    return FeatureRows(feature, bins * 21.5, columns, {"source": "simulated", "data_set": "toy"})
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +93,7 @@ def read(folder: Path, name: str) -> dict:
     return json.loads((folder / f"{name}.json").read_text())
 
 
-def train(folder: Path, made: Shard) -> Latents:
+def train(folder: Path, made: FeatureRows) -> Latents:
     store, path = folder / "store.nc", folder / "latents.nc"
     write_store(store, made)
     train_embedding(store, settings=SETTINGS, seed=0, latents=path, cost=folder / "cost.json")

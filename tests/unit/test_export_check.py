@@ -15,7 +15,7 @@ from ajgdata.cli.export import check_export
 from ajgdata.cli.main import app
 from ajgdata.evaluate import in_use
 from ajgdata.paths import Paths
-from ajgdata.pipeline.train import train_from_shard
+from ajgdata.pipeline.train import train_model
 from ajgdata.store.audio import file_sha256, write_pcm24
 from ajgdata.store.features import read_store
 from ajgdata.types import Recording, Target
@@ -46,7 +46,7 @@ def trained(tmp_path_factory):
     project.build("s1", targets=TARGETS)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(in_use, "FOLDS", 2)
-        train_from_shard(
+        train_model(
             read_store(project.paths.features("d")), target="object", unit="",
             kind="classification", groups="grasp_id", model="cnn", seed=0,
             folder=project.paths.model("d", "what", "cnn"),

@@ -206,3 +206,19 @@ def test_a_copy_is_used_when_its_original_is_gone(project):
     assert project.build("s2") == (1, 1)
     assert project.store().columns["recording"].values.tolist() == ["s2/a", "s2/b"]
     assert project.quarantine() == []
+
+
+def test_a_job_killed_between_its_files_vouches_for_none(project, monkeypatch):
+    """The hashes of the old feature file never describe a new one."""
+    project.session()
+    project.build()
+
+    def killed(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ajgdata.pipeline.feature_file.write_findings", killed)
+    with pytest.raises(KeyboardInterrupt):
+        project.build()
+    assert not project.paths.session_hashes("d").exists()
+    monkeypatch.undo()
+    assert project.build() == (3, 0)

@@ -20,7 +20,6 @@ def package(tmp_path, monkeypatch):
 
 def _clear():
     layer_hash.cache_clear()
-    provenance.file_hash.cache_clear()
 
 
 def changed_layers(change):

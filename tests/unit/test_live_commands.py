@@ -20,8 +20,8 @@ from ajgdata.acquire.virtual import VirtualTable
 from ajgdata.cli.main import app
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.paths import Paths
-from ajgdata.pipeline.train import train_from_shard
-from ajgdata.store.features import Shard, read_store, text_column, write_store
+from ajgdata.pipeline.train import train_model
+from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
 from ajgdata.store.files import json_bytes
 from ajgdata.store.sessions import read_recordings, read_session
 from ajgdata.types import DataError
@@ -76,9 +76,9 @@ def trained(tmp_path_factory):
     settings = {key: getattr(spec, key).model_dump(mode="json") for key in ("audio", "features")}
     attrs = {"settings": json.dumps(settings)}
     frequency_hz = frequencies_hz(44_100, spec.features)
-    shard = Shard(np.array(features, np.float32), frequency_hz, columns, attrs)
+    shard = FeatureRows(np.array(features, np.float32), frequency_hz, columns, attrs)
     write_store(paths.features("d"), shard)
-    train_from_shard(
+    train_model(
         read_store(paths.features("d")), **spec.training("what"), model="linear", seed=0,
         task="what", folder=paths.model("d", "what", "linear"),
     )  # fmt: skip

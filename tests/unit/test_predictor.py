@@ -15,7 +15,7 @@ from ajgdata.live.predictor import Verdict
 from ajgdata.loading import read_model, read_predictor
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recordings import examine
-from ajgdata.pipeline.train import train_from_shard
+from ajgdata.pipeline.train import train_model
 from ajgdata.store.audio import read_audio, write_pcm24
 from ajgdata.store.features import read_store
 from ajgdata.types import AudioSettings, DataError, Recording, Target
@@ -63,7 +63,7 @@ def trained(tmp_path_factory):
         patch.setattr(in_use, "FOLDS", 2)
         for task, model in (("size", "knn"), ("what", "linear"), ("what", "svm")):
             spec = ajgdata.load_dataset("d", project.root).spec
-            train_from_shard(
+            train_model(
                 read_store(project.paths.features("d")), **spec.training(task), model=model, seed=0,
                 task=task, folder=project.paths.model("d", task, model),
             )  # fmt: skip

@@ -5,7 +5,7 @@ import numpy as np
 from ajgdata.paths import Paths
 from ajgdata.pipeline import report
 from ajgdata.pipeline.dataset_summary import mean_spectra
-from ajgdata.store.features import Shard, text_column
+from ajgdata.store.features import FeatureRows, text_column
 from ajgdata.types import DatasetSpec
 
 FEATURE = np.asarray([[1, 3], [3, 5], [9, 9]], np.float32)
@@ -15,7 +15,7 @@ SPEC = DatasetSpec.model_validate(
 
 
 def test_mean_of_each_class_without_those_that_have_none():
-    store = Shard(FEATURE, np.asarray([0.0, 1.0]), {"y": text_column(["a", "a", ""])}, {})
+    store = FeatureRows(FEATURE, np.asarray([0.0, 1.0]), {"y": text_column(["a", "a", ""])}, {})
     spectra = mean_spectra(store, SPEC)
     assert spectra.labels == ("a",)
     np.testing.assert_array_equal(spectra.mean, [[2, 4]])

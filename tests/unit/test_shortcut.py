@@ -10,11 +10,11 @@ from test_cross_validation import inputs, score, store
 from ajgdata.experiments import shortcut
 from ajgdata.experiments.base import Other, Result, TaskResults
 from ajgdata.experiments.shortcut import TEST_COLUMNS, Settings
-from ajgdata.store.features import Shard, text_column
+from ajgdata.store.features import FeatureRows, text_column
 from ajgdata.types.table import table_of
 
 
-def elsewhere(*, quiet: bool) -> Shard:
+def elsewhere(*, quiet: bool) -> FeatureRows:
     """Return recordings of further grasps; `quiet`: of noise that knows nothing of the target."""
     shard = store(grasp_id=text_column([f"t/{n // 2}" for n in range(40)]))
     if quiet:

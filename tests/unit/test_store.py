@@ -10,7 +10,7 @@ import xarray as xr
 import ajgdata
 from ajgdata.store.features import (
     Column,
-    Shard,
+    FeatureRows,
     read_store,
     text_column,
     write_store,
@@ -21,11 +21,11 @@ from ajgdata.types import DataError, one_line
 NOTES = ["", "größe", "日本語", "a,b 'c'", "  "]
 
 
-def sample(rows: int = 5, start: int = 0, **columns: Column) -> Shard:
+def sample(rows: int = 5, start: int = 0, **columns: Column) -> FeatureRows:
     generator = np.random.default_rng(start)
     feature = generator.random((rows, 17), np.float32)
     feature[0, :3] = 0, 1e-45, 3e38  # smallest subnormal and nearly the largest
-    return Shard(
+    return FeatureRows(
         feature,
         np.arange(17) * 31.25,
         {
@@ -40,7 +40,7 @@ def sample(rows: int = 5, start: int = 0, **columns: Column) -> Shard:
     )
 
 
-def assert_same(one: Shard, other: Shard) -> None:
+def assert_same(one: FeatureRows, other: FeatureRows) -> None:
     np.testing.assert_array_equal(one.feature, other.feature)
     np.testing.assert_array_equal(one.frequency_hz, other.frequency_hz)
     assert set(one.columns) == set(other.columns)

@@ -7,8 +7,8 @@ import pytest
 
 from ajgdata.loading import read_model
 from ajgdata.models import chosen, fit_model, make_model
-from ajgdata.pipeline.train import train_from_shard
-from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
+from ajgdata.pipeline.train import train_model
+from ajgdata.store.features import Column, FeatureRows, read_store, text_column, write_store
 from ajgdata.types import DataError, NotPossibleError
 
 TASKS = {"edge_mm": "regression", "kind": "classification"}
@@ -48,7 +48,7 @@ def store(tmp_path):
     }
     settings = {"audio": {"sample_rate_hz": 8000}, "features": {"window": 126, "hop": 32}}
     attrs = {"data_set": "d", "settings": json.dumps(settings)}
-    shard = Shard(feature.astype(np.float32), np.arange(64.0), columns, attrs)
+    shard = FeatureRows(feature.astype(np.float32), np.arange(64.0), columns, attrs)
     write_store(path, shard)
     return path
 
@@ -56,7 +56,7 @@ def store(tmp_path):
 def train(store, target, model, name="m"):
     folder = store.parent / name
     about = {"target": target, "kind": TASKS[target], "unit": "", "groups": "grasp_id"}
-    train_from_shard(read_store(store), **about, model=model, seed=3, folder=folder)
+    train_model(read_store(store), **about, model=model, seed=3, folder=folder)
     return folder
 
 
@@ -65,7 +65,7 @@ def test_a_task_says_how_many_recordings_a_model_learns_from(store):
     about = {"target": "edge_mm", "kind": "regression", "unit": "", "groups": "grasp_id"}
     told = []
     for most in ({}, {"knn": 16}):
-        train_from_shard(
+        train_model(
             read_store(store), **about, model="knn_plain", seed=3, folder=store.parent / "m",
             most_recordings=most,
         )  # fmt: skip
@@ -78,7 +78,7 @@ def test_a_task_says_how_many_recordings_a_model_learns_from(store):
 def test_a_model_of_a_repeating_target_comes_back_whole(store):
     folder = store.parent / "m"
     about = {"target": "edge_mm", "kind": "regression", "unit": "", "groups": "grasp_id"}
-    train_from_shard(read_store(store), **about, model="knn", seed=3, folder=folder, period_deg=8.0)
+    train_model(read_store(store), **about, model="knn", seed=3, folder=folder, period_deg=8.0)
     loaded, about = read_model(folder)
     shard, known = read_store(store), slice(0, 23)
     x, y, grasp = (c[known] for c in (shard.feature, shard.columns["edge_mm"].values,
@@ -108,10 +108,10 @@ def test_a_model_of_some_classes_knows_no_others(store):
     shard = read_store(store)
     kinds = np.repeat(["a", "b", "c", "c"], 6)
     columns = {**shard.columns, "kind": text_column(kinds)}
-    write_store(store, Shard(shard.feature, shard.frequency_hz, columns, shard.attrs))
+    write_store(store, FeatureRows(shard.feature, shard.frequency_hz, columns, shard.attrs))
     about = {"target": "kind", "kind": "classification", "unit": "", "groups": "grasp_id"}
     for name, classes in (("all", []), ("two", ["c", "a"])):
-        train_from_shard(read_store(store), **about, classes=classes, model="linear", seed=0,
+        train_model(read_store(store), **about, classes=classes, model="linear", seed=0,
                          folder=store.parent / name)  # fmt: skip
     every, told = read_model(store.parent / "all")
     assert (every.classes_.tolist(), told["recordings"]) == (["a", "b", "c"], 24)
@@ -124,7 +124,7 @@ def test_a_model_of_some_classes_knows_no_others(store):
     np.testing.assert_array_equal(
         two.predict_proba(shard.feature), fitted.predict_proba(shard.feature)
     )
-    train_from_shard(read_store(store), **about, classes=["a", "d"], model="linear", seed=0,
+    train_model(read_store(store), **about, classes=["a", "d"], model="linear", seed=0,
                      folder=store.parent / "none")  # fmt: skip
     with pytest.raises(DataError, match="classes: no recording has the kind 'd'"):
         read_model(store.parent / "none")

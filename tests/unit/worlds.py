@@ -12,7 +12,7 @@ import yaml
 from ajgdata.paths import Paths
 from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.store.audio import write_pcm24
-from ajgdata.store.features import Shard, read_store
+from ajgdata.store.features import FeatureRows, read_store
 from ajgdata.store.findings import read_findings
 from ajgdata.store.sessions import write_session
 from ajgdata.types import (
@@ -126,7 +126,7 @@ class Project:
             hashes=self.paths.session_hashes("d"),
         )
 
-    def store(self) -> Shard:
+    def store(self) -> FeatureRows:
         return read_store(self.paths.features("d"))
 
     def quarantine(self) -> list[Finding]:

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from ajgdata.paths import Tree
-from ajgdata.store.features import Shard
+from ajgdata.store.features import FeatureRows
 from ajgdata.store.files import csv_bytes
 from ajgdata.store.labels import MEANINGS
 from ajgdata.types import DataError
@@ -57,7 +57,7 @@ class Table:
         return csv_bytes([column.name for column in self.columns], self.rows)
 
 
-def table_of(store: Shard, suffixes: Sequence[str], location: object) -> Table:
+def table_of(store: FeatureRows, suffixes: Sequence[str], location: object) -> Table:
     """Return the table of a feature file; `suffixes` (with the dot) are those of the recordings.
 
     Raises DataError for a column that Hugging Face would take for audio.
@@ -81,7 +81,7 @@ def table_of(store: Shard, suffixes: Sequence[str], location: object) -> Table:
     return Table((first, *(_column(name, store) for name in names)), tuple(rows))
 
 
-def _column(name: str, store: Shard) -> PublishedColumn:
+def _column(name: str, store: FeatureRows) -> PublishedColumn:
     column = store.columns[name]
     is_target = column.attrs.get("role") == "target"
     meaning = MEANING.get(name, "" if is_target else UNDECLARED)
