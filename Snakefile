@@ -11,7 +11,7 @@ from ajgdata.acquire.recipe import recipe_hash
 from ajgdata.experiments import measure_files
 from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths, run_name
 from ajgdata.pipeline.console import show_jobs
-from ajgdata.pipeline.experiments import asked_for, models_of, of_paper
+from ajgdata.pipeline.experiments import asked_for, of_paper
 from ajgdata.pipeline.opening import KIND as OPENING_KIND
 from ajgdata.pipeline.opening import OBJECT, subject_of
 from ajgdata.pipeline.plan import (
@@ -26,8 +26,6 @@ from ajgdata.pipeline.studies import (
     ABLATIONS_PAGE,
     REQUESTED_STUDIES,
     STUDIES,
-    ablation_hash,
-    study_hash,
 )
 from ajgdata.report.navigation import FIXED
 from ajgdata.store.files import read_yaml
@@ -80,7 +78,11 @@ FIRST_DATASETS = list(
     if PAPER
     else PLANS
 )
-TRAINED = list(dict.fromkeys(one[0] for one in models_of(SPECS, MEASURED)))
+TRAINED = [
+    name
+    for name, spec in SPECS.items()
+    if any(task.models for task in spec.tasks.values())
+]
 
 
 wildcard_constraints:

@@ -53,8 +53,7 @@ def check(
     Speaker and microphone should be in the gripper as in a session, and the room quiet.
     """
     from ajgdata.acquire.card import card_settings
-    from ajgdata.acquire.card_check import check_card
-    from ajgdata.acquire.sound_card import open_card
+    from ajgdata.acquire.sound_card import check_card, open_card
 
     settings = card_settings(
         device=name,

@@ -8,12 +8,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.distance import cdist
 from sklearn.metrics import silhouette_score
 from sklearn.neighbors import KNeighborsClassifier
+from sklearn.pipeline import Pipeline, make_pipeline
+from sklearn.preprocessing import FunctionTransformer
 from threadpoolctl import threadpool_limits
 
 from ajgdata.embed.projections import REDUCERS, ReducerName, make_reducer, reducible
@@ -22,7 +25,7 @@ from ajgdata.models.baselines import NEIGHBOURS
 from ajgdata.models.scaling import raw_scaling
 
 if TYPE_CHECKING:
-    from ajgdata.store.latents import Latents
+    from ajgdata.store.features import Latents
 
 
 def mean_distances(
@@ -63,70 +66,38 @@ class Scored:
     query_s: float
 
 
-def score_latent(
-    latent: np.ndarray, value: np.ndarray, train: np.ndarray, test: np.ndarray
-) -> Scored:
-    """Return the scores of k-NN on latents (n, d); what training took is known elsewhere.
-
-    `value` (n,) is what is predicted; `train` and `test` are row numbers.
-    """
-    accuracy, query_s = _neighbours(latent[train], latent[test], value[train], value[test])
-    return Scored(accuracy, 0.0, 0.0, query_s)
-
-
-def score_raw(
-    features: np.ndarray, value: np.ndarray, train: np.ndarray, test: np.ndarray
-) -> Scored:
-    """Return the scores of the baseline: k-NN on features (n, f), compressed and standardised."""
-    scaling = raw_scaling()
-    known, fit_s = _timed(lambda: scaling.fit_transform(features[train]))
-    asked, transform_s = _timed(lambda: scaling.transform(features[test]))
-    accuracy, query_s = _neighbours(known, asked, value[train], value[test])
-    return Scored(accuracy, fit_s, transform_s, query_s)
-
-
-def score_reduced(
-    features: np.ndarray,
+def score(
+    points: np.ndarray,
     value: np.ndarray,
     train: np.ndarray,
     test: np.ndarray,
-    *,
-    reducer: ReducerName,
-    dimension: int,
-    seed: int,
-) -> Scored | None:
-    """Return the scores of k-NN after reducing the scaled features (n, f); None if the training
-    rows are too few for that. `value` (n,); `train`, `test` are row numbers."""
-    if not reducible(dimension, len(train)):
-        return None
-    scaling, method = raw_scaling(), make_reducer(reducer, dimension, seed)
-    known, asked = features[train], features[test]
+    space: Pipeline | None = None,
+) -> Scored:
+    """Return the scores of k-NN on points (n, d), in a `space` that is fitted to the training rows.
+
+    `value` (n,) is what is predicted; `train` and `test` are row numbers. Latents need no space,
+    because the training of their encoder is measured elsewhere.
+    """
+    known, new, fit_s, transform_s = points[train], points[test], 0.0, 0.0
     with threadpool_limits(limits=1):
-        known, fit_s = _timed(
-            lambda: method.fit_transform(scaling.fit_transform(known).astype(np.float32))
-        )
-        asked, transform_s = _timed(
-            lambda: method.transform(scaling.transform(asked).astype(np.float32))
-        )
-    accuracy, query_s = _neighbours(known, asked, value[train], value[test])
-    return Scored(accuracy, fit_s, transform_s, query_s)
+        if space is not None:
+            known, fit_s = _timed(partial(space.fit_transform, known))
+            new, transform_s = _timed(partial(space.transform, new))
+        model = KNeighborsClassifier(min(NEIGHBOURS, len(known))).fit(known, value[train])
+        predicted, query_s = _timed(partial(model.predict, new))
+    return Scored(float(np.mean(predicted == value[test])), fit_s, transform_s, query_s)
+
+
+def reduced_space(reducer: ReducerName, dimension: int, seed: int) -> Pipeline:
+    """Return the scaling of raw features, followed by a reducer of float32 points."""
+    single = FunctionTransformer(np.float32)
+    return make_pipeline(raw_scaling(), single, make_reducer(reducer, dimension, seed))
 
 
 def warm_up(reducer: ReducerName) -> None:
     """Have a reducer compile what it compiles at its first use."""
     points = np.random.default_rng(0).normal(size=(WARM_UP, 8)).astype(np.float32)
-    made = make_reducer(reducer, 2, 0)
-    made.fit_transform(points)
-    made.transform(points[:5])
-
-
-def _neighbours(
-    known: np.ndarray, asked: np.ndarray, value: np.ndarray, true: np.ndarray
-) -> tuple[float, float]:
-    model = KNeighborsClassifier(min(NEIGHBOURS, len(known))).fit(known, value)
-    with threadpool_limits(limits=1):
-        read, query_s = _timed(lambda: model.predict(asked))
-    return float(np.mean(read == true)), query_s
+    make_reducer(reducer, 2, 0).fit(points).transform(points[:5])
 
 
 def _timed(call: Callable[[], np.ndarray]) -> tuple[np.ndarray, float]:
@@ -152,23 +123,19 @@ def scores_by_space(
         (known(np.flatnonzero(fold != k)), known(np.flatnonzero(fold == k)))
         for k in range(fold.max() + 1)
     ]
-    yield "raw", None, [score_raw(data.feature, value, *parts) for parts in folds]
+    yield "raw", None, [score(data.feature, value, *parts, raw_scaling()) for parts in folds]
     for dimension in dimensions:
         runs = runs_of(latents.latent[dimension], fold)
-        yield (
-            "latent",
-            dimension,
-            [score_latent(z, value, known(train), known(test)) for z, train, test in runs],
-        )
+        scores = [score(z, value, known(train), known(test)) for z, train, test in runs]
+        yield "latent", dimension, scores
+    fewest = min(len(train) for train, _ in folds)
     for reducer in REDUCERS:
         warm_up(reducer)
         for dimension in dimensions:
-            reduced = [
-                score_reduced(
-                    data.feature, value, *parts, reducer=reducer, dimension=dimension, seed=seed
+            if reducible(dimension, fewest):
+                space = partial(reduced_space, reducer, dimension, seed)
+                yield (
+                    reducer,
+                    dimension,
+                    [score(data.feature, value, *parts, space()) for parts in folds],
                 )
-                for parts in folds
-            ]
-            scored = [one for one in reduced if one is not None]
-            if len(scored) == len(folds):
-                yield reducer, dimension, scored

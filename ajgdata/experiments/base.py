@@ -24,8 +24,7 @@ from ajgdata.types import AudioSettings, FeatureSettings, Kind, Level, Strict
 from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
-    from ajgdata.store.features import FeatureRows
-    from ajgdata.store.latents import Latents
+    from ajgdata.store.features import FeatureRows, Latents
 
 #: Columns of one number per row: what `results/metrics.csv` is made of.
 SCORE_COLUMNS = {

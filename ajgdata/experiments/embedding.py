@@ -16,7 +16,7 @@ from ajgdata.types import DataError, Embedding, NotPossibleError
 from ajgdata.types.table import Table
 
 if TYPE_CHECKING:
-    from ajgdata.store.latents import Latents
+    from ajgdata.store.features import Latents
 
 #: Names of spaces for people.
 SPACES = {"latent": "latent", "raw": "raw features", "pca": "PCA", "umap": "UMAP"}

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ajgdata.evaluate.embedding_data import EmbeddingData
-    from ajgdata.store.latents import Latents
+    from ajgdata.store.features import Latents
 
 TITLE = "Embedding: projections"
 #: The run that is looked at.

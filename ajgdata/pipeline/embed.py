@@ -17,9 +17,8 @@ from ajgdata.evaluate.embedding_data import (
     validation_folds,
 )
 from ajgdata.models.device import device_facts
-from ajgdata.store.features import read_store
+from ajgdata.store.features import Latents, read_store, write_latents
 from ajgdata.store.files import json_bytes, write_bytes
-from ajgdata.store.latents import Latents, write_latents
 from ajgdata.types import Embedding, NotPossibleError
 
 if TYPE_CHECKING:

@@ -73,12 +73,6 @@ def computed(paths: Paths, asked: Sequence[Asked]) -> list[Asked]:
     return found
 
 
-def models_of(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[tuple[str, ...]]:
-    """Return every model that the tasks evaluate, as data set, task and model."""
-    named = [(d, task) for d, task in tasks if task in specs[d].tasks]
-    return [(d, task, model) for d, task in named for model in specs[d].tasks[task].models]
-
-
 def page_of(asked: Asked, spec: DatasetSpec) -> str:
     """Return the name of the page that an experiment on a task stands on: that which the task
     names, or that of its data set, unless the experiment has its own."""
@@ -166,8 +160,8 @@ def _sounds(
 ) -> dict[str, Any]:
     """Return what reads recordings, and what simulates sounds, by name of the input."""
     # SciPy and the simulation, which Snakemake does not need
+    from ajgdata.pipeline.recipes import renderer
     from ajgdata.pipeline.recordings import RecordingReader
-    from ajgdata.pipeline.rendering import renderer
 
     read = {n: AudioSettings.model_validate(_settings(one)["audio"]) for n, one in others.items()}
     return {
@@ -183,7 +177,7 @@ def _settings(table: FeatureRows) -> dict[str, Any]:
 
 def _encoded(latents: Path | None = None, training_cost: Path | None = None) -> dict[str, Any]:
     """Return what an embedding's encoders made and cost, by name."""
-    from ajgdata.store.latents import read_latents
+    from ajgdata.store.features import read_latents
 
     if latents is None or training_cost is None:
         return {}

@@ -1,14 +1,16 @@
-"""Recipes of data sets: their sessions, grasps and recordings, and errors in their scenes.
+"""Recipes of data sets: their grasps and recordings, errors in their scenes, and other sounds.
 
 Called while Snakemake parses: light imports only.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import chain
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+import numpy as np
 from pydantic import ValidationError
 
 from ajgdata import gripper
@@ -21,8 +23,11 @@ from ajgdata.store.files import line_of
 from ajgdata.store.provenance import layer_hash
 from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
-from ajgdata.types import DataError, DatasetSpec, Recipe, describe, location
+from ajgdata.types import DataError, DatasetSpec, NotPossibleError, Recipe, describe, location
 from ajgdata.types.recipe import EMPTY
+
+if TYPE_CHECKING:
+    from ajgdata.experiments.base import Render
 
 
 def recipe_of(path: Path, spec: DatasetSpec) -> Recipe:
@@ -90,3 +95,33 @@ def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
     for grasp, reason in done.skipped.items():
         print(f"skipped {grasp}: {reason}")
     return done
+
+
+def renderer(paths: Paths, dataset: str) -> Render:
+    """Return a function that plays sounds in the scenes of simulated recordings (see `Render`).
+
+    It uses their stored responses, signal chain and seeds of noise, so that the sound with which
+    they were recorded gives the same samples.
+    """
+    spec = read_dataset(paths, dataset)
+    recipe, samples_of = spec.recipe, dict[str, tuple[Grasp, int]]()
+    if recipe is not None:
+        sessions = session_names(recipe)
+        planned = planned_grasps(paths.dataset(dataset), spec, sessions)
+        for session, grasps in zip(sessions, planned, strict=True):
+            for grasp in grasps:
+                for sample in range(grasp.samples):
+                    samples_of[f"{session}/{grasp.recording_id(sample)}"] = grasp, sample
+    solver = ResponseStore(paths.responses)
+
+    def render(names: Sequence[str], sounds: Sequence[np.ndarray]) -> Iterator[list[np.ndarray]]:
+        if recipe is None or (unknown := [name for name in names if name not in samples_of]):
+            which = f"recording {unknown[0]!r}" if recipe and unknown else dataset
+            raise NotPossibleError(
+                f"it needs a virtual data set: {which} was not simulated by a recipe"
+            )
+        source = VirtualGripper(samples_of[names[0]][0].setup, solver, recipe.signal)
+        for name in names:
+            yield [take.samples for take in source.record(*samples_of[name], sounds)]
+
+    return render

@@ -9,7 +9,7 @@ from pathlib import Path
 from ajgdata.ablations import read_ablations
 from ajgdata.models.device import device_facts
 from ajgdata.paths import Paths
-from ajgdata.store.provenance import layer_hash, software
+from ajgdata.store.provenance import software
 from ajgdata.store.tables import write_tables
 from ajgdata.types import NotPossibleError
 from ajgdata.types.table import table_of
@@ -24,17 +24,7 @@ ABLATIONS_PAGE = "ablations"
 VERIFICATION = "known_cases"
 
 
-def study_hash(*files: str) -> str:
-    """Return the hash of the code of all studies and of further `files`."""
-    return layer_hash("studies", "pipeline/studies.py", *files)
-
-
-def ablation_hash() -> str:
-    """Return the hash of the code of all ablations."""
-    return layer_hash("ablations", "pipeline/studies.py")
-
-
-def run_study(study: str, tables: Path, *, tests: str = "", quick: bool = False) -> None:
+def run_study(study: str, tables: Path, *, code: str, tests: str = "", quick: bool = False) -> None:
     """Run a study and write its tables, with what made them, to `tables` (JSON).
 
     `quick`: coarser grids and fewer cases; `tests`: folder of the tests of the solver, for the
@@ -44,11 +34,10 @@ def run_study(study: str, tables: Path, *, tests: str = "", quick: bool = False)
         sys.path.append(tests)
     module = VERIFICATION if study == "verification" else f"ajgdata.studies.{study}"
     results = importlib.import_module(module).tables(quick)
-    about = {**software(), "code": study_hash()}
-    write_tables(tables, results, study=study, quick=quick, **about)
+    write_tables(tables, results, study=study, quick=quick, code=code, **software())
 
 
-def run_ablation(paths: Paths, ablation: str, tables: Path, *, seed: int) -> None:
+def run_ablation(paths: Paths, ablation: str, tables: Path, *, code: str, seed: int) -> None:
     """Run an ablation on the stores of its data sets and write its results to `tables` (JSON).
 
     Scenes that are simulated for it are kept as those of data sets are. If data sets lack what it
@@ -62,5 +51,5 @@ def run_ablation(paths: Paths, ablation: str, tables: Path, *, seed: int) -> Non
     except NotPossibleError as error:  # for example too few grasps
         reason = {"reason": str(error)}
         result = table_of(ablation, f"Not made: {ablation}", [reason], reason="Reason")
-    about = {**software(), "code": ablation_hash(), **device_facts()}
+    about = {**software(), "code": code, **device_facts()}
     write_tables(tables, [result], study=ablation, quick=False, **about)

@@ -150,7 +150,7 @@ def report(paths: Paths) -> dict[str, str]:
 @pytest.mark.parametrize("case", REPORTED)
 def test_what_cannot_be_measured_is_told_and_the_report_comes_out(tmp_path, monkeypatch, case):
     monkeypatch.setattr("ajgdata.report.canvas.FIGURE_FORMATS", ("svg",))  # three times as fast
-    monkeypatch.setattr("ajgdata.pipeline.rendering.renderer", lambda *_: played)
+    monkeypatch.setattr("ajgdata.pipeline.recipes.renderer", lambda *_: played)
     paths = Paths(tmp_path)
     made(paths, "whole", WHOLE)
     made(paths, "little", CASES[case])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from fake_card import RATE_HZ, FakeLine, fake_card
 
-from ajgdata.acquire.card_check import CardCheck, check_card
+from ajgdata.acquire.sound_card import CardCheck, check_card
 
 GOOD = CardCheck((1_024, 1_024, 1_024), peak_dbfs=-9.0, clipped=0, repeated=0, snr_db=60.0)
 

@@ -11,9 +11,8 @@ from ajgdata.experiments import EXPERIMENTS, asked_of
 from ajgdata.experiments.base import Inputs
 from ajgdata.experiments.comparison import Settings, check, features_of, measure
 from ajgdata.features.spectrum import spectrum
-from ajgdata.pipeline.recipes import acquire_virtual
+from ajgdata.pipeline.recipes import acquire_virtual, renderer
 from ajgdata.pipeline.recordings import RecordingReader
-from ajgdata.pipeline.rendering import renderer
 from ajgdata.store.audio import read_audio, write_pcm24
 from ajgdata.store.features import Column, FeatureRows, text_column
 from ajgdata.store.sessions import read_dataset, read_recordings

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from ajgdata.embed.contrastive import Pairs, contrastive_loss, pair_weights
+from ajgdata.embed.encoder import Pairs, contrastive_loss, pair_weights
 
 
 def loss_by_hand(points: np.ndarray, pairs: Pairs, margin: float) -> float:

@@ -14,8 +14,15 @@ from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Inputs, Outcome
 from ajgdata.experiments.embedding import scores_by
 from ajgdata.pipeline.embed import train_embedding
-from ajgdata.store.features import Column, FeatureRows, read_store, text_column, write_store
-from ajgdata.store.latents import Latents, read_latents
+from ajgdata.store.features import (
+    Column,
+    FeatureRows,
+    Latents,
+    read_latents,
+    read_store,
+    text_column,
+    write_store,
+)
 from ajgdata.types import Embedding
 
 BINS, THINGS, GRASPS = 48, 6, 6

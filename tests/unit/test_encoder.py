@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 import torch
 
-from ajgdata.embed.contrastive import contrastive_loss, draw_batches, pair_weights
-from ajgdata.embed.encoder import StackedEncoders, new_network, train_encoders
+from ajgdata.embed.encoder import (
+    StackedEncoders,
+    contrastive_loss,
+    draw_batches,
+    new_network,
+    pair_weights,
+    train_encoders,
+)
 from ajgdata.models.cnn import Descent
 from ajgdata.types import Embedding
 

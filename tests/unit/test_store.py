@@ -11,11 +11,13 @@ import ajgdata
 from ajgdata.store.features import (
     Column,
     FeatureRows,
+    Latents,
+    read_latents,
     read_store,
     text_column,
+    write_latents,
     write_store,
 )
-from ajgdata.store.latents import Latents, read_latents, write_latents
 from ajgdata.types import DataError, one_line
 
 NOTES = ["", "größe", "日本語", "a,b 'c'", "  "]

@@ -63,16 +63,16 @@ def pretend(monkeypatch, *made):
 def test_what_a_study_found_survives_its_file(monkeypatch, tmp_path):
     pretend(monkeypatch, TABLE, DRAWN)
     out = tmp_path / "deep" / "study.json"
-    run_study("pretended", out)
+    run_study("pretended", out, code="0" * 16)
     made, (first, second) = read_tables(out)
     assert made["study"] == "pretended" and made["quick"] is False
     assert len(made["code"]) == 16 and made["ajgdata_version"]
     assert second == DRAWN
     assert first == TABLE  # infinity included
     before = out.read_bytes()
-    run_study("pretended", out)
+    run_study("pretended", out, code="0" * 16)
     assert out.read_bytes() == before
-    run_study("pretended", out, quick=True)
+    run_study("pretended", out, code="0" * 16, quick=True)
     assert len(read_tables(out)[1]) == 1
     assert list(out.parent.iterdir()) == [out]
 
@@ -82,7 +82,7 @@ def page(tmp_path, monkeypatch):
     paths = Paths(tmp_path)
     monkeypatch.setitem(LEADS, "pretended", LEADS["verification"])
     pretend(monkeypatch, TABLE)
-    run_study("pretended", paths.study("pretended"))
+    run_study("pretended", paths.study("pretended"), code="0" * 16)
     nav = navigation([], ["stability", "accuracy"])
     build_page(paths, "pretended", [paths.study("pretended")], nav)
     return paths.page("pretended").read_text(encoding="utf-8")
@@ -91,7 +91,7 @@ def page(tmp_path, monkeypatch):
 def test_a_page_shows_every_value_and_runs_nothing(page):
     assert SCRIPT not in page
     shown = Page(page)
-    assert shown.row([SCRIPT]) == [SCRIPT, "2.5", "inf", "yes"]
+    assert shown.row([SCRIPT]) == [SCRIPT, "2.5", "∞", "yes"]
     assert shown.row(["b", "5"]) == ["b", "5", "1.25 × 10⁻¹⁵", "no"]
     assert shown.row(["b", DASH]) == ["b", DASH, "0.5", DASH]
     assert "1 of 2 hold." in shown.words

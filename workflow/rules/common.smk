@@ -39,7 +39,7 @@ def measure_hash(wildcards):
         "ablations" if experiment.renders else "evaluate",
         "pipeline/*record*.py",
         "pipeline/experiments.py",
-        "pipeline/rendering.py",
+        "pipeline/recipes.py",
         *measure_files(experiment.name),
     )
 

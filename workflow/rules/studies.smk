@@ -17,8 +17,10 @@ rule study:
         function="studies:run_study",
         quick=config["quick"],
         tests=str(HERE / "tests/verification"),
-        code=study_hash(
-            *map(str, (HERE / "tests/verification/known_cases").glob("*.py"))
+        code=layer_hash(
+            "studies",
+            "pipeline/studies.py",
+            *map(str, (HERE / "tests/verification/known_cases").glob("*.py")),
         ),
     message:
         "Studying the virtual gripper: {wildcards.study}"
@@ -48,7 +50,7 @@ rule ablate:
         settings=lambda wildcards: settings_digest(ABLATED[wildcards.ablation]),
         seed=config["seed"],
         device=config["device"],
-        code=ablation_hash(),
+        code=layer_hash("ablations", "pipeline/studies.py"),
     message:
         "Why simulation and paper differ: {wildcards.ablation}"
     script:
