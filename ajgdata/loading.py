@@ -82,7 +82,7 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
     check_one_kind(paths, spec, sessions)
     recordings, issues = open_recordings([paths.session(name, s) for s in sessions], spec)
     if recordings is None:
-        fix = f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata acquire`"
+        fix = f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata record`"
         raise DataError(paths.sessions(name), "holds no recording that can be used", fix)
     _warn_of(issues, name)
     is_simulated = "virtual" in recordings.source.values
@@ -97,7 +97,7 @@ def _warn_of(issues: Sequence[Finding], name: str) -> None:
             first = some[0]
             count = len({(issue.session_id, issue.recording_id) for issue in some})
             message = f"recordings of {name}: {count} {outcome}; {first.session_id}/"
-            message += f"{first.recording_id}: {first.problem}; `ajgdata validate {name}` lists all"
+            message += f"{first.recording_id}: {first.problem}; `ajgdata check {name}` lists all"
             warnings.warn(message, stacklevel=3)
 
 

@@ -124,7 +124,7 @@ def commands(folder: Path, report: bool) -> dict[str, tuple[str, ...]]:
     run = (AJGDATA, "run", "scale")
     return {
         "import": scan,
-        "validate": (AJGDATA, "validate", "scale"),
+        "check": (AJGDATA, "check", "scale"),
         "features": features,
         "features, up to date": features,
         **({"models and report": run} if report else {}),

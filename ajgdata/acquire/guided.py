@@ -131,7 +131,7 @@ class GuidedAcquisition:
         self.operator.show(capture.peak_dbfs, usual, texts, capture.doubts)
 
     def _check(self, grasp: PlannedGrasp, capture: Capture, usual: float | None) -> list[Problem]:
-        """Return the problems that `ajgdata validate` would report, and those of the level."""
+        """Return the problems that `ajgdata check` would report, and those of the level."""
         issues = check_samples(capture.samples, "PCM_24", self.window)
         problems = [
             Problem(f"{i.problem}; {i.fix}", i.level == "error", i.code == "clipped")

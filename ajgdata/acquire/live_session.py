@@ -264,7 +264,7 @@ def _check_setup(folder: Path, setup: Mapping[str, Any]) -> None:
     known = session.acquisition
     fix = "record into another --session"
     if known is None:
-        raise DataError(folder, "was not recorded by `ajgdata acquire --device`", fix)
+        raise DataError(folder, "was not recorded by `ajgdata record --device`", fix)
     now = json.loads(json.dumps(setup))
     if differing := [key for key in now if now[key] != known.setup.get(key)]:
         problem = f"was recorded with another setup: {', '.join(differing)}"

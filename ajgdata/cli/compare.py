@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from ajgdata.cli.console import warn
+from ajgdata.cli.console import ATTENTION, warn
 from ajgdata.paths import Paths
 from ajgdata.store.files import read_csv
 from ajgdata.types import DataError
@@ -24,8 +24,6 @@ KEYS = ["dataset", "task", "model", "part", "metric", "statistic"]
 COST = "cost of "
 #: Values are equal if they differ by at most this share of the larger one.
 TOLERANCE = 1e-6
-#: Exit codes; 2 is also Typer's code for wrong options.
-DIFFERENT, NOT_READABLE = 1, 2
 
 FolderArgument = Annotated[
     Path, typer.Argument(help="results folder, or a folder that contains `results/`")
@@ -33,16 +31,12 @@ FolderArgument = Annotated[
 
 
 def compare(old: FolderArgument, new: FolderArgument) -> None:
-    """Compare metrics.csv of two runs: removed, new and changed rows.
+    """Compare the results of two runs, row by row.
 
-    Values are equal up to a relative difference of 1e-6. Rows on time and memory are not
-    compared. Exit code: 0 equal, 1 different, 2 not readable.
+    Prints the removed, new and changed rows of metrics.csv. Values are equal up to a relative
+    difference of 1e-6. Rows on time and memory are not compared. Exit code 3 if rows differ.
     """
-    try:
-        old_rows, new_rows = read_metrics(old), read_metrics(new)
-    except DataError as error:
-        warn(f"[red]error[/red] {escape(str(error))}")
-        raise typer.Exit(NOT_READABLE) from None
+    old_rows, new_rows = read_metrics(old), read_metrics(new)
     differences = compare_metrics(old_rows, new_rows)
     counts = differences["change"].value_counts()
     if len(differences):
@@ -50,7 +44,7 @@ def compare(old: FolderArgument, new: FolderArgument) -> None:
     summary = ", ".join(f"{counts.get(name, 0)} {name}" for name in ("removed", "new", "changed"))
     sizes = f"{len(old_rows)} rows in {old}, {len(new_rows)} in {new}"
     warn(escape(f"{sizes}: {summary}"))
-    raise typer.Exit(DIFFERENT if len(differences) else 0)
+    raise typer.Exit(ATTENTION if len(differences) else 0)
 
 
 def read_metrics(folder: Path) -> pd.DataFrame:

@@ -10,6 +10,8 @@ from rich.markup import escape
 
 #: Lines with one reason that are shown unless all are requested.
 SHOWN = 5
+#: Exit code of a command that did its work, with a result that needs attention.
+ATTENTION = 3
 out = Console(emoji=False, highlight=False)
 err = Console(stderr=True, emoji=False, highlight=False)
 

@@ -1,4 +1,4 @@
-"""`ajgdata device` and `ajgdata acquire`: sound cards listed, checked, and used to record."""
+"""`ajgdata device` and `ajgdata record`: list and check sound cards, and record with them."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import typer
 from rich.markup import escape
 
 from ajgdata.acquire.signals import ended_by_signals
-from ajgdata.cli.console import out, print_facts, say, warn
+from ajgdata.cli.console import ATTENTION, out, print_facts, say, warn
 from ajgdata.types import DataError
 
 device = typer.Typer(
     no_args_is_help=True,
-    help="Sound cards: list them, and check one before recording.",
+    help="List sound cards, or check one before recording.",
 )
 
 _CARD = "sound card"
@@ -43,14 +43,15 @@ def list_command() -> None:
 
 @device.command()
 def check(
-    name: Annotated[str, typer.Argument(help="exact name, as `ajgdata device list` has it")],
+    name: Annotated[str, typer.Argument(help="exact name in `ajgdata device list`")],
     rate_hz: Annotated[int, typer.Option("--rate", min=1, help="samples per second")] = 44_100,
     output_channel: OutputChannel = 1,
     input_channel: InputChannel = 1,
 ) -> None:
-    """Play sweeps and check the recorded response. Exit code 1 if the card cannot be used.
+    """Play sweeps and check the recorded response.
 
-    Speaker and microphone should be in the gripper as in a session, and the room quiet.
+    Put speaker and microphone into the gripper as in a session, in a quiet room. Exit code 3 if
+    the card cannot be used.
     """
     from ajgdata.acquire.card import card_settings
     from ajgdata.acquire.sound_card import check_card, open_card
@@ -75,22 +76,22 @@ def check(
         say(f"[yellow]change      [/] {escape(issue)}")
     if not checked.issues:
         say("[green]good        [/] the card is ready: record")
-    raise typer.Exit(bool(checked.clipped or checked.snr_db < 0))
+    raise typer.Exit(ATTENTION if checked.clipped or checked.snr_db < 0 else 0)
 
 
-def acquire(
+def record(
     dataset: Annotated[str, typer.Argument(help="data set with a protocol")],
-    device: Annotated[str, typer.Option(help="exact name, as `ajgdata device list` has it")],
-    session: Annotated[str, typer.Option(help="session; default: the incomplete one")] = "",
+    device: Annotated[str, typer.Option(help="exact name in `ajgdata device list`")],
+    session: Annotated[str, typer.Option(help="session; default: the incomplete session")] = "",
     input_channel: InputChannel = 1,
     output_channel: OutputChannel = 1,
     yes: Annotated[
-        bool, typer.Option("--yes", help="run unattended: answer each prompt by default")
+        bool, typer.Option("--yes", help="run unattended: answer every prompt with the default")
     ] = False,
 ) -> None:
-    """Record the missing grasps of a protocol with a sound card. Safe to interrupt.
+    """Record the missing grasps of a protocol with a sound card.
 
-    `ajgdata run` records recipes of the virtual gripper.
+    Safe to interrupt: run the same command again to resume. Exit code 3 if a grasp was skipped.
     """
     from ajgdata.acquire.operator import Operator, Unattended
     from ajgdata.paths import find_project
@@ -110,4 +111,4 @@ def acquire(
     say(f"{dataset}/{name}: {done.recorded} recorded, {left}")
     for grasp, reason in done.skipped.items():
         warn(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}")
-    raise typer.Exit(bool(done.skipped or (yes and done.left)))
+    raise typer.Exit(ATTENTION if done.skipped or (yes and done.left) else 0)

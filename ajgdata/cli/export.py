@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from ajgdata.cli.console import say
+from ajgdata.cli.console import ATTENTION, say
 from ajgdata.pipeline.progress import tracked
 from ajgdata.types import DataError, NotPossibleError
 
@@ -27,13 +27,13 @@ def export(
     task: Annotated[str, typer.Argument(help="task that the model was trained for")],
     model: Annotated[str, typer.Argument(help="cnn or cnn_one_scale")] = "cnn",
     folder: Annotated[
-        Path | None, typer.Option("--out", help="folder to write into; default: results/exported")
+        Path | None, typer.Option("--out", help="folder to write; default: results/exported")
     ] = None,
 ) -> None:
-    """Write a trained CNN as one ONNX file: waveform in, calibrated prediction out.
+    """Write a trained CNN as one ONNX file.
 
-    Compares the file with the package for every recording of the data set. Exit code 1 if they
-    differ by more than rounding.
+    Its input is a waveform, its output a calibrated prediction. The command compares the file with
+    the package for every recording of the data set. Exit code 3 if they differ.
     """
     from ajgdata.loading import load_predictor
     from ajgdata.paths import find_project
@@ -49,7 +49,7 @@ def export(
     is_wrong = any(difference.is_beyond for difference in differences)
     result = "differs from the package" if is_wrong else "agrees with the package"
     say(escape(f"{file}: {file.stat().st_size / 1e3:.0f} kB, {result}"))
-    raise typer.Exit(is_wrong)
+    raise typer.Exit(ATTENTION if is_wrong else 0)
 
 
 def export_model(paths: Paths, predictor: Predictor, folder: Path) -> Path:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from ajgdata.cli.console import print_facts, say, shortened
+from ajgdata.cli.console import ATTENTION, print_facts, say, shortened
 from ajgdata.pipeline.progress import bar
 from ajgdata.types import ImportSettings, OnChange
 
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from ajgdata.pipeline.importing import Imported
     from ajgdata.types import DatasetSpec
 
-#: Exit code of an import that left out something that belongs to it; 1: nothing was imported.
-INCOMPLETE = 3
 #: Kinds of remarks with their colours, the worst first.
 KINDS = {
     **{"failed": "red", "unreadable": "yellow", "kept": "yellow", "label": "yellow"},
@@ -26,40 +24,41 @@ KINDS = {
 }
 Pattern = Annotated[
     str,
-    typer.Option(
-        help="'starter-kit' (<n>_<label>.wav) or a regular expression for the path inside the "
-        "folder; named groups are labels, or session, grasp, object, sample, quality "
-        "\\[default: as in dataset.yaml, else starter-kit]"
-    ),
+    typer.Option(help="'starter-kit' (<n>_<label>.wav), or a regular expression with named groups"),
 ]
 Table = Annotated[str, typer.Option(help="table of labels in the folder, one row per file")]
 Choice = Annotated[
-    OnChange, typer.Option(help="importing again: what to take of the folder, or to remove here")
+    OnChange, typer.Option(help="importing again: differences to take from the folder")
 ]
 
 
 def import_command(
-    folder: Annotated[Path, typer.Argument(help="folder that holds the recordings")],
-    dataset: Annotated[str, typer.Option(help="data set to add to; declared if it is new")],
+    folder: Annotated[Path, typer.Argument(help="folder with the recordings")],
+    dataset: Annotated[str, typer.Option(help="data set; created if it is new")],
     pattern: Pattern = "",
     table: Table = "",
-    file: Annotated[str, typer.Option(help="path of a table row's file: 'wav/{name}.wav'")] = "",
+    file: Annotated[str, typer.Option(help="template of a row's file, e.g. 'wav/{name}.wav'")] = "",
     grasp: Annotated[str, typer.Option(help="template of grasp_id, e.g. '{stone}'")] = "",
-    session: Annotated[str, typer.Option(help="template of the session, e.g. '{day}'")] = "",
-    object_: Annotated[str, typer.Option("--object", help="template of the object")] = "",
+    session: Annotated[str, typer.Option(help="session, or its template, e.g. '{day}'")] = "",
+    object_: Annotated[
+        str, typer.Option("--object", help="object, or its template, e.g. '{stone}'")
+    ] = "",
     target: Annotated[
-        list[str] | None, typer.Option(help="label to learn, or `object` (repeat)")
+        list[str] | None, typer.Option(help="label to predict, or `object`; repeatable")
     ] = None,
     reference: Annotated[
         bool, typer.Option("--reference", help="leave the audio in the folder")
     ] = False,
     on_change: Choice = OnChange.KEEP,
-    everything: Annotated[bool, typer.Option("--all", help="list every file")] = False,
+    everything: Annotated[
+        bool, typer.Option("--all", help="list all, not only a few of each kind")
+    ] = False,
 ) -> None:
     """Import a folder of recordings as sessions of a data set.
 
-    Importing again adds new recordings and lists what differs. Exit code 3 if something that
-    belongs to the data set was skipped or cannot be used, 1 if nothing was imported.
+    Groups of a pattern, and columns of a table, are labels, or session, grasp, object, sample and
+    quality. Importing again adds new recordings and lists differences. Exit code 3 if recordings
+    of the data set were skipped or cannot be used.
     """
     from ajgdata.paths import find_project
     from ajgdata.pipeline.importing import import_folder
@@ -76,7 +75,7 @@ def import_command(
         )  # fmt: skip
     show_import(result, dataset, everything=everything)
     is_mixed = show_summary(paths, spec, known=known) if paths.dataset(dataset).is_file() else False
-    raise typer.Exit(0 if result.is_complete and not is_mixed else INCOMPLETE)
+    raise typer.Exit(0 if result.is_complete and not is_mixed else ATTENTION)
 
 
 def _import_settings(options: dict[str, str]) -> ImportSettings | None:
@@ -116,7 +115,7 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
     for issue in issues:
         say(f"[yellow]warning[/yellow] {escape(issue.problem)}; {issue.fix}")
     if len(impossible_tasks(tables, spec)) < len(spec.tasks):
-        say(f"next: ajgdata validate {spec.name}, then ajgdata run {spec.name}")
+        say(f"next: ajgdata check {spec.name}, then ajgdata run {spec.name}")
     else:
-        say(f"next: ajgdata validate {spec.name} (no task of this data set is possible yet)")
+        say(f"next: ajgdata check {spec.name} (no task of this data set is possible yet)")
     return any(issue.code == "mixed_grasp" for issue in issues)

@@ -1,39 +1,72 @@
-"""The `ajgdata` command: its sub-commands, and errors in one line."""
+"""The `ajgdata` command: its sub-commands in four panels, and errors in one line."""
 
 from __future__ import annotations
 
 import sys
+from typing import Annotated
 
 import typer
 from rich.markup import escape
 
+from ajgdata.cli.check import check
 from ajgdata.cli.compare import compare
 from ajgdata.cli.console import warn
-from ajgdata.cli.device import acquire, device
+from ajgdata.cli.device import device, record
 from ajgdata.cli.export import export
 from ajgdata.cli.importing import import_command
-from ajgdata.cli.project import doctor, run, status
+from ajgdata.cli.project import doctor, run, simulate, status
 from ajgdata.cli.publish import fetch, publish
+from ajgdata.cli.scene import scene
 from ajgdata.cli.sense import sense
 from ajgdata.cli.sort import sort
-from ajgdata.cli.validate import validate
 from ajgdata.types import DataError, one_line
 
+EXIT_CODES = (
+    "Exit codes of all commands: 0 success; 1 error, in one line on standard error; "
+    "2 invalid option or argument; 3 finished, but the result needs attention (see the command's "
+    "help); 130 stopped by Ctrl-C."
+)
 app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
-    help="Acoustic sensing with jamming grippers: record or import data sets, check them, run the "
-    "pipeline ([b]ajgdata run[/b]; for the paper: [b]snakemake[/b]), use models, and publish.",
+    epilog=EXIT_CODES,
 )
-for command in (validate, acquire, sense, sort, publish, fetch, export, compare):
-    app.command()(command)
-app.command()(doctor)
-OTHER_OPTIONS = {"ignore_unknown_options": True}  # handed on to Snakemake
-app.command(context_settings=OTHER_OPTIONS)(status)
-app.command(context_settings=OTHER_OPTIONS)(run)
-app.command("import")(import_command)
-app.add_typer(device, name="device")
+#: Commands by panel of the help, in its order.
+PANELS = {
+    "Data": (import_command, record, simulate, check, publish, fetch),
+    "Run": (run, status, compare),
+    "Use": (export, sense, sort),
+    "Tools": (scene, doctor),
+}
+#: Commands that pass options on to Snakemake.
+PASSING = (run, simulate, status)
+for panel, commands in PANELS.items():
+    for command in commands:
+        app.command(
+            command.__name__.removesuffix("_command"),
+            rich_help_panel=panel,
+            context_settings={"ignore_unknown_options": command in PASSING},
+        )(command)
+app.add_typer(device, name="device", rich_help_panel="Tools")
+
+
+def _show_version(requested: bool) -> None:
+    if requested:
+        from ajgdata import __version__
+
+        typer.echo(f"ajgdata {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="print the version"),
+    ] = False,
+) -> None:
+    """Acoustic sensing with jamming grippers: data sets, models and reports."""
 
 
 def main() -> None:

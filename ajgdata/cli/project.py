@@ -1,4 +1,4 @@
-"""Commands on a project: `ajgdata doctor` and `status`, which change nothing, and `run`."""
+"""Commands that call Snakemake (`run`, `simulate`, `status`), and `ajgdata doctor`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 from rich.markup import escape
@@ -100,27 +100,58 @@ def workflow_status(paths: Paths, more: Sequence[str] = ()) -> list[dict[str, st
     return list(csv.DictReader(table, delimiter="\t"))
 
 
-def run(
-    arguments: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="NAME... [OPTION]...",
-            help="data sets; options are passed on to Snakemake, e.g. --dry-run or --cores 2",
-        ),
-    ],
-) -> None:
-    """Run the pipeline for selected data sets: features, models, experiments and the report.
+Arguments = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="NAME... [OPTION]...", help="data sets, and options of Snakemake, e.g. --dry-run"
+    ),
+]
 
-    Prints the equivalent `snakemake` command first, and a summary at the end. The exit code is 0
-    only if nothing was skipped that is not declared optional.
+
+def run(arguments: Arguments) -> None:
+    """Run the pipeline for selected data sets.
+
+    Computes features, models, experiments and the report. Prints the equivalent `snakemake`
+    command first, and a summary at the end. Exit code 1 if a task was skipped that is not declared
+    optional.
     """
+    paths = find_project()
+    names, options = split_arguments(arguments)
+    _snakemake(paths, names or arguments[:1], options)
+
+
+def simulate(arguments: Arguments) -> None:
+    """Record the recipes of data sets with the virtual gripper.
+
+    `ajgdata run` records and evaluates. Prints the equivalent `snakemake` command first.
+    """
+    from ajgdata.acquire.recipe import session_names
     from ajgdata.store.sessions import read_dataset
 
     paths = find_project()
     names, options = split_arguments(arguments)
+    targets = []
     for name in names or arguments[:1]:
-        read_dataset(paths, name)  # raises DataError for an unknown name
-    words = snakemake_command(paths, names, options)
+        if not (recipe := read_dataset(paths, name).recipe):
+            fix = "use `ajgdata record` or `ajgdata import`"
+            raise DataError(paths.dataset(name), "has no recipe", fix)
+        sessions = [paths.acquired(name, session) for session in session_names(recipe)]
+        targets += [str(path.relative_to(paths.root)) for path in sessions]
+    _snakemake(paths, names, options, targets)
+
+
+def _snakemake(
+    paths: Paths, names: Sequence[str], options: Sequence[str], targets: Sequence[str] = ()
+) -> NoReturn:
+    """Print and run Snakemake for data sets, and exit with its exit code.
+
+    Raises DataError for an unknown data set.
+    """
+    from ajgdata.store.sessions import read_dataset
+
+    for name in names:
+        read_dataset(paths, name)
+    words = snakemake_command(paths, names, [*targets, *options])
     print(shlex.join(words), flush=True)
     done = subprocess.run([sys.executable, "-m", *words], check=False, cwd=paths.root)
     raise typer.Exit(done.returncode)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from ajgdata.cli.console import say
+from ajgdata.cli.console import ATTENTION, say
 from ajgdata.pipeline.progress import bar, tracked
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def publish(
         typer.Option("--out", help="folder to write; default: results/published/NAME"),
     ] = None,
 ) -> None:
-    """Write a data set as a folder that other people can use without conversion.
+    """Export a data set for publication.
 
     It contains recordings, features, labels and their description for Croissant, Hugging Face,
     Frictionless, xarray and people. `sha256sum -c SHA256SUMS` verifies it.
@@ -48,16 +48,18 @@ def fetch(
         str,
         typer.Argument(
             metavar="NAME|URL|FOLDER",
-            help="public recordings by name, or a published data set: its address or folder",
+            help="public recordings by name, or a published data set",
         ),
     ],
-    name: Annotated[str, typer.Option(help="published: name it gets here; default: its own")] = "",
+    name: Annotated[
+        str, typer.Option(help="new name of a published data set; default: unchanged")
+    ] = "",
 ) -> None:
     """Download a published data set or a public recording collection.
 
-    NAME is one with a datasets/NAME/source.yaml; its recordings come from their makers' public
-    address into a cache outside the project. Every byte is checked by its hash. After an
-    interruption, complete files are kept. Nothing of what is fetched is run.
+    NAME has a datasets/NAME/source.yaml; its recordings are cached outside the project. URL or
+    FOLDER is a published data set. Every file is verified by its hash. If the download is
+    interrupted, run the command again to resume. Exit code 3 if recordings are missing.
     """
     from ajgdata.paths import find_project
 
@@ -69,7 +71,7 @@ def fetch(
 
 
 def _fetch_by_name(paths: Paths, dataset: str) -> None:
-    from ajgdata.cli.importing import INCOMPLETE, show_import
+    from ajgdata.cli.importing import show_import
     from ajgdata.pipeline.fetch import fetch_source
     from ajgdata.store.sessions import read_dataset
     from ajgdata.store.sources import read_source
@@ -87,7 +89,7 @@ def _fetch_by_name(paths: Paths, dataset: str) -> None:
         )
     show_import(result, dataset, everything=False)
     say(f"next: ajgdata run {dataset}")
-    raise typer.Exit(0 if result.is_complete else INCOMPLETE)
+    raise typer.Exit(0 if result.is_complete else ATTENTION)
 
 
 def _fetch_published(paths: Paths, source: str, name: str) -> None:

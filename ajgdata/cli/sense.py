@@ -15,6 +15,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ajgdata.cli.console import out, say
+from ajgdata.cli.device import InputChannel, OutputChannel
 from ajgdata.types import DataError
 
 if TYPE_CHECKING:
@@ -39,28 +40,30 @@ _VERDICTS = {
     "unknown": ("red", "unlike anything known"),
     "not checked": ("yellow", "novelty not checked"),
 }
-Channel = Annotated[int, typer.Option(min=1, rich_help_panel=_CARD)]
 
 
 def sense(
     dataset: Annotated[str, typer.Argument(help="data set of the model")],
-    task: Annotated[str, typer.Argument(help="its task")],
+    task: Annotated[str, typer.Argument(help="task of the model")],
     model: Annotated[str, typer.Argument(help="cnn, linear, ...")] = "cnn",
     source: Annotated[str, typer.Option(help="soundcard, or virtual (no hardware)")] = "soundcard",
     watch: Annotated[bool, typer.Option("--watch", help="repeat until Ctrl-C")] = False,
     device: Annotated[
         str, typer.Option(help="exact name in `ajgdata device list`", rich_help_panel=_CARD)
     ] = "",
-    input_channel: Channel = 1,
-    output_channel: Channel = 1,
+    input_channel: InputChannel = 1,
+    output_channel: OutputChannel = 1,
     objects: Annotated[
         list[str] | None,
         typer.Option(
-            "--object", help="held object, or `empty`; repeatable", rich_help_panel=_VIRTUAL
+            "--object",
+            help="object in the gripper, or `empty`; repeatable",
+            rich_help_panel=_VIRTUAL,
         ),
     ] = None,
     seed: Annotated[
-        int | None, typer.Option(min=0, help="of objects and poses", rich_help_panel=_VIRTUAL)
+        int | None,
+        typer.Option(min=0, help="seed of the random objects and poses", rich_help_panel=_VIRTUAL),
     ] = None,
 ) -> None:
     """Classify the object in the gripper."""

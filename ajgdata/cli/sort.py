@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from ajgdata.cli.console import out, say, warn
+from ajgdata.cli.console import ATTENTION, out, say, warn
 from ajgdata.cli.sense import stopped_by_hand
 
 if TYPE_CHECKING:
@@ -18,12 +18,10 @@ if TYPE_CHECKING:
     from ajgdata.live.steps import Control
 
 _DASHBOARD = "dashboard"
-#: Exit code of a run that ended because an object was in doubt, as in the paper.
-DOUBT = 3
 
 
 def sort(
-    plan: Annotated[Path, typer.Argument(help="PLAN.yaml: what to sort, how, into which bins")],
+    plan: Annotated[Path, typer.Argument(help="sorting plan, PLAN.yaml")],
     dashboard: Annotated[
         bool,
         typer.Option(
@@ -37,10 +35,10 @@ def sort(
         ),
     ] = 0,
 ) -> None:
-    """Sort objects by their sound: grasp, record, decide, place. Stops when in doubt.
+    """Sort objects into bins by their sound.
 
-    Exit code 0: sorted as planned; 3: stopped since an object was in doubt; 130: stopped by hand;
-    else an error. If a run ends early, the robot halts, and the command names the held object.
+    Each object is grasped, recorded, classified and placed. If a run ends early, the robot halts,
+    and the command names the held object. Exit code 3 if it stopped at an uncertain object.
     """
     raise typer.Exit(_sort(plan, port if dashboard else None))
 
@@ -76,7 +74,7 @@ def _sort(file: Path, port: int | None) -> int:
     bins = ", ".join(f"{name} {count}" for name, count in sorted(state.bins.items()))
     counts = f"{state.rows[1]} in a row at most{wrong}; {escape(bins)}"
     say(f"[b]{len(state.placed)} sorted[/b], {counts}")
-    return 0 if state.stopped and state.stopped["finished"] else DOUBT
+    return 0 if state.stopped and state.stopped["finished"] else ATTENTION
 
 
 @contextmanager

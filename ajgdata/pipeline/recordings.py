@@ -1,6 +1,6 @@
 """Recordings -> samples fit for a feature, with everything that was found on the way.
 
-The one place that decides whether a recording can be used: the workflow and `ajgdata validate`
+The one place that decides whether a recording can be used: the workflow and `ajgdata check`
 both come through here.
 """
 

@@ -1,4 +1,4 @@
-"""`ajgdata validate`: every check on every recording, without changing anything; label counts."""
+"""`ajgdata check`: every check on every recording, without changing anything; label counts."""
 
 from __future__ import annotations
 

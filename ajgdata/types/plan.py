@@ -63,7 +63,7 @@ class SortPlan(Strict):
     card: dict[str, JsonValue] = Field(
         {},
         description="of a sound card: device, input_channel and output_channel, as the options of "
-        "`ajgdata acquire`; attempts: recordings with a fault before the run ends (default 3)",
+        "`ajgdata record`; attempts: recordings with a fault before the run ends (default 3)",
     )
     robot: RobotProgram | None = Field(
         None, description="program that moves the gripper; null: a person"

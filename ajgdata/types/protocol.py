@@ -1,6 +1,6 @@
 """Protocols: what a person, or a robot, records with a real gripper, in which order.
 
-The workflow never runs one: `ajgdata acquire NAME --device …` does.
+The workflow never runs one: `ajgdata record NAME --device …` does.
 """
 
 from __future__ import annotations

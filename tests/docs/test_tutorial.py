@@ -109,12 +109,12 @@ def test_the_tutorial(tmp_path, monkeypatch, capfd, bench):
     assert CARD in said["ajgdata device list"]
     (checked,) = (text for command, text in said.items() if command.startswith("ajgdata device c"))
     assert "good         the card is ready: record" in checked
-    (recorded,) = (text for command, text in said.items() if command.startswith("ajgdata acquire"))
+    (recorded,) = (text for command, text in said.items() if command.startswith("ajgdata record"))
     assert "mine/soundcard-01: 20 recorded, all grasps are recorded" in recorded
-    assert "20 recordings checked: 0 errors, 0 warnings" in said["ajgdata validate mine"]
+    assert "20 recordings checked: 0 errors, 0 warnings" in said["ajgdata check mine"]
     assert said["python docs/examples/make_takes.py takes"].startswith("18 recordings of 3 objects")
     assert "18 added" in said["ajgdata import takes --dataset earlier"]
-    assert "18 recordings checked: 0 errors, 0 warnings" in said["ajgdata validate earlier"]
+    assert "18 recordings checked: 0 errors, 0 warnings" in said["ajgdata check earlier"]
     store = read_store(paths.features("mine"))
     # 18 grasps and 2 references.
     assert store.feature.shape == (20, 1025)

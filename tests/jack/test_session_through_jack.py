@@ -44,7 +44,7 @@ def paths(tmp_path):
 
 
 def acquisition(paths, rig, *arguments):
-    program = [sys.executable, "-c", COMMAND, "acquire", "d", "--yes"]
+    program = [sys.executable, "-c", COMMAND, "record", "d", "--yes"]
     return subprocess.Popen(
         [*program, "--device", rig.settings.device, *arguments], cwd=paths.root, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE,

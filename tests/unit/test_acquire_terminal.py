@@ -20,7 +20,7 @@ from ajgdata.store.sessions import read_recordings, read_session
 from ajgdata.types import DataError
 
 HERE = Path(__file__).parent
-COMMAND = ["acquire", "d", "--device", "fake"]
+COMMAND = ["record", "d", "--device", "fake"]
 
 
 def started(root, faults=()):
@@ -51,7 +51,7 @@ def test_keep_redo_skip_quit(paths):
     loud = {"gain": 30.0}
     process = started(paths.root, [loud, {}, loud, loud])
     said, _ = process.communicate("\nx\nr\n\n\nkeep\n\nskip\nq\n", timeout=100)
-    assert process.returncode == 1
+    assert process.returncode == 3
     expected = (
         "1 of 4: cube", "press it on cube with 8 N; then Enter", "clipped",
         "k: keep, r: redo, s: skip, q: quit?", "q: quit?", "1 of 4", r"█+·* +-\d+\.\d dBFS",

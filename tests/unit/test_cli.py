@@ -9,16 +9,16 @@ from ajgdata.pipeline.jobs import logged
 from ajgdata.store.sessions import read_dataset
 
 
-def test_validate_clean_and_not(ajgdata, project, snapshot):
+def test_check_clean_and_not(ajgdata, project, snapshot):
     project.session()
     before = snapshot(project.root)
-    assert ajgdata("validate", "d") == (
+    assert ajgdata("check", "d") == (
         0, "3 recordings checked: 0 errors, 0 warnings, 0 notes\n", ""
     )  # fmt: skip
     assert snapshot(project.root) == before
     (project.folder() / "audio" / "b.wav").unlink()
-    code, out, err = ajgdata("validate")
-    assert (code, err) == (1, "")
+    code, out, err = ajgdata("check")
+    assert (code, err) == (3, "")
     lines = out.splitlines()
     assert lines[0] == (
         "error missing s1/b: no such file, or a broken link; restore it or remove its row"
@@ -30,8 +30,8 @@ def test_validate_clean_and_not(ajgdata, project, snapshot):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["validate", "nope"], "no such data set; declared here: d"),
-        (["acquire", "d", "--device", "x"], "has no protocol; add one, as in docs/tutorial.md"),
+        (["check", "nope"], "no such data set; declared here: d"),
+        (["record", "d", "--device", "x"], "has no protocol; add one, as in docs/tutorial.md"),
         (["import", "nowhere", "--dataset", "d"], "nowhere: is not a folder"),
         (["import", "audio", "--dataset", "d", "--pattern", "("], "--pattern: not a regular"),
         (["import", "audio", "--dataset", "d", "--table", "t", "--file", "{x}"], "no such file"),
@@ -56,7 +56,7 @@ def test_a_job_without_space_ends_with_a_line_and_keeps_the_traceback_in_its_log
 
 def test_outside_a_project(ajgdata, monkeypatch):
     monkeypatch.chdir("/")
-    code, _, err = ajgdata("validate")
+    code, _, err = ajgdata("check")
     assert code == 1
     assert_one_line(err, "no project at /")
 
@@ -80,7 +80,7 @@ def test_import_says_what_it_did(ajgdata, project):
         "grasps                2",
         "samples per grasp     1 (2 grasps)",
         "recordings per label  a [x] 1, b 1",
-        "next: ajgdata validate e, then ajgdata run e",
+        "next: ajgdata check e, then ajgdata run e",
     ]
     assert read_dataset(project.paths, "e").imports.pattern == "starter-kit"
     write_tone(project.root / "audio" / "1_a [x].wav", 530)

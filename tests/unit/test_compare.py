@@ -50,7 +50,7 @@ def compare(tmp_path, monkeypatch, capsys):
 def test_removed_new_and_changed_rows_are_listed(compare):
     kept, removed, new = {}, {"statistic": "fold 0"}, {"metric": "r2"}
     code, rows, summary = compare([kept | {"value": "2"}, removed], [kept | {"value": "2.5"}, new])
-    assert code == 1
+    assert code == 3
     assert "2 rows in old, 2 in new: 1 removed, 1 new, 1 changed" in summary
     told = [(row["change"], row["value_old"], row["value_new"]) for row in rows]
     assert told == [("changed", "2", "2.5"), ("new", "", "2.5"), ("removed", "2.5", "")]
@@ -61,12 +61,12 @@ def test_removed_new_and_changed_rows_are_listed(compare):
     ("old", "new", "code"),
     [
         ("2.5", "2.5000024", 0),  # 0.96e-6 of the larger value
-        ("2.5", "2.5000026", 1),  # 1.04e-6
-        ("-1", "1", 1),
-        ("0", "1e-9", 1),
+        ("2.5", "2.5000026", 3),  # 1.04e-6
+        ("-1", "1", 3),
+        ("0", "1e-9", 3),
         ("inf", "inf", 0),
         ("", "", 0),  # undefined in both runs
-        ("", "1", 1),
+        ("", "1", 3),
     ],
 )
 def test_values_are_equal_up_to_a_relative_difference(compare, old, new, code):

@@ -69,7 +69,7 @@ def test_a_good_card_is_ready(card):
     assert re.search(r"latency +1024, 1024, 1024 samples", done.stdout)
 
 
-def test_a_card_that_cannot_be_used_ends_with_code_1(card):
+def test_a_card_that_cannot_be_used_ends_with_code_3(card):
     card(FakeLine(np.array([1.5]), noise=1e-4))
     done = RUN.invoke(cli.app, ["device", "check", "fake"])
-    assert done.exit_code == 1 and "samples are clipped; lower output" in done.stdout
+    assert done.exit_code == 3 and "samples are clipped; lower output" in done.stdout

@@ -93,8 +93,8 @@ def test_grasps_with_two_objects_or_target_values_are_a_warning(ajgdata, folder)
     mixed = "recordings/1 (ball, box), recordings/2 (ball, box), recordings/3 (ball, box)"
     assert f"warning 3 of 3 grasps have more than one object: {mixed}; give each grasp" in out
     assert f"warning 3 of 3 grasps have more than one value of label: {mixed}" in out
-    code, out, _ = ajgdata("validate", "e")
-    assert code == 1
+    code, out, _ = ajgdata("check", "e")
+    assert code == 3
     assert "3 of 3 grasps have more than one value of label" in out
 
 

@@ -1,4 +1,4 @@
-"""`ajgdata validate` says what the workflow would quarantine, and changes nothing."""
+"""`ajgdata check` says what the workflow would quarantine, and changes nothing."""
 
 import numpy as np
 from worlds import assert_one_line
@@ -59,8 +59,8 @@ def test_an_invalid_cell_excludes_the_recording_from_its_target_only(ajgdata, pr
     head = "recording_id,file,grasp_id,edge_mm,other\n"
     body = "".join(f"{name},audio/{name}.wav,{name},{edge},{o}\n" for name, edge, o in rows)
     (project.folder() / "recordings.csv").write_text(head + body)
-    code, out, _ = ajgdata("validate", "d")
-    assert (code, out.count("\n")) == (1, 3)
+    code, out, _ = ajgdata("check", "d")
+    assert (code, out.count("\n")) == (3, 3)
     problem = "edge_mm = 'wide' is not a finite number: no task of edge_mm uses it"
     assert out.startswith(f"warning bad_label s1/b: {problem}; ")
     spec_targets = library.load_dataset("d", project.root).spec.targets
@@ -83,7 +83,7 @@ def test_settings_of_an_experiment_have_file_and_line(ajgdata, project):
         "        groups: [0, 4]\n"
     )
     line = path.read_text().splitlines().index("        groups: [0, 4]") + 1
-    code, _, error = ajgdata("validate", "d")
+    code, _, error = ajgdata("check", "d")
     assert code == 1
     assert_one_line(error, f"dataset.yaml:{line}: task size: experiments.learning_curve: groups")
 

@@ -1,4 +1,4 @@
-"""`ajgdata validate`: every recording checked, and one line per issue."""
+"""`ajgdata check`: check every recording of data sets; one line per issue."""
 
 from __future__ import annotations
 
@@ -8,23 +8,21 @@ from typing import Annotated
 
 import typer
 
-from ajgdata.cli.console import out, say, shortened
+from ajgdata.cli.console import ATTENTION, out, say, shortened
 from ajgdata.pipeline.progress import bar
 from ajgdata.types import Finding
 
 LEVELS = ("error", "warning", "note")
 
 
-def validate(
-    dataset: Annotated[
-        list[str] | None, typer.Argument(help="data sets; default: every one")
-    ] = None,
+def check(
+    dataset: Annotated[list[str] | None, typer.Argument(help="data sets; default: all")] = None,
     notes: Annotated[bool, typer.Option("--notes", help="also show notes")] = False,
     everything: Annotated[
-        bool, typer.Option("--all", help="show every issue, not a few of each kind")
+        bool, typer.Option("--all", help="list all, not only a few of each kind")
     ] = False,
 ) -> None:
-    """Check every recording; one line for each issue, with the fix. Exit code 1 if any."""
+    """Check recordings and labels, and list each issue with its fix."""
     from ajgdata.paths import find_project
     from ajgdata.pipeline.validate import validate_dataset
     from ajgdata.store.sessions import list_datasets
@@ -41,7 +39,7 @@ def validate(
         f"{checked} recordings checked: {counts['error']} errors, {counts['warning']} warnings, "
         f"{counts['note']} notes" + ("" if notes or not counts["note"] else " (--notes shows them)")
     )
-    raise typer.Exit(bool(counts["error"] or counts["warning"]))
+    raise typer.Exit(ATTENTION if counts["error"] or counts["warning"] else 0)
 
 
 def print_issues(issues: Sequence[Finding], *, everything: bool) -> None:

@@ -1,0 +1,94 @@
+"""The help of every command: length, form, and one meaning per option name."""
+
+import subprocess
+from collections import defaultdict
+
+import typer
+import yaml
+
+from ajgdata.cli import app
+
+GROUP = typer.main.get_command(app)
+COMMANDS = {name: command for name, command in GROUP.commands.items() if name != "device"}
+COMMANDS |= {
+    f"device {name}": command for name, command in GROUP.commands["device"].commands.items()
+}
+#: Both uses mean the same name: of a session, of an object in the gripper.
+TWO_TEXTS = {"--session", "--object", "--out"}
+
+
+def test_commands_are_in_four_panels():
+    panels = defaultdict(list)
+    for name, command in GROUP.commands.items():
+        panels[command.rich_help_panel].append(name)
+    assert list(panels) == ["Data", "Run", "Use", "Tools"]
+    assert panels["Data"] == ["import", "record", "simulate", "check", "publish", "fetch"]
+    assert 12 <= sum(map(len, panels.values())) <= 16
+    assert "Exit codes" in GROUP.epilog
+
+
+def test_help_of_commands_is_a_short_sentence():
+    for name, command in COMMANDS.items():
+        first = command.help.split("\n\n")[0]
+        assert first[0].isupper() and first[-1] == ".", name
+        assert 3 <= len(first.split()) <= 12, f"{name}: {first}"
+
+
+def test_options_have_a_short_help_and_one_meaning():
+    texts = defaultdict(set)
+    for name, command in COMMANDS.items():
+        for parameter in command.params:
+            if parameter.name != "help":
+                assert parameter.help, f"{name} {parameter.name}"
+                assert len(parameter.help.split()) <= 10, f"{name}: {parameter.help}"
+            if parameter.param_type_name == "option":
+                texts[parameter.opts[0]].add(parameter.help)
+    assert {option for option, helps in texts.items() if len(helps) > 1} == TWO_TEXTS
+
+
+def test_version(ajgdata):
+    code, out, _ = ajgdata("--version")
+    assert (code, out.split()[0]) == (0, "ajgdata")
+
+
+def recipe(project):
+    declared = yaml.safe_load(project.paths.dataset("d").read_text()) | {
+        "recipe": {
+            "sessions": 2,
+            "grasps_per_object": 1,
+            "scene": {"numerics": {"dx_mm": 6}},
+            "objects": [
+                {
+                    "name": "cube",
+                    "shape": {"kind": "cube", "edge_mm": 20},
+                }
+            ],
+        }
+    }
+    project.paths.dataset("d").write_text(yaml.safe_dump(declared))
+
+
+def test_simulate_runs_the_sessions_of_a_recipe(ajgdata, project, monkeypatch):
+    commands = []
+
+    def run(words, **_):
+        commands.append(words[2:])
+        return subprocess.CompletedProcess(words, 0)
+
+    monkeypatch.setattr(subprocess, "run", run)
+    assert "has no recipe; use `ajgdata record`" in ajgdata("simulate", "d")[2]
+    (project.root / "Snakefile").touch()
+    recipe(project)
+    assert ajgdata("simulate", "d", "--dry-run")[0] == 0
+    sessions = [f"results/acquired/d/virtual-0{number}.done" for number in (1, 2)]
+    assert commands[0][:4] == ["snakemake", *sessions, "--dry-run"]
+    assert "datasets=[d]" in commands[0]
+
+
+def test_scene_draws_an_object_of_a_recipe(ajgdata, project, tmp_path):
+    recipe(project)
+    assert "has no object 'ball'; use one of cube" in ajgdata("scene", "d", "ball")[2]
+    code, out, _ = ajgdata("scene", "d", "cube", "--out", tmp_path)
+    assert code == 0
+    assert out.splitlines()[0] == f"{tmp_path}/d-cube.svg"
+    assert "simulated" in (tmp_path / "d-cube.svg").read_text()
