@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: reproduce everything real test test-slow test-cpus test-browser test-cluster test-jack test-torture lint format bench docs readme lock clean
+.PHONY: reproduce everything real test test-slow test-cpus test-browser test-cluster test-jack test-torture lint format bench docs readme sample lock clean
 
 # ARGS are passed on: make reproduce ARGS=--dry-run, make test ARGS=tests/docs.
 reproduce: $(VENV)/.test
@@ -77,6 +77,11 @@ docs: $(VENV)/.docs
 readme: $(VENV)/.test $(VENV)/.browser
 	$(BIN)/python -m tools.readme_table
 	$(BIN)/python -m tools.screenshots
+
+# The simulated sample of the package, from the features of the last run (maintainers only).
+sample: $(VENV)/.test
+	$(BIN)/snakemake results/samples/ycb.nc
+	cp results/samples/ycb.nc ajgdata/samples/
 
 # Resolve new versions (maintainers only; needs uv), then write them into environment.yml.
 lock: $(VENV)/.test

@@ -39,7 +39,9 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Return a function or class of `ajgdata.loading`, which is imported when it is first used."""
+    """Import `ajgdata.loading` or `ajgdata.tutorial` when a name of it is first used."""
+    if name == "tutorial":
+        return import_module("ajgdata.tutorial")
     if name not in __all__:
         raise AttributeError(f"module 'ajgdata' has no attribute {name!r}")
     return getattr(import_module("ajgdata.loading"), name)

@@ -111,6 +111,7 @@ class Paths:
     models = Places("results/models/{dataset}")
     model = Places("results/models/{dataset}/{task}/{model}")
     exported = Place("results/exported")  #: models as files for other computers
+    sample = Places("results/samples/{dataset}.nc")  #: part of the features, for the package
     published = Places("results/published/{dataset}")  #: see `Tree`
     #: Checksums of a published data set: written when the rest is whole.
     published_sums = Places("results/published/{dataset}/SHA256SUMS")

@@ -25,6 +25,7 @@ RANKS = {
     "export": 9,
     "experiments": 9,
     "loading": 9,
+    "tutorial": 9,
     "pipeline": 10,
     "cli": 11,
 }

@@ -70,6 +70,7 @@ MODULES = (
     "ajgdata.pipeline.publish",
     "ajgdata.store.audio",
     "ajgdata.store.features",
+    "ajgdata.tutorial",
 )
 
 

@@ -89,6 +89,8 @@ def test_an_installed_package_holds_what_pages_are_made_of(tmp_path):
         "from ajgdata.store.report_files import PACKAGED\n"
         "from ajgdata.report.render import environment\n"
         "assert environment().get_template('base.html.j2')\n"
+        "import ajgdata\n"
+        "assert ajgdata.tutorial.load_features('ycb').attrs['source'] == 'simulated'\n"
         "print(PACKAGED)"
     )
     done = subprocess.run(

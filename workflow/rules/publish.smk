@@ -25,3 +25,22 @@ rule publish_dataset:
         "Publishing {wildcards.dataset}"
     script:
         "../scripts/run.py"
+
+
+# Bundled with the package: `make sample`.
+rule sample:
+    input:
+        store=PATHS.features("{dataset}"),
+    output:
+        sample=PATHS.sample("{dataset}"),
+    log:
+        "results/logs/sample/{dataset}.log",
+    conda:
+        "../../environment.yml"
+    params:
+        function="sample:write_sample",
+        grasps=2,
+    message:
+        "Writing a sample of {wildcards.dataset}"
+    script:
+        "../scripts/run.py"

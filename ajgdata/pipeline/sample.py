@@ -1,0 +1,28 @@
+"""The job `sample`: a small part of a simulated feature file, as bundled with the package."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+from ajgdata.store.features import read_store, write_store
+from ajgdata.store.labels import take_rows
+from ajgdata.types import DataError
+
+
+def write_sample(store: Path, sample: Path, grasps: int) -> None:
+    """Write the first `grasps` grasps of each object in each session of a feature file.
+
+    Raises DataError if the recordings are not simulated.
+    """
+    import pandas as pd
+
+    shard = read_store(store)
+    if shard.attrs.get("source") != "simulated":
+        raise DataError(store, "is not simulated", "bundle simulated recordings only")
+    columns = ("session_id", "object", "grasp_id")
+    table = pd.DataFrame({name: shard.columns[name].values for name in columns})
+    first = table.drop_duplicates().groupby(["session_id", "object"]).head(grasps)
+    part = take_rows(shard, table["grasp_id"].isin(first["grasp_id"]).to_numpy())
+    about = f"Simulated sample of {shard.attrs['data_set']}: part of its recordings"
+    write_store(sample, dataclasses.replace(part, attrs={**shard.attrs, "title": about}))
