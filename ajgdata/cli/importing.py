@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.markup import escape
+from rich.table import Table
 
-from ajgdata.cli.console import ATTENTION, print_facts, say, shortened
+from ajgdata.cli.console import ATTENTION, out, print_facts, say, shortened
 from ajgdata.pipeline.progress import bar
-from ajgdata.types import ImportSettings, OnChange
+from ajgdata.types import DataError, ImportSettings, OnChange
 
 if TYPE_CHECKING:
     from ajgdata.paths import Paths
@@ -26,7 +29,7 @@ Pattern = Annotated[
     str,
     typer.Option(help="'starter-kit' (<n>_<label>.wav), or a regular expression with named groups"),
 ]
-Table = Annotated[str, typer.Option(help="table of labels in the folder, one row per file")]
+TableOption = Annotated[str, typer.Option(help="table of labels in the folder, one row per file")]
 Choice = Annotated[
     OnChange, typer.Option(help="importing again: differences to take from the folder")
 ]
@@ -36,7 +39,7 @@ def import_command(
     folder: Annotated[Path, typer.Argument(help="folder with the recordings")],
     dataset: Annotated[str, typer.Option(help="data set; created if it is new")],
     pattern: Pattern = "",
-    table: Table = "",
+    table: TableOption = "",
     file: Annotated[str, typer.Option(help="template of a row's file, e.g. 'wav/{name}.wav'")] = "",
     grasp: Annotated[str, typer.Option(help="template of grasp_id, e.g. '{stone}'")] = "",
     session: Annotated[str, typer.Option(help="session, or its template, e.g. '{day}'")] = "",
@@ -68,6 +71,8 @@ def import_command(
     options |= {"grasp": grasp, "session": session, "object": object_}
     paths = find_project()
     known = paths.dataset(checked_name(dataset)).is_file()
+    if not (known or pattern or table):
+        show_file_names(folder)
     with bar("importing") as started:
         spec, result = import_folder(
             paths, dataset, folder, settings=_import_settings(options), targets=target or [],
@@ -76,6 +81,33 @@ def import_command(
     show_import(result, dataset, everything=everything)
     is_mixed = show_summary(paths, spec, known=known) if paths.dataset(dataset).is_file() else False
     raise typer.Exit(0 if result.is_complete and not is_mixed else ATTENTION)
+
+
+def show_file_names(folder: Path) -> None:
+    """Print the fields of the file names and patterns to copy, if no name is of the starter kit.
+
+    Raises DataError after that.
+    """
+    from ajgdata.store.file_names import name_form
+    from ajgdata.store.scan import STARTER_KIT, search
+
+    files = search(folder)[0] if folder.is_dir() else []
+    if not files or any(re.fullmatch(STARTER_KIT, path.as_posix()) for path in files):
+        return
+    form = name_form(files)
+    table = Table("field", "kind", "values", "examples", box=None)
+    for number, field in enumerate(form.fields, 1):
+        examples = ", ".join(field.values[:4])
+        table.add_row(str(number), field.kind, str(len(field.values)), escape(examples))
+    same = len(files) - len(form.other_files)
+    say(f"{same} of {len(files)} file names have this form (fields from left to right):")
+    out.print(table)
+    for path in form.other_files[:3]:
+        say(f"[yellow]other form[/yellow] {escape(path.as_posix())}")
+    say("Patterns to copy and edit (label: to predict; grasp, sample: counters):")
+    for roles in form.proposals():
+        say(escape(f"  --pattern {shlex.quote(form.pattern(roles))}"))
+    raise DataError(folder, "file names are not <n>_<label>.wav", "add a --pattern, or --table")
 
 
 def _import_settings(options: dict[str, str]) -> ImportSettings | None:
@@ -111,6 +143,8 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
     say(f"as declared before in {where}" if known else f"now declared in {where}: {summary}")
     tables = label_tables(paths, spec.name)
     print_facts(counts(tables, spec.targets))
+    if not known:
+        say("models: linear and k-NN; to train the CNN too, add `cnn` to `models` of a task")
     issues = label_issues(tables, spec)
     for issue in issues:
         say(f"[yellow]warning[/yellow] {escape(issue.problem)}; {issue.fix}")

@@ -29,6 +29,8 @@ from ajgdata.types import (
 )
 
 FOLDS = 5
+#: Models of a first run; the CNN takes minutes.
+FIRST_MODELS = ("linear", "knn")
 #: A column with fewer distinct numbers is a class.
 MIN_NUMBERS = 11
 #: How programs write a missing value.
@@ -144,7 +146,10 @@ def declare(
             description=f"Imported from a folder named {folder!r}. Complete this declaration.",
             audio=_common_audio(scanned, contents),
             targets={column: target for column, (target, _) in inferred.items()},
-            tasks={column: Task(target=column, folds=FOLDS) for column in possible or inferred},
+            tasks={
+                column: Task(target=column, folds=FOLDS, models=FIRST_MODELS)
+                for column in possible or inferred
+            },
             imports=settings,
         )
     except ValidationError as error:

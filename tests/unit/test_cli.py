@@ -80,6 +80,7 @@ def test_import_says_what_it_did(ajgdata, project):
         "grasps                2",
         "samples per grasp     1 (2 grasps)",
         "recordings per label  a [x] 1, b 1",
+        "models: linear and k-NN; to train the CNN too, add `cnn` to `models` of a task",
         "next: ajgdata check e, then ajgdata run e",
     ]
     assert read_dataset(project.paths, "e").imports.pattern == "starter-kit"
