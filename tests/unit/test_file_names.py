@@ -8,6 +8,7 @@ import pytest
 from worlds import write_tone
 
 from ajgdata.store.file_names import name_form
+from ajgdata.store.sessions import read_dataset
 
 GRASPS = [f"{o}_g{g:02d}_{s}.wav" for o in ("box", "ball") for g in (1, 2, 3) for s in "ab"]
 
@@ -61,6 +62,4 @@ def test_import_shows_patterns_that_work(ajgdata, project):
     assert 2 <= len(proposals) <= 3
     code, out, _ = ajgdata(*command, *proposals[0])
     assert code == 0 and "samples per grasp     2 (6 grasps)" in out
-    assert "models: [linear, knn]" in " ".join(project.paths.dataset("e").read_text().split()) or (
-        "- linear\n" in project.paths.dataset("e").read_text()
-    )
+    assert read_dataset(project.paths, "e").tasks["label"].models == ("linear", "knn")
