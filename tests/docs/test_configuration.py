@@ -1,6 +1,8 @@
 """The configuration reference is current, every key says what it means, and something reads it."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import yaml
@@ -53,3 +55,11 @@ def test_every_key_of_the_workflow_is_said_and_read():
     for key, schema in SETTINGS.items():
         assert schema["description"]
         assert f'config["{key}"]' in rules
+
+
+def test_the_command_line_reference_is_current(tmp_path):
+    page = tmp_path / "command-line.md"
+    options = ["--name", "ajgdata", "--title", "Command line", "--output", str(page)]
+    command = [sys.executable, "-m", "typer", "ajgdata.cli", "utils", "docs", *options]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    assert page.read_text() == (ROOT / "docs/command-line.md").read_text(encoding="utf-8")
