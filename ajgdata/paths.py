@@ -29,7 +29,7 @@ LONGEST_RUN = 100
 
 
 def run_name(datasets: Sequence[str]) -> str:
-    """Return the name of a run of these data sets alone, whatever their order; "" of none."""
+    """Return the name of a run of only `names`, in any order; "" of none."""
     names = sorted(datasets)
     name = "+".join(names)
     if len(name) <= LONGEST_RUN:
@@ -66,7 +66,7 @@ class Places(Place):
 class Paths:
     """Places of files, relative to a project folder. Patterns keep `{wildcards}` untouched.
 
-    `run` names a run of some data sets alone: what is told of all its data sets together stands
+    `run` names a run of selected data sets: results of all its data sets together are
     apart from that of a whole run.
     """
 

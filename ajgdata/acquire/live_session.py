@@ -56,7 +56,7 @@ class LiveSession:
 
     @property
     def latency_samples(self) -> int | None:
-        """Latency of its first recording; None if there is none."""
+        """Latency of its first recording; None without recordings."""
         rows = [row for row in self.recordings if row.labels.get("latency_samples", "").isdecimal()]
         first = min(rows, key=lambda row: row.labels.get("time", ""), default=None)
         return None if first is None else int(first.labels["latency_samples"])
@@ -185,7 +185,7 @@ def live_session(
     plan: Mapping[str, Any],
     about: Mapping[str, str],
 ) -> Iterator[LiveSession]:
-    """Yield the session at `folder`, created if there is none, and mark it finished at the end. A
+    """Yield the session at `folder`, created if missing, and mark it finished at the end. A
     session without recordings is then removed.
 
     Its setup is `plan`, the card and the excitation of `spec`; `about` has gripper, medium and

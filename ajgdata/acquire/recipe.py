@@ -1,4 +1,4 @@
-"""Recipe -> grasps. Pure: which recordings a virtual session shall hold, and with which seeds."""
+"""Recipe -> grasps. Pure: the recordings of a virtual session and their seeds."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def plan_session(
     object, number): a new object or grasp changes no other, except later ones in a bed with memory.
     Variants share their seeds unless each draws its own grasps. `code` is the hash of the gripper's
     sources; with scene, signal chain and excitation (unless it is the default) it makes the digest,
-    so that changed physics is simulated again. Drawn settings are labels of the recording, too.
+    so that changed physics is simulated again. Drawn settings are also labels of the recording.
     Raises ValidationError for an invalid variation.
     """
     drawn_by, variant = _sessions(recipe)[session]
@@ -162,10 +162,10 @@ class _Varied(NamedTuple):
 def new_setup(
     recipe: Recipe, name: str, pose_seed: int, seed: int, session: tuple[str | int, ...] = (NEW,)
 ) -> dict[str, Any]:
-    """Return the setup of a grasp of the object `name`, or of nothing (""), in the pose that
+    """Return the setup of a grasp of the object `name` ("": empty gripper), in the pose that
     `pose_seed` draws, with the nuisances of `seed`.
 
-    `session` are names of a session that is none of the recipe's; the bed is poured anew. Raises
+    `session` are names of a session outside the recipe; the bed is newly poured. Raises
     NotPossibleError for an object that the recipe lacks, and for a recipe of variants, whose scenes
     differ.
     """

@@ -13,7 +13,7 @@ _ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
 
 @contextmanager
 def ended_by_signals(names: tuple[str, ...] = _ENDING[1:]) -> Iterator[None]:
-    """Let the first of these signals end the program, SIGINT by KeyboardInterrupt, the others by
+    """Let the first signal end the program, SIGINT by KeyboardInterrupt, the others by
     SystemExit of 128 plus their number. Later signals are ignored.
 
     A signal that was ignored before (`nohup`) stays ignored, except SIGINT, which stops a live run.

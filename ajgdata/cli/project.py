@@ -39,7 +39,7 @@ def doctor() -> None:
 
 
 def diagnostics(paths: Paths | None) -> dict[str, str]:
-    """Return versions and resources by topic; `paths` is None outside a project."""
+    """Return versions and resources by topic; outside a project `paths` is None."""
     import h5py
     import soundfile
 

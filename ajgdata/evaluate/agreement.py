@@ -89,7 +89,7 @@ def together(verdicts: Collection[Verdict]) -> Verdict:
 
 
 def is_better_than_chance(value: float, interval: Interval, chance: float, perfect: float) -> bool:
-    """Return whether the interval (the value, if there is none) is on the perfect side of chance.
+    """Return whether the interval (the value without an interval) is on the perfect side of chance.
 
     True if chance is unknown.
     """

@@ -1,7 +1,7 @@
 """Cross-validation of one model on one task: errors, predictions, cost.
 
 The three results are separate objects: `Scores` and `Predictions` are the same bytes for the same
-inputs and seed; `Cost` is measured, hence never the same twice.
+inputs and seed; `Cost` is measured, so it differs between runs.
 
 >>> import ajgdata
 >>> from ajgdata.evaluate.crossval import cross_validate
@@ -220,7 +220,7 @@ def _unfitted(
     period: float | None,
     limits: Mapping[str, int],
 ) -> tuple[BaseEstimator, int | None]:
-    """Return the unfitted estimator, and on how many recordings it is trained at most."""
+    """Return the unfitted estimator, and the largest number of its training recordings."""
     if not isinstance(model, str):
         return model, None
     made = make_model(model, kind, seed, period, limits.get(CHOOSING))

@@ -40,7 +40,7 @@ class EmbeddingData:
         return {"recordings": len(self.feature), "available": self.available}
 
     def column(self, name: str) -> np.ndarray:
-        """Return one column (n,). Raises ValueError if there is none."""
+        """Return one column (n,). Raises ValueError if it is missing."""
         if name not in self.columns:
             raise NotPossibleError(f"there is no column {name!r}: add it to recordings.csv")
         return self.columns[name].values

@@ -1,6 +1,6 @@
 """How far a model in use may be believed: found on grasps held out of inner folds, kept with it.
 
-The model itself is then trained on all recordings. Those of the inner folds had fewer, hence err
+The model itself is then trained on all recordings. Those of the inner folds had fewer and err
 rather more: temperatures, intervals and alarms are rather too wide than too narrow.
 """
 
@@ -42,7 +42,7 @@ class Calibration:
     Probabilities in use are softmax(log p / `temperature`). The truth lies within `half_width` (in
     the target's unit) of a predicted number in a share `coverage` of new groups. What is further
     from the nearest grasp than `novelty_threshold` is unlike anything seen; of new grasps of what
-    is known a share `false_alarm` is at most, where `false_alarm_stated` was asked for.
+    is known a share of up to `false_alarm` is, where `false_alarm_stated` was asked for.
     `detection_rate` is the share of grasps of novel objects that are further away, measured on
     objects that were held out.
     """

@@ -34,7 +34,7 @@ def mean_distances(
     """Return the mean Euclidean distance (c, c) between the recordings of each two of `names`.
 
     `space` (n, d), `label` (n,); only pairs that differ in `apart` (n,) count, such as the grasp.
-    NaN where there is none. The diagonal holds the distances within a label.
+    NaN without neighbours. The diagonal holds the distances within a label.
     """
     member = (label[:, None] == names[None]).astype(float)  # (n, c)
     counts = (apart[:, None] != apart[None]).astype(float)

@@ -128,7 +128,7 @@ def alarm(
     false_alarm: float = 0.01,
     seed: int = 0,
 ) -> Alarm:
-    """Return the distance that new grasps exceed in a share `false_alarm` of cases at most.
+    """Return the distance that new grasps exceed in a share of up to `false_alarm`.
 
     `features` (n, f), their `grasp` (n,) and the `groups` (n,) that are held out together. Folds
     have no classes to keep: a group is held out whether or not there are others like it. Raises
@@ -157,7 +157,7 @@ def held_out_distances(
 
 
 def threshold_at(held_out: np.ndarray, groups: np.ndarray, false_alarm: float) -> float:
-    """Return what held-out values (n,) exceed in a share `false_alarm` of groups at most."""
+    """Return what held-out values (n,) exceed in up to a share `false_alarm` of the groups."""
     share = 1 - _possible(false_alarm, len(np.unique(groups)))
     return float(weighted_quantile(held_out[:, None], grasp_weights(groups), share)[0])
 

@@ -54,10 +54,10 @@ def shortcut_test(
 ) -> ShortcutTest:
     """Test whether predictions from silent recordings, all (n,), depend on the truth.
 
-    Each fold's model is looked at by itself, since they may be far off in different ways: the
+    Each fold's model is evaluated separately, since they may be far off in different ways: the
     absolute rank correlation; with a `period` that of the points (sin, cos) of 2 pi y / period, the
     root of Escoufier's RV coefficient; of classes the mutual information (nat). All are blind to
-    where predictions lie and how far they spread. What is told is the mean over folds, by their
+    where predictions lie and how far they spread. The result is the mean over folds, by their
     rows. Raises ValueError for a group of several labels.
     """
     name = "periodic" if period is not None and kind == "regression" else kind

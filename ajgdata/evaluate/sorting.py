@@ -36,7 +36,7 @@ def decisions(probability: np.ndarray, threshold: float) -> np.ndarray:
 
 
 def shares(probability: np.ndarray, taken: np.ndarray, label: np.ndarray) -> dict[str, float]:
-    """Return the accuracy of all grasps, the share that is sorted, and of those the accuracy.
+    """Return the accuracy of all grasps, the sorted share, and its accuracy.
 
     `probability` (n, n_classes), `taken` (n,) decisions, `label` (n,) true classes. The accuracy of
     no grasps is NaN.
@@ -56,7 +56,7 @@ class Run:
 
     `before_error`: objects sorted before the first error, or before the model was uncertain if
     there was no error. `sorts`: objects sorted by the paper's rule, until the model was uncertain;
-    `mistakes` of these are in a wrong bin.
+    `mistakes` of the sorted objects are in a wrong bin.
     """
 
     sorts: int

@@ -53,7 +53,7 @@ class Asked:
 
     @property
     def others(self) -> tuple[str, ...]:
-        """Return the data sets that it needs beside its own."""
+        """Return the data sets that it needs in addition to its own."""
         return tuple(getattr(self.settings, "test_on", ()))
 
     def label(self, model: str, kind: Kind) -> str:

@@ -44,7 +44,7 @@ Render = Callable[[Sequence[str], Sequence[np.ndarray]], Iterator[list[np.ndarra
 
 
 class Recordings(Protocol):
-    """The recordings themselves, of the data set and of those that the settings name."""
+    """The recordings themselves, of the data set and of the data sets in the settings."""
 
     def samples(self, dataset: str, names: Sequence[str], window: int) -> Iterator[np.ndarray]:
         """Yield the samples (n,) of recordings of a data set by name, ready for a spectrum with a
@@ -89,9 +89,9 @@ class Inputs:
 
     def all_data(self, other: str = "") -> TaskData:
         """Return every recording that has the target, of the store or of that of `other`; with
-        `classes`, of those alone.
+        `classes`, only of the named classes.
 
-        Raises ValueError where there is none; see `task_data`.
+        Raises ValueError without recordings; see `task_data`.
         """
         table = self.others[other] if other else self.store
         classes = self.classes_of_task[0]
@@ -149,7 +149,7 @@ class Other:
 class TaskResults:
     """The results of one experiment on one task, in the order of the models that it names.
 
-    `papers` are figures of the paper by the part of the task that they stand beside.
+    `papers` are published values by the part of the task that is compared.
     """
 
     experiment: str
@@ -178,7 +178,7 @@ class TaskResults:
 
     @property
     def paper(self) -> PaperFigure | None:
-        """Return the figure of the paper that stands beside the experiment as a whole."""
+        """Return the published value that is compared with the complete experiment."""
         return self.papers.get(self.experiment)
 
     @property

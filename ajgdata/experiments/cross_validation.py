@@ -44,7 +44,7 @@ class Settings(Strict):
         ("cnn", "linear", "knn"), description="models that are trained and evaluated"
     )
     compare_random: bool = Field(
-        False, description="also evaluate a split that ignores the groups, to show what it flatters"
+        False, description="also evaluate a split that ignores groups, to show its optimistic bias"
     )
     test_on: tuple[Name, ...] = Field(
         (), description="data sets whose recordings the folds' models are tested on as well"
@@ -65,7 +65,7 @@ def evaluate(
 
     Recordings whose target is withheld are trained on by no fold and predicted by all. So are those
     of the data sets `test_on` whose grasp is not of the task's own, too; of a grasp that is, only
-    the fold that holds it out predicts. Withheld values are left out of these data sets, so that
+    the fold that holds it out predicts. Withheld values are excluded from `test_on`, so that
     their errors compare with those of the known ones. With fewer groups than folds each group is a
     fold. Raises ValueError for a task that cannot be evaluated, for instance with a single group.
     """

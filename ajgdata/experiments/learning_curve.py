@@ -32,7 +32,7 @@ class Settings(Strict):
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return the errors of `model` on the same grasps for each number of training grasps.
 
-    `others` of what is told of the tables are the numbers that failed, as text, with the reason.
+    `others` of the metadata are the numbers that failed, as text, with the reason.
     """
     from ajgdata.evaluate.few_grasps import learning_curve
 

@@ -28,7 +28,7 @@ _GAIN = "lower the gain and record again, or set quality to reject"
 def check_audio(audio: Audio, window: int) -> list[Remark]:
     """Return every remark on a recording that could be read.
 
-    Conversion hides clipping, hence the samples are judged as recorded; but those as converted must
+    Conversion hides clipping, so the samples are judged as recorded; but those as converted must
     still make a feature (opposite channels average to silence).
     """
     converted = audio.samples.size != audio.recorded.size  # resampled, or averaged over channels
@@ -49,7 +49,7 @@ def check_samples(samples: NDArray[Any], subtype: str, window: int) -> list[Rema
     `subtype` is libsndfile's name of the encoding (`AudioInfo.subtype`): integers clip at full
     scale, float samples may exceed it and clip wherever a flat top shows. `window` is the number of
     samples that the feature needs. With an error nothing else is looked for: of samples without
-    sound, the first reason is given, beside that they are too short.
+    sound, the first reason is reported in addition to their length.
     """
     columns = samples[:, np.newaxis] if samples.ndim == 1 else samples
     if errors := _unusable(columns, window):

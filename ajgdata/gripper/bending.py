@@ -83,7 +83,7 @@ class Plate:
     @cached_property
     def degrees(self) -> NDArray[np.int64]:
         """Degrees (2, P) of the polynomials along length and width: up to a total on round plates,
-        where the others cannot be told from them."""
+        where the others are not distinguishable."""
         along, across = np.indices((POLYNOMIALS, POLYNOMIALS)).reshape(2, -1)
         mask = along + across < (POLYNOMIALS if self.round else 2 * POLYNOMIALS)
         return np.stack([along[mask], across[mask]])

@@ -127,7 +127,7 @@ def pad_stiffness(rubber: Material, thickness: float, foot_m2: float) -> float:
 def skin(body: Body, membrane_kg_m2: float) -> tuple[float, float, float]:
     """Mass, resistance and stiffness per area of the skin with the membrane on it.
 
-    A third of the skin's mass moves with its surface (Rayleigh). Beside the loss of the material,
+    A third of the skin's mass moves with its surface (Rayleigh). Besides the material's loss,
     waves leave downwards as into a cone, whose dashpot is ρc (Meek & Wolf, J. Geotech. Eng. 118,
     1992), as far as there is more than skin.
     """

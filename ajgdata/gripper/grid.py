@@ -153,7 +153,7 @@ def _sides(floor, roof, base, h, nz):
 def _slope(height: Real, spacing: float) -> Real:
     """Rise of the boundary across one sample, never quite zero.
 
-    The smaller of the two one-sided differences, so that a sample beside a cliff is not taken for
+    The smaller of the two one-sided differences, so that a sample next to a cliff is not taken for
     a part of it.
     """
     rise = np.full(height.shape, 1e-9 * spacing)

@@ -135,7 +135,7 @@ Height = Annotated[float, Field(gt=0, le=1000)]
 
 
 def _spelt(material: Any) -> str:
-    """By which a mistake in a material is told: as one of a name or as one of its numbers."""
+    """Kind of an error in a material: an error of a name or of a number."""
     return "str" if isinstance(material, str) else "numbers"
 
 

@@ -96,7 +96,7 @@ def measured_table() -> MeasuredTable:
 
 
 def bounds(met: Scene) -> dict[ObjectPart, float]:
-    """Return what leaving out each part changes at most; empty for a scene unlike the measured.
+    """Return the largest change if each part is omitted; empty for a scene unlike the measured.
 
     `met` is the scene as the gripper meets it (`scene.as_met`).
     """

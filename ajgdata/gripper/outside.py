@@ -75,7 +75,7 @@ def patch_velocity(push: Real, motion: Real, step_s: float) -> NDArray[np.comple
     """Return the volume velocity (patches, BINS) of patches that `push` (patches, n) drives.
 
     `push` is the pressure times area (N) every `step_s`; v = iω P / (k - ω²m + iωr) of each. It
-    stays for ever at the mean of its last SETTLED: hence it is differenced.
+    stays for ever at the mean of its last SETTLED, so it is differenced.
     """
     length = 2 * (BINS - 1)
     settled = push[:, -SETTLED:].mean(axis=1)

@@ -1,4 +1,4 @@
-"""Gaussian random fields that live in physical space, hence are the same on every grid."""
+"""Gaussian random fields in physical space, so they are the same on every grid."""
 
 from __future__ import annotations
 

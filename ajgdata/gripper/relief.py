@@ -2,7 +2,7 @@
 
 A membrane of tension T that a pressure p presses down has the height w, with
 T ∇·(∇w/√(1+|∇w|²)) = p where it touches nothing, and w = the obstacle elsewhere (Laplace 1806;
-obstacle problem, Kinderlehrer & Stampacchia 1980). Beside a straight edge it is a cylinder of
+obstacle problem, Kinderlehrer & Stampacchia 1980). Next to a straight edge it is a cylinder of
 radius T/p, over a round hole a sphere of radius 2T/p.
 """
 
@@ -147,7 +147,7 @@ STEEPEST = float(np.tan(np.deg2rad(85.0)))
 
 @dataclass(frozen=True)
 class Relief:
-    """An object on the table: `height` falls off steeply beside it, below the table as well;
+    """An object on the table: `height` falls off steeply next to it, below the table as well;
     `inside` is its footprint with antialiased edges."""
 
     height: Real

@@ -82,7 +82,7 @@ class Nuisance(SceneModel):
 
 
 class Assembly(SceneModel):
-    """How one gripper came out beside its design; the same in all its sessions."""
+    """Tolerances of one gripper relative to its design; the same in all its sessions."""
 
     askew_mm: Pair = Field(
         (0.0, 0.0), description="x, y of the tip of the free balloon, whose rim is where it was"
@@ -109,7 +109,7 @@ class SessionOffsets(SceneModel):
 
 
 class History(SceneModel):
-    """Place of a grasp in the history of its bed of grains, which is loosened and not poured anew.
+    """Place of a grasp in the history of its bed of grains, which is loosened and not poured again.
 
     Surface and packing follow an autoregressive process of first order, field = ρ · field before
     + √(1 - ρ²) · new, so that their variance stays and grasps n apart correlate by ρⁿ.
@@ -130,11 +130,11 @@ class Grasp(SceneModel):
     offset_x_mm: float = Field(0.0, description="of the object's centre from the axis")
     offset_y_mm: float = 0.0
     force_n: Annotated[float, Field(gt=0, le=40)] = Field(8.0, description="paper: 8 N")
-    placed_mm: Pair = Field((0.0, 0.0), description="x, y added to the offset as it was put down")
-    placed_deg: Degrees = Field(0.0, description="added to the angle as it was put down")
+    placed_mm: Pair = Field((0.0, 0.0), description="x, y added to the offset when it was placed")
+    placed_deg: Degrees = Field(0.0, description="added to the angle when it was placed")
     nuisance: Nuisance = Nuisance()
     history: History | None = Field(
-        None, description="of the bed; null: it is poured anew, as `seed` draws it"
+        None, description="of the bed; null: it is newly poured, as `seed` draws it"
     )
 
 

@@ -35,7 +35,7 @@ class ImpulseResponse:
 
     p[n] = Σ samples[m] q[n - m + latency_samples]; the latency is that of the linear-phase
     decimation filter. `static` is what the response settles at, for ever on this time scale,
-    because the balloon holds the volume that the speaker pushed in; `samples` goes on to zero
+    because the balloon holds the volume that the speaker pushed in; `samples` decays to zero
     without it. Convolve the input with `samples`, then add `static` times its running sum.
     `provenance` says how it was computed; it is as deterministic as `samples`. `outside` (m,) is
     what comes through the membrane: rms pressure at the microphone per rms pressure in the room, at

@@ -158,7 +158,7 @@ def _settled(pieces: list[Real], pulse: Real, factor: int, latency: int) -> tupl
     """Return the marched response at 44.1 kHz less what it settles at, and that.
 
     That is the mean where it stops, so that nothing jumps: the slowest resonance of the balloon
-    goes on below the band of the transducers.
+    continues below the band of the transducers.
     """
     static = float(pieces[-1][-len(pieces[-1]) // 2 :].mean())
     response = np.concatenate(pieces)

@@ -6,7 +6,7 @@ What is kept of a relaxing density is r = q - rate p, from the start of a step o
 walls and modes do to p afterwards is in q as soon as it is wanted, and they need not touch it.
 Velocity and pressure of a slab are updated while it is in the first-level cache. Indices are
 unsigned, so that the compiler needs no wrap-around and vectorises every loop. No fast-math: the
-order of all operations is fixed, hence the result does not depend on the machine's vector width.
+order of all operations is fixed, so the result does not depend on the machine's vector width.
 No literal factors in the kernel either: they would turn float32 into float64. All that it calls is
 in this file: numba compiles a kept kernel again if its own file has changed, not another.
 """

@@ -31,7 +31,7 @@ class GripperVariation(SceneModel):
 
 
 class SessionVariation(SceneModel):
-    """Between sessions, and between the objects that were put down in one."""
+    """Between sessions, and between the objects that were placed in one."""
 
     one_sitting: bool = Field(
         False, description="all sessions of the recipe are of one sitting: what is theirs is one"
@@ -40,13 +40,13 @@ class SessionVariation(SceneModel):
     temperature_k: Amount = Field(2.0, description="of the air")
     fill_mm: Amount = Field(0.6, description="depth of the bed")
     placement_mm: Amount = Field(
-        1.0, description="an object's place where it is put down: once a session in `order: blocks`"
+        1.0, description="position of an object: once per session in `order: blocks`"
     )
     placement_deg: Amount = Field(1.0, description="the same for its angle")
 
 
 class GraspVariation(SceneModel):
-    """Between grasps, beside the standard deviations of scene.grasp.nuisance."""
+    """Between grasps, in addition to the standard deviations of scene.grasp.nuisance."""
 
     memory: Annotated[float, Field(ge=0, lt=1)] = Field(
         0.475, description="correlation of the bed's surface and packing with the grasp before"
@@ -88,7 +88,7 @@ class Variation(SceneModel):
         }
 
     def placement(self, *names: str | int) -> Drawn:
-        """Return what `scene.grasp` holds of how an object was put down, by `names`."""
+        """Return the placement of an object in `scene.grasp`, by `names`."""
         return {
             "placed_mm": _within(self.session.placement_mm, *names, "placement"),
             "placed_deg": _within(self.session.placement_deg, *names, "turn")[0],

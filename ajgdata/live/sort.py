@@ -128,7 +128,7 @@ class Sorter:
         """Sort what comes by the plan, in the main thread; return the state at the end.
 
         Whatever else ends it, the robot halts, `stopped` says why and what is held, and the error
-        goes on: CardError, RobotError, KeyboardInterrupt (Ctrl-C, `Control.stop`), SystemExit.
+        propagates: CardError, RobotError, KeyboardInterrupt (Ctrl-C, `Control.stop`), SystemExit.
         """
         self._begun = time.monotonic()
         self.log.listen(self._state.add)
@@ -163,7 +163,7 @@ class Sorter:
         return "nothing is left to sort", True
 
     def _sort(self, number: int, name: str) -> str:
-        """Sort one object; return why the run is to stop, "" if it goes on."""
+        """Sort one object; return the reason to stop, "" if the run continues."""
         known = str(self.labels(name).get(self.target, name)) if name != NOTHING else name
         self.log.say("grasp", number=number, object=known)
         prediction = self._sense(number, name)

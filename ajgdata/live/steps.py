@@ -83,7 +83,7 @@ class Steps:
         self.let_go()
 
     def let_go(self) -> None:
-        """Put down what the gripper presses on, unless it has been released."""
+        """Release the object under the gripper, unless it has been released."""
         if self.pressing:
             self._step("release")
 

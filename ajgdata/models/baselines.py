@@ -127,7 +127,7 @@ def linear_plain(kind: Kind, seed: int) -> BaseEstimator:
 
 
 def ridge_plain(kind: Kind, seed: int) -> BaseEstimator:
-    """Return the first candidate of `ridge`: solved at once, hence fast."""
+    """Return the first candidate of `ridge`: solved directly, so it is fast."""
     return _candidate(ridge(kind, seed))
 
 

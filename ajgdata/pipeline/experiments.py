@@ -140,7 +140,7 @@ def _measure(
 
 
 def _comparable(store: Path, table: FeatureRows, path: Path) -> FeatureRows:
-    """Return another store, whose spectra have the axes of `table`. Raises DataError for others."""
+    """Return another store, whose spectra have the axes of `table`. Raises DataError otherwise."""
     other = read_store(path)
     for name, here, there in differing_axes(_settings(table), _settings(other)):
         problem = f"its {name} is {there}, that of {store} is {here}: they do not compare"
@@ -225,9 +225,9 @@ def read_results(
 def _papers(
     asked: Asked, specs: Mapping[str, DatasetSpec], paper: Mapping[str, PaperFigure]
 ) -> Mapping[str, str]:
-    """Return the figures of the paper that results stand beside, by part.
+    """Return the published values that results are compared with, by part.
 
-    An embedding stands beside them if a task of its data set does.
+    An embedding is compared if a task of its data set is.
     """
     one, spec = asked.experiment, specs[asked.dataset]
     if not one.of_embedding:

@@ -268,7 +268,7 @@ def _left_out(results: TaskResults) -> str:
 def comparisons(
     results: Sequence[TaskResults], paper: Mapping[str, PaperFigure], reasons: Sequence[Reason]
 ) -> list[PaperComparison]:
-    """Return what stands beside the paper, with its cost and the reasons that were found."""
+    """Return the comparison with the paper, with costs and supported reasons."""
 
     def lookup(experiment: str, dataset: str, task: str) -> TaskResults | None:
         """Return results on the task, or else on another of its data set."""

@@ -34,7 +34,7 @@ def pages_of(
 
 
 def _place(asked: Iterable[Asked], specs: Mapping[str, DatasetSpec], ids: list[str]) -> int:
-    """Return the place of the first figure of the paper that a page stands beside, or the end."""
+    """Return the place of the first published value of a page, or the end."""
     named: list[str] = []
     for one in asked:
         if one.experiment.of_embedding:

@@ -119,7 +119,7 @@ def _guard_arrays(
     table: FeatureRows, target: str, kind: Kind, data: TaskData, grasp: np.ndarray
 ) -> dict[str, np.ndarray]:
     """Return the arrays of the guard by name; references are recordings of no object that have no
-    value of the target either: where nothing is a class, it is none of them."""
+    value of the target either: if an empty gripper is a class, there are no references."""
     from ajgdata.evaluate.novelty import Guard
 
     values = table.columns[target].values

@@ -94,7 +94,7 @@ Role = Literal["ours", "baseline", "chance", "paper"]
 
 
 class Mark(NamedTuple):
-    """A number that is drawn beside the paper's, in the paper's unit, with its interval."""
+    """A number that is drawn next to the published value, in its unit, with its interval."""
 
     role: Role
     value: float
@@ -150,7 +150,7 @@ class PaperComparison:
     `model` is the model's name for people, "" where none was trained. Where `cost` is not given,
     the page gives that of training the paper's model on the task. `marks` are drawn, in `unit`
     (default: the paper's), if chance is among them. `label` names the
-    row among others of one figure, `page` is where all is told. Where the
+    row among others of one figure, `page` has the details. Where the
     same values stand there by several splits, `split` says by which.
     """
 

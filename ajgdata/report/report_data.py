@@ -132,7 +132,7 @@ class TaskSection:
 
 @dataclass(frozen=True)
 class ExperimentPage:
-    """A page on one experiment: what is asked, and the command that makes it anew.
+    """A page on one experiment: the question, and the command that rebuilds it.
 
     `about` is the group of the navigation that it belongs to.
     """

@@ -54,7 +54,7 @@ class Section:
 
 
 def section(scene: Scene) -> Section:
-    """Return the cut through the axis of the cavity. Raises SceneError if there is none."""
+    """Return the cut through the axis of the cavity. Raises SceneError without a cavity."""
     shape = cavity(scene)
     row = int(np.argmin(np.abs(shape.axis)))
     x = shape.axis
@@ -126,7 +126,7 @@ def draw_pressure(axes: Axes, scene: Scene, cut: Section, film: Film, index: int
 def colours_of(frames: Real) -> NDArray[np.uint8]:
     """Return frames (n, up, across) as RGBA (n, FINER up, FINER across, 4), on one scale.
 
-    Red above rest, blue below, the clearer the weaker: asinh, so that echoes are seen beside the
+    Red above rest, blue below, the clearer the weaker: asinh, so that echoes are seen next to the
     pulse.
     """
     fine = (1, FINER, FINER)

@@ -13,7 +13,7 @@ FINDING_COLUMNS = tuple(field.name for field in dataclasses.fields(Finding))
 
 
 def read_findings(path: Path) -> list[Finding]:
-    """Return the findings of a table. Raises DataError for a file that is none."""
+    """Return the findings of a table. Raises DataError for an invalid file."""
     rows = read_csv(path, required=FINDING_COLUMNS)[1]
     return [Finding(**row) for row in rows]  # type: ignore[arg-type]  # level is checked where it is written
 

@@ -33,7 +33,7 @@ def bad_labels(
 ) -> list[Finding]:
     """Return a warning for each cell that is not a value of its target.
 
-    Only tasks of these targets exclude the recording.
+    Only tasks of this target exclude the recording.
     """
     fix = "correct recordings.csv, or declare the text under `missing` of the target"
     findings = []

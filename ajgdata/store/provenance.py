@@ -44,7 +44,7 @@ def layer_hash(layer: str, *more: str) -> str:
     """Return the hash of the files of a layer and of the layers below, and of library versions.
 
     A rule has it as a parameter, so that its results are computed again if it changes. `more` are
-    files or patterns relative to the package, or absolute files, that the results need, too.
+    files or patterns relative to the package, or absolute files, that the results also need.
     """
     patterns = [*LAYERS[layer], *(one for one in more if not Path(one).is_absolute())]
     files = {file for pattern in patterns for file in PACKAGE.glob(pattern)}

@@ -55,12 +55,12 @@ def read_machine_spread(project: Paths) -> dict[str, float]:
 
 
 def read_experiment_text(project: Paths, kind: str) -> str:
-    """Return the Markdown on a kind of experiment; empty if there is none."""
+    """Return the Markdown on a kind of experiment; empty without a text."""
     return _read(project, f"{EXPERIMENTS}/{kind}.md")
 
 
 def read_page_text(project: Paths, page: str) -> str:
-    """Return the Markdown on a page of the report, its title first; empty if there is none."""
+    """Return the Markdown on a page of the report, its title first; empty without a text."""
     return _read(project, f"{PAGES}/{page}.md")
 
 

@@ -32,7 +32,7 @@ def list_sources(paths: Paths) -> list[str]:
 
 
 def read_source(paths: Paths, dataset: str) -> Source:
-    """Return where a data set is brought from; DataError names file, line, key, value and fix."""
+    """Return the source of a data set; DataError names file, line, key, value and fix."""
     path = paths.source(dataset)
     if not path.is_file():
         known = ", ".join(list_sources(paths)) or "none"

@@ -7,7 +7,7 @@ changes it by -Σ Δt/2b (1-a)/2 (U⁻+U⁺)² and by what poles, walls and mode
 stencil whose divergence is the adjoint of its gradient: it never rises.
 
 (1 - s) N ≤ E ≤ (1 + s) N, where s is the sine sin(ωΔt/2) of the fastest wave, and drag makes a face
-as fast as a gain of 2b/(1+a): s < 1 is what cells are enlarged for. Hence the stored energy of no
+as fast as a gain of 2b/(1+a): s < 1 is what cells are enlarged for. So the stored energy of no
 state grows by more than (1 + s)/(1 - s), at no time.
 """
 

@@ -37,7 +37,7 @@ Distinct = AfterValidator(distinct)
 
 
 class DataError(Exception):
-    """One thing wrong with the data, said in one line: where, what, and how to mend it."""
+    """An error in the data, in one line: where, what, and the fix."""
 
     def __init__(self, where: object, problem: str, fix: str) -> None:
         super().__init__(f"{where}: {problem}; {fix}")
@@ -74,7 +74,7 @@ def one_line(error: DataError | OSError | MemoryError) -> str:
 
 
 class NotPossibleError(ValueError):
-    """What the data lack for a measurement, in a line: it is skipped, and the run goes on.
+    """What the data lack for a measurement, in a line: it is skipped, and the run continues.
 
     Any other ValueError is a mistake in the code, and a failure of its job.
     """

@@ -91,7 +91,7 @@ class Comparison(Evaluation):
 
     @property
     def makes_features(self) -> bool:
-        """Whether features are computed anew: another sound or other settings are compared."""
+        """Whether features are computed again: another sound or other settings are compared."""
         return any(one.features or one.excitation for one in self.all_variants)
 
     @model_validator(mode="after")

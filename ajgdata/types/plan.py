@@ -54,8 +54,8 @@ class SortPlan(Strict):
     )
     references: References | None = Field(
         References(),
-        description="recordings of the empty gripper, by which `nothing held` and a gripper that "
-        "has changed are told; null: none",
+        description="recordings of the empty gripper, to detect `nothing held` and a "
+        "changed gripper; null: none",
     )
     source: Literal["soundcard", "virtual"] = Field(
         "soundcard", description="virtual: the virtual gripper, in this process"

@@ -35,8 +35,8 @@ class Recipe(Strict):
     )
     order: Literal["blocks", "rounds"] = Field(
         "rounds",
-        description="blocks: all grasps of an object in a row, which is put down once a session;"
-        " rounds: the objects in turn, put down anew for each grasp",
+        description="blocks: all grasps of an object in a row, which is placed once per session;"
+        " rounds: the objects in turn, placed again for each grasp",
     )
     samples_per_grasp: int = Field(1, ge=1, description="recordings of each grasp")
     scene: dict[str, JsonValue] = Field({}, description="overrides of the gripper's default scene")
@@ -51,12 +51,12 @@ class Recipe(Strict):
     references: int = Field(
         0,
         ge=0,
-        description="grasps of nothing that a session begins with; their `object` is empty",
+        description="empty-gripper references at the start of a session; their `object` is empty",
     )
     variation: dict[str, JsonValue] | None = Field(
         None,
-        description="how far grippers, sessions and grasps differ, beside the nuisances of the"
-        " scene; {}: by its defaults; null: not at all, and each grasp has a bed of its own",
+        description="how far grippers, sessions and grasps differ, in addition to the nuisances of "
+        "the scene; {}: by its defaults; null: not at all, and each grasp has a bed of its own",
     )
     signal: dict[str, JsonValue] = Field(
         {},

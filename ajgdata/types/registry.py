@@ -43,7 +43,7 @@ class Model:
     `make` is `module:function`, called with (kind, seed) for an unfitted scikit-learn estimator;
     `classification` and `regression` (default: the same) are its names in the report. With more
     than `most_recordings`, it is trained on an even subset. `several` is whether its regressor fits
-    targets (n, k), too. `plain` is the name of the same model without a choice of settings; "" for
+    also targets (n, k). `plain` is the name of the same model without a choice of settings; "" for
     one that is not tuned.
     """
 

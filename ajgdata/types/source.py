@@ -1,4 +1,4 @@
-"""source.yaml: where the recordings of a public data set are brought from."""
+"""source.yaml: source of the recordings of a public data set."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ class GitOrigin(Strict):
 
 
 class Source(Strict):
-    """source.yaml: where the recordings of a data set are, beside its dataset.yaml, which says what
-    they are, their licence, and how they are read."""
+    """source.yaml: source of the recordings of a data set. Its dataset.yaml describes them,
+    their licence, and how they are read."""
 
     status: Literal["run in part", "not yet run"] = Field(
         description="what was done with these recordings when this was written"
@@ -55,4 +55,4 @@ class Source(Strict):
     republish: bool = Field(
         False, description="whether the licence lets others hand the recordings on"
     )
-    origin: GitOrigin = Field(description="where they are brought from")
+    origin: GitOrigin = Field(description="where they are downloaded from")

@@ -30,12 +30,12 @@ class Task(Strict):
     )
     most_recordings: dict[Limited, Annotated[int, Field(ge=10)]] = Field(
         {},
-        description="recordings that a model learns from at most, e.g. {svm: 2000, cnn: 50000}, "
+        description="largest number of training recordings, e.g. {svm: 2000, cnn: 50000}, "
         "evenly of all groups and classes; choosing: those that tuned models are chosen on. What "
         "is not here keeps its own limit (docs/models.md)",
     )
     compare_random: bool = Field(
-        False, description="also evaluate a split that ignores the groups, to show what it flatters"
+        False, description="also evaluate a split that ignores groups, to show its optimistic bias"
     )
     withhold: Annotated[tuple[float, ...], Distinct] = Field(
         (), description="target values that no fold trains on; every fold's model is tested on them"
@@ -57,15 +57,13 @@ class Task(Strict):
     min_groups: int = Field(
         0, ge=0, description="classes with fewer groups are left out, and named in the report"
     )
-    optional: bool = Field(
-        False, description="what the data lack for it is told, and the run succeeds all the same"
-    )
+    optional: bool = Field(False, description="missing data are reported, and the run succeeds")
     page: Name | None = Field(
         None, description="page of the report that shows its results; default: the data set's"
     )
     paper: str | dict[str, str] = Field(
         "",
-        description="rows of the paper's figures to stand beside, e.g. ycb, or by part (known, "
+        description="published values to compare with, e.g. ycb, or by part (known, "
         "known_by_recording with compare_random, unknown, overall, a data set of test_on, or the "
         "name of an experiment): "
         "{known: size-known, size_80dba: noise}",
@@ -82,7 +80,7 @@ class Task(Strict):
 
     @property
     def others(self) -> tuple[str, ...]:
-        """Return the data sets that are needed beside its own, as experiments say in `test_on`."""
+        """Return the other data sets that its experiments need, from `test_on`."""
         named = [one.get("test_on", ()) for one in self.asked.values()]
         listed = (names for names in named if isinstance(names, (list, tuple)))
         return tuple(dict.fromkeys(str(name) for names in listed for name in names))
@@ -131,7 +129,7 @@ class Embedding(Strict):
     most_recordings: int = Field(
         2000,
         ge=100,
-        description="recordings that it is made of and measured on at most, evenly of all grasps:"
+        description="largest number of recordings, evenly of all grasps:"
         " its networks alone take two minutes of a core for each thousand",
     )
     margin: float = Field(1.0, gt=0, description="distance beyond which dissimilar pairs rest")
@@ -142,9 +140,7 @@ class Embedding(Strict):
     batch_recordings: int = Field(4, ge=2, description="recordings of each of them in a batch")
     target: str = Field(description="target that k-NN is scored on")
     category: str = Field("", description="classes of the distance matrix; default: `target`")
-    optional: bool = Field(
-        False, description="what the data lack for it is told, and the run succeeds all the same"
-    )
+    optional: bool = Field(False, description="missing data are reported, and the run succeeds")
 
     @model_validator(mode="after")
     def _consistent(self) -> Embedding:

@@ -1,5 +1,5 @@
 """Description of a published data set: croissant.json (Croissant 1.0) and datapackage.json
-(Frictionless), by the libraries of these formats."""
+(Frictionless), with the libraries of both formats."""
 
 from __future__ import annotations
 
