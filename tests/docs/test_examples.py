@@ -110,6 +110,15 @@ def run(name: str) -> dict:
     return runpy.run_path(str(FOLDER / f"{name}.py"))
 
 
+def test_first_plot(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = run("first_plot")
+    assert found["mean"].object.values.tolist() == ["screw", "banana"]
+    assert found["mean"].frequency.values[-1] <= 6000
+    with Image.open("first_plot.png") as image:
+        assert image.size == (700, 400)
+
+
 def test_spectrum(in_project):
     found = run("spectrum")
     assert found["mean"].edge_mm.values.tolist() == list(EDGES_MM)
