@@ -163,7 +163,7 @@ class Pairs(NamedTuple):
     """Weights (..., n, n) of the pairs of a batch, float64, above the diagonal.
 
     The similar ones of a batch add up to 1, and so do the dissimilar ones: there are some twenty
-    times more of these, and the batch's composition shall not decide what they weigh. A batch
+    times more dissimilar pairs, and the batch must not decide their weight. A batch
     without pairs of a kind has zeros.
     """
 
