@@ -49,7 +49,7 @@ def read_ablations(paths: Paths) -> dict[str, Ablation]:
 def possible(paths: Paths, simulated: Collection[str]) -> dict[str, Ablation]:
     """Return the ablations whose data sets are all among `simulated`."""
     ablations = read_ablations(paths).items()
-    return {name: one for name, one in ablations if set(one.datasets) <= set(simulated)}
+    return {name: item for name, item in ablations if set(item.datasets) <= set(simulated)}
 
 
 def trial_table(name: str, ablation: Ablation, folds: Folds, metric: str, unit: str = "") -> Table:

@@ -53,9 +53,9 @@ def measure(paths: Paths, name: str, ablation: Ablation, *, seed: int) -> Table:
         known, tests = data.recordings()
         for model, variants in folds.items():
             scores = _evaluated(variant, data.task, known, tests, model, seed)
-            for tested, one in scores.items():
+            for tested, result in scores.items():
                 label = f"{variant_name} on:{tested}" if tested else variant_name
-                variants[label] = one.per_fold[metric]
+                variants[label] = result.per_fold[metric]
     return trial_table(name, ablation, folds, metric, task["unit"] if metric == "rmse" else "")
 
 
@@ -74,7 +74,7 @@ def _evaluated(
         model=model, folds=task["folds"], seed=seed, period=task["period_deg"],
         extra_tests=tests if grouped else None,
     )  # fmt: skip
-    return {"": result.scores} | {k: one.scores for k, one in result.extra_tests.items()}
+    return {"": result.scores} | {k: result.scores for k, result in result.extra_tests.items()}
 
 
 @dataclass(frozen=True)
@@ -177,7 +177,7 @@ def changed_setup(
     held = merged["grasp"]
     nearer = {key: change.pose * held[key] for key in (*varied, "placed_deg") if key in held}
     if "placed_mm" in held:
-        nearer["placed_mm"] = [change.pose * one for one in held["placed_mm"]]
+        nearer["placed_mm"] = [change.pose * offset for offset in held["placed_mm"]]
     return {**merged, "grasp": {**held, **nearer}}
 
 

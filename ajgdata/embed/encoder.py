@@ -238,4 +238,4 @@ def draw_batches(
 
 
 def _by_grasp(rows: np.ndarray, grasp: np.ndarray) -> list[np.ndarray]:
-    return [rows[grasp[rows] == one] for one in np.unique(grasp[rows])]
+    return [rows[grasp[rows] == grasp_name] for grasp_name in np.unique(grasp[rows])]

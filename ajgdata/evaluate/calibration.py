@@ -91,8 +91,8 @@ def weighted_quantile(values: np.ndarray, weights: np.ndarray, share: float) -> 
     order = np.argsort(values, axis=0)
     reached = np.cumsum(weights[order], axis=0) >= share - 1e-12
     first = np.argmax(reached, axis=0)
-    found = np.take_along_axis(np.take_along_axis(values, order, 0), first[None], 0)[0]
-    return np.where(reached.any(axis=0), found, np.inf)
+    quantile = np.take_along_axis(np.take_along_axis(values, order, 0), first[None], 0)[0]
+    return np.where(reached.any(axis=0), quantile, np.inf)
 
 
 def grasp_weights(groups: np.ndarray) -> np.ndarray:

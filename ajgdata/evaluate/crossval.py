@@ -179,17 +179,17 @@ def _run(
     own: TaskData,
     tests: Mapping[str, TaskData],
     model: BaseEstimator,
-    most: int | None,
+    limit: int | None,
 ) -> _Fold:
     """Train a fold's model, and predict its test part and the extra rows of unknown groups."""
-    fitted, cost = _fitted(model, own, train, test, most)
+    fitted, cost = _fitted(model, own, train, test, limit)
     y_train = own.value[train]
     parts = {"": _predict(fitted, own.feature, test, number, y_train)}
     for name, rows in tests.items():
         new = np.flatnonzero(~np.isin(rows.group, own.group[train]))
         if len(new):
             parts[name] = _predict(fitted, rows.feature, new, number, y_train)
-    return _Fold(parts, cost, (min(len(train), most or len(train)), len(train)))
+    return _Fold(parts, cost, (min(len(train), limit or len(train)), len(train)))
 
 
 def _collected(
@@ -223,8 +223,8 @@ def _unfitted(
     """Return the unfitted estimator, and the largest number of its training recordings."""
     if not isinstance(model, str):
         return model, None
-    made = make_model(model, kind, seed, period, limits.get(CHOOSING))
-    return made, most_recordings(model, limits)
+    estimator = make_model(model, kind, seed, period, limits.get(CHOOSING))
+    return estimator, most_recordings(model, limits)
 
 
 def _validated(
@@ -254,14 +254,14 @@ def _checked_tests(
 
 
 def _fitted(
-    model: BaseEstimator, rows: TaskData, train: np.ndarray, test: np.ndarray, most: int | None
+    model: BaseEstimator, rows: TaskData, train: np.ndarray, test: np.ndarray, limit: int | None
 ) -> tuple[Any, tuple[float, ...]]:
     """Return a model trained on the rows `train`, and the first four numbers of its `Cost`, with
     predictions timed on `test`."""
     unfitted = clone(model)
     wall, cpu = time.perf_counter(), time.process_time()
     known = rows.where(train)
-    estimator = fit_model(unfitted, known.feature, known.value, known.group, most)
+    estimator = fit_model(unfitted, known.feature, known.value, known.group, limit)
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     tested, single = rows.feature[test], rows.feature[test[:1]]
     estimator.predict(tested)  # once untimed: the first call may load something
@@ -360,7 +360,7 @@ def overall(
         y_true = np.concatenate([known.y_true[test], withheld.y_true[new]])
         y_pred = np.concatenate([known.y_pred[test], withheld.y_pred[new]])
         per_fold.append(metrics.regression(y_true, y_pred, period, weight))
-    return {name: tuple(one[name] for one in per_fold) for name in metrics.METRICS["regression"]}
+    return {name: tuple(fold[name] for fold in per_fold) for name in metrics.METRICS["regression"]}
 
 
 def overall_chance(

@@ -77,16 +77,16 @@ def embedding_data(table: FeatureRows, settings: Embedding) -> EmbeddingData:
     if not known.any():
         raise NotPossibleError(f"no recording has {', '.join(dict.fromkeys(names))}")
     rows = np.flatnonzero(known)
-    count, most = len(rows), settings.most_recordings
-    if count > most:
-        rows = rows[thinned(text[1][rows], most, text[0][rows])]
+    count, limit = len(rows), settings.most_recordings
+    if count > limit:
+        rows = rows[thinned(text[1][rows], limit, text[0][rows])]
     columns = {n: Column(c.values[rows], c.attrs) for n, c in table.columns.items()}
     instance, grasp, group = (column[rows] for column in text)
     if len(np.unique(instance)) < 2:
         raise NotPossibleError(
             f"all recordings are of one thing, {str(instance[0])!r}: two are needed"
         )
-    available = count if count > most else 0
+    available = count if count > limit else 0
     return EmbeddingData(table.feature[rows], instance, grasp, group, columns, available)
 
 

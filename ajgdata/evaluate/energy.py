@@ -62,11 +62,11 @@ def relative_energies(
         if not base.size or base.mean() <= 0:
             raise NotPossibleError(f"no energy of {reference!r} to compare with on {name!r}")
         ratio[here] = means[here] / base.mean()
-    others = [name for name in np.unique(of_label).tolist() if name != reference]
-    intervals = _intervals(means, of_label, of_object, [reference, *others])
+    compared = [name for name in np.unique(of_label).tolist() if name != reference]
+    intervals = _intervals(means, of_label, of_object, [reference, *compared])
     return [
         _relative(ratio, of_label == name, of_object, name, interval)
-        for name, interval in zip([reference, *others], intervals, strict=True)
+        for name, interval in zip([reference, *compared], intervals, strict=True)
     ]
 
 

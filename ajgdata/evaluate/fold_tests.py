@@ -50,15 +50,15 @@ def corrected_interval(values: Sequence[float], folds: int, metric: str = "") ->
     >>> f"{low:.3f} {high:.3f}"  # 3 ± 2.776 sqrt((1/5 + 1/4) 2.5)
     '0.055 5.945'
     """
-    found = np.asarray(values, float)
-    if len(found) < 2 or not np.isfinite(found).all():
+    scores = np.asarray(values, float)
+    if len(scores) < 2 or not np.isfinite(scores).all():
         return UNDEFINED
-    if np.ptp(found) <= ROUNDING * np.abs(found).max():
+    if np.ptp(scores) <= ROUNDING * np.abs(scores).max():
         return UNDEFINED
-    reach = corrected_reach(float(found.var(ddof=1)), len(found), 1 / (folds - 1))
-    least, most = metrics.RANGES.get(metric, (-math.inf, math.inf))
-    mean = float(found.mean())
-    return Interval(max(mean - reach, least), min(mean + reach, most))
+    reach = corrected_reach(float(scores.var(ddof=1)), len(scores), 1 / (folds - 1))
+    lower, upper = metrics.RANGES.get(metric, (-math.inf, math.inf))
+    mean = float(scores.mean())
+    return Interval(max(mean - reach, lower), min(mean + reach, upper))
 
 
 def repeat_seed(seed: int, repeat: int) -> int:
@@ -200,7 +200,7 @@ def paired_fold_test(
         raise ValueError(f"need as many folds of both, two or more: {first.shape}, {second.shape}")
     if not (np.isfinite(first).all() and np.isfinite(second).all()):
         raise NotPossibleError("a fold has no value: give folds more groups")
-    least, most = RANGES.get(metric, (-math.inf, math.inf))
+    lower, upper = RANGES.get(metric, (-math.inf, math.inf))
     mean = float(first.mean())
     lower_is_better = metric in LOWER_IS_BETTER
     gains = first - second if lower_is_better else second - first
@@ -210,6 +210,6 @@ def paired_fold_test(
         return FoldDifference(gain, math.nan, math.nan, math.nan)
     reach = corrected_reach(float(variance), folds, 1 / (folds - 1))
     t = abs(gain) / corrected_deviation(float(variance), folds, 1 / (folds - 1))
-    loss, room = (most - mean, mean - least) if lower_is_better else (mean - least, most - mean)
+    loss, room = (upper - mean, mean - lower) if lower_is_better else (mean - lower, upper - mean)
     p = float(2 * stdtr(folds - 1, -t))
     return FoldDifference(gain, max(gain - reach, -loss), min(gain + reach, room), p)

@@ -102,12 +102,12 @@ class Guard:
 
     def with_references(self, features: np.ndarray) -> Self:
         """Return the same with features (r, f) of further recordings in which nothing is held."""
-        more = np.asarray(features, np.float32)
-        if more.ndim != 2 or more.shape[1] != len(self.mean):
-            raise ValueError(f"references need shape (r, {len(self.mean)}), not {more.shape}")
-        if not np.isfinite(more).all():
+        extra = np.asarray(features, np.float32)
+        if extra.ndim != 2 or extra.shape[1] != len(self.mean):
+            raise ValueError(f"references need shape (r, {len(self.mean)}), not {extra.shape}")
+        if not np.isfinite(extra).all():
             raise ValueError("references hold NaN or infinity: leave those out")
-        points = self.points(more).astype(np.float32)
+        points = self.points(extra).astype(np.float32)
         return replace(self, references=np.concatenate([self.references, points]))
 
 

@@ -62,7 +62,7 @@ def shortcut_test(
     """
     name = "periodic" if period is not None and kind == "regression" else kind
     measure = _measure(kind, period)
-    rows = [np.flatnonzero(fold == one) for one in np.unique(fold)]
+    rows = [np.flatnonzero(fold == number) for number in np.unique(fold)]
     members = [_groups(y_true[r], group[r]) for r in rows]
 
     def value(labels: list[np.ndarray]) -> float:

@@ -80,15 +80,15 @@ def frequent_classes(
         return list(classes), {}
     value, group = (table.columns[name].values.astype(str) for name in (target, groups))
     counts = {
-        str(one): len(np.unique(group[value == one]))
-        for one in np.unique(value[value != ""])
-        if not classes or one in classes
+        str(label): len(np.unique(group[value == label]))
+        for label in np.unique(value[value != ""])
+        if not classes or label in classes
     }
-    rare = {one: count for one, count in counts.items() if count < min_groups}
-    kept = [one for one in classes or counts if one not in rare]
-    if rare and len(kept) < 2:
+    rare = {label: count for label, count in counts.items() if count < min_groups}
+    frequent = [label for label in classes or counts if label not in rare]
+    if rare and len(frequent) < 2:
         raise NotPossibleError(f"min_groups {min_groups} leaves fewer than two classes: lower it")
-    return kept, rare
+    return frequent, rare
 
 
 def split_withheld(data: TaskData, withhold: Sequence[float]) -> tuple[TaskData, TaskData]:
@@ -107,5 +107,5 @@ def split_withheld(data: TaskData, withhold: Sequence[float]) -> tuple[TaskData,
 
 def is_among(values: np.ndarray, some: Sequence[float]) -> np.ndarray:
     """Return which of `values` (n,) are one of `some`, but for rounding: boolean (n,)."""
-    same = [np.isclose(values, one, rtol=1e-6, atol=1e-9) for one in some]
+    same = [np.isclose(values, value, rtol=1e-6, atol=1e-9) for value in some]
     return np.any(same, axis=0) if same else np.zeros(len(values), bool)

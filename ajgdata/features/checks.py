@@ -35,8 +35,8 @@ def check_audio(audio: Audio, window: int) -> list[Remark]:
     remarks = check_samples(audio.recorded, audio.info.subtype, 0 if converted else window)
     if converted:
         of_converted = check_samples(audio.samples, audio.info.subtype, window)
-        wrong = [one for one in (*remarks, *of_converted) if one.level == "error"]
-        if errors := {one.code: one for one in reversed(wrong)}:  # the first of each code
+        wrong = [issue for issue in (*remarks, *of_converted) if issue.level == "error"]
+        if errors := {issue.code: issue for issue in reversed(wrong)}:  # the first of each code
             remarks = list(reversed(errors.values()))
         elif not any(remark.code == "quiet" for remark in remarks):
             remarks += [remark for remark in of_converted if remark.code == "quiet"]

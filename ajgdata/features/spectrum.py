@@ -188,7 +188,7 @@ RATE = "audio.sample_rate_hz"
 
 
 def differing_axes(
-    one: Mapping[str, Mapping[str, Any]], other: Mapping[str, Mapping[str, Any]]
+    own: Mapping[str, Mapping[str, Any]], other: Mapping[str, Mapping[str, Any]]
 ) -> list[tuple[str, Any, Any]]:
     """Return the settings in which the features of two stores differ, with both values.
 
@@ -198,5 +198,5 @@ def differing_axes(
     pairs = [(RATE, "audio", "sample_rate_hz")] + [
         (f"features.{k}", "features", k) for k in SPECTRUM
     ]
-    values = [(name, one.get(p, {}).get(k), other.get(p, {}).get(k)) for name, p, k in pairs]
+    values = [(name, own.get(p, {}).get(k), other.get(p, {}).get(k)) for name, p, k in pairs]
     return [(name, a, b) for name, a, b in values if a != b]

@@ -69,18 +69,18 @@ def fit_model(
     features: np.ndarray,
     target: np.ndarray,
     groups: np.ndarray | None,
-    most: int | None = None,
+    limit: int | None = None,
 ) -> Any:
     """Return `model` trained on features (n, n_features) and `target` (n,).
 
     Inner folds of a tuned model never split `groups` (n,); without groups it chooses nothing.
-    With more than `most` recordings, an even subset is used (see `thinned`).
+    With more than `limit` recordings, an even subset is used (see `thinned`).
     """
     import numpy as np
     from sklearn.utils.validation import has_fit_parameter
 
-    if most is not None and len(target) > most:
-        rows = thinned(np.arange(len(target)) if groups is None else groups, most, target)
+    if limit is not None and len(target) > limit:
+        rows = thinned(np.arange(len(target)) if groups is None else groups, limit, target)
         features, target = features[rows], target[rows]
         groups = None if groups is None else groups[rows]
     estimator: Any = model
@@ -118,8 +118,8 @@ def most_recordings(name: str, declared: Mapping[str, int]) -> int | None:
     return declared.get(family, MODELS[name].most_recordings)
 
 
-def thinned(groups: np.ndarray, most: int, target: np.ndarray | None = None) -> np.ndarray:
-    """Return `most` sorted row numbers, equally many of every part, as far as possible.
+def thinned(groups: np.ndarray, limit: int, target: np.ndarray | None = None) -> np.ndarray:
+    """Return `limit` sorted row numbers, equally many of every part, as far as possible.
 
     A part is a value of `target` (n,) in a group of `groups` (n,). The rows of a part are a random
     choice, which is the same each time; if some parts get a row more, these have all values alike.
@@ -133,14 +133,14 @@ def thinned(groups: np.ndarray, most: int, target: np.ndarray | None = None) -> 
     import numpy as np
     import pandas as pd
 
-    if most >= len(groups):
+    if limit >= len(groups):
         return np.arange(len(groups))
     order = np.random.default_rng(0).permutation(len(groups))
     value = np.zeros(len(groups)) if target is None else np.asarray(target)
     rows = pd.DataFrame({"group": np.asarray(groups)[order], "value": value[order]})
     rows["round"] = rows.groupby(["group", "value"]).cumcount()
     rows["turn"] = rows.groupby(["round", "value"]).cumcount()
-    return np.sort(order[rows.sort_values(["round", "turn"]).index[:most]])
+    return np.sort(order[rows.sort_values(["round", "turn"]).index[:limit]])
 
 
 def chosen(fitted: BaseEstimator) -> tuple[BaseEstimator, dict[str, Any] | None]:

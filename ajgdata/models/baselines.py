@@ -150,13 +150,13 @@ def _candidate(tuned: Tuned, name: str = "") -> BaseEstimator:
 def _penalised(
     setting: str,
     values: Sequence[float],
-    made: Callable[[float], BaseEstimator],
+    make: Callable[[float], BaseEstimator],
     seed: int,
     choosing: int = CHOOSING,
 ) -> Tuned:
     """Return the choice among all scalings of PENALISED with all values of a setting."""
     named = [
-        (f"{scaling}, {setting} = {value:g}", make_pipeline(*SCALINGS[scaling](), made(value)))
+        (f"{scaling}, {setting} = {value:g}", make_pipeline(*SCALINGS[scaling](), make(value)))
         for scaling, value in product(PENALISED, values)
     ]
     return Tuned(named, random_state=seed, choosing=choosing)

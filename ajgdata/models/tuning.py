@@ -120,9 +120,10 @@ class Tuned(MetaEstimatorMixin, BaseEstimator):
     def _best(self, X: np.ndarray, y: np.ndarray, folds: Folds) -> tuple[str, BaseEstimator]:
         """Return name and estimator of the best candidate."""
         fewest = min(len(train) for train, _ in folds)
-        candidates = [(name, one) for name, one in self.candidates if _needs(one) <= fewest]
-        self.left_out_ = [name for name, one in self.candidates if _needs(one) > fewest]
-        cheaper = [clone(one).set_params(**self.while_choosing or {}) for _, one in candidates]
+        candidates = [pair for pair in self.candidates if _needs(pair[1]) <= fewest]
+        self.left_out_ = [name for name, estimator in self.candidates if _needs(estimator) > fewest]
+        settings = self.while_choosing or {}
+        cheaper = [clone(estimator).set_params(**settings) for _, estimator in candidates]
         scoring: Any = "accuracy"
         if get_tags(self).estimator_type == "regressor":
             scoring = make_scorer(negative_square, period=self.period)
@@ -160,7 +161,7 @@ class Tuned(MetaEstimatorMixin, BaseEstimator):
 def _needs(candidate: BaseEstimator) -> int:
     """Return how many recordings a candidate needs, by its step `AtLeast`."""
     steps = candidate.get_params().values()
-    return max((one.rows for one in steps if isinstance(one, AtLeast)), default=1)
+    return max((step.rows for step in steps if isinstance(step, AtLeast)), default=1)
 
 
 def inner_folds(y: np.ndarray, groups: np.ndarray, classes: bool, seed: int) -> Folds:
@@ -171,8 +172,8 @@ def inner_folds(y: np.ndarray, groups: np.ndarray, classes: bool, seed: int) -> 
     """
     group = np.unique(groups, return_inverse=True)[1]
     groups_given = int(group.max(initial=-1)) + 1
-    wanted = LARGE_FOLDS if len(y) > LARGE and groups_given >= FEW_GROUPS else INNER_FOLDS
-    count = min(wanted, groups_given)
+    folds_for_size = LARGE_FOLDS if len(y) > LARGE and groups_given >= FEW_GROUPS else INNER_FOLDS
+    count = min(folds_for_size, groups_given)
     if count < 2:
         return []
     return whole_groups(y, group, count, classes, seed)

@@ -163,7 +163,7 @@ def open_hands(
 
 def _check_rate(card: Card, rate_hz: int) -> None:
     """Raise DataError if a sound card records at another sample rate than that of the model."""
-    if (found := card.settings.sample_rate_hz) != rate_hz:
-        problem = f"records at {found} Hz, and the model was trained at {rate_hz} Hz"
+    if (card_hz := card.settings.sample_rate_hz) != rate_hz:
+        problem = f"records at {card_hz} Hz, and the model was trained at {rate_hz} Hz"
         fix = "train the model again, or correct audio.sample_rate_hz of the data set"
         raise DataError(card.settings.device, problem, fix)

@@ -117,8 +117,8 @@ def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
         with replacing_folder(paths.recordings(spec.name)) as folder:
             _unpack(tree, folder / "sessions")
             counts = [_check(session) for session in sorted((folder / "sessions").iterdir())]
-            for kept in KEPT:
-                write_bytes(folder / "published" / kept, (tree / kept).read_bytes())
+            for file in KEPT:
+                write_bytes(folder / "published" / file, (tree / file).read_bytes())
         write_dataset(paths, spec)  # the last step: a data set without it is not registered
     return Fetched(spec.name, sum(counts), len(counts), removed)
 
@@ -171,8 +171,8 @@ def _unpack(tree: Tree, folder: Path) -> None:
     try:
         with open_archive(tree / tree.ARCHIVE) as packed:
             for name, digest in hashes.items():
-                kind, _, rest = name.partition("/")
-                session, _, file = rest.partition("/")
+                kind, _, path = name.partition("/")
+                session, _, file = path.partition("/")
                 if kind == AUDIO_FOLDER:
                     content, file = packed.read(name), f"{AUDIO_FOLDER}/{file}"
                 elif kind == "sessions" and PurePosixPath(file).stem in SESSION_FILES:

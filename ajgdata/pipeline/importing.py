@@ -76,14 +76,14 @@ def import_folder(
     return spec, result
 
 
-def _chosen(given: ImportSettings | None, declared: DatasetSpec | None) -> ImportSettings:
+def _chosen(options: ImportSettings | None, declared: DatasetSpec | None) -> ImportSettings:
     """Return the given settings, completed by dataset.yaml; else the starter kit's convention."""
     before = declared.imports if declared else ImportSettings(pattern="starter-kit")
-    if given is None:
+    if options is None:
         return before
-    if given.pattern or given.table:  # another way to read the folder: nothing else holds
-        return given
-    return before.model_copy(update=given.model_dump(exclude_defaults=True))
+    if options.pattern or options.table:  # another way to read the folder: nothing else holds
+        return options
+    return before.model_copy(update=options.model_dump(exclude_defaults=True))
 
 
 def _read(scanned: Scan, progress: Callable[[], object]) -> Contents:

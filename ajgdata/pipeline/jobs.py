@@ -30,7 +30,7 @@ def run_job(job: Any) -> None:
     values = {"paths": Paths(run=job.params.get("run", "")), "log": job.log[0]}
     values["threads"] = job.threads
     for named in (job.input, job.output, job.wildcards, job.params):
-        values |= {key: [*one] if isinstance(one, list) else one for key, one in named.items()}
+        values |= {key: [*v] if isinstance(v, list) else v for key, v in named.items()}
     arguments = {
         name: values[name] for name in inspect.signature(function).parameters if name in values
     }

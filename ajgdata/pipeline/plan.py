@@ -61,8 +61,8 @@ def plan(
             plans[name] = DatasetPlan(spec, virtual, tuple(sessions))
         elif only is not None:
             raise DataError(paths.sessions(name), "holds no sessions", _how_to_import(name))
-    for name, one in plans.items():
-        for missing in sorted(_test_datasets(one.spec) - set(plans)):
+    for name, planned in plans.items():
+        for missing in sorted(_test_datasets(planned.spec) - set(plans)):
             problem = f"needs the data set {missing!r}, which holds no sessions"
             raise DataError(paths.dataset(name), problem, _how_to_import(missing))
     if not plans:
@@ -133,8 +133,8 @@ def _check(
     """Raise DataError for the first problem of a data set, see `plan`."""
     if problems := list(config_problems(paths, spec)):
         problem, fix = problems[0]
-        more = f" (and {len(problems) - 1} more)" if problems[1:] else ""
-        raise DataError(paths.dataset(spec.name), problem + more, fix)
+        suffix = f" (and {len(problems) - 1} more)" if problems[1:] else ""
+        raise DataError(paths.dataset(spec.name), problem + suffix, fix)
     if to_record := incomplete_sessions(paths, spec.name, virtual):
         planned_grasps(paths.dataset(spec.name), spec, sorted(to_record))
     check_one_kind(paths, spec, recorded)

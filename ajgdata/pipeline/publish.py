@@ -221,8 +221,8 @@ def _provenance(spec: DatasetSpec, store: FeatureRows, grippers: Sequence[str]) 
     programs = {"published by": software(), "features computed by": attrs}
     facts = {"simulated or recorded": attrs["source"], "gripper": ", ".join(grippers)}
     facts |= {
-        topic: f"ajgdata {made['ajgdata_version']}, commit {made['git_commit'] or '–'}"
-        for topic, made in programs.items()
+        topic: f"ajgdata {program['ajgdata_version']}, commit {program['git_commit'] or '–'}"
+        for topic, program in programs.items()
     }
     facts |= {
         "digest of dataset.yaml": settings_digest(spec),

@@ -64,13 +64,13 @@ class RecordingReader:
                 checked_sha256(path, row.sha256)
             except DataError as error:
                 raise NotPossibleError(f"recording {name!r}: {error.problem}") from None
-            found = examine(path, self._audio[dataset], window).samples
-            if found is None:
+            samples = examine(path, self._audio[dataset], window).samples
+            if samples is None:
                 problem = f"recording {name!r} cannot be used with a window of {window}"
                 raise NotPossibleError(
                     f"{problem}: see its data set's quarantine, or lower the window"
                 )
-            yield found
+            yield samples
 
     def _session(self, dataset: str, session: str) -> tuple[Session, dict[str, Recording]]:
         if (dataset, session) not in self._sessions:

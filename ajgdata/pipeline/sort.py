@@ -75,10 +75,10 @@ def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:
         fix = "sort by a task of classes, with a model such as cnn or linear"
         raise DataError(where, f"{plan.task}, {plan.model} gives no probabilities", fix)
     classes = list(predictor.classes)
-    if missing := [one for one in classes if one not in plan.bins]:
+    if missing := [label for label in classes if label not in plan.bins]:
         raise DataError(where, f"bins: no bin for {missing[0]}", "name one for each class")
-    if more := [one for one in plan.bins if one not in classes]:
-        problem = f"bins: the model knows no {more[0]}"
+    if unknown := [label for label in plan.bins if label not in classes]:
+        problem = f"bins: the model knows no {unknown[0]}"
         raise DataError(where, problem, f"its classes are {', '.join(classes)}")
     target = spec.tasks[plan.task].target
     for name in plan.objects:
@@ -91,14 +91,14 @@ def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:
 def _next_name(paths: Paths, dataset: str) -> str:
     live = paths.events(dataset, "x").parent.parent
     names = [*list_sessions(paths, dataset), *(p.name for p in live.glob("*"))]
-    numbers = [int(found[1]) for name in names if (found := _NAME.fullmatch(name))]
+    numbers = [int(match[1]) for name in names if (match := _NAME.fullmatch(name))]
     return f"sort-{max(numbers, default=0) + 1:02d}"
 
 
 def labels_of(spec: DatasetSpec, target: str, name: str) -> dict[str, float | str]:
     """Return the targets of an object by recipe or protocol; {} if they do not give its class."""
     sources = [source for source in (spec.recipe, spec.protocol) if source]
-    objects = {made.name: made.targets for source in sources for made in source.objects}
+    objects = {item.name: item.targets for source in sources for item in source.objects}
     targets = {**objects.get(name, {}), "object": name}
     if targets.get(target) is None:
         return {}

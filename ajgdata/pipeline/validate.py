@@ -47,9 +47,9 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
     issues = list(_check_declaration(paths, spec, names))
     rows: list[tuple[str, str, tuple[str, ...]]] = []
     for session in sessions:
-        found = _check_session(session, spec, advance)
-        issues += found
-        unusable = {f.recording_id for f in found if f.level == "error" or f.code == "rejected"}
+        problems = _check_session(session, spec, advance)
+        issues += problems
+        unusable = {f.recording_id for f in problems if f.level == "error" or f.code == "rejected"}
         labels = {row["recording_id"]: row for row in session.labels}
         rows += [
             (f"{session.session_id}/{name}", file.sha256, _values(labels[name], spec))
@@ -172,8 +172,8 @@ def counts(tables: Tables, targets: Mapping[str, Target]) -> dict[str, str]:
 
 def _listed(texts: Sequence[str]) -> str:
     """Return the first texts and the number of the remaining texts."""
-    more = f" and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
-    return ", ".join(texts[:_SHOWN]) + more
+    remaining = f" and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
+    return ", ".join(texts[:_SHOWN]) + remaining
 
 
 def _missing(target: Target | None) -> set[str]:

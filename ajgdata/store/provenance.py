@@ -40,15 +40,15 @@ LEARNING = ("scikit-learn", "torch", "umap-learn")
 
 
 @functools.cache
-def layer_hash(layer: str, *more: str) -> str:
+def layer_hash(layer: str, *extra: str) -> str:
     """Return the hash of the files of a layer and of the layers below, and of library versions.
 
-    A rule has it as a parameter, so that its results are computed again if it changes. `more` are
+    A rule has it as a parameter, so that its results are computed again if it changes. `extra` are
     files or patterns relative to the package, or absolute files, that the results also need.
     """
-    patterns = [*LAYERS[layer], *(one for one in more if not Path(one).is_absolute())]
+    patterns = [*LAYERS[layer], *(name for name in extra if not Path(name).is_absolute())]
     files = {file for pattern in patterns for file in PACKAGE.glob(pattern)}
-    files |= {Path(one) for one in more if Path(one).is_absolute()}
+    files |= {Path(name) for name in extra if Path(name).is_absolute()}
     names = {os.path.relpath(file, PACKAGE): file for file in files}
     libraries = NUMERICAL if layer in ("gripper", "features") else (*NUMERICAL, *LEARNING)
     content = {
@@ -71,12 +71,12 @@ def software() -> dict[str, str]:
 @functools.cache
 def environment() -> dict[str, Any]:
     """Return versions of Python and of every package that this one names as its dependency."""
-    named = {re.split(r"[^A-Za-z0-9._-]", one)[0] for one in requires(PACKAGE.name) or ()}
-    found = {}
+    named = {re.split(r"[^A-Za-z0-9._-]", line)[0] for line in requires(PACKAGE.name) or ()}
+    versions = {}
     for name in sorted(named):
         with contextlib.suppress(PackageNotFoundError):
-            found[name] = version(name)
-    return {"python": platform.python_version(), "packages": found}
+            versions[name] = version(name)
+    return {"python": platform.python_version(), "packages": versions}
 
 
 def commit_date() -> str:

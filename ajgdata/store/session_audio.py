@@ -78,12 +78,12 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
 
 def checked_sha256(path: Path, declared: str) -> str:
     """Return the sha256 of a file. Raises AudioError if it cannot be read or is not `declared`."""
-    found = file_sha256(path)
-    if declared and found != declared:
+    digest = file_sha256(path)
+    if declared and digest != declared:
         problem = "its bytes are not those that were recorded (sha256 differs)"
         fix = "restore the file, or empty its `sha256` in recordings.csv to accept it"
         raise AudioError(path, "changed", problem, fix)
-    return found
+    return digest
 
 
 def label_rows(session: Session, recordings: Sequence[Recording]) -> list[dict[str, str]]:

@@ -69,8 +69,8 @@ def _with_comparisons(paths: Paths, spec: DatasetSpec) -> DatasetSpec:
         old: Any = tasks[name].experiments.get("comparison", {"comparisons": {}, "test_on": []})
         comparisons = old["comparisons"] | {file.stem: content}
         test_on = list(dict.fromkeys([*old["test_on"], *content.get("test", ())]))
-        asked = {"comparison": {"comparisons": comparisons, "test_on": test_on}}
-        changed = {"experiments": tasks[name].experiments | asked}
+        comparison = {"comparison": {"comparisons": comparisons, "test_on": test_on}}
+        changed = {"experiments": tasks[name].experiments | comparison}
         tasks[name] = tasks[name].model_copy(update=changed)
     return spec.model_copy(update={"tasks": tasks})
 
@@ -101,11 +101,11 @@ def _derived(path: Path, content: dict[str, Any]) -> dict[str, Any]:
     if "from" in base:
         raise DataError(where, f"from = {origin!r} is itself derived", f"name {base['from']}")
     recipe = {"recipe": {"grasps_of": origin}} if "recipe" in base else {}
-    kept = {
+    inherited = {
         key: value for key, value in base.items() if key not in ("tasks", "embeddings", "level")
     }
     differences = {key: value for key, value in content.items() if key != "from"}
-    return overridden(overridden(kept, recipe), differences)
+    return overridden(overridden(inherited, recipe), differences)
 
 
 def overridden(base: dict[str, Any], by: dict[str, Any]) -> dict[str, Any]:
@@ -174,18 +174,18 @@ def check_one_kind(
     to simulate count, and one that is to be added (`adding`: whether it is simulated); those that
     cannot be read are reported elsewhere.
     """
-    made = {True: "its recipe"} if spec.recipe else {}
+    kinds = {True: "its recipe"} if spec.recipe else {}
     for name in sorted(sessions):
         try:
             source = read_session(paths.session(spec.name, name)).source
         except DataError:
             continue
-        made.setdefault(source == "virtual", f"session {name}")
+        kinds.setdefault(source == "virtual", f"session {name}")
     if adding is not None:
-        made.setdefault(adding, "what is to be added")
-    if len(made) > 1:
-        problem = f"{made[True]} is simulated, {made[False]} is recorded: both in one data set"
-        fix = f"move {made[False].removeprefix('session ')} below a data set of its own"
+        kinds.setdefault(adding, "what is to be added")
+    if len(kinds) > 1:
+        problem = f"{kinds[True]} is simulated, {kinds[False]} is recorded: both in one data set"
+        fix = f"move {kinds[False].removeprefix('session ')} below a data set of its own"
         fix = fix if adding is None else "choose another data set for it"
         raise DataError(paths.sessions(spec.name), problem, fix)
 
@@ -240,10 +240,10 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
             names = (folder.name, row["recording_id"] or f"row {line}", row["file"])
             findings.append(Finding(*names, "error", "bad_row", problem, wrong.fix))
     counts = Counter(recording.recording_id for recording in recordings)
-    for one in [one for one in recordings if counts[one.recording_id] > 1]:
-        problem = f"{counts[one.recording_id]} rows share this recording_id"
+    for recording in [recording for recording in recordings if counts[recording.recording_id] > 1]:
+        problem = f"{counts[recording.recording_id]} rows share this recording_id"
         issue = ("error", "duplicate_id", problem, "give each row its own")
-        findings.append(Finding(folder.name, one.recording_id, one.file, *issue))  # type: ignore[arg-type]  # the level above
+        findings.append(Finding(folder.name, recording.recording_id, recording.file, *issue))  # type: ignore[arg-type]  # the level above
     unique = [r for r in recordings if counts[r.recording_id] == 1]
     return sorted(unique, key=lambda r: r.recording_id), findings
 

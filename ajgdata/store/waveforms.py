@@ -72,8 +72,8 @@ def open_recordings(
     issues: list[Finding] = []
     for folder in folders:
         session = read_session(folder)
-        recordings, more = read_recordings(folder)
-        issues += more
+        recordings, row_issues = read_recordings(folder)
+        issues += row_issues
         for row, recording in zip(label_rows(session, recordings), recordings, strict=True):
             names.update(row)
             if is_rejected(row):
@@ -88,7 +88,7 @@ def open_recordings(
             issues += bad_labels(folder.name, recording.recording_id, row, spec.targets)
     if not rows:
         return None, issues
-    hashes = text_column([one.sha256 for one in sources], long_name="SHA-256 of the file")
+    hashes = text_column([source.sha256 for source in sources], long_name="SHA-256 of the file")
     columns = {**label_columns(rows, names, spec.targets), "sha256": hashes}
     return _lazy(sources, columns, spec.audio), issues
 

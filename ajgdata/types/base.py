@@ -28,7 +28,7 @@ ModelName = Annotated[Name, AfterValidator(MODELS.checked)]
 
 def distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
     """Return values, or objects with names. Raises ValueError if two are equal."""
-    if len({getattr(one, "name", one) for one in values}) < len(values):
+    if len({getattr(value, "name", value) for value in values}) < len(values):
         raise ValueError("lists one twice")
     return values
 
@@ -104,12 +104,12 @@ class Finding:
 
 def left_out(findings: Iterable[Finding]) -> set[tuple[str, str]]:
     """Return session_id and recording_id of what is not in the feature store, each once."""
-    return {(one.session_id, one.recording_id) for one in findings if one.leaves_out}
+    return {(f.session_id, f.recording_id) for f in findings if f.leaves_out}
 
 
 def flagged(findings: Collection[Finding]) -> set[tuple[str, str]]:
     """Return session_id and recording_id of what is used and not without remark, each once."""
-    return {(one.session_id, one.recording_id) for one in findings} - left_out(findings)
+    return {(f.session_id, f.recording_id) for f in findings} - left_out(findings)
 
 
 class Strict(BaseModel):
@@ -120,7 +120,7 @@ class Strict(BaseModel):
 
 def _most_useful_first(error: ValidationError) -> list[ErrorDetails]:
     """Return unknown keys, then all other errors: a misspelt key is often missing as well."""
-    return sorted(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
+    return sorted(error.errors(), key=lambda details: details["type"] != "extra_forbidden")
 
 
 def location(error: ValidationError) -> tuple[int | str, ...]:
@@ -130,27 +130,27 @@ def location(error: ValidationError) -> tuple[int | str, ...]:
 
 def describe(error: ValidationError, where: object) -> DataError:
     """Return one line with file, key, value and fix of the first error."""
-    first, *others = _most_useful_first(error)
+    first, *further = _most_useful_first(error)
     place = first["loc"]
     # Where a value may be of several types, pydantic complains once for each: say it together.
     alternatives = []
     if place and re.fullmatch(r"float|str|(constrained-)?int|.*\[.*\]", str(place[-1])):
         place = place[:-1]
-        alternatives = [e for e in others if e["loc"][:-1] == place]
+        alternatives = [e for e in further if e["loc"][:-1] == place]
     key = " ".join(".".join(str(part) for part in place).split())
-    left = len(others) - len(alternatives)
-    more = f" (and {left} more)" if left else ""
+    left = len(further) - len(alternatives)
+    suffix = f" (and {left} more)" if left else ""
     if first["type"] == "extra_forbidden":
-        return DataError(where, f"unknown key {key}{more}", "correct its spelling or remove it")
+        return DataError(where, f"unknown key {key}{suffix}", "correct its spelling or remove it")
     if first["type"] == "union_tag_not_found":
         key = f"{key}.{first['ctx']['discriminator'].strip(chr(39))}"
     if first["type"] in ("missing", "union_tag_not_found"):
-        return DataError(where, f"{key} is missing{more}", f"add {key}")
+        return DataError(where, f"{key} is missing{suffix}", f"add {key}")
     value = "" if isinstance(first["input"], dict) else f" = {reprlib.repr(first['input'])}"
     message = " or ".join(
         [_message(first), *(_message(e, "Input should be ") for e in alternatives)]
     )
-    return DataError(where, f"{key or 'content'}{value}: {message}{more}", "correct the value")
+    return DataError(where, f"{key or 'content'}{value}: {message}{suffix}", "correct the value")
 
 
 def _message(error: ErrorDetails, without: str = "Value error, ") -> str:

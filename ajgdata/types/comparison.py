@@ -85,14 +85,14 @@ class Comparison(Evaluation):
         name = ", ".join(f"{key} {value}" for key, value in tails.items())
         content["name"] = self.name.format(**tails) if self.name else name
         if self.axis:
-            others = (str(value) for key, value in values.items() if key != self.axis)
-            content |= {"x": values[self.axis], "series": ", ".join(others)}
+            labels = (str(value) for key, value in values.items() if key != self.axis)
+            content |= {"x": values[self.axis], "series": ", ".join(labels)}
         return Variant.model_validate(content)
 
     @property
     def makes_features(self) -> bool:
         """Whether features are computed again: another sound or other settings are compared."""
-        return any(one.features or one.excitation for one in self.all_variants)
+        return any(variant.features or variant.excitation for variant in self.all_variants)
 
     @model_validator(mode="after")
     def _consistent(self) -> Comparison:
@@ -101,7 +101,7 @@ class Comparison(Evaluation):
             raise ValueError("variants: give at least two, each with a name of its own")
         if self.axis and self.axis not in self.vary:
             raise ValueError(f"axis: {self.axis!r} is not a key of vary")
-        if self.test and any(one.split == "random" for one in self.all_variants):
+        if self.test and any(variant.split == "random" for variant in self.all_variants):
             raise ValueError("test: a random split has no further data sets")
         return self
 
@@ -166,7 +166,7 @@ class Ablation(Evaluation):
     @property
     def datasets(self) -> tuple[str, ...]:
         """Data sets that it needs."""
-        trained = [name for one in self.variants.values() for name in one.train]
+        trained = [name for variant in self.variants.values() for name in variant.train]
         return tuple(dict.fromkeys([self.train, *self.test, *trained]))
 
     @model_validator(mode="after")

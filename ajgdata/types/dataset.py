@@ -108,10 +108,10 @@ class DatasetSpec(Strict):
         for name in self.targets:
             if is_reserved(name) and name not in ("object", *SESSION_COLUMNS):
                 raise ValueError(f"target {name} has the name of a standard column")
-        given = (self.recipe, self.protocol)
-        for made in [one for declared in given if declared for one in declared.objects]:
-            if unknown := set(made.targets) - set(self.targets):
-                raise ValueError(f"object {made.name}: unknown targets {sorted(unknown)}")
+        sources = (self.recipe, self.protocol)
+        for item in [item for declared in sources if declared for item in declared.objects]:
+            if unknown := set(item.targets) - set(self.targets):
+                raise ValueError(f"object {item.name}: unknown targets {sorted(unknown)}")
         if self.protocol and (taken := set(self.targets) & set(ACQUIRED_COLUMNS)):
             raise ValueError(f"target {min(taken)} has the name of a column of acquisition")
         if self.features.band_hz:
@@ -143,8 +143,8 @@ class DatasetSpec(Strict):
     def _embeddings_of_targets(self) -> DatasetSpec:
         if both := sorted({*self.tasks} & {*self.embeddings}):
             raise ValueError(f"{both[0]} is both a task and an embedding: rename one of them")
-        for name, one in self.embeddings.items():
-            for column in filter(None, (one.target, one.category)):
+        for name, embedding in self.embeddings.items():
+            for column in filter(None, (embedding.target, embedding.category)):
                 if column not in self.targets:
                     raise ValueError(f"embedding {name}: {column!r} is not among the targets")
                 if self.targets[column].kind != "classification":
@@ -154,8 +154,8 @@ class DatasetSpec(Strict):
     def task_settings(self, task: str) -> dict[str, Any]:
         """Return what every measurement on `task`, or on the embedding of that name, must know."""
         if task in self.embeddings:
-            one = self.embeddings[task]
-            named = {"target": one.target, "groups": one.groups, "folds": one.folds}
+            include = {"target", "groups", "folds"}
+            named = self.embeddings[task].model_dump(include=include)
             return {**named, "kind": "classification", "unit": "", "kinds": self.kinds}
         settings = self.tasks[task]
         target = self.targets[settings.target]

@@ -79,7 +79,7 @@ class GraspProtocol(Strict):
     @field_validator("objects")
     @classmethod
     def _no_reference(cls, objects: tuple[ProtocolObject, ...]) -> tuple[ProtocolObject, ...]:
-        if EMPTY in {made.name for made in objects}:
+        if EMPTY in {item.name for item in objects}:
             raise ValueError(f"an object is called {EMPTY}, as references are: rename it")
         return objects
 

@@ -80,7 +80,7 @@ class Recipe(Strict):
         for key, (low, high) in self.vary.items():
             if low > high:
                 raise ValueError(f"vary.{key} = [{low:g}, {high:g}] must be [low, high]")
-        if self.references and any(made.name == EMPTY for made in self.objects):
+        if self.references and any(item.name == EMPTY for item in self.objects):
             raise ValueError(f"an object is called {EMPTY}, as references are: rename it")
         for scene in (self.scene, *self.variants.values()):
             if not isinstance(scene.get("grasp", {}), dict):

@@ -61,10 +61,10 @@ def table_of(
 
     Numbers of NumPy become Python's, and NaN becomes a missing value.
     """
-    parted = {key: text.partition(", ") for key, text in columns.items()}
-    heads = tuple(Column(key, text, unit) for key, (text, _, unit) in parted.items())
-    kept = tuple({key: _plain(row[key]) for key in columns} for row in rows)
-    return Table(name, title, note, heads, kept)
+    parts = {key: text.partition(", ") for key, text in columns.items()}
+    heads = tuple(Column(key, text, unit) for key, (text, _, unit) in parts.items())
+    cells = tuple({key: _plain(row[key]) for key in columns} for row in rows)
+    return Table(name, title, note, heads, cells)
 
 
 def _plain(value: Any) -> Value:

@@ -88,8 +88,8 @@ class Task(Strict):
     @property
     def papers(self) -> dict[str, str]:
         """Rows of the paper's figures by part of the evaluation."""
-        given = self.paper
-        return ({"known": given} if given else {}) if isinstance(given, str) else given
+        paper = self.paper
+        return ({"known": paper} if paper else {}) if isinstance(paper, str) else paper
 
     @model_validator(mode="after")
     def _consistent(self) -> Task:
@@ -100,8 +100,9 @@ class Task(Strict):
             raise ValueError(f"{CROSS_VALIDATION} has its settings in the task itself: models, ...")
         if len(self.classes) == 1:
             raise ValueError("classes: name at least two, or none for all")
-        if more := sorted(set(self.papers) - set(parts)):
-            raise ValueError(f"paper.{more[0]} is no part of this task: it has {', '.join(parts)}")
+        if unknown := sorted(set(self.papers) - set(parts)):
+            known = ", ".join(parts)
+            raise ValueError(f"paper.{unknown[0]} is no part of this task: it has {known}")
         return self
 
 

@@ -67,8 +67,8 @@ def table_of(store: FeatureRows, suffixes: Sequence[str], location: object) -> T
         problem = f"a label is named {min(taken)!r}, which Hugging Face takes for the audio"
         raise DataError(location, problem, "rename it in recordings.csv and dataset.yaml")
     targets = [n for n, c in sorted(store.columns.items()) if c.attrs.get("role") == "target"]
-    others = sorted(set(store.columns) - {*FIRST, *targets, *LAST})
-    order = dict.fromkeys((*FIRST, *targets, *others, *LAST))
+    labels = sorted(set(store.columns) - {*FIRST, *targets, *LAST})
+    order = dict.fromkeys((*FIRST, *targets, *labels, *LAST))
     names = [name for name in order if name in store.columns]
     cells = {name: _texts(store.columns[name].values) for name in names}
     hashes = cells["sha256"]
