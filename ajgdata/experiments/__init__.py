@@ -1,16 +1,19 @@
 """Experiments on tasks and embeddings: the registry, and what they ask for. Light: Snakemake
 imports it.
 
-Every module of this package is an experiment, but for those that experiments share.
+Every module of this package is an experiment, but for those that experiments share. Installed
+packages add experiments by entry points (docs/examples/own_experiment_package).
 """
 
 from __future__ import annotations
 
 import importlib
+import inspect
 import pkgutil
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
@@ -29,13 +32,15 @@ DRAWING = ("cross_validation_results", "plots")
 SHARED = ("base", "embedding", *DRAWING)
 
 
-def _built_in() -> dict[str, Experiment]:
+def _all() -> dict[str, Experiment]:
     names = sorted(module.name for module in pkgutil.iter_modules(__path__))
     modules = (importlib.import_module(f"{__name__}.{n}") for n in names if n not in SHARED)
-    return {module.EXPERIMENT.name: module.EXPERIMENT for module in modules}
+    experiments = [module.EXPERIMENT for module in modules]
+    experiments += [point.load() for point in entry_points(group="ajgdata.experiments")]
+    return {experiment.name: experiment for experiment in experiments}
 
 
-EXPERIMENTS = Registry("experiment", _built_in())
+EXPERIMENTS = Registry("experiment", _all())
 
 
 @dataclass(frozen=True)
@@ -165,9 +170,9 @@ def all_asked(spec: DatasetSpec, path: Path) -> Iterator[Asked]:
 
 def measure_files(name: str) -> tuple[str, ...]:
     """Return the sources of an experiment, and of the modules that it imports and that measure."""
-    module = EXPERIMENTS[name].measure.__module__
-    files: list[Path] = []
-    waiting, known = [module.split(".")[2], "base"], {*DRAWING}
+    source = Path(str(inspect.getsourcefile(EXPERIMENTS[name].measure)))
+    files = [] if source.parent == FOLDER else [source]  # of another package
+    waiting, known = ["base"] if files else [source.stem, "base"], {*DRAWING}
     while waiting:
         if (part := waiting.pop()) not in known:
             known.add(part)

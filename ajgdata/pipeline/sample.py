@@ -17,12 +17,12 @@ def write_sample(store: Path, sample: Path, grasps: int) -> None:
     """
     import pandas as pd
 
-    shard = read_store(store)
-    if shard.attrs.get("source") != "simulated":
+    features = read_store(store)
+    if features.attrs.get("source") != "simulated":
         raise DataError(store, "is not simulated", "bundle simulated recordings only")
     columns = ("session_id", "object", "grasp_id")
-    table = pd.DataFrame({name: shard.columns[name].values for name in columns})
+    table = pd.DataFrame({name: features.columns[name].values for name in columns})
     first = table.drop_duplicates().groupby(["session_id", "object"]).head(grasps)
-    part = take_rows(shard, table["grasp_id"].isin(first["grasp_id"]).to_numpy())
-    about = f"Simulated sample of {shard.attrs['data_set']}: part of its recordings"
-    write_store(sample, dataclasses.replace(part, attrs={**shard.attrs, "title": about}))
+    part = take_rows(features, table["grasp_id"].isin(first["grasp_id"]).to_numpy())
+    about = f"Simulated sample of {features.attrs['data_set']}: part of its recordings"
+    write_store(sample, dataclasses.replace(part, attrs={**features.attrs, "title": about}))

@@ -11,10 +11,13 @@ import platform
 import re
 import subprocess
 from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
+
+from ajgdata.types.registry import OWN_MODELS
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -50,6 +53,9 @@ def layer_hash(layer: str, *extra: str) -> str:
     files = {file for pattern in patterns for file in PACKAGE.glob(pattern)}
     files |= {Path(name) for name in extra if Path(name).is_absolute()}
     names = {os.path.relpath(file, PACKAGE): file for file in files}
+    if layer not in ("gripper", "features"):
+        specs = [find_spec(point.module) for point in OWN_MODELS]
+        names |= {spec.name: Path(spec.origin) for spec in specs if spec and spec.origin}
     libraries = NUMERICAL if layer in ("gripper", "features") else (*NUMERICAL, *LEARNING)
     content = {
         "files": {n: hashlib.sha256(f.read_bytes()).hexdigest() for n, f in names.items()},

@@ -1,14 +1,14 @@
 """Registry of the models that a config may name.
 
-It is the only list: choices in dataset.yaml, labels in the report, documentation and contract
-tests follow from it. A new entry is a line here; its function may be in any package that is
-installed, and is imported when it is used.
+Choices in dataset.yaml, labels in the report, documentation and contract tests follow from it.
+Installed packages add models by entry points (docs/examples/own_model_package).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.metadata import entry_points
 from typing import Literal, TypeVar
 
 Kind = Literal["regression", "classification"]
@@ -76,10 +76,13 @@ class Registry(dict[str, Entry]):
         return name
 
 
+#: Models of other packages: name, and `module:function`, which is imported when it is used.
+OWN_MODELS = entry_points(group="ajgdata.models")
 _BASELINES = "ajgdata.models.baselines"
 MODELS = Registry(
     "model",
     {
+        **{point.name: Model(point.value, point.name, several=False) for point in OWN_MODELS},
         "cnn": Model("ajgdata.models.cnn:cnn", "CNN", _NETWORK),
         "linear": Model(
             f"{_BASELINES}:linear", "logistic regression", regression="ridge", plain="linear_plain"

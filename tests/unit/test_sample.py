@@ -11,7 +11,7 @@ import pytest
 
 from ajgdata import tutorial
 from ajgdata.pipeline.sample import write_sample
-from ajgdata.store.features import Shard, read_store, text_column, write_store
+from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
 from ajgdata.types import DataError
 
 SAMPLE = tutorial.SAMPLES / "ycb.nc"
@@ -51,12 +51,12 @@ def test_a_sample_is_the_first_grasps_of_each_object_and_session(tmp_path):
         "recording": text_column([f"{s}/{o}_{g}_{n}" for s, o, g, n in rows]),
     }
     feature = np.arange(len(rows), dtype=np.float32)[:, None]
-    shard = Shard(feature, np.zeros(1), columns, {"source": "simulated", "data_set": "d"})
-    write_store(tmp_path / "all.nc", shard)
+    features = FeatureRows(feature, np.zeros(1), columns, {"source": "simulated", "data_set": "d"})
+    write_store(tmp_path / "all.nc", features)
     write_sample(tmp_path / "all.nc", tmp_path / "part.nc", 2)
     part = read_store(tmp_path / "part.nc")
     assert part.feature[:, 0].tolist() == [i for i, row in enumerate(rows) if row[2] < 2]
     assert part.attrs["title"] == "Simulated sample of d: part of its recordings"
-    write_store(tmp_path / "all.nc", dataclasses.replace(shard, attrs={"source": "recorded"}))
+    write_store(tmp_path / "all.nc", dataclasses.replace(features, attrs={"source": "recorded"}))
     with pytest.raises(DataError, match="is not simulated"):
         write_sample(tmp_path / "all.nc", tmp_path / "part.nc", 2)

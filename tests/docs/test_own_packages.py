@@ -1,0 +1,78 @@
+"""The two example packages, installed with pip: their model and experiment run."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "docs" / "examples"
+PROGRAM = """
+import json
+from experiment_samples import measured, small_inputs, task_results
+from ajgdata.experiments import EXPERIMENTS, measure_files
+from ajgdata.store.provenance import layer_hash
+from ajgdata.types import DatasetSpec
+
+spec = DatasetSpec.model_validate({
+    "name": "d", "title": "d", "description": "d",
+    "targets": {"object": {"kind": "classification"}},
+    "tasks": {"t": {"target": "object", "models": ["pca_linear"],
+              "experiments": {"repeatability": {}}}},
+})
+inputs = small_inputs()
+own = measured("cross_validation", inputs, "pca_linear", models=["pca_linear"])
+scores = next(table for table in own.tables if table.name == "scores")
+accuracy = scores.where(metric="accuracy", statistic="mean", part="grouped").rows[0]["value"]
+outcome = measured("repeatability", inputs)
+results = task_results("repeatability", {"": outcome})
+experiment = EXPERIMENTS["repeatability"]
+print(json.dumps({
+    "accuracy": accuracy,
+    "distances": {row["pairs"]: row["distance"] for row in outcome.tables[1].rows},
+    "rows": len(list(experiment.rows(results))),
+    "figures": len(list(experiment.figures(results))),
+    "files": measure_files("repeatability"),
+    "hashes": [layer_hash("features"), layer_hash("models")],
+}))
+"""
+
+
+def install(package: Path, target: Path) -> None:
+    command = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps"]
+    command += ["--no-build-isolation", "--disable-pip-version-check", "--target", str(target)]
+    subprocess.run([*command, str(package)], check=True)
+
+
+def run(*paths: Path) -> dict:
+    path = os.pathsep.join(map(str, (*paths, ROOT, ROOT / "tests" / "unit")))
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM], env=os.environ | {"PYTHONPATH": path}, check=True,
+        capture_output=True, text=True,
+    )  # fmt: skip
+    return json.loads(done.stdout)
+
+
+def test_an_own_model_and_an_own_experiment(tmp_path):
+    for name in ("own_model", "own_experiment"):
+        source = tmp_path / name
+        source.mkdir()
+        for file in (EXAMPLES / f"{name}_package").iterdir():
+            if file.is_file():
+                (source / file.name).write_bytes(file.read_bytes())
+        install(source, tmp_path / "installed")
+    result = run(tmp_path / "installed")
+    assert result["accuracy"] > 0.5  # chance is 1/3
+    distances = result["distances"]
+    # recordings of a grasp differ by 1 %, the others by as much as the spectra themselves
+    assert distances["same grasp"] < 0.05 * distances["same label, other grasp"]
+    assert distances["same label, other grasp"] < distances["other label"]
+    assert (result["rows"], result["figures"]) == (3, 1)
+    assert str(tmp_path / "installed" / "own_experiment.py") in result["files"]
+    # an edit of the model concerns models, not features
+    with (tmp_path / "installed" / "own_model.py").open("a") as stream:
+        stream.write("\n# edited\n")
+    features, models = result["hashes"]
+    edited = run(tmp_path / "installed")["hashes"]
+    assert edited[0] == features and edited[1] != models
