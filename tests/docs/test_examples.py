@@ -127,6 +127,15 @@ def test_spectrum(in_project):
         assert image.size == (700, 400)
 
 
+def test_own_model(in_project):
+    found = run("own_model")
+    train, test = ajgdata.load_dataset("size").folds("size")[0]
+    away = [edge - sum(train.y) / len(train.y) for edge in test.y]
+    assert found["chance_mm"] == pytest.approx(math.hypot(*away) / math.sqrt(len(away)), rel=1e-5)
+    # 600 steps in float32, whose sums differ between processors: only what they reach is known
+    assert 0 < found["rmse_mm"] < min(STEP_MM / 2, found["chance_mm"] / 4)
+
+
 def test_two_grippers(in_project):
     found = run("two_grippers")
     # it reads its own gripper to half a step between cubes, and worse than that the other, which
