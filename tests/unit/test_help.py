@@ -4,7 +4,6 @@ import subprocess
 from collections import defaultdict
 
 import typer
-import yaml
 
 from ajgdata.cli import app
 
@@ -51,21 +50,12 @@ def test_version(ajgdata):
     assert (code, out.split()[0]) == (0, "ajgdata")
 
 
-def recipe(project):
-    declared = yaml.safe_load(project.paths.dataset("d").read_text()) | {
-        "recipe": {
-            "sessions": 2,
-            "grasps_per_object": 1,
-            "scene": {"numerics": {"dx_mm": 6}},
-            "objects": [
-                {
-                    "name": "cube",
-                    "shape": {"kind": "cube", "edge_mm": 20},
-                }
-            ],
-        }
-    }
-    project.paths.dataset("d").write_text(yaml.safe_dump(declared))
+RECIPE = {
+    "sessions": 2,
+    "grasps_per_object": 1,
+    "scene": {"numerics": {"dx_mm": 6}},
+    "objects": [{"name": "cube", "shape": {"kind": "cube", "edge_mm": 20}}],
+}
 
 
 def test_simulate_runs_the_sessions_of_a_recipe(ajgdata, project, monkeypatch):
@@ -78,7 +68,7 @@ def test_simulate_runs_the_sessions_of_a_recipe(ajgdata, project, monkeypatch):
     monkeypatch.setattr(subprocess, "run", run)
     assert "has no recipe; use `ajgdata record`" in ajgdata("simulate", "d")[2]
     (project.root / "Snakefile").touch()
-    recipe(project)
+    project.declare(recipe=RECIPE)
     assert ajgdata("simulate", "d", "--dry-run")[0] == 0
     sessions = [f"results/acquired/d/virtual-0{number}.done" for number in (1, 2)]
     assert commands[0][:4] == ["snakemake", *sessions, "--dry-run"]
@@ -86,7 +76,7 @@ def test_simulate_runs_the_sessions_of_a_recipe(ajgdata, project, monkeypatch):
 
 
 def test_scene_draws_an_object_of_a_recipe(ajgdata, project, tmp_path):
-    recipe(project)
+    project.declare(recipe=RECIPE)
     assert "has no object 'ball'; use one of cube" in ajgdata("scene", "d", "ball")[2]
     code, out, _ = ajgdata("scene", "d", "cube", "--out", tmp_path)
     assert code == 0
