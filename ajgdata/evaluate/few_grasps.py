@@ -136,7 +136,7 @@ class CrossGripperPoint:
 
 def cross_gripper(
     own: TaskData,
-    other: TaskData,
+    others: Mapping[str, TaskData],
     *,
     kind: Kind,
     model: str,
@@ -145,32 +145,42 @@ def cross_gripper(
     seed: int = 0,
     period: float | None = None,
     limits: Mapping[str, int] | None = None,
-) -> list[CrossGripperPoint]:
+) -> dict[str, list[CrossGripperPoint]]:
     """Train on all of `own` and on `sizes` groups of each class (each value, of a regression) of
-    `other`; test on the rest of `other`, fold by fold.
+    each of `others`; test on the rest of it, fold by fold. Returns the points by name.
 
-    Groups that are tested are trained on in neither gripper. Raises NotPossibleError for a size
-    that some class has too few groups for.
+    Groups that are tested are trained on in neither gripper. Without added groups, other grippers
+    that leave the same rows of `own` share one training. Raises NotPossibleError for a size that
+    some class has too few groups for.
     """
     fit = partial(fit_named_model, model, kind, seed=seed, period=period, limits=limits)
-    classes, points = other.value.astype(str), []
+    plain: dict[bytes, BaseEstimator] = {}
+    points: dict[str, list[CrossGripperPoint]] = {name: [] for name in others}
+    splits = {
+        name: grouped_folds(other.value.astype(str), other.group, "classification", folds, seed)
+        for name, other in others.items()
+    }
+    jobs = [(name, fold) for name in others for fold in range(len(splits[name]))]
     with threadpool_limits(limits=1):
-        splits = grouped_folds(classes, other.group, "classification", folds, seed)
-        for fold, (train, test) in enumerate(splits):
-            pool, tests = other.where(train), other.where(test)
+        for name, fold in jobs:
+            pool, tests = map(others[name].where, splits[name][fold])
             tested = np.isin(own.group, tests.group)
             generator = np.random.default_rng([seed, fold])
-            orders = _ordered_groups(classes[train], pool.group, generator)
+            orders = _ordered_groups(pool.value.astype(str), pool.group, generator)
             _refuse_few(orders, max(sizes))
             for size in sizes:
                 added = pool.where(_first(orders, size, pool.group))
                 known = own.where(~tested).joined(added)
-                fitted = fit(known.feature, known.value, known.group)
+                fitted = None if size else plain.get(tested.tobytes())
+                fitted = fitted or fit(known.feature, known.value, known.group)
                 home: dict[str, float] = {}
-                if tested.any() and not size:
-                    home = _scores(fitted, known.value, own.where(tested), kind, period)[0]
+                if not size:
+                    plain[tested.tobytes()] = fitted
+                    if tested.any():
+                        home = _scores(fitted, known.value, own.where(tested), kind, period)[0]
                 scores = _scores(fitted, known.value, tests, kind, period)
-                points.append(CrossGripperPoint(size, fold, len(added.value), *scores, home))
+                point = CrossGripperPoint(size, fold, len(added.value), *scores, home)
+                points[name].append(point)
     return points
 
 

@@ -27,7 +27,7 @@ from ajgdata.types.registry import Registry
 
 FOLDER = Path(__file__).parent
 #: Modules of this package that only draw: an edit of them changes no result.
-DRAWING = ("cross_validation_results", "plots")
+DRAWING = ("cross_validation_paper", "cross_validation_results", "plots")
 #: Modules of this package that are no experiments.
 SHARED = ("base", "embedding", *DRAWING)
 

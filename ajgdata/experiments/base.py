@@ -233,9 +233,11 @@ class Experiment:
     `plots` name its marks, or a function makes them of the results. Figures and rows of the table
     of results follow from them, unless `own_rows` makes the rows. `drawings` are further figures.
 
-    `summary` stands above the figures of a task. `measure(inputs, settings, model)` raises
-    NotPossibleError for a task that lacks what it needs. `test_on` of the settings model, if it has
-    one, names further data sets; its `models`, if `by_model`, are measured in jobs of their own.
+    `summary` stands above the figures of a task, `advice` under the next steps, and `hint` if no
+    task has the experiment.
+    `measure(inputs, settings, model)` raises NotPossibleError for a task that lacks what it needs.
+    `test_on` of the settings model, if it has one, names further data sets; its `models`, if
+    `by_model`, are measured in jobs of their own.
     `check(settings, kind, features)` raises ValueError for settings that the task cannot have.
 
     An experiment with its `own_page` does not stand on that of its task. Those `of_embedding` are
@@ -252,6 +254,8 @@ class Experiment:
     own_rows: Callable[[TaskResults], Iterable[ResultRow]] | None = None
     paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = lambda *_: ()
     summary: Callable[[TaskResults], str] = lambda results: ""
+    advice: Callable[[TaskResults], Iterable[str]] = lambda results: ()
+    hint: str = ""
     check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
     by_model: bool = False
     order: int = 50  #: place in the report

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -12,9 +13,16 @@ from pydantic import Field
 from ajgdata.evaluate.agreement import together
 from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
 from ajgdata.experiments.cross_validation_results import PAPER_MODEL
-from ajgdata.experiments.plots import Plot, chance_for, points_for, table_for, value_name
+from ajgdata.experiments.plots import (
+    Plot,
+    chance_for,
+    points_for,
+    table_for,
+    value_name,
+    value_range,
+)
 from ajgdata.report.comparison import Mark, PaperComparison, holds, mark_of
-from ajgdata.report.format import Score, mean_sd, words
+from ajgdata.report.format import Score, mean_sd, number, with_unit, words
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import table_of
 
@@ -37,12 +45,13 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return the errors of `model` on each other gripper for each number of calibration grasps."""
     from ajgdata.evaluate.few_grasps import cross_gripper
 
-    own = inputs.data()
+    others = {name: inputs.data(name) for name in settings.test_on}
+    points = cross_gripper(
+        inputs.data(), others, model=model, sizes=settings.grasps, **inputs.split
+    )  # fmt: skip
     scores, rows = [], []
     for name in settings.test_on:
-        other = inputs.data(name)
-        points = cross_gripper(own, other, model=model, sizes=settings.grasps, **inputs.split)
-        for point in points:
+        for point in points[name]:
             part, fold = f"transfer:{name}:{point.grasps}", f"fold {point.fold}"
             for metric, value in point.scores.items():
                 scores.append((model, part, metric, fold, value))
@@ -69,12 +78,33 @@ GRIPPERS = Plot(
 )
 
 
+def plots(results: TaskResults) -> list[Plot]:
+    """Return the errors over calibration grasps, or per gripper if only one number was tried."""
+    if len(results.settings.grasps) > 1:
+        return [GRIPPERS]
+    return [replace(GRIPPERS, mark="rows", x="other", panel="", title=finding)]
+
+
+def _first_label(results: TaskResults) -> str:
+    named = [one.label for one in results.results if one.model == PAPER_MODEL]
+    return (named or [results.results[0].label])[0]
+
+
+def finding(results: TaskResults) -> str:
+    """Return the error of the paper's model on its own gripper and on the others."""
+    label = _first_label(results)
+    home = next(iter(_home_scores(results, label).values()), Score(math.nan, math.nan))
+    values = [point.score.mean for point in points_for(results, GRIPPERS, model=label)]
+    own = with_unit(number(home.mean), results.shown_unit)
+    others = value_range(values, results.shown_unit)
+    return f"{label}: {results.metric_title} {own} on its gripper, {others} on others"
+
+
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
     """Yield the paper's model at home, and on each other gripper without calibration."""
     if results.paper is None:
         return
-    named = [one.label for one in results.results if one.model == PAPER_MODEL]
-    label = (named or [results.results[0].label])[0]
+    label = _first_label(results)
     few = min(results.settings.grasps)
     elsewhere = points_for(results, GRIPPERS, model=label, grasps=few)
     homes = _home_scores(results, label)
@@ -116,7 +146,7 @@ EXPERIMENT = Experiment(
     title="On other grippers",
     settings=Settings,
     measure=measure,
-    plots=(GRIPPERS,),
+    plots=plots,
     paper_comparison=paper_comparison,
     by_model=True,
 )

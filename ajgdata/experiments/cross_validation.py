@@ -16,6 +16,7 @@ from pydantic import Field
 from ajgdata.evaluate.task_data import TaskData, is_among, split_withheld
 from ajgdata.experiments import cross_validation_results as shown
 from ajgdata.experiments.base import Experiment, Inputs, Outcome, ScoreRow, fold_scores, score_table
+from ajgdata.experiments.cross_validation_paper import paper_comparison
 from ajgdata.experiments.cross_validation_results import (
     GROUPED,
     OVERALL,
@@ -183,7 +184,8 @@ EXPERIMENT = Experiment(
     plots=shown.PLOTS,
     own_rows=shown.rows,
     summary=shown.summary,
-    paper_comparison=shown.paper_comparison,
+    advice=shown.advice,
+    paper_comparison=paper_comparison,
     order=1,
     by_model=True,
 )

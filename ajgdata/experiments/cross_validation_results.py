@@ -13,20 +13,14 @@ from ajgdata.evaluate.agreement import (
     GRASP_INTERVAL,
     NO_BETTER,
     Interval,
-    Verdict,
     is_better_than_chance,
-    together,
 )
-from ajgdata.experiments.base import SCORES, Lookup, Result, TaskResults
+from ajgdata.experiments.base import SCORES, Result, TaskResults
 from ajgdata.experiments.plots import Plot, binned
 from ajgdata.report.comparison import (
-    NEAR_CHANCE,
     Cost,
     Mark,
-    PaperComparison,
     PaperFigure,
-    holds,
-    judged,
     mark_of,
 )
 from ajgdata.report.format import Score, column_title, mean_sd, number, words
@@ -45,12 +39,8 @@ PARTS = {
 }  # fmt: skip
 #: The paper's model, and its baseline with a number.
 PAPER_MODEL, BASELINE = "cnn", "knn_plain"
-#: Row of the paper on a task of many models: its number is that of the baseline.
-BASELINES = "baselines"
-#: Metrics of rows without a number: a model fails on data that it was not trained on.
-FAILS = ("limit", "lesson")
-#: Row of the paper that also counts the classes with at least this accuracy.
-COUNTED, MIN_ACCURACY = "ycb", 0.9
+#: Share from which two classes count as confused, and the number of pairs that are listed.
+CONFUSED, MAX_CONFUSED = 0.1, 3
 SHORTEST_S = 1e-3  #: shorter times are drawn as this on a logarithmic axis
 
 
@@ -174,21 +164,28 @@ def training_cost(results: TaskResults, label: str) -> Cost | None:
 # Figures
 
 
+def shown_model(results: TaskResults) -> ModelResult:
+    """Return the model that a task is about: the paper's if the task is compared, else the best."""
+    models = models_of(results)
+    own = [model for model in models if model.result.model == PAPER_MODEL and results.papers]
+    return own[0] if own else best_of(models)
+
+
 def finding(results: TaskResults) -> str:
-    """Return the score of the best model with chance."""
-    model = best_of(models_of(results))
+    """Return the score of the model that a task is about, with chance."""
+    model = shown_model(results)
     chance = model.shown(Score(model.chance(), 0.0))
     score = model.shown(model.score(), GROUPED)
     return f"{model.label}: {results.metric_title} {score} (chance {chance})"
 
 
 def class_shares(results: TaskResults) -> Table:
-    """Return the share of each predicted class in the recordings of each true class, best model."""
+    """Return the share of each predicted class in the recordings of each true class."""
     from sklearn.metrics import confusion_matrix
 
     rows = []
     if results.kind == "classification":
-        model = best_of(models_of(results))
+        model = shown_model(results)
         classes = [str(name) for name in model.result.about["classes"]]
         shares = confusion_matrix(*model.predictions(), labels=classes, normalize="true")
         rows = [
@@ -236,13 +233,13 @@ def run_times(results: TaskResults) -> Table:
 
 PLOTS = (
     Plot(
-        "matrix", class_shares, "held-out predictions of the best model, grasps are never split",
+        "matrix", class_shares, "predictions on held-out grasps",
         value="share", x="true", series=("predicted",), over="recordings of a true class",
         title=finding, name="predictions",
     ),
     Plot(
-        "lines", numbers, "held-out predictions of each model, grasps are never split; predictions "
-        "of a target with a period are at the repetition nearest to the true value",
+        "lines", numbers, "predictions of each model on held-out grasps; periodic targets: the "
+        "repetition nearest to the true value",
         value="predicted", x="true", series=("values",), panel="model",
         over="predictions of a true value", chance="mean", ideal=True, title=finding,
         name="predictions",
@@ -273,6 +270,8 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
             best=model is top,
             paper=results.papers.get(PARTS[GROUPED][0]),
             answer=model.shown(model.with_interval(), GROUPED) if model is top else "",
+            marks=marks_of([model], model, GROUPED),
+            unit=results.shown_unit,
         )
     for part in dict.fromkeys(part for model in models for part, _ in model.parts[1:]):
         name = part.removeprefix("on:")
@@ -301,65 +300,19 @@ def summary(results: TaskResults) -> str:
     )
 
 
-# Comparison with the paper
+def advice(results: TaskResults) -> Iterator[str]:
+    """Yield the pairs of classes that are confused most."""
+    rows = class_shares(results).rows
+    wrong = [row for row in rows if row["true"] != row["predicted"] and row["share"] >= CONFUSED]
+    for row in sorted(wrong, key=lambda row: -row["share"])[:MAX_CONFUSED]:
+        share = number(100 * row["share"], 2)
+        yield (
+            f"{share} % of the recordings of {row['true']} are predicted as {row['predicted']}: "
+            "record more grasps of both, in more poses."
+        )
 
 
-def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
-    """Yield known, unknown and overall values, and other data sets, by the paper's model."""
-    models = models_of(results)
-    by_name = {model.result.model: model for model in models}
-    for part, paper in models[0].parts:
-        if paper is None:
-            continue
-        name = BASELINE if paper.id == BASELINES else PAPER_MODEL
-        model = by_name.get(name, by_name.get(PAPER_MODEL, models[0]))
-        if paper.metric in FAILS:
-            yield _failing(paper, model, part, lookup)
-        else:
-            yield _compared(paper, model, models, part)
-
-
-def _compared(
-    paper: PaperFigure, model: ModelResult, models: Sequence[ModelResult], part: str
-) -> PaperComparison:
-    """Return a model on a part and the paper's number, with the interval that decides."""
-    text = model.shown(model.with_interval(part), part)
-    if paper.id == BASELINES:
-        best = best_of(models)
-        text += f"; lowest error of {len(models)}: {best.label}, {best.shown(best.score())}"
-    if paper.id == COUNTED:
-        true, predicted = model.predictions()
-        shares = [np.mean(predicted[true == name] == name) for name in np.unique(true)]
-        count = sum(share >= MIN_ACCURACY for share in shares)
-        text += f"; {count} of {len(shares)} classes at 90 % or more"
-    published, chance = paper.value, model.chance(part)
-    if paper.text == NEAR_CHANCE:
-        published = model.task.scale * chance
-    verdict: Verdict = "inconclusive"
-    if published is not None:
-        scale, mean, interval = model.task.scale, model.score(part).mean, model.interval(part)
-        verdict, remark = judged(
-            paper, mean, interval, published / scale,
-            chance=chance, perfect=model.perfect, scale=scale,
-        )  # fmt: skip
-        text += f"; {remark}" if remark else ""
-    split = _split_of(model, part)
-    return model.task.compared(
-        paper, text, model.label, verdict, cost=model.cost, marks=_marks(models, model, part),
-        split=split, label=f"known, {split}" if split else "", shown_unit=model.task.shown_unit,
-    )  # fmt: skip
-
-
-def _split_of(model: ModelResult, part: str) -> str:
-    """Return the split of known values, if the paper is compared with both splits: "" else."""
-    papers = dict(model.parts)
-    if part not in (GROUPED, RANDOM) or not (papers.get(GROUPED) and papers.get(RANDOM)):
-        return ""
-    group = words(model.task.groups.removesuffix("_id"))
-    return f"by {group}" if part == GROUPED else "by recording"
-
-
-def _marks(models: Sequence[ModelResult], first: ModelResult, part: str) -> tuple[Mark, ...]:
+def marks_of(models: Sequence[ModelResult], first: ModelResult, part: str) -> tuple[Mark, ...]:
     """Return a model, the best of the others and chance on a part of a task, as they are drawn."""
     scale = first.task.scale
     marks = [mark_of("ours", first.with_interval(part), scale)]
@@ -369,30 +322,3 @@ def _marks(models: Sequence[ModelResult], first: ModelResult, part: str) -> tupl
     if math.isfinite(chance := first.chance(part)):
         marks.append(mark_of("chance", Score(chance, 0.0), scale))
     return tuple(marks)
-
-
-def _failing(paper: PaperFigure, model: ModelResult, part: str, lookup: Lookup) -> PaperComparison:
-    """Return a model where it was trained and where it fails, and whether silence flags it."""
-    score, scale = model.score(part), model.task.scale
-    verdicts = {holds(Score(model.error(part) - model.error(), model.score().sd))}
-    text = f"{model.shown(model.score())} where it was trained, {model.shown(score)} elsewhere"
-    if flags := _flags(model, lookup):
-        verdicts.add("agrees" if any(flags) else "disagrees")
-        text += f"; from silence {'flagged' if any(flags) else 'not flagged'}"
-    marks = mark_of("ours", score, scale), mark_of("chance", Score(model.chance(), 0.0), scale)
-    return model.task.compared(
-        paper, text, model.label, together(verdicts), cost=model.cost, marks=marks,
-        shown_unit=model.task.shown_unit,
-    )  # fmt: skip
-
-
-def _flags(model: ModelResult, lookup: Lookup) -> list[bool]:
-    """Return whether the test on silence flags the model, for each data set that it is asked."""
-    from ajgdata.experiments.shortcut import tests_of  # imports this module
-
-    task = model.task.dataset, model.task.task
-    results = lookup("shortcut", *task)
-    if results is None or (results.dataset, results.task) != task:
-        return []
-    tests = tests_of(results)
-    return [row["flagged"] for result, row in tests if result.model == model.result.model]

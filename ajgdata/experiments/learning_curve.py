@@ -12,7 +12,7 @@ from ajgdata.evaluate.agreement import Verdict
 from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
 from ajgdata.experiments.plots import Plot, points_for
 from ajgdata.report.comparison import Mark, PaperComparison
-from ajgdata.report.format import mean_sd, number
+from ajgdata.report.format import mean_sd, number, with_unit
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
 
@@ -100,6 +100,21 @@ CURVE = Plot(
     chance="chance",
     published="point",
 )
+
+
+def advice(results: TaskResults) -> Iterator[str]:
+    """Yield what the last step of the first model's curve gained."""
+    label = results.results[0].label
+    curve = sorted(points_for(results, CURVE, model=label), key=lambda point: point.x)
+    if len(curve) > 1:
+        (fewer, before), (more, after) = ((number(float(p.x)), p.score.mean) for p in curve[-2:])
+        values = f"{number(before)} to {with_unit(number(after), results.shown_unit)}"
+        yield (
+            f"With {more} instead of {fewer} training grasps per class, the {results.metric_title} "
+            f"of {label} changed from {values}: expect less from the next doubling."
+        )
+
+
 EXPERIMENT = Experiment(
     name="learning_curve",
     order=30,
@@ -109,5 +124,8 @@ EXPERIMENT = Experiment(
     plots=(CURVE,),
     paper_comparison=paper_comparison,
     summary=missing,
+    advice=advice,
+    hint="Gain from more grasps: not measured. Add `experiments: {learning_curve: {groups: [2, 4, "
+    "8]}}` to a task in dataset.yaml.",
     by_model=True,
 )

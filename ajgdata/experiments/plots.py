@@ -242,7 +242,10 @@ def _trend(results: TaskResults, plot: Plot, points: Sequence[Point]) -> str:
     for index in (0, -1):
         values = value_range([line[index].score.mean for line in lines], unit)
         ends.append(f"{values} ({_place_text(results, plot, lines[0][index])})")
-    count = f" in {len(lines)} panels" if len(lines) > 1 else ""
+    columns = {one.key: one.title for one in table_for(results, plot).columns}
+    count = (
+        f" (range over {len(lines)} × {_lowered(columns[plot.panel])})" if len(lines) > 1 else ""
+    )
     return f"{f'{name}: ' if name else ''}{axis} {', '.join(ends)}{count}"
 
 
@@ -301,6 +304,7 @@ def illustrations(results: TaskResults, plots: Sequence[Plot]) -> Iterator[Illus
                 results.named(*filter(None, [plot.name])),
                 _caption(results, plot),
                 partial(_figure, results, plot),
+                conclusion(results, plot),
             )
 
 

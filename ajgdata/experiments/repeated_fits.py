@@ -24,8 +24,8 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.experiments.plots import Plot, points_for
-from ajgdata.report.comparison import Mark, PaperComparison, judged
-from ajgdata.report.format import mean_sd
+from ajgdata.report.comparison import Mark, PaperComparison, judged, mark_of
+from ajgdata.report.format import Score, mean_sd
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import Table, table_of
 
@@ -127,7 +127,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     ours = median, Interval(low, high)
     agrees, remark = judged(paper, *ours, paper.value, chance=chance, perfect=0.0)
     text += [remark] if remark else []
-    marks = (Mark("ours", median, low, high),)
+    marks = Mark("ours", median, low, high), mark_of("chance", Score(chance, 0.0))
     yield results.compared(paper, "; ".join(text), first.label, agrees, marks=marks)
 
 

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 
 import numpy as np
 
 from ajgdata.paths import Paths
+from ajgdata.report.page import link_from_report
 from ajgdata.report.report_data import DatasetSummary, Spectra
 from ajgdata.store.features import FeatureRows
 from ajgdata.store.findings import read_findings
 from ajgdata.store.provenance import settings_digest
+from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import DatasetSpec, FeatureSettings
 
 #: Largest number of mean spectra in one figure.
@@ -40,21 +43,39 @@ def summary(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> DatasetSumma
         ),
         findings=tuple(read_findings(paths.quarantine(spec.name))),
         spectra=mean_spectra(store, spec),
+        samples=tuple(samples(paths, spec, store)) if paths.run else (),
     )
+
+
+def rows_by_label(store: FeatureRows, spec: DatasetSpec) -> dict[str, np.ndarray]:
+    """Return the rows (n,) of each class, or of equally filled bins, of the first target."""
+    name = next((task.target for task in spec.tasks.values()), "")
+    if name not in store.columns:
+        return {}
+    target, values = spec.targets[name], store.columns[name].values
+    if target.kind == "classification":
+        classes = [c for c in np.unique(values) if c][:MAX_SPECTRA]
+        return {str(c): values == c for c in classes}
+    return _bins(values, target.unit)
+
+
+def samples(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> Iterator[tuple[str, str]]:
+    """Yield label and link (from the report) of the first recording of each class or bin."""
+    for label, rows in rows_by_label(store, spec).items():
+        at = int(np.flatnonzero(rows)[0])
+        session, _, recording_id = str(store.columns["recording"].values[at]).partition("/")
+        folder = paths.session(spec.name, session)
+        listed = {one.recording_id: one for one in read_recordings(folder)[0]}
+        if recording := listed.get(recording_id):
+            file = audio_path(folder, read_session(folder), recording)
+            yield label, link_from_report(paths, file)
 
 
 def mean_spectra(store: FeatureRows, spec: DatasetSpec) -> Spectra | None:
     """Return the mean spectrum of each class, or of equally filled bins, of the first target; None
     if there is no target or no value."""
     name = next((task.target for task in spec.tasks.values()), "")
-    if name not in store.columns:
-        return None
-    target, values = spec.targets[name], store.columns[name].values
-    if target.kind == "classification":
-        classes = [c for c in np.unique(values) if c][:MAX_SPECTRA]
-        groups = {str(c): values == c for c in classes}
-    else:
-        groups = _bins(values, target.unit)
+    groups = rows_by_label(store, spec)
     if not groups:
         return None
     means = [store.feature[rows].mean(axis=0, dtype=np.float64) for rows in groups.values()]

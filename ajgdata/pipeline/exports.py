@@ -16,7 +16,7 @@ from ajgdata.store.files import csv_bytes, replacing_folder, write_bytes
 from ajgdata.types.table import Column, Table, table_of
 
 #: Table of the comparison with the paper.
-BESIDE_PAPER = "beside-paper"
+PAPER_TABLE = "paper-comparison"
 
 
 def write_exports(report: Report, results: Sequence[TaskResults], folder: Path) -> tuple[str, ...]:
@@ -24,7 +24,7 @@ def write_exports(report: Report, results: Sequence[TaskResults], folder: Path) 
 
     `results` are those that the report shows. Returns the names of the files without suffix.
     """
-    tables = {BESIDE_PAPER: paper_table(report.comparisons)} if report.comparisons else {}
+    tables = {PAPER_TABLE: paper_table(report.comparisons)} if report.comparisons else {}
     for result in results:
         tables |= table_files(result)
     with replacing_folder(folder) as new:
@@ -104,4 +104,5 @@ def paper_table(rows: Sequence[PaperComparison]) -> Table:
         }
         for row in rows
     ]
-    return table_of(BESIDE_PAPER, "Beside the paper", cells, **{key: key for key in cells[0]})
+    columns = {key: key for key in cells[0]}
+    return table_of(PAPER_TABLE, "Comparison with the paper", cells, **columns)

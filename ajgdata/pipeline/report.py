@@ -12,7 +12,6 @@ from ajgdata.experiments import EXPERIMENTS, Asked
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import training_cost
 from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths
-from ajgdata.pipeline.answer import answer
 from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import JobKey, TaskKey, asked_for, computed, read_results
@@ -20,6 +19,7 @@ from ajgdata.pipeline.exports import with_tables, write_csv, write_exports
 from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import navigation_of, pages_of
 from ajgdata.pipeline.studies import ABLATIONS_PAGE, STUDIES
+from ajgdata.report.answer import answer
 from ajgdata.report.comparison import (
     PaperComparison,
     PaperFigure,
@@ -29,15 +29,23 @@ from ajgdata.report.comparison import (
     tally,
 )
 from ajgdata.report.format import words
-from ajgdata.report.navigation import Group, experiment_link
+from ajgdata.report.navigation import LEADS, Group, experiment_link
 from ajgdata.report.report_data import Part, Report, TaskSection
 from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.provenance import environment, software
-from ajgdata.store.report_files import read_experiment_text, read_machine_spread, read_paper
+from ajgdata.store.report_files import (
+    read_experiment_text,
+    read_machine_spread,
+    read_paper,
+    read_practice,
+)
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
 from ajgdata.types import CROSS_VALIDATION, DatasetSpec
+
+#: Title of the report of a project whose results are compared with the paper.
+TITLE = "Recognising objects by sound in a soft gripper"
 
 
 def published_values(paths: Paths) -> dict[str, PaperFigure]:
@@ -79,8 +87,12 @@ def build_report(
         skipped=skipped,
         missing=tuple(f"{noun} ({count})" for noun, count in missing.items() if count),
         earlier=len({*keys} - {*requested}),
-        checks=_checks(paths, [name for name in studies if name in pages]),
         run_cost=tuple(run_cost(paths, [*existing], everything=bool(pages or present))),
+        hints=_hints(results),
+        **_studies(pages),
+    )
+    report = dataclasses.replace(
+        report, answer=tuple(answer(report)), practice=tuple(_practice(paths, report))
     )
     _write(paths, report, results, pages, present)
     about = {"datasets": [*existing], "pages": [*pages], "published": present}
@@ -98,7 +110,8 @@ def _write(
     from ajgdata.report.page import illustrations, render_pages
     from ajgdata.report.render import draw_figures
 
-    folder, nav = paths.report.parent, navigation_of(report.pages, list(pages))
+    folder, compares = paths.report.parent, bool(report.comparisons)
+    nav = navigation_of(report.pages, list(pages), compares=compares)
     (folder / EXPERIMENT_PAGES).mkdir(parents=True, exist_ok=True)  # also if it stays empty
     drawn = draw_figures(illustrations(report), folder / FIGURES)
     tables = write_exports(report, results, folder / TABLES)
@@ -106,7 +119,7 @@ def _write(
     html = render_pages(report, figures, nav, published, project=paths)
     for name, text in html.items():
         write_bytes(folder / name, text.encode())
-    for name in (*STUDIES, ABLATIONS_PAGE):
+    for name in (*STUDIES, ABLATIONS_PAGE, *([] if compares else ["paper"])):
         paths.page(name).unlink(missing_ok=True)
     for name, files in pages.items():
         build_page(paths, name, files, nav)
@@ -156,7 +169,7 @@ def _contents(report: Report, measured: Sequence[Mapping[str, Any]]) -> dict[str
         "runs": runs,
         "measurements": [{key: one[key] for key in SUMMARISED if key in one} for one in measured],
         "agreements": tally(report.comparisons),
-        "answer": answer(report),
+        "answer": report.answer,
     }
 
 
@@ -171,8 +184,9 @@ def _assembled(
     """Return what the report says of results on tasks; `ablations` are files of tables."""
     tables = [table for file in ablations for table in read_tables(file)[1]]
     reasons = reasons_of(with_verdicts(tables), ABLATIONS_PAGE)
+    rows = tuple(comparisons(results, paper, reasons))
     return Report(
-        title="Acoustic sensing with jamming grippers",
+        title=TITLE if rows else ", ".join(spec.title or name for name, spec in specs.items()),
         version=software()["ajgdata_version"],
         commit=software()["git_commit"],
         datasets=tuple(
@@ -180,7 +194,7 @@ def _assembled(
         ),
         sections=tuple(_sections(paths, results)),
         pages=tuple(pages_of(paths, specs, asked)),
-        comparisons=tuple(comparisons(results, paper, reasons)),
+        comparisons=rows,
         paper=tuple(paper.values()),
         opening=_opening(paths.opening, paths.report.parent),
     )
@@ -225,14 +239,36 @@ def _lower(title: str) -> str:
     return title[0].lower() + title[1:]
 
 
-def _checks(paths: Paths, studies: Sequence[str]) -> tuple[int, int]:
-    """Return how many rows of the simulation studies can fail, and how many of them hold."""
-    from ajgdata.report.studies import holds
+def _studies(pages: Mapping[str, Sequence[Path]]) -> dict[str, Any]:
+    """Return the conclusions of the simulation studies, and the count of all and passed checks."""
+    from ajgdata.report.studies import conclusions, holds
 
-    files = [path for name in studies if (path := paths.study(name)).is_file()]
-    rows = [row for file in files for table in read_tables(file)[1] for row in table.rows]
-    verdicts = [verdict for row in rows if (verdict := holds(row)) is not None]
-    return len(verdicts), sum(verdicts)
+    lines, verdicts = [], []
+    for name in (name for name in STUDIES if name in pages):
+        tables = [table for file in pages[name] for table in read_tables(file)[1]]
+        lines.append((LEADS[name].title, f"{name}.html", conclusions(name, tables)))
+        verdicts += [holds(row) for table in tables for row in table.rows]
+    known = [verdict for verdict in verdicts if verdict is not None]
+    return {"studies": tuple(lines), "checks": (len(known), sum(known))}
+
+
+def _hints(results: Sequence[TaskResults]) -> tuple[str, ...]:
+    """Return how to measure what no task measures."""
+    measured = {one.experiment for one in results}
+    return tuple(one.hint for one in EXPERIMENTS.values() if one.hint and one.name not in measured)
+
+
+def _practice(paths: Paths, report: Report) -> Iterator[tuple[str, str, str]]:
+    """Yield each topic of the first page that has a result, with its link and conclusion."""
+    parts = {
+        (section.dataset, section.task, part.experiment): part
+        for section in report.sections
+        for part in section.parts
+    }
+    for topic in read_practice(paths):
+        part = parts.get((topic["dataset"], topic["task"], topic["experiment"]))
+        if part and part.headline:
+            yield topic["topic"], experiment_link(part.page), part.headline
 
 
 def _sections(paths: Paths, results: Sequence[TaskResults]) -> Iterator[TaskSection]:
@@ -254,6 +290,7 @@ def _part(paths: Paths, results: TaskResults) -> Part:
         text=read_experiment_text(paths, one.name),
         rows=tuple(one.rows(results)),
         figures=tuple(one.figures(results)),
+        advice=tuple(one.advice(results)),
     )
 
 

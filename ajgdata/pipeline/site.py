@@ -16,6 +16,7 @@ from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec
 
 #: Groups of the navigation: experiments that stand beside the paper's, and all others.
 PAPERS, BEYOND = "The paper's experiments", "Beyond the paper"
+TASKS = "Tasks"  #: group of the pages if no result is compared with the paper
 
 
 def pages_of(
@@ -93,7 +94,15 @@ def section_of(markdown: str, title: str) -> str:
     return named.get(title, "").strip()
 
 
-def navigation_of(pages: Sequence[ExperimentPage], studies: Sequence[str]) -> list[Group]:
-    """Return the navigation of a report: the same on all its pages."""
-    links = [Link(experiment_link(page.name), page.title, page.about) for page in pages]
-    return navigation(links, studies)
+def navigation_of(
+    pages: Sequence[ExperimentPage], studies: Sequence[str], *, compares: bool
+) -> list[Group]:
+    """Return the navigation of a report: the same on all its pages.
+
+    `compares`: results are compared with published values.
+    """
+    links = [
+        Link(experiment_link(page.name), page.title, page.about if compares else TASKS)
+        for page in pages
+    ]
+    return navigation(links, studies, compares=compares)

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import Field, ValidationError, field_validator
 
 from ajgdata.evaluate.agreement import VERDICTS, Interval, Verdict, compare, statement
-from ajgdata.report.format import Score, Source, number
+from ajgdata.report.format import Score, Source, number, with_unit
 from ajgdata.types import Name, Strict, describe
 
 #: The paper's words for a model that does no better than a guess.
@@ -50,8 +50,22 @@ class PaperFigure(Strict):
     )
     panel: str = Field("", description="title on the first screen; figures of one title share it")
     row: str = Field("", description="name among the figures of its panel")
+    short: str = Field("", description="the result in at most 30 letters, if it is not one number")
     source: str = Field("", description="citation; taken from the head of the file")
+    url: str = Field("", description="web address of the paper; from the head of the file")
     spread: float = Field(0.0, ge=0, description="difference of our value between machines")
+
+    @property
+    def name(self) -> str:
+        """Return the name of the result in a row of its own: `Cube size, withheld`."""
+        return ", ".join(filter(None, (self.panel or self.where, self.row)))
+
+    @property
+    def published(self) -> str:
+        """Return the published value with its unit, or the result in a few words."""
+        if self.short or self.value is None:
+            return self.short or self.text
+        return with_unit(number(self.value), self.unit)
 
 
 class _PaperFile(Strict):
@@ -86,6 +100,7 @@ def parse_paper(
     figures = {}
     for one in paper.figures:
         known = {"source": one.source or paper.source, "spread": spread.get(one.id, 0.0)}
+        known["url"] = paper.url
         figures[one.id] = one.model_copy(update=known)
     return figures
 
@@ -173,6 +188,21 @@ class PaperComparison:
     def unit(self) -> str:
         """Return the unit of the marks."""
         return self.paper.unit if self.shown_unit is None else self.shown_unit
+
+    @property
+    def name(self) -> str:
+        """Return the name of the result in a row of its own."""
+        label = self.label or self.paper.row
+        return ", ".join(filter(None, (self.paper.panel or self.paper.where, label)))
+
+    @property
+    def short_result(self) -> str:
+        """Return our value with its interval, or the first clause of the result."""
+        ours = next((mark for mark in self.marks if mark.role == "ours"), None)
+        if ours is None or not any(mark.role == "chance" for mark in self.marks):
+            return self.result.partition(";")[0]
+        value, low, high = (number(end, 2) for end in ours[1:])
+        return f"{with_unit(value, self.unit)} ({low} to {high})"
 
     @property
     def why(self) -> list[Reason]:

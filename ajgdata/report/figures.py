@@ -1,66 +1,20 @@
-"""Figures of a whole report: results between chance and perfect, and mean spectra of data sets."""
+"""Figure of a data set: its mean spectra."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ajgdata.report.comparison import Mark, PaperComparison, Role
 from ajgdata.report.format import Caption, Score, number, words
 from ajgdata.report.marks import Picture, Point, illustration
-from ajgdata.report.page import SKILL, spectra_name
+from ajgdata.report.page import spectra_name
 from ajgdata.report.report_data import DatasetSummary, Illustration, Spectra
 
-SERIES: dict[Role, str] = {"ours": "ours", "baseline": "best other model", "paper": "paper"}
-PER_CENT = 100.0
 #: Where the mean spectrum is further below its peak, differences are of next to nothing.
 HEARD_DB = 40
 #: Levels are not drawn further below the peak; this keeps empty bins finite.
 SILENT_DB = 120
-
-
-def skill_figure(comparisons: Sequence[PaperComparison]) -> Illustration | None:
-    """Return our results, the best other model and the published values on one axis, on which 0 is
-    chance and 1 is perfect; None if no result has both a number and a chance level."""
-    points = [point for row in comparisons for point in _skill_points(row)]
-    if not points:
-        return None
-    order = list(SERIES.values())
-    picture = Picture(
-        title="Our results and the published ones, between chance (0) and perfect (1)",
-        subtitle="bars: 95 % interval over grasps",
-        sources=tuple(dict.fromkeys(row.source for row in comparisons)),
-        points=tuple(sorted(points, key=lambda point: order.index(point.series))),
-        axis=("skill: 0 chance, 1 perfect", ""),
-        chance=(("", 0.0),),
-    )
-    text = "Skill: (value - chance) / (perfect - chance). Perfect is an error of 0 or an accuracy "
-    text += "of 100 %. The paper's values were measured on a real gripper."
-    return illustration(SKILL, "rows", picture, text)
-
-
-def _skill_points(row: PaperComparison) -> Iterator[Point]:
-    """Yield a point per mark of a row, in the row of its experiment and label."""
-    marks = {mark.role: mark for mark in row.marks}
-    chance = marks.get("chance")
-    if chance is None or "ours" not in marks:
-        return
-    if row.paper.value is not None:
-        value = row.paper.value
-        marks["paper"] = Mark("paper", value, value, value)
-    perfect = PER_CENT if row.unit == "%" else 0.0
-    experiment, part = row.paper.panel or words(row.paper.where), row.label or row.paper.row
-    name = ", ".join(filter(None, (experiment, part)))
-
-    def skill(value: float) -> float:
-        return (value - chance.value) / (perfect - chance.value)
-
-    for role, series in SERIES.items():
-        if (mark := marks.get(role)) and math.isfinite(mark.value):
-            low, high = sorted((skill(mark.low), skill(mark.high)))
-            yield Point("", series, name, Score(skill(mark.value), 0.0, (), low, high))
 
 
 def spectra_figure(dataset: DatasetSummary, spectra: Spectra) -> Illustration:

@@ -101,7 +101,7 @@ def illustration(
     )
     more = " and more" if len(picture.points) > MAX_LISTED else ""
     alt = f"{picture.title}. {'; '.join(listed)}{more}."
-    return Illustration(name, Caption(text, alt), partial(draw, mark, picture))
+    return Illustration(name, Caption(text, alt), partial(draw, mark, picture), picture.title)
 
 
 def draw(mark: MarkName, picture: Picture) -> Figure:

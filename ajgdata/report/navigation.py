@@ -26,30 +26,30 @@ class Lead(NamedTuple):
 
 LEADS = {
     "ablations": Lead(
-        "Why simulation and paper differ",
-        "Each hypothesis is put to an experiment that could refute it: one thing is changed, all"
-        " else stays, and errors are compared on the same grasps. What is supported is a reason"
-        " within the simulation; that it holds for the real gripper, too, is a guess.",
+        "Causes of differences",
+        "Each hypothesis is tested by an experiment that could refute it: one factor changes, and"
+        " errors are compared on the same grasps. A supported cause holds within the simulation;"
+        " this does not show that it is the cause on the real gripper.",
         "Results",
     ),
     "verification": Lead(
         "Verification",
-        "Does the solver solve the equations it claims to solve? Identities that hold at "
-        "round-off, and known answers that it approaches at a known rate.",
+        "The solver is compared with identities that must hold to rounding error, and with known"
+        " answers that it must approach at a known rate.",
     ),
     "stability": Lead(
         "Stability",
-        "What becomes of stiff, light, heavy, tiny, huge and hot scenes: the energy of each stays "
-        "bounded.",
+        "The energy of stiff, light, heavy, very small, very large and hot scenes must stay"
+        " bounded.",
     ),
     "accuracy": Lead(
         "Error against run time",
-        "How far a response is from that of a much finer grid, and what it costs to come closer.",
+        "Error of a response compared with a much finer grid, and the run time of each grid.",
     ),
     "omissions": Lead(
-        "What is left out",
-        "What a plan leaves out of a scene because a measured table allows it, and what that "
-        "changes in scenes that the table does not hold.",
+        "Omitted parts",
+        "The simulation omits parts of a scene if a measured table allows it. This study measures"
+        " the resulting change in scenes that are not in the table.",
     ),
 }
 
@@ -61,12 +61,13 @@ class Group(NamedTuple):
     links: tuple[Link, ...]
 
 
+#: Page of a report that compares results with published values.
+PAPER_PAGE = Link("paper.html", "Comparison with the paper", "Results")
 #: Pages that every report has, by file name without suffix.
 FIXED = {
-    "paper": Link("paper.html", "Beside the paper", "Results"),
     "results": Link("results.html", "All results", "Results"),
     "datasets": Link("datasets.html", "Data sets", "This run"),
-    "run": Link("run.html", "How it was made", "This run"),
+    "run": Link("run.html", "Method and cost", "This run"),
 }
 
 
@@ -75,13 +76,15 @@ def experiment_link(page: str) -> str:
     return f"{EXPERIMENT_PAGES}/{page}.html"
 
 
-def navigation(experiments: Sequence[Link], pages: Sequence[str]) -> list[Group]:
+def navigation(
+    experiments: Sequence[Link], pages: Sequence[str], *, compares: bool = True
+) -> list[Group]:
     """Return the navigation of a report, in the order in which it is shown.
 
     `experiments` are its pages on experiments, `pages` names those on ablations and on the virtual
-    gripper.
+    gripper. `compares`: results are compared with published values.
     """
-    links = [Link(INDEX, "Overview", "Results"), FIXED["paper"]]
+    links = [Link(INDEX, "Overview", "Results"), *([PAPER_PAGE] if compares else [])]
     studies = [Link(f"{n}.html", lead.title, lead.about) for n, lead in LEADS.items() if n in pages]
     links += [link for link in studies if link.about == "Results"]
     links += [FIXED["results"], *experiments]

@@ -8,26 +8,26 @@ from pathlib import Path
 from typing import Any
 
 from ajgdata.paths import INDEX, Paths
-from ajgdata.report.comparison import SIGNS, evidence
+from ajgdata.report.answer import best_sentence, compared_sentence
+from ajgdata.report.comparison import SIGNS, PaperComparison, evidence, tally, tally_text
+from ajgdata.report.forest import TICKS, model_rows, paper_rows, place
 from ajgdata.report.format import DASH
-from ajgdata.report.navigation import FIXED, Group, experiment_link
+from ajgdata.report.navigation import FIXED, PAPER_PAGE, Group, experiment_link
 from ajgdata.report.render import Picture, render, web_link
-from ajgdata.report.report_data import ExperimentPage, Illustration, Report
+from ajgdata.report.report_data import ExperimentPage, Illustration, Report, TaskSection
 
-#: Figure of the first page, see `report.figures`.
-SKILL = "beside-paper"
 #: End of the name of a task's figure of error against run time.
 RUN_TIME = "--run-time"
-#: A page is to open quickly: further findings are in the file that it points to.
+#: Findings that a page lists; the file that it links has all of them.
 MAX_FINDINGS = 2000
+#: Figures of a page that are not folded, and rows of a table that is not folded.
+MAX_OPEN_FIGURES, MAX_OPEN_ROWS = 4, 6
 
 
 def illustrations(report: Report) -> Iterator[Illustration]:
     """Yield every figure of the report, in the order of its pages; nothing is drawn yet."""
-    from ajgdata.report.figures import skill_figure, spectra_figure
+    from ajgdata.report.figures import spectra_figure
 
-    if first := skill_figure(report.comparisons):
-        yield first
     for d in report.datasets:
         if d.spectra is not None:
             yield spectra_figure(d, d.spectra)
@@ -60,6 +60,7 @@ def render_pages(
         "nav": nav,
         "published": published,
         "max_findings": MAX_FINDINGS,
+        "max_open_rows": MAX_OPEN_ROWS,
         "DASH": DASH,
         "SIGNS": SIGNS,
         "evidence": evidence,
@@ -69,9 +70,18 @@ def render_pages(
         "web_link": web_link,
         "page_of_section": lambda section: experiment_link(section.parts[0].page),
         "run_time_link": run_time_link(report),
+        "ticks": TICKS,
+        "place": place,
+    }
+    links = {one.anchor: experiment_link(one.parts[0].page) for one in report.sections}
+    first = {
+        "paper_rows": paper_rows(report.comparisons),
+        "model_rows": model_rows(report.sections, links),
+        "machine": f"{os.cpu_count()} cores",
     }
     own = {
-        INDEX: ("index.html.j2", {"figure": figures.get(SKILL)}),
+        INDEX: ("index.html.j2", first),
+        **({PAPER_PAGE.link: ("paper.html.j2", {})} if report.comparisons else {}),
         **{link.link: (f"{name}.html.j2", {}) for name, link in FIXED.items()},
         **{experiment_link(p.name): ("experiment.html.j2", _on(p, report)) for p in report.pages},
     }
@@ -82,20 +92,40 @@ def render_pages(
 
 
 def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
-    """Return what the template of a page on an experiment is given."""
+    """Return the values of the template of a page on an experiment, by name."""
     link = experiment_link(page.name)
     sections = report.on(page.name)
     names = dict.fromkeys(section.dataset for section in sections)
-    told = ((part.title, part.text) for section in sections for part in section.parts)
+    parts = [(section, part) for section in sections for part in section.parts]
+    comparisons = [row for row in report.comparisons if row.page == link]
+    headlines = [(section.title, part.headline) for section, part in parts if part.headline]
+    counts = tally(comparisons)
     return {
         "page": page,
         "sections": sections,
-        "first": [one for s in sections for part in s.parts for one in part.figures][:1],
-        "comparisons": [one for one in report.comparisons if one.page == link],
+        "open": [part.figures[0] for _, part in parts if part.figures][:MAX_OPEN_FIGURES],
+        "headlines": headlines,
+        "answer": _page_answer(comparisons, sections, headlines),
+        "comparisons": comparisons,
+        "paper_rows": paper_rows(comparisons),
+        "verdicts": next(iter(counts)) if len(counts) == 1 else tally_text(counts),
+        "n_rows": sum(len(section.rows) for section in sections),
         "sources": sorted({section.source for section in sections}),
-        "texts": [one for one in dict.fromkeys(told) if one[1]],
+        "texts": [*dict.fromkeys((part.title, part.text) for _, part in parts if part.text)],
         "datasets": [d for d in report.datasets if d.name in names],
     }
+
+
+def _page_answer(
+    comparisons: Sequence[PaperComparison],
+    sections: Sequence[TaskSection],
+    headlines: Sequence[tuple[str, str]],
+) -> str:
+    """Return the first sentence of a page: on the paper's result, the best model or the figure."""
+    compared = filter(None, map(compared_sentence, comparisons))
+    best = (best_sentence(one, row) for one in sections for row in one.rows if row.answer)
+    titles = (f"{text}." for _, text in headlines)
+    return next((text for texts in (compared, best, titles) for text in texts), "")
 
 
 def run_time_link(report: Report) -> str:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ajgdata.report.comparison import PaperComparison, PaperFigure, tally
+from ajgdata.report.comparison import Mark, PaperComparison, PaperFigure, Reason, tally
 from ajgdata.report.format import Caption, Source
 from ajgdata.store.benchmarks import RuleCost
 from ajgdata.types import FeatureSettings, Finding, flagged, left_out
@@ -22,11 +22,15 @@ if TYPE_CHECKING:
 
 
 class Illustration(NamedTuple):
-    """A figure that is not drawn yet: file name without suffix, words, and how to draw it."""
+    """A figure that is not drawn yet: file name without suffix, words, and how to draw it.
+
+    `title` is its conclusion, which is also drawn.
+    """
 
     name: str
     caption: Caption
     draw: Callable[[], Figure]
+    title: str = ""
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,8 @@ class ResultRow:
     part: str = ""  #: heading of the rows that it stands among
     paper: PaperFigure | None = None
     answer: str = ""
+    marks: tuple[Mark, ...] = ()  #: for a forest plot, in `unit`
+    unit: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +86,7 @@ class DatasetSummary:
     url: str = ""
     findings: tuple[Finding, ...] = ()
     spectra: Spectra | None = None
+    samples: tuple[tuple[str, str], ...] = ()  #: label and link of a recording of each class
 
     @property
     def n_left_out(self) -> int:
@@ -96,8 +103,8 @@ class DatasetSummary:
 class Part:
     """One experiment on one task: rows of the main table, figures, tables.
 
-    `summary` is said first; `text` (Markdown) says what is asked, how it is made and how its figure
-    is read.
+    `summary` stands first; `text` (Markdown) has question, method, and how to read the figure.
+    `advice` are sentences on what to do next.
     """
 
     experiment: str
@@ -107,6 +114,12 @@ class Part:
     text: str
     rows: tuple[ResultRow, ...]
     figures: tuple[Illustration, ...]
+    advice: tuple[str, ...] = ()
+
+    @property
+    def headline(self) -> str:
+        """Return the conclusion of the first figure."""
+        return self.figures[0].title if self.figures else ""
 
 
 @dataclass(frozen=True)
@@ -149,10 +162,12 @@ class Report:
     """Everything on the pages, in the order in which it is shown.
 
     `opening` is the first picture: `image`, relative to the report's folder, and `alt`. `checks`
-    counts the checks of the simulation studies, and those of them that hold. `skipped` are texts
-    on measurements that could not be made, with the reason. `missing` says how many results of each
-    kind no run has computed yet, `earlier` how many are of an earlier run. `paper` is all that the
-    paper reports, whether it is here or not.
+    counts the checks of the simulation studies, and those of them that hold; `studies` are their
+    titles, links and conclusions. `skipped` are texts on measurements that could not be made, with
+    the reason. `missing` says how many results of each kind no run has computed yet, `earlier` how
+    many are of an earlier run. `paper` is all that the paper reports, whether it is here or not.
+    `answer` are up to three sentences, `practice` topics with links and conclusions,
+    `hints` what else can be measured.
     """
 
     title: str
@@ -169,6 +184,21 @@ class Report:
     earlier: int = 0
     run_cost: tuple[RuleCost, ...] = ()
     paper: tuple[PaperFigure, ...] = ()
+    studies: tuple[tuple[str, str, str], ...] = ()
+    answer: tuple[str, ...] = ()
+    practice: tuple[tuple[str, str, str], ...] = ()
+    hints: tuple[str, ...] = ()
+
+    @property
+    def advice(self) -> list[tuple[TaskSection, str]]:
+        """Return what to do next, by task."""
+        parts = ((section, part) for section in self.sections for part in section.parts)
+        return [(section, text) for section, part in parts for text in part.advice]
+
+    @property
+    def causes(self) -> list[tuple[PaperComparison, Reason]]:
+        """Return each result that differs from the paper with each supported cause."""
+        return [(row, reason) for row in self.comparisons if row.differs for reason in row.why]
 
     @property
     def absent(self) -> list[PaperFigure]:

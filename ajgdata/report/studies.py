@@ -57,9 +57,15 @@ def holds(row: Mapping[str, Value]) -> bool | None:
 
 
 def passed(table: Table) -> str:
-    """Return `12 of 13 hold.` for a table whose rows can hold or fail, else nothing."""
+    """Return `12 of 13 checks passed.` for a table whose rows are checks, else nothing."""
     verdicts = [verdict for row in table.rows if (verdict := holds(row)) is not None]
-    return f"{sum(verdicts)} of {len(verdicts)} hold." if verdicts else ""
+    return f"{sum(verdicts)} of {len(verdicts)} checks passed." if verdicts else ""
+
+
+def conclusions(study: str, tables: Sequence[Table]) -> str:
+    """Return how many checks of a study passed, and the titles of its figures, as sentences."""
+    titles = [f"{figure.title}." for figure in figures_of(study, tables)]
+    return " ".join(filter(None, [*map(passed, tables), *titles]))
 
 
 # Figures

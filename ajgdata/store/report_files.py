@@ -21,6 +21,8 @@ PACKAGED = _IN_WHEEL if _IN_WHEEL.is_dir() else PACKAGE.parent / "reports"
 PAPER = "paper.yaml"
 #: Differences between machines, which `benchmarks/machines.py` measures.
 SPREAD = "machine_spread.yaml"
+#: Results that the first page shows under "In practice".
+PRACTICE = "practice.yaml"
 TEMPLATES, EXPERIMENTS, PAGES = "templates", "experiments", "pages"
 _PATTERNS = (
     *(f"{TEMPLATES}/*.{suffix}" for suffix in ("j2", "css", "js")),
@@ -54,6 +56,15 @@ def read_machine_spread(project: Paths) -> dict[str, float]:
     return spread
 
 
+def read_practice(project: Paths) -> list[dict[str, str]]:
+    """Return the results of the first page under "In practice": topic, dataset, task, experiment.
+
+    Empty if the project has no such file.
+    """
+    path = report_file(project, PRACTICE)
+    return list(read_yaml(path)["topics"]) if path.is_file() else []
+
+
 def read_experiment_text(project: Paths, kind: str) -> str:
     """Return the Markdown on a kind of experiment; empty without a text."""
     return _read(project, f"{EXPERIMENTS}/{kind}.md")
@@ -84,7 +95,7 @@ def _all_names(project: Paths) -> list[str]:
     names = {
         path.relative_to(folder).as_posix()
         for folder in (project.reports, PACKAGED)
-        for pattern in (PAPER, SPREAD, *_PATTERNS)
+        for pattern in (PAPER, PRACTICE, SPREAD, *_PATTERNS)
         for path in folder.glob(pattern)
         if not path.name.startswith(".")  # an editor's
     }

@@ -81,7 +81,8 @@ def sample_site(folder: Path) -> Site:
     pages = render_pages(report, figures, nav)
     for name, html in pages.items():
         write_bytes(index.parent / name, html.encode())
-    write_bytes(folder / "metrics.csv", b"dataset\n")
+    for name in ("metrics.csv", "predictions.csv"):
+        write_bytes(folder / name, b"dataset\n")
     write_exports(report, [], index.parent / TABLES)
     for dataset in report.datasets:
         write_bytes(folder / "quarantine" / f"{dataset.name}.csv", b"session_id\n")

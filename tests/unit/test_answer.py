@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from report_samples import PAPER, sample_report
 
-from ajgdata.pipeline.answer import answer
-from ajgdata.report.comparison import Mark, PaperComparison
+from ajgdata.report.answer import answer
+from ajgdata.report.comparison import Change, Mark, PaperComparison, Reason
 
 OURS = Mark("ours", 0.7249, 0.6, 0.9)
 CHANCE = Mark("chance", 6.4, 6.4, 6.4)
@@ -23,10 +23,10 @@ def test_objects_size_and_angle_come_first():
     sentences = answer(replace(sample_report(), comparisons=tuple(rows)))
     assert [text.split(" (")[0] for text in sentences] == ["Ycb", "Size-Known", "Orientation"]
     assert sentences[1] == (
-        "Size-Known (CNN, simulated): RMSE 0.72 mm (0.6 to 0.9), chance level 6.4 mm, "
-        "published 2.7 mm: better."
+        "Size-Known (CNN, simulated): RMSE 0.72 mm (95 % interval 0.6 to 0.9, chance level "
+        "6.4 mm); the paper reports 2.7 mm. Our result is better."
     )
-    assert "published 2.7 mm" in sentences[0]
+    assert "the paper reports 2.7 mm" in sentences[0]
 
 
 def test_the_unit_is_that_of_the_paper():
@@ -34,8 +34,22 @@ def test_the_unit_is_that_of_the_paper():
         "ycb", 85.6, [Mark("ours", 77.5, 73.1, 81.9), CHANCE], metric="accuracy", unit="%"
     )
     assert answer(replace(sample_report(), comparisons=(row,)))[0] == (
-        "Ycb (CNN, simulated): accuracy 78 % (73 to 82), chance level 6.4 %, "
-        "published 85.6 %: better."
+        "Ycb (CNN, simulated): accuracy 78 % (95 % interval 73 to 82, chance level 6.4 %); "
+        "the paper reports 85.6 %. Our result is better."
+    )
+
+
+def test_a_difference_gives_its_supported_cause_or_that_no_tested_cause_is_supported():
+    up = Change("repeated grasps", "CNN", 0.5, 0.9, supported=True)  # RMSE moves to 2.7 mm
+    supported = Reason(("ycb",), "grasps differ too little", "x.html", (up,))
+    row = replace(compared("ycb"), reasons=(supported,))
+    assert answer(replace(sample_report(), comparisons=(row,)))[0].endswith(
+        "Our result is better. Supported cause: grasps differ too little."
+    )
+    down = Reason(("ycb",), "noise", "x.html", (replace(up, supported=False),))
+    row = replace(compared("ycb"), reasons=(down,))
+    assert answer(replace(sample_report(), comparisons=(row,)))[0].endswith(
+        "Our result is better. No tested cause is supported."
     )
 
 

@@ -21,7 +21,7 @@ def gripper(shift: int, names: str = "g", seed: int = 0) -> TaskData:
 
 def made(own, other, **changes):
     settings = {"kind": "classification", "model": "linear_plain", "sizes": (0, 1, 5), "folds": 6}
-    return cross_gripper(own, other, **settings | changes)
+    return cross_gripper(own, {"other": other}, **settings | changes)["other"]
 
 
 def accuracy(points, grasps):
@@ -36,6 +36,14 @@ def test_the_same_gripper_needs_no_calibration_and_another_does():
     assert [p.home["accuracy"] for p in points] == [1] * 6
     moved = made(gripper(0), gripper(3, seed=1))
     assert accuracy(moved, 5) == [1] * 6
+
+
+def test_other_grippers_share_a_training_and_have_the_points_that_each_has_alone():
+    own, others = gripper(0), {"near": gripper(3, seed=1), "far": gripper(8, seed=2)}
+    settings = {"kind": "classification", "model": "linear_plain", "sizes": (0, 1), "folds": 6}
+    together = cross_gripper(own, others, **settings)
+    assert together == {name: made(own, other, sizes=(0, 1)) for name, other in others.items()}
+    assert accuracy(together["far"], 0) == [0] * 6
 
 
 def test_points_say_what_was_added_and_where_it_was_tested():

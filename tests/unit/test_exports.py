@@ -58,7 +58,7 @@ def test_a_report_is_written_whole(tmp_path):
     (tables / "of-before.csv").touch()
     names = write_exports(report, two_tasks(), tables)
     assert {path.stem for path in tables.iterdir()} == set(names) and len(names) == len(set(names))
-    (row,) = read(tables / "beside-paper.csv")
+    (row,) = read(tables / "paper-comparison.csv")
     assert (row["paper"], row["agrees"], row["train_s"]) == ("2.6", "no: lower", "3.2")
     before = {path: path.read_bytes() for path in tables.iterdir()}
     write_exports(report, two_tasks(), tables)

@@ -10,19 +10,20 @@ from html_page import Page
 from report_samples import PAPER, SCRIPT, sample_report
 
 from ajgdata.report.comparison import Cost, PaperComparison, mark_of
-from ajgdata.report.figures import skill_figure
+from ajgdata.report.forest import paper_rows, place
 from ajgdata.report.format import Score
 from ajgdata.report.navigation import Link, navigation
 from ajgdata.report.page import illustrations, render_pages
 from ajgdata.report.render import picture
 from ajgdata.report.report_data import Report
 
-NAV = navigation([Link("experiments/size.html", "How large?", "Paper's")], ["accuracy"])
+LISTED = [Link("experiments/size.html", "How large?", "Paper's")]
 
 
 def render(report: Report, *more) -> dict[str, str]:
     figures = {one.name: picture(one, "figures") for one in illustrations(report)}
-    return render_pages(report, figures, NAV, *more)
+    nav = navigation(LISTED, ["accuracy"], compares=bool(report.comparisons))
+    return render_pages(report, figures, nav, *more)
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +80,8 @@ def test_links_stay_in_the_report_and_the_results(pages):
             there = posixpath.normpath(folder / path) if path else name
             assert not anchor or anchor in ids[there], link
             found.add(there)
-    elsewhere = {"accuracy.html", "../quarantine/stones.csv", "../metrics.csv"}
+    elsewhere = {"accuracy.html", "../quarantine/stones.csv"}
+    elsewhere |= {"../metrics.csv", "../predictions.csv"}
     assert found == set(pages) | files | elsewhere
 
 
@@ -94,13 +96,6 @@ def test_each_task_says_simulated_or_recorded_and_stands_beside_the_paper(pages,
     assert page.row(["k-NN", "RMSE"]) == [
         "k-NN", "RMSE", "4.00 ± 0.40 mm", "8.2 mm", "3.2", "0.21", "512",
     ]  # fmt: skip
-    assert "Simulated is not recorded." in Page(pages["index.html"]).words
-
-
-def test_the_first_page_gives_the_best_model_of_each_task_without_published_values(pages):
-    row = Page(pages["index.html"]).row(["Cube size · edge"])
-    assert row[1:4] == ["CNN", "RMSE", "2.2 (1.75 to 2.65) mm"]
-    assert row[-1] == "8.2 mm"
 
 
 FOUND = PaperComparison(
@@ -114,25 +109,54 @@ FOUND = PaperComparison(
 )  # fmt: skip
 
 
-def test_results_stand_beside_the_papers_with_their_cost():
+def test_results_are_compared_with_published_values_and_have_a_cost():
     other = PAPER.model_copy(update={"id": "x", "where": "angles"})
     report = dataclasses.replace(sample_report(), comparisons=(FOUND,), paper=(PAPER, other))
     pages = render(report)
     page = Page(pages["paper.html"])
-    cells = page.row(["cubes", "RMSE 2.6 mm overall"])
-    assert cells[-5:] == ["CNN", "7.6", "0.9", "better", "Not looked for."]
-    assert any("and this page does not: angles." in words for words in page.words)
-    assert "experiments/size.html" in [a["href"] for a in page.all("a")]
-    words = Page(pages["experiments/size.html"]).words
-    assert "Paper: RMSE 2.6 mm overall. Ours" in words and ": 0.7 ± 0.1 mm." in words
+    cells = page.row(["cubes", "▲ better"])
+    assert cells[2:4] == ["RMSE 2.6 mm overall", "arXiv 2603.00351"]
+    assert cells[-4:] == ["not tested", "CNN", "7.6", "0.9"]
+    assert any("without a result in this report: angles." in words for words in page.words)
+    own = Page(pages["experiments/size.html"])
+    assert own.row(["cubes"])[1:] == ["2.6 mm", "0.7 mm (0.6 to 0.8)", "▲ better"]
+
+
+def test_the_first_page_has_one_row_per_result_and_the_same_count_as_the_page_of_the_paper():
+    report = dataclasses.replace(sample_report(), comparisons=(FOUND, FOUND), answer=("So.",))
+    pages = render(report)
+    index = Page(pages["index.html"])
+    assert index.row(["cubes"])[1:] == ["2.6 mm", "0.7 mm (0.6 to 0.8)", "▲ better"]
+    assert "2 results of the paper: 2 better" in " ".join(index.words)
+    assert any(words.startswith("2 better.") for words in Page(pages["paper.html"]).words)
+    assert "So." in index.words
+    no_cause = "No cause has been tested yet."
+    assert any(words.startswith(no_cause) for words in index.words)
+
+
+def test_without_published_values_the_first_page_has_models_and_next_steps(pages):
+    """No page and no column about the paper; chance level and result of each model."""
+    assert "paper.html" not in pages
+    index = pages["index.html"]
+    assert "Published" not in index and "Verdict" not in index
+    assert "recordings quarantined" in index and "1 recording quarantined" in index
 
 
 def test_skill_is_0_at_chance_and_1_without_error():
     """Chance 5.2 mm; ours 0.7 ± 0.1 mm, k-NN 0.9 ± 0.2 mm, the paper 2.6 mm."""
-    picture = skill_figure([FOUND]).draw.args[1]
-    found = {point.series: point.score for point in picture.points}
-    assert found["ours"].mean == pytest.approx(1 - 0.7 / 5.2)
-    assert (found["ours"].low, found["ours"].high) == pytest.approx((1 - 0.8 / 5.2, 1 - 0.6 / 5.2))
-    assert found["best other model"].mean == pytest.approx(1 - 0.9 / 5.2)
-    assert found["paper"].mean == pytest.approx(0.5)
-    assert skill_figure([dataclasses.replace(FOUND, marks=())]) is None
+    (row,) = paper_rows([FOUND])
+    found = {position.role: position for position in row.positions}
+    assert found["ours"].at == pytest.approx(place(1 - 0.7 / 5.2))
+    ends = place(1 - 0.8 / 5.2), place(1 - 0.6 / 5.2)
+    assert (found["ours"].low, found["ours"].high) == pytest.approx(ends)
+    assert found["baseline"].at == pytest.approx(place(1 - 0.9 / 5.2))
+    assert found["paper"].at == pytest.approx(place(0.5))
+    assert row.alt == "skill: published value 0.5, best other model 0.83, our result 0.87"
+
+
+def test_a_value_below_the_axis_is_drawn_at_its_left_end():
+    bad = mark_of("ours", Score(17.0, 1.0)), mark_of("chance", Score(5.2, 0.0))
+    (row,) = paper_rows([dataclasses.replace(FOUND, marks=bad)])
+    (ours,) = (position for position in row.positions if position.role == "ours")
+    assert ours.is_below and (ours.at, ours.low, ours.high) == (0.0, 0.0, 0.0)
+    assert not paper_rows([dataclasses.replace(FOUND, marks=())])[0].positions

@@ -94,7 +94,7 @@ def test_a_page_shows_every_value_and_runs_nothing(page):
     assert shown.row([SCRIPT]) == [SCRIPT, "2.5", "∞", "yes"]
     assert shown.row(["b", "5"]) == ["b", "5", "1.25 × 10⁻¹⁵", "no"]
     assert shown.row(["b", DASH]) == ["b", DASH, "0.5", DASH]
-    assert "1 of 2 hold." in shown.words
+    assert "1 of 2 checks passed." in shown.words
     assert page.count('class="fails"') == 1
     assert "How to read & weep." in shown.words
     fixed = {f"{name}.html" for name in ("index", "paper", "results", "datasets", "run")}

@@ -1,0 +1,118 @@
+"""Cross-validation compared with the paper: verdicts on known, withheld and other values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ajgdata.evaluate.agreement import Verdict, together
+from ajgdata.experiments.base import Lookup, TaskResults
+from ajgdata.experiments.cross_validation_results import (
+    BASELINE,
+    GROUPED,
+    PAPER_MODEL,
+    RANDOM,
+    ModelResult,
+    best_of,
+    marks_of,
+    models_of,
+)
+from ajgdata.report.comparison import (
+    NEAR_CHANCE,
+    PaperComparison,
+    PaperFigure,
+    holds,
+    judged,
+    mark_of,
+)
+from ajgdata.report.format import Score, words
+
+#: Row of the paper on a task of many models: its number is that of the baseline.
+BASELINES = "baselines"
+#: Metrics of rows without a number: a model fails on data that it was not trained on.
+FAILS = ("limit", "lesson")
+#: Row of the paper that also counts the classes with at least this accuracy.
+COUNTED, MIN_ACCURACY = "ycb", 0.9
+
+
+def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
+    """Yield known, unknown and overall values, and other data sets, by the paper's model."""
+    models = models_of(results)
+    by_name = {model.result.model: model for model in models}
+    for part, paper in models[0].parts:
+        if paper is None:
+            continue
+        name = BASELINE if paper.id == BASELINES else PAPER_MODEL
+        model = by_name.get(name, by_name.get(PAPER_MODEL, models[0]))
+        if paper.metric in FAILS:
+            yield _failing(paper, model, part, lookup)
+        else:
+            yield _compared(paper, model, models, part)
+
+
+def _compared(
+    paper: PaperFigure, model: ModelResult, models: Sequence[ModelResult], part: str
+) -> PaperComparison:
+    """Return a model on a part and the paper's number, with the interval that decides."""
+    text = model.shown(model.with_interval(part), part)
+    if paper.id == BASELINES:
+        best = best_of(models)
+        text += f"; lowest error of {len(models)}: {best.label}, {best.shown(best.score())}"
+    if paper.id == COUNTED:
+        true, predicted = model.predictions()
+        shares = [np.mean(predicted[true == name] == name) for name in np.unique(true)]
+        count = sum(share >= MIN_ACCURACY for share in shares)
+        text += f"; {count} of {len(shares)} classes at 90 % or more"
+    published, chance = paper.value, model.chance(part)
+    if paper.text == NEAR_CHANCE:
+        published = model.task.scale * chance
+    verdict: Verdict = "inconclusive"
+    if published is not None:
+        scale, mean, interval = model.task.scale, model.score(part).mean, model.interval(part)
+        verdict, remark = judged(
+            paper, mean, interval, published / scale,
+            chance=chance, perfect=model.perfect, scale=scale,
+        )  # fmt: skip
+        text += f"; {remark}" if remark else ""
+    split = _split_of(model, part)
+    return model.task.compared(
+        paper, text, model.label, verdict, cost=model.cost, marks=marks_of(models, model, part),
+        split=split, label=f"known, {split}" if split else "", shown_unit=model.task.shown_unit,
+    )  # fmt: skip
+
+
+def _split_of(model: ModelResult, part: str) -> str:
+    """Return the split of known values, if the paper is compared with both splits: "" else."""
+    papers = dict(model.parts)
+    if part not in (GROUPED, RANDOM) or not (papers.get(GROUPED) and papers.get(RANDOM)):
+        return ""
+    group = words(model.task.groups.removesuffix("_id"))
+    return f"by {group}" if part == GROUPED else "by recording"
+
+
+def _failing(paper: PaperFigure, model: ModelResult, part: str, lookup: Lookup) -> PaperComparison:
+    """Return a model where it was trained and where it fails, and whether silence flags it."""
+    score, scale = model.score(part), model.task.scale
+    verdicts = {holds(Score(model.error(part) - model.error(), model.score().sd))}
+    text = f"{model.shown(model.score())} where it was trained, {model.shown(score)} elsewhere"
+    if flags := _flags(model, lookup):
+        verdicts.add("agrees" if any(flags) else "disagrees")
+        text += f"; from silence {'flagged' if any(flags) else 'not flagged'}"
+    marks = mark_of("ours", score, scale), mark_of("chance", Score(model.chance(), 0.0), scale)
+    return model.task.compared(
+        paper, text, model.label, together(verdicts), cost=model.cost, marks=marks,
+        shown_unit=model.task.shown_unit,
+    )  # fmt: skip
+
+
+def _flags(model: ModelResult, lookup: Lookup) -> list[bool]:
+    """Return whether the test on silence flags the model, for each data set that it is asked."""
+    from ajgdata.experiments.shortcut import tests_of  # imports this module
+
+    task = model.task.dataset, model.task.task
+    results = lookup("shortcut", *task)
+    if results is None or (results.dataset, results.task) != task:
+        return []
+    tests = tests_of(results)
+    return [row["flagged"] for result, row in tests if result.model == model.result.model]

@@ -1,0 +1,58 @@
+"""Sentences on results: the last lines of a run, the head of its report, and of each page."""
+
+from __future__ import annotations
+
+from ajgdata.evaluate.agreement import Verdict
+from ajgdata.report.comparison import PaperComparison
+from ajgdata.report.format import number, with_unit
+from ajgdata.report.report_data import Report, ResultRow, TaskSection
+
+#: Published values of the first sentences: objects, size and angle.
+FIRST = ("ycb", "size-known", "orientation")
+MAX_SENTENCES = 3
+VERDICT_TEXTS: dict[Verdict, str] = {
+    "agrees": "Our result agrees.",
+    "partly agrees": "Our result partly agrees.",
+    "better": "Our result is better.",
+    "worse": "Our result is worse.",
+    "inconclusive": "The comparison is inconclusive.",
+    "disagrees": "Our result disagrees.",
+}
+
+
+def answer(report: Report) -> list[str]:
+    """Return our results with the published values, else the best model of each task."""
+    rows = {row.paper.id: row for row in reversed(report.comparisons)}
+    order = dict.fromkeys([*FIRST, *(row.paper.id for row in report.comparisons)])
+    compared = [*filter(None, (compared_sentence(rows[id_]) for id_ in order if id_ in rows))]
+    best = [best_sentence(section, row) for section, row in report.answers]
+    return (compared or best)[:MAX_SENTENCES]
+
+
+def compared_sentence(row: PaperComparison) -> str:
+    """Return a result with chance level, published value, verdict and cause; "" without numbers."""
+    marks = {mark.role: mark for mark in row.marks}
+    if not {"ours", "chance"} <= marks.keys() or row.paper.value is None:
+        return ""
+    value, low, high = (number(end, 2) for end in marks["ours"][1:])
+    chance = with_unit(number(marks["chance"].value, 2), row.unit)
+    published = with_unit(number(row.paper.value), row.paper.unit)
+    result = f"{row.paper.metric.replace('rmse', 'RMSE')} {with_unit(value, row.unit)}"
+    return (
+        f"{row.name} ({row.model}, {row.source}): {result} (95 % interval {low} to {high}, chance "
+        f"level {chance}); the paper reports {published}. {VERDICT_TEXTS[row.agrees]}{cause(row)}"
+    )
+
+
+def cause(row: PaperComparison) -> str:
+    """Return a sentence on the supported cause of a difference; "" if no cause was tested."""
+    if not row.differs or not row.reasons:
+        return ""
+    claims = list(dict.fromkeys(reason.claim for reason in row.why))
+    return f" Supported cause: {claims[0]}." if claims else " No tested cause is supported."
+
+
+def best_sentence(section: TaskSection, row: ResultRow) -> str:
+    """Return the result of the best model of a task with its chance level."""
+    about = f"{section.title} (best model {row.label}, {section.source})"
+    return f"{about}: {row.metric} {row.answer}, chance level {row.chance}."

@@ -1,0 +1,112 @@
+"""Forest plot: results on a skill axis, on which 0 is the chance level and 1 is perfect.
+
+A page shows it as a table with one row per result. Marks are placed in per cent of the axis.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from ajgdata.evaluate.agreement import Verdict
+from ajgdata.report.comparison import Mark, PaperComparison, Role
+from ajgdata.report.format import Source, number
+from ajgdata.report.report_data import TaskSection
+
+#: Ends of the axis; marks below it are drawn as an arrow at its left end.
+LOWEST, HIGHEST = -0.5, 1.0
+PERFECT_PER_CENT = 100.0
+#: What each mark is, for the legend and for people who cannot see it.
+MARK_NAMES: dict[Role, str] = {
+    "paper": "published value",
+    "baseline": "best other model",
+    "ours": "our result",
+}
+#: Ticks of the axis, with their labels.
+TICKS = ((0.0, "0 chance"), (0.5, "0.5"), (1.0, "1 perfect"))
+
+
+class Position(NamedTuple):
+    """A mark on the axis: its place and the ends of its interval, in per cent of the width."""
+
+    role: Role
+    at: float
+    low: float
+    high: float
+    is_below: bool  #: the value is below the lowest value of the axis
+
+
+class ForestRow(NamedTuple):
+    """A result: name, marks, two texts (published value or chance level, and our value)."""
+
+    name: str
+    link: str
+    source: Source
+    positions: tuple[Position, ...]
+    reference: str
+    result: str
+    details: str
+    verdict: Verdict | None = None
+    alt: str = ""
+
+
+def paper_rows(comparisons: Sequence[PaperComparison]) -> list[ForestRow]:
+    """Return one row per result of the paper."""
+    rows = []
+    for row in comparisons:
+        marks = {mark.role: mark for mark in row.marks}
+        if row.paper.value is not None:
+            marks["paper"] = Mark("paper", *[row.paper.value] * 3)
+        positions, alt = _placed(marks, row.unit)
+        texts = row.paper.published, row.short_result, row.result
+        rows.append(ForestRow(row.name, row.page, row.source, positions, *texts, row.agrees, alt))
+    return rows
+
+
+def model_rows(sections: Sequence[TaskSection], links: Mapping[str, str]) -> list[ForestRow]:
+    """Return one row per task and model; `links` are the pages of the sections by anchor."""
+    rows = []
+    for section in sections:
+        for row in (row for row in section.rows if row.marks):
+            positions, alt = _placed({mark.role: mark for mark in row.marks}, row.unit)
+            name, texts = f"{section.title}: {row.label}", (row.chance, row.value, row.metric)
+            link = links[section.anchor]
+            rows.append(ForestRow(name, link, section.source, positions, *texts, None, alt))
+    return rows
+
+
+def skill(value: float, chance: float, unit: str) -> float:
+    """Return the skill of a value: (value - chance) / (perfect - chance).
+
+    Perfect is an accuracy of 100 %, or an error of 0.
+
+    >>> from ajgdata.report.forest import skill
+    >>> skill(2.0, chance=8.0, unit="mm"), skill(62.5, chance=25.0, unit="%")
+    (0.75, 0.5)
+    """
+    perfect = PERFECT_PER_CENT if unit == "%" else 0.0
+    return (value - chance) / (perfect - chance)
+
+
+def place(value: float) -> float:
+    """Return where a skill is drawn, in per cent of the axis from its left end."""
+    inside = min(max(value, LOWEST), HIGHEST)
+    return round(100 * (inside - LOWEST) / (HIGHEST - LOWEST), 2)
+
+
+def _placed(marks: Mapping[Role, Mark], unit: str) -> tuple[tuple[Position, ...], str]:
+    """Return the marks on the axis and their skills in words; none without a chance level."""
+    chance = marks.get("chance")
+    if chance is None or "ours" not in marks:
+        return (), "no skill: the result is not a number with a chance level"
+    positions, listed = [], []
+    for role, name in MARK_NAMES.items():
+        mark = marks.get(role)
+        if mark is None or not math.isfinite(mark.value):
+            continue
+        value, *ends = (skill(end, chance.value, unit) for end in mark[1:])
+        low, high = place(min(ends)), place(max(ends))
+        positions.append(Position(role, place(value), low, high, value < LOWEST))
+        listed.append(f"{name} {number(value, 2)}")
+    return tuple(positions), f"skill: {', '.join(listed)}"
