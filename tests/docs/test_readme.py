@@ -35,6 +35,11 @@ def shell_lines(block: str) -> list[str]:
     return [*lines[:at], *link_environment(sys.prefix), *lines[at:]] if at else lines
 
 
+#: Commands in the running text: a dry run of each shows that its target exists.
+INLINE = [f"{command} -n" for command in re.findall(r"`(snakemake[^`]*)`", TEXT)]
+INLINE += [f"{command} ARGS=-n" for command in re.findall(r"`(make (?!test)[^`]*)`", TEXT)]
+
+
 def script() -> str:
     """Return all blocks as one shell script."""
     parts = ["set -e"]
@@ -44,6 +49,7 @@ def script() -> str:
         elif kind == "sh":
             parts += [RECORDINGS] if "ajgdata import recordings" in block else []
             parts += shell_lines(block)
+    parts += sorted(set(INLINE))
     return "\n".join(parts)
 
 
@@ -71,3 +77,7 @@ def test_the_readme_is_short_and_its_commands_are_the_tested_commands():
     assert len(re.findall(r"^```", TEXT, flags=re.M)) == 2 * len(BLOCKS)
     commands = [line.partition("  #")[0].rstrip() for line in BLOCKS[0][1].splitlines()]
     assert set(QUICK) < set(commands)
+    assert {"snakemake everything -n", "make everything ARGS=-n"} <= set(INLINE)
+    code = "".join(block for _, block in BLOCKS)
+    inline = {c.split()[1] for c in re.findall(r"`(ajgdata [a-z]+[^`]*)`", TEXT)}
+    assert [name for name in inline if f"ajgdata {name}" not in code] == []

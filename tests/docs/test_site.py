@@ -26,10 +26,26 @@ def test_every_page_of_the_menu_is_there():
     assert [page for page in listed if not (ROOT / "docs" / page).is_file()] == []
 
 
-@pytest.mark.parametrize("name", ["README.md", "CONTRIBUTING.md"])
-def test_links_of_the_first_pages_lead_somewhere(name):
-    links = re.findall(r"\]\((?!https?:|#)([^)#]+)", (ROOT / name).read_text(encoding="utf-8"))
-    assert [link for link in links if not (ROOT / link).exists()] == []
+def anchors(page: Path) -> set[str]:
+    """Return the addresses of the headings of a page."""
+    titles = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), flags=re.M)
+    return {re.sub(r"[^\w\s-]", "", title.strip().lower()).replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("name", ["README.md", "CONTRIBUTING.md", *pages(SETTINGS["nav"])])
+def test_links_lead_to_pages_and_headings(name):
+    page = ROOT / name if (ROOT / name).is_file() else ROOT / "docs" / name
+    links = re.findall(r"\]\((?!https?:|\.\./report/)([^)\s]+)\)", page.read_text(encoding="utf-8"))
+    for link in links:
+        file, _, heading = link.partition("#")
+        target = page.parent / file if file else page
+        assert target.exists(), link
+        assert not heading or heading in anchors(target), link
+
+
+def test_every_page_is_in_the_menu():
+    files = {path.name for path in (ROOT / "docs").glob("*.md")}
+    assert files == set(pages(SETTINGS["nav"]))
 
 
 def test_the_site_is_built_without_a_warning(tmp_path):

@@ -10,7 +10,8 @@ ROOT = Path(__file__).resolve().parents[2]
 GENERATED = {"command-line.md", "configuration.md"}
 DOCS = sorted(path for path in (ROOT / "docs").glob("*.md") if path.name not in GENERATED)
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *DOCS]
-TEXTS = [*PAGES, *(path for path in (ROOT / "reports").rglob("*") if path.suffix == ".md")]
+TEXTS = [*PAGES, ROOT / "CHANGELOG.md"]
+TEXTS += [path for path in (ROOT / "reports").rglob("*") if path.suffix in {".j2", ".md"}]
 #: Words and constructions with a plain alternative.
 AVOID = re.compile(
     r"(?<![\w\"`-])(told|parted|anew|mend(s|ed)?|errs|flatters|whoever|shall|seldom|hence|beside"
