@@ -48,7 +48,7 @@ class Settings(Strict):
 
 class Round(NamedTuple):
     """One round at one stated rate: whether recordings of the withheld class raised the alarm (m,),
-    whether held-out recordings of the other classes did (n,), and the groups of these (n,)."""
+    whether held-out recordings of the other classes did (n,), and their groups (n,)."""
 
     withheld: str
     stated: float
