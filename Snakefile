@@ -11,7 +11,7 @@ from ajgdata.acquire.recipe import recipe_hash
 from ajgdata.experiments import measure_files
 from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths, run_name
 from ajgdata.pipeline.console import show_jobs
-from ajgdata.pipeline.experiments import asked_for, of_paper
+from ajgdata.pipeline.experiments import requests_for, of_paper
 from ajgdata.pipeline.opening import KIND as OPENING_KIND
 from ajgdata.pipeline.opening import OBJECT, subject_of
 from ajgdata.pipeline.plan import (
@@ -59,8 +59,8 @@ with errors_in_one_line():
     # Tasks and embeddings, as data set and name.
     MEASURED = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
     MEASURED += [(name, one) for name, spec in SPECS.items() for one in spec.embeddings]
-    ASKED = Declared(
-        {key: one for one in asked_for(SPECS, MEASURED) for key in one.keys}
+    REQUESTS = Declared(
+        {key: one for one in requests_for(SPECS, MEASURED) for key in one.keys}
     )
     SIMULATED = [name for name, one in PLANS.items() if one.virtual]
     PAGES = [*STUDIES, ABLATIONS_PAGE] if config["pages"] is None else config["pages"]
@@ -71,10 +71,10 @@ with errors_in_one_line():
     OPENING = subject_of(SPECS) if PAGES else ""
 
 # Results of the first target: those of the paper. All are, if no task has a published value.
-PAPER = {} if config["alone"] else of_paper(SPECS, ASKED)
-FIRST = PAPER or ASKED
+PAPER = {} if config["alone"] else of_paper(SPECS, REQUESTS)
+FIRST = PAPER or REQUESTS
 FIRST_DATASETS = list(
-    dict.fromkeys(name for one in FIRST.values() for name in (one.dataset, *one.others))
+    dict.fromkeys(name for one in FIRST.values() for name in (one.dataset, *one.other_sets))
     if PAPER
     else PLANS
 )

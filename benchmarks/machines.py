@@ -25,7 +25,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from ajgdata.experiments import asked_of
+from ajgdata.experiments import requested_experiments
 from ajgdata.features.spectrum import spectrum
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, excitation_sweep, record, simulate
 from ajgdata.paths import Paths
@@ -85,15 +85,15 @@ def measured(paths: Paths, dataset: str, task: str, kind: str, random: bool) -> 
     """Return the digest of the result of an experiment, and its values by part and statistic."""
     spec = read_dataset(paths, dataset)
     split = spec.task_settings(task)
-    (asked,) = (one for one in asked_of(spec, task) if kind in one.kinds)
+    (asked,) = (one for one in requested_experiments(spec, task) if kind in one.kinds)
     settings = asked.job_settings(kind)
     settings |= {"compare_random": random} if "compare_random" in settings else {}
     with tempfile.TemporaryDirectory() as folder:
         tables = Path(folder, "tables.json")
         run_experiment(
             paths.features(dataset), kind=kind, dataset=dataset, task=task, settings=settings,
-            split=split, others=asked.others, audio=spec.audio, features=spec.features, paths=paths,
-            seed=0, tables=tables, cost=Path(folder, "cost.json"),
+            split=split, other_sets=asked.other_sets, audio=spec.audio, features=spec.features,
+            paths=paths, seed=0, tables=tables, cost=Path(folder, "cost.json"),
         )  # fmt: skip
         (scores, *_), content = read_tables(tables)[1], tables.read_bytes()
     rows = scores.where(metric="rmse" if split["kind"] == "regression" else "accuracy").rows

@@ -28,7 +28,7 @@ from ajgdata.models import fit_model, make_model, most_recordings
 from ajgdata.store.features import read_store
 
 NOISE = 0.05
-ASKED = 1_000  # recordings that are predicted
+REQUESTS = 1_000  # recordings that are predicted
 MODELS = "linear_plain,ridge_plain,knn_plain,svm_plain,boosting,forest,mlp,cnn,knn,svm,linear"
 
 
@@ -59,7 +59,7 @@ def one(store: Path, target: str, model: str, count: int, limited: bool) -> dict
         unfitted = make_model(model, "classification", choosing=choosing)
         fitted = fit_model(unfitted, features, y, grasp, most)
         trained = time.process_time()
-        fitted.predict(features[:ASKED])
+        fitted.predict(features[:REQUESTS])
         asked = time.process_time()
     return {
         "train_s": trained - begun,

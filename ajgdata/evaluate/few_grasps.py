@@ -46,7 +46,7 @@ class Curve:
     """The points of all sizes that could be learned from, and why not of the `others`."""
 
     points: tuple[CurvePoint, ...]
-    others: dict[int, str]
+    skipped: dict[int, str]
 
 
 def learning_curve(
@@ -70,12 +70,12 @@ def learning_curve(
     known, tested = map(data.where, grouped_folds(data.value, data.group, kind, folds, seed)[0])
     fewest = _fewest_groups(known)
     problem = f"a class has {fewest}; lower learning_curve.groups, or record more"
-    others = dict.fromkeys((size for size in sizes if size > fewest), problem)
+    skipped = dict.fromkeys((size for size in sizes if size > fewest), problem)
     fit = partial(fit_named_model, model, kind, period=period, limits=limits)
     points = []
     with threadpool_limits(limits=1):
         for repeat, size in product(range(repeats), sizes):
-            if size in others:
+            if size in skipped:
                 continue
             random = np.random.default_rng([seed, repeat])
             orders = _ordered_groups(known.value, known.group, random)
@@ -83,12 +83,12 @@ def learning_curve(
             try:
                 fitted = fit(rows.feature, rows.value, rows.group, seed=seed + repeat)
             except NotPossibleError as error:
-                others[size] = str(error)
+                skipped[size] = str(error)
                 continue
             used = min(len(rows.value), most_recordings(model, limits or {}) or len(rows.value))
             scores = _scores(fitted, rows.value, tested, kind, period)
             points.append(CurvePoint(size, repeat, used, *scores))
-    return _checked_curve(points, sizes, others)
+    return _checked_curve(points, sizes, skipped)
 
 
 def _fewest_groups(known: TaskData) -> int:
@@ -101,12 +101,12 @@ def _fewest_groups(known: TaskData) -> int:
 
 
 def _checked_curve(
-    points: Sequence[CurvePoint], sizes: Sequence[int], others: dict[int, str]
+    points: Sequence[CurvePoint], sizes: Sequence[int], skipped: dict[int, str]
 ) -> Curve:
-    if len(sizes) - len(others) < min(2, len(sizes)):
-        text = "; ".join(f"{size} training groups per class: {others[size]}" for size in others)
+    if len(sizes) - len(skipped) < min(2, len(sizes)):
+        text = "; ".join(f"{size} training groups per class: {skipped[size]}" for size in skipped)
         raise NotPossibleError(f"fewer than two points of the curve: {text}")
-    return Curve(tuple(point for point in points if point.groups not in others), others)
+    return Curve(tuple(point for point in points if point.groups not in skipped), skipped)
 
 
 def _scores(
@@ -136,7 +136,7 @@ class CrossGripperPoint:
 
 def cross_gripper(
     own: TaskData,
-    others: Mapping[str, TaskData],
+    grippers: Mapping[str, TaskData],
     *,
     kind: Kind,
     model: str,
@@ -155,15 +155,15 @@ def cross_gripper(
     """
     fit = partial(fit_named_model, model, kind, seed=seed, period=period, limits=limits)
     plain: dict[bytes, BaseEstimator] = {}
-    points: dict[str, list[CrossGripperPoint]] = {name: [] for name in others}
+    points: dict[str, list[CrossGripperPoint]] = {name: [] for name in grippers}
     splits = {
         name: grouped_folds(other.value.astype(str), other.group, "classification", folds, seed)
-        for name, other in others.items()
+        for name, other in grippers.items()
     }
-    jobs = [(name, fold) for name in others for fold in range(len(splits[name]))]
+    jobs = [(name, fold) for name in grippers for fold in range(len(splits[name]))]
     with threadpool_limits(limits=1):
         for name, fold in jobs:
-            pool, tests = map(others[name].where, splits[name][fold])
+            pool, tests = map(grippers[name].where, splits[name][fold])
             tested = np.isin(own.group, tests.group)
             generator = np.random.default_rng([seed, fold])
             orders = _ordered_groups(pool.value.astype(str), pool.group, generator)
@@ -184,7 +184,7 @@ def cross_gripper(
     return points
 
 
-def _refuse_few(orders: Sequence[np.ndarray], most: int) -> None:
-    if most > (fewest := min(map(len, orders))):
-        problem = f"{most} calibration grasps: a class has {fewest} that are not tested"
+def _refuse_few(orders: Sequence[np.ndarray], count: int) -> None:
+    if count > (fewest := min(map(len, orders))):
+        problem = f"{count} calibration grasps: a class has {fewest} that are not tested"
         raise NotPossibleError(f"{problem}; lower calibrate.grasps, or record more")

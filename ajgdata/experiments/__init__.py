@@ -44,7 +44,7 @@ EXPERIMENTS = Registry("experiment", _all())
 
 
 @dataclass(frozen=True)
-class Asked:
+class Request:
     """An experiment that a task, or an embedding (whose name is then `task`), asks for.
 
     `models` are ("",) where all are measured at once.
@@ -57,7 +57,7 @@ class Asked:
     models: tuple[str, ...]
 
     @property
-    def others(self) -> tuple[str, ...]:
+    def other_sets(self) -> tuple[str, ...]:
         """Return the data sets that it needs in addition to its own."""
         return tuple(getattr(self.settings, "test_on", ()))
 
@@ -106,24 +106,24 @@ class SettingsError(ValueError):
         self.keys = keys
 
 
-def asked_of(spec: DatasetSpec, task: str) -> list[Asked]:
+def requested_experiments(spec: DatasetSpec, task: str) -> list[Request]:
     """Return what a task, or an embedding of that name, asks for, in the order of the report.
 
     Raises SettingsError for an unknown experiment and wrong settings.
     """
     if task in spec.embeddings:
         settings = spec.embeddings[task]
-        asked = [
-            Asked(experiment, spec.name, task, settings, ("",))
+        requests = [
+            Request(experiment, spec.name, task, settings, ("",))
             for experiment in EXPERIMENTS.values()
             if experiment.of_embedding
         ]
     else:
-        asked = [_asked(spec, task, name) for name in spec.tasks[task].asked]
-    return sorted(asked, key=lambda one: (one.experiment.order, one.experiment.name))
+        requests = [_request(spec, task, name) for name in spec.tasks[task].requested]
+    return sorted(requests, key=lambda request: (request.experiment.order, request.experiment.name))
 
 
-def _asked(spec: DatasetSpec, task: str, name: str) -> Asked:
+def _request(spec: DatasetSpec, task: str, name: str) -> Request:
     """Return the experiment `name` of a task with its settings, or raise SettingsError."""
     keys = ("tasks", task, *(("experiments", name) if name != CROSS_VALIDATION else ()))
     try:
@@ -132,7 +132,7 @@ def _asked(spec: DatasetSpec, task: str, name: str) -> Asked:
         experiment = EXPERIMENTS[name]
         if experiment.of_embedding:
             raise ValueError(f"experiments.{name} is for embeddings: declare it there")
-        settings: Any = experiment.settings.model_validate(spec.tasks[task].asked[name])
+        settings: Any = experiment.settings.model_validate(spec.tasks[task].requested[name])
         _check(spec, task, experiment, settings)
     except ValidationError as error:
         problem = f"task {task}: experiments.{name}: {describe(error, '').problem}"
@@ -140,7 +140,7 @@ def _asked(spec: DatasetSpec, task: str, name: str) -> Asked:
     except ValueError as error:
         raise SettingsError(f"task {task}: {error}", keys) from None
     models = tuple(settings.models) if experiment.by_model else ("",)
-    return Asked(experiment, spec.name, task, settings, models)
+    return Request(experiment, spec.name, task, settings, models)
 
 
 def _check(spec: DatasetSpec, task: str, experiment: Experiment, settings: Any) -> None:
@@ -155,14 +155,14 @@ def _check(spec: DatasetSpec, task: str, experiment: Experiment, settings: Any) 
             raise ValueError(f"experiments.{experiment.name}.{key} lists one twice")
 
 
-def all_asked(spec: DatasetSpec, path: Path) -> Iterator[Asked]:
+def all_requests(spec: DatasetSpec, path: Path) -> Iterator[Request]:
     """Yield every experiment that the tasks and embeddings of a data set ask for.
 
     Raises DataError with the line in `path`, its dataset.yaml, for settings that are wrong.
     """
     for task in (*spec.tasks, *spec.embeddings):
         try:
-            yield from asked_of(spec, task)
+            yield from requested_experiments(spec, task)
         except SettingsError as error:
             where = f"{path}:{line_of(path, error.keys)}"
             raise DataError(where, str(error), "correct it, or remove it") from None

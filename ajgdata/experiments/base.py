@@ -73,7 +73,7 @@ class Inputs:
     folds: int
     seed: int
     store: FeatureRows
-    others: Mapping[str, FeatureRows] = field(default_factory=dict)
+    other_sets: Mapping[str, FeatureRows] = field(default_factory=dict)
     period_deg: float | None = None
     withhold: Sequence[float] = ()
     classes: Sequence[str] = ()
@@ -93,7 +93,7 @@ class Inputs:
 
         Raises ValueError without recordings; see `task_data`.
         """
-        table = self.others[other] if other else self.store
+        table = self.other_sets[other] if other else self.store
         classes = self.classes_of_task[0]
         return task_data(table, self.target, self.kind, self.groups, classes)
 
@@ -164,7 +164,7 @@ class TaskResults:
     settings: Any
     results: tuple[Result, ...]
     papers: Mapping[str, PaperFigure] = field(default_factory=dict)
-    others: Mapping[str, Other] = field(default_factory=dict)
+    other_sets: Mapping[str, Other] = field(default_factory=dict)
     level: Level | None = None
     period_deg: float | None = None
     left_out: Mapping[str, int] = field(default_factory=dict)  #: groups of classes too rare

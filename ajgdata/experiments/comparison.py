@@ -59,15 +59,15 @@ class Settings(Strict):
     @property
     def titles(self) -> dict[str, str]:
         """Titles of the comparisons by name."""
-        return {name: one.title for name, one in self.comparisons.items()}
+        return {name: comparison.title for name, comparison in self.comparisons.items()}
 
     def only(self, name: str) -> Settings:
         """Return the settings of one comparison."""
-        one = self.comparisons[name]
-        return Settings(comparisons={name: one}, test_on=one.test)
+        comparison = self.comparisons[name]
+        return Settings(comparisons={name: comparison}, test_on=comparison.test)
 
 
-class Made(NamedTuple):
+class Features(NamedTuple):
     """Features (n, bins) of the recordings, and the median processor time (s) of one."""
 
     feature: np.ndarray
@@ -107,30 +107,30 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     comparison = settings.comparisons[model]
     data = {name: inputs.data(name) for name in ("", *comparison.test)}
     with threadpool_limits(limits=1):
-        made = {name: _made(inputs, comparison, name, data[name]) for name in data}
+        spectra = {name: _features(inputs, comparison, name, data[name]) for name in data}
     scores, costs = [], []
     for at, variant in enumerate(comparison.all_variants):
-        own, (feature, seconds) = data[""], made[""][at]
+        own, (feature, seconds) = data[""], spectra[""][at]
         grouped = variant.split == "grouped"
         extra = {
-            name: data[name]._replace(feature=made[name][at].feature) for name in comparison.test
+            name: data[name]._replace(feature=spectra[name][at].feature) for name in comparison.test
         }
         cost = f"cost of {variant.name}"
         if np.isfinite(seconds):
             costs.append(("", cost, COST, "measured", seconds))
         for name in variant.models or comparison.models:
-            found = cross_validate(
+            result = cross_validate(
                 feature, own.value, own.group if grouped else None,
                 model=name, extra_tests=extra if grouped else None, **inputs.split,
             )  # fmt: skip
-            scores += list(fold_scores(name, variant.name, found.scores))
-            for other, tested in found.extra_tests.items():
+            scores += list(fold_scores(name, variant.name, result.scores))
+            for other, tested in result.extra_tests.items():
                 scores += list(fold_scores(name, f"{variant.name} on:{other}", tested.scores))
-            costs.append((name, cost, "train_s", "measured", found.cost.train_s))
+            costs.append((name, cost, "train_s", "measured", result.cost.train_s))
     return Outcome((score_table(scores, TITLE),), (score_table(costs, TITLE),))
 
 
-def _made(inputs: Inputs, comparison: Comparison, other: str, data: TaskData) -> list[Made]:
+def _features(inputs: Inputs, comparison: Comparison, other: str, data: TaskData) -> list[Features]:
     """Return the features of a data set (its own: "") by each variant.
 
     Raises NotPossibleError for a sound, or a recording, that does not allow one of them.
@@ -139,7 +139,7 @@ def _made(inputs: Inputs, comparison: Comparison, other: str, data: TaskData) ->
 
     variants = comparison.all_variants
     if not comparison.makes_features:
-        return [Made(data.feature, np.nan)] * len(variants)
+        return [Features(data.feature, np.nan)] * len(variants)
     settings = [features_of(variant, inputs.features) for variant in variants]
     features: list[list[np.ndarray]] = [[] for _ in variants]
     seconds: list[list[float]] = [[] for _ in variants]
@@ -149,7 +149,7 @@ def _made(inputs: Inputs, comparison: Comparison, other: str, data: TaskData) ->
             features[at].append(spectrum(samples, inputs.audio.sample_rate_hz, settings[at]))
             seconds[at].append(time.process_time() - begun)
     return [
-        Made(np.array(rows), float(np.median(times)))
+        Features(np.array(rows), float(np.median(times)))
         for rows, times in zip(features, seconds, strict=True)
     ]
 
@@ -168,7 +168,7 @@ def _samples(
         if inputs.recordings is None:
             raise NotPossibleError("the recordings themselves are needed")
         recorded_variants = [variant for variant in variants if not variant.excitation]
-        longest = max(features_of(one, inputs.features).window for one in recorded_variants)
+        longest = max(features_of(variant, inputs.features).window for variant in recorded_variants)
         recorded = inputs.recordings.samples(other or inputs.dataset, names, longest)
     for own, sounds in zip(recorded, rendered, strict=False):
         simulated = iter(sounds)
@@ -185,7 +185,7 @@ def _rendered(
         raise NotPossibleError("it needs a virtual data set: other sounds are played in its scenes")
     rate = inputs.audio.sample_rate_hz
     try:
-        sounds = [excitation_samples(excitation_of(one), rate) for one in variants]
+        sounds = [excitation_samples(excitation_of(variant), rate) for variant in variants]
     except ValueError as error:  # beyond half the rate of the recordings
         raise NotPossibleError(str(error)) from None
     return inputs.render(names, sounds)
@@ -197,7 +197,8 @@ def _rendered(
 def errors(result: Result, results: TaskResults) -> Table:
     """Return the metric of one comparison per model, variant, data set and fold."""
     comparison, rows = results.settings.comparisons[result.model], []
-    places = {"": results.level} | {name: results.others[name].level for name in comparison.test}
+    places = {"": results.level}
+    places |= {name: results.other_sets[name].level for name in comparison.test}
     for variant in comparison.all_variants:
         seconds = result.cost[SCORES].where(part=f"cost of {variant.name}", metric=COST)
         milliseconds = 1e3 * float(seconds.numbers("value")[0]) if seconds.rows else None
@@ -208,7 +209,7 @@ def errors(result: Result, results: TaskResults) -> Table:
             row |= {"x": variant.x, "ms": milliseconds}
             row |= {"tested": name or results.dataset_title, "metric": results.metric}
             row |= {"level": level.value if level else None}
-            rows += [row | one for one in _folds(results, table)]
+            rows += [row | scores for scores in _folds(results, table)]
     columns = {
         "model": "Model",
         "variant": "Variant",
@@ -228,7 +229,7 @@ def _level_title(levels: Iterable[Level | None]) -> str:
 def _folds(results: TaskResults, table: Table) -> Iterator[dict[str, float | str]]:
     """Yield the value of each fold of each model, with chance; errors of classes are in %."""
     wrong = results.kind == "classification"
-    for model, scores in table.parted("model").items():
+    for model, scores in table.split_by("model").items():
         (chance,) = scores.where(statistic="chance").numbers("value")
         for row in scores.rows:
             if str(row["statistic"]).startswith("fold "):
@@ -239,7 +240,7 @@ def _folds(results: TaskResults, table: Table) -> Iterator[dict[str, float | str
 def plot_of(results: TaskResults, result: Result) -> Plot:
     """Return the plot of one comparison: over its axis, over levels, over time, or as rows."""
     comparison = results.settings.comparisons[result.model]
-    levels = [results.level, *(results.others[name].level for name in comparison.test)]
+    levels = [results.level, *(results.other_sets[name].level for name in comparison.test)]
     about = f"{comparison.title}: the same recordings and folds; exploratory, because the best of "
     about += "several variants that is chosen on these folds would be optimistically biased"
     plot = Plot(
@@ -262,8 +263,8 @@ def plots(results: TaskResults) -> list[Plot]:
 
 def summary(results: TaskResults) -> str:
     """Return the questions of the comparisons."""
-    asked = results.settings.comparisons
-    return " ".join(asked[result.model].question for result in results.results)
+    comparisons = results.settings.comparisons
+    return " ".join(comparisons[result.model].question for result in results.results)
 
 
 EXPERIMENT = Experiment(

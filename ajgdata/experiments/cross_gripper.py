@@ -45,9 +45,9 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return the errors of `model` on each other gripper for each number of calibration grasps."""
     from ajgdata.evaluate.few_grasps import cross_gripper
 
-    others = {name: inputs.data(name) for name in settings.test_on}
+    grippers = {name: inputs.data(name) for name in settings.test_on}
     points = cross_gripper(
-        inputs.data(), others, model=model, sizes=settings.grasps, **inputs.split
+        inputs.data(), grippers, model=model, sizes=settings.grasps, **inputs.split
     )  # fmt: skip
     scores, rows = [], []
     for name in settings.test_on:
@@ -86,7 +86,7 @@ def plots(results: TaskResults) -> list[Plot]:
 
 
 def _first_label(results: TaskResults) -> str:
-    named = [one.label for one in results.results if one.model == PAPER_MODEL]
+    named = [result.label for result in results.results if result.model == PAPER_MODEL]
     return (named or [results.results[0].label])[0]
 
 
@@ -96,8 +96,8 @@ def finding(results: TaskResults) -> str:
     home = next(iter(_home_scores(results, label).values()), Score(math.nan, math.nan))
     values = [point.score.mean for point in points_for(results, GRIPPERS, model=label)]
     own = with_unit(number(home.mean), results.shown_unit)
-    others = value_range(values, results.shown_unit)
-    return f"{label}: {results.metric_title} {own} on its gripper, {others} on others"
+    elsewhere = value_range(values, results.shown_unit)
+    return f"{label}: {results.metric_title} {own} on its gripper, {elsewhere} on others"
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
@@ -110,19 +110,19 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     homes = _home_scores(results, label)
     sign = 1 if results.kind == "classification" else -1
     gaps = [
-        Score(sign * (homes[one.panel].mean - one.score.mean), homes[one.panel].sd)
-        for one in elsewhere
-        if one.panel in homes
+        Score(sign * (homes[point.panel].mean - point.score.mean), homes[point.panel].sd)
+        for point in elsewhere
+        if point.panel in homes
     ]
-    told = [f"{mean_sd(one.score, results.shown_unit)} on {one.panel}" for one in elsewhere]
+    listed = [f"{mean_sd(point.score, results.shown_unit)} on {point.panel}" for point in elsewhere]
     home = homes.get(elsewhere[0].panel, Score(math.nan, math.nan))
     chance = float(np.mean(list(chance_for(results, GRIPPERS).values())))
-    values = [one.score.mean for one in elsewhere]
+    values = [point.score.mean for point in elsewhere]
     marks = (
         Mark("ours", sum(values) / len(values), min(values), max(values)),
         mark_of("chance", Score(chance, 0.0)),
     )
-    text = f"{mean_sd(home, results.shown_unit)} where it was trained, {', '.join(told)}"
+    text = f"{mean_sd(home, results.shown_unit)} where it was trained, {', '.join(listed)}"
     yield results.compared(
         results.paper, text, label, together({holds(gap) for gap in gaps}), marks=marks,
         label=words(results.dataset), shown_unit=results.shown_unit,
@@ -132,7 +132,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
 def _home_scores(results: TaskResults, label: str) -> dict[str, Score]:
     """Return the metric of a model on its own gripper, as shown, by the other gripper."""
     scores = {}
-    for name, rows in table_for(results, GRIPPERS).where(model=label).parted("other").items():
+    for name, rows in table_for(results, GRIPPERS).where(model=label).split_by("other").items():
         home = results.scale * rows.numbers("home")
         if len(known := home[np.isfinite(home)]):
             sd = float(known.std(ddof=1)) if len(known) > 1 else math.nan

@@ -64,7 +64,7 @@ class ModelResult:
     @cached_property
     def _values(self) -> Mapping[str, Mapping[str, float]]:
         """Return values of the metric that is read first, by part and statistic; missing: NaN."""
-        tables = self.result.tables[SCORES].where(metric=self.task.metric).parted("part")
+        tables = self.result.tables[SCORES].where(metric=self.task.metric).split_by("part")
         return {
             part: dict(zip(table.column("statistic"), table.numbers("value").tolist(), strict=True))
             for part, table in tables.items()
@@ -275,7 +275,7 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
         )
     for part in dict.fromkeys(part for model in models for part, _ in model.parts[1:]):
         name = part.removeprefix("on:")
-        key, heading = PARTS.get(part) or (name, f"tested on {results.others[name].title}")
+        key, heading = PARTS.get(part) or (name, f"tested on {results.other_sets[name].title}")
         for model in (model for model in models if model.has(part)):
             yield ResultRow(
                 model.label,
@@ -316,8 +316,8 @@ def marks_of(models: Sequence[ModelResult], first: ModelResult, part: str) -> tu
     """Return a model, the best of the others and chance on a part of a task, as they are drawn."""
     scale = first.task.scale
     marks = [mark_of("ours", first.with_interval(part), scale)]
-    if others := [m for m in models if m.result.model != first.result.model and m.has(part)]:
-        best = min(others, key=lambda model: model.error(part))
+    if compared := [m for m in models if m.result.model != first.result.model and m.has(part)]:
+        best = min(compared, key=lambda model: model.error(part))
         marks.append(mark_of("baseline", best.with_interval(part), scale))
     if math.isfinite(chance := first.chance(part)):
         marks.append(mark_of("chance", Score(chance, 0.0), scale))

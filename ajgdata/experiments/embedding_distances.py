@@ -92,9 +92,9 @@ def categories_of(results: TaskResults, space: str) -> dict[str, Category]:
     runs = {pair: np.array(score.per_fold) for pair, score in scores.items()}
     categories = {}
     for name in dict.fromkeys(map(str, table.column("first"))):
-        others = [values for pair, values in runs.items() if name in pair and pair != (name, name)]
         within = runs[name, name]
-        known = np.ma.masked_invalid(others or np.full((1, len(within)), np.nan))
+        between = [runs[pair] for pair in runs if name in pair and pair != (name, name)]
+        known = np.ma.masked_invalid(between or np.full((1, len(within)), np.nan))
         categories[name] = Category(within, known.mean(axis=0).filled(np.nan) - within)
     return categories
 
@@ -102,8 +102,8 @@ def categories_of(results: TaskResults, space: str) -> dict[str, Category]:
 def finding(results: TaskResults) -> str:
     """Return in each space how many categories are nearer within than to others."""
     counts = []
-    for space in sorted(results.results[0].tables["categories"].parted("space")):
-        gaps = [one.gap for one in categories_of(results, space).values()]
+    for space in sorted(results.results[0].tables["categories"].split_by("space")):
+        gaps = [category.gap for category in categories_of(results, space).values()]
         near = sum(gap is not None and gap.mean > 0 for gap in gaps)
         counts.append(f"{near} of {len(gaps)} in {SPACES[space]}")
     return f"Categories whose members lie nearer to one another than to others: {', '.join(counts)}"
@@ -122,7 +122,7 @@ def by_pair(results: TaskResults) -> Table:
 def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
     """Yield which categories lie together, and whether the one that the paper names is widest."""
     latent = categories_of(results, "latent")
-    gaps = {name: one.gap for name, one in latent.items() if one.gap}
+    gaps = {name: category.gap for name, category in latent.items() if category.gap}
     if results.paper is None or not {*TOGETHER, SPREAD} <= set(gaps):
         return
     within = {name: float(np.nanmean(latent[name].within)) for name in gaps}
@@ -130,8 +130,8 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
         f"{words(name)} {number(within[name])} within, {mean_sd(gaps[name])} more to others"
         for name in (*TOGETHER, SPREAD)
     ]
-    most = np.max([latent[name].within for name in TOGETHER], axis=0)
-    wider = latent[SPREAD].within - most
+    widest = np.max([latent[name].within for name in TOGETHER], axis=0)
+    wider = latent[SPREAD].within - widest
     verdicts = {holds(gaps[name]) for name in TOGETHER}
     verdicts.add(holds(Score(float(wider.mean()), float(wider.std(ddof=1)))))
     cost = encoder_cost(results, lookup)

@@ -152,8 +152,8 @@ def relative_gain(latent: Score, raw: Score) -> tuple[Score, Interval]:
     gains = np.reshape(latent.per_fold, (folds, -1)) - np.array(raw.per_fold)[:, np.newaxis]
     relative = 100 * gains / raw.mean
     low, high = corrected_interval(relative.mean(axis=1).tolist(), folds)
-    most = 100 * (1 - raw.mean) / raw.mean  # from no right answer to all right
-    interval = Interval(max(low, -100.0), min(high, most))
+    upper = 100 * (1 - raw.mean) / raw.mean  # from no right answer to all right
+    interval = Interval(max(low, -100.0), min(high, upper))
     return Score(float(relative.mean()), float(relative.std(ddof=1)), (), *interval), interval
 
 
@@ -166,7 +166,7 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
     score, interval = relative_gain(latent, raw)
     points = 100 * (latent.mean - raw.mean)
     knn = results.results[0].tables["knn"].where(space="latent")
-    means = [100 * one.mean for one in scores_by(knn, ("dimension",), "accuracy").values()]
+    means = [100 * score.mean for score in scores_by(knn, ("dimension",), "accuracy").values()]
     result = (
         f"{mean_sd(score, '%')} higher ({mean_sd(latent, '%', 100)} for "
         f"{mean_sd(raw, '%', 100)}: {number(points)} percentage points) at "

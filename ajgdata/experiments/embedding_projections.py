@@ -143,8 +143,8 @@ def _panels(points: Table) -> dict[str, Table]:
     """Return the points of each space and method, by the title of their panel."""
     return {
         f"{SPACES[space]}, {METHODS[method]}": plane
-        for space, of_space in points.parted("space").items()
-        for method, plane in of_space.parted("method").items()
+        for space, of_space in points.split_by("space").items()
+        for method, plane in of_space.split_by("method").items()
     }
 
 

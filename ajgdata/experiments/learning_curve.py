@@ -36,16 +36,16 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """
     from ajgdata.evaluate.few_grasps import learning_curve
 
-    found = learning_curve(
+    curve = learning_curve(
         inputs.data(), model=model, sizes=settings.groups, repeats=settings.repeats, **inputs.split,
     )  # fmt: skip
-    points = found.points
+    points = curve.points
     scores = (
         (model, f"curve:{point.groups}", metric, f"draw {point.repeat}", value)
         for point in points
         for metric, value in point.scores.items()
     )
-    curve = (
+    table_rows = (
         {"groups": p.groups, "draw": p.repeat, "recordings": p.recordings, "metric": metric}
         | {"value": value, "chance": p.chance[metric]}
         for p in points
@@ -55,8 +55,8 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     columns |= {"metric": "Metric", "value": "Value", "chance": "Chance"}
     title = "Learning curve"
     return Outcome(
-        (score_table(scores, title), table_of("curve", title, curve, **columns)),
-        about={"others": {str(size): why for size, why in found.others.items()}},
+        (score_table(scores, title), table_of("curve", title, table_rows, **columns)),
+        about={"others": {str(size): why for size, why in curve.skipped.items()}},
     )
 
 
@@ -79,13 +79,13 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     enough = [point.x for point in curve if point.score.mean >= paper.reached]
     needed = float(enough[0]) if enough else math.inf  # more than any that was tried
     tried = number(float(curve[-1].x))
-    most = f"{mean_sd(curve[-1].score, results.shown_unit)} with {tried}"
+    best = f"{mean_sd(curve[-1].score, results.shown_unit)} with {tried}"
     agrees: Verdict
     if enough:
-        text = f"{number(needed)} ({most})"
+        text = f"{number(needed)} ({best})"
         agrees = "agrees" if needed >= paper.value else "better"  # at least so many
     else:  # more than any that was tried, or never
-        text = f"more than {tried} ({most})"
+        text = f"more than {tried} ({best})"
         agrees = "inconclusive"
     marks = (Mark("ours", needed, min(needed, float(curve[-1].x)), needed),)
     yield results.compared(paper, text, first.label, agrees, marks=marks)
@@ -107,10 +107,10 @@ def advice(results: TaskResults) -> Iterator[str]:
     label = results.results[0].label
     curve = sorted(points_for(results, CURVE, model=label), key=lambda point: point.x)
     if len(curve) > 1:
-        (fewer, before), (more, after) = ((number(float(p.x)), p.score.mean) for p in curve[-2:])
+        (few, before), (many, after) = ((number(float(p.x)), p.score.mean) for p in curve[-2:])
         values = f"{number(before)} to {with_unit(number(after), results.shown_unit)}"
         yield (
-            f"With {more} instead of {fewer} training grasps per class, the {results.metric_title} "
+            f"With {many} instead of {few} training grasps per class, the {results.metric_title} "
             f"of {label} changed from {values}: expect less from the next doubling."
         )
 

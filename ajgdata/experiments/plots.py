@@ -73,7 +73,7 @@ def table_for(results: TaskResults, plot: Plot) -> Table:
         table = plot.table(results)
     else:
         tables = [result.tables.get(plot.table) for result in results.results]
-        first = next((one for one in tables if one), Table(plot.table, "", "", (MODEL,), ()))
+        first = next((table for table in tables if table), Table(plot.table, "", "", (MODEL,), ()))
         joined = [
             row if MODEL.key in row else {MODEL.key: result.label, **row}
             for result, table in zip(results.results, tables, strict=True)
@@ -106,7 +106,7 @@ def points_for(results: TaskResults, plot: Plot, **where: Value) -> list[Point]:
         sd = float(values.std(ddof=1)) if known else math.nan
         ends = [scale * float(part.numbers(key)[0]) for key in plot.interval or ()]
         score = Score(float(values.mean()), math.nan if ends else sd, (), *ends)
-        label = ", ".join(filter(None, (value_name(results, one) for one in series)))
+        label = ", ".join(filter(None, (value_name(results, part) for part in series)))
         factor = 100 if plot.ideal and plot.percent else 1
         place = x if isinstance(x, str) or x is None else float(x) * factor
         if isinstance(place, str) or place is None:
@@ -123,12 +123,12 @@ def listed_points(results: TaskResults, plot: Plot) -> list[Point]:
     groups: dict[tuple[str, str], list[float]] = {}
     for point in points:
         groups.setdefault((point.panel, point.series), []).append(point.score.mean)
-    found = []
+    listed = []
     for (panel, series), values in groups.items():
         low, middle, high = map(float, np.percentile(values, PERCENTILES))
         score = Score(middle, math.nan, (), low, high)
-        found.append(points[0]._replace(panel=panel, series=series, x="", score=score))
-    return found
+        listed.append(points[0]._replace(panel=panel, series=series, x="", score=score))
+    return listed
 
 
 def _grouped(table: Table, plot: Plot) -> dict[tuple[Any, ...], list[dict[str, Any]]]:
@@ -158,8 +158,8 @@ def value_name(results: TaskResults, value: Value) -> str:
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return number(float(value))
     text = str(value or "")
-    if text in results.others:
-        return results.others[text].title
+    if text in results.other_sets:
+        return results.other_sets[text].title
     if text in MODELS:
         from ajgdata.models import model_label
 
@@ -176,7 +176,7 @@ def _scale(results: TaskResults, table: Table, plot: Plot) -> float:
 def axis_of(results: TaskResults, plot: Plot) -> tuple[str, str]:
     """Return title and unit of the values."""
     table = table_for(results, plot)
-    column = next((one for one in table.columns if one.key == plot.value), Column("", ""))
+    column = next((column for column in table.columns if column.key == plot.value), Column("", ""))
     if _is_metric(table, plot):
         return results.metric_title, results.shown_unit
     return _lowered(column.title), "%" if plot.percent else column.unit
@@ -184,7 +184,7 @@ def axis_of(results: TaskResults, plot: Plot) -> tuple[str, str]:
 
 def _place_of(results: TaskResults, plot: Plot) -> tuple[str, str]:
     """Return title and unit of the x axis."""
-    columns = {one.key: one for one in table_for(results, plot).columns}
+    columns = {column.key: column for column in table_for(results, plot).columns}
     if plot.x not in columns:
         return "", ""
     unit = "%" if plot.ideal and plot.percent else columns[plot.x].unit
@@ -193,7 +193,7 @@ def _place_of(results: TaskResults, plot: Plot) -> tuple[str, str]:
 
 def _series_of(results: TaskResults, plot: Plot) -> tuple[str, str]:
     """Return the title of the series, which are the columns of a matrix."""
-    columns = {one.key: one.title for one in table_for(results, plot).columns}
+    columns = {column.key: column.title for column in table_for(results, plot).columns}
     return _lowered(columns[plot.series[0]]), ""
 
 
@@ -207,7 +207,7 @@ def chance_for(results: TaskResults, plot: Plot) -> dict[str, float]:
     if not plot.chance:
         return {}
     table = table_for(results, plot)
-    parts = table.parted(plot.panel) if plot.panel else {"": table}
+    parts = table.split_by(plot.panel) if plot.panel else {"": table}
     scale = _scale(results, table, plot)
     return {
         value_name(results, panel): scale * float(np.nanmean(part.numbers(plot.chance)))
@@ -242,7 +242,7 @@ def _trend(results: TaskResults, plot: Plot, points: Sequence[Point]) -> str:
     for index in (0, -1):
         values = value_range([line[index].score.mean for line in lines], unit)
         ends.append(f"{values} ({_place_text(results, plot, lines[0][index])})")
-    columns = {one.key: one.title for one in table_for(results, plot).columns}
+    columns = {column.key: column.title for column in table_for(results, plot).columns}
     count = (
         f" (range over {len(lines)} × {_lowered(columns[plot.panel])})" if len(lines) > 1 else ""
     )
@@ -339,7 +339,7 @@ def _caption(results: TaskResults, plot: Plot) -> Caption:
 
 def result_rows(results: TaskResults, plots: Sequence[Plot]) -> Iterator[ResultRow]:
     """Yield the points of plots that are `listed`."""
-    for plot in (one for one in plots if one.listed):
+    for plot in (plot for plot in plots if plot.listed):
         axis, unit = axis_of(results, plot)
         chance = chance_for(results, plot)
         for point in points_for(results, plot):

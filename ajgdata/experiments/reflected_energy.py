@@ -59,14 +59,14 @@ def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
     metric = f"energy relative to {settings.reference}"
     scores: list[ScoreRow] = []
     classes = []
-    for one in relative_energies(energy, data.value, data.group, objects, settings.reference):
-        statistics = {"mean": one.mean, "sd": one.sd}
-        statistics |= dict(zip(GRASP_INTERVAL, one.interval, strict=True))
-        statistics |= {f"mean of {name}": value for name, value in one.by_object.items()}
-        part = f"energy:{one.label}"
+    for item in relative_energies(energy, data.value, data.group, objects, settings.reference):
+        statistics = {"mean": item.mean, "sd": item.sd}
+        statistics |= dict(zip(GRASP_INTERVAL, item.interval, strict=True))
+        statistics |= {f"mean of {name}": value for name, value in item.by_object.items()}
+        part = f"energy:{item.label}"
         scores += [("", part, metric, name, value) for name, value in statistics.items()]
-        low, high = one.interval
-        row = {"label": one.label, "grasps": one.groups, "mean": one.mean, "sd": one.sd}
+        low, high = item.interval
+        row = {"label": item.label, "grasps": item.groups, "mean": item.mean, "sd": item.sd}
         classes.append(row | {"low": low, "high": high})
     title = "Energy by class"
     titles = {"label": "Class", "grasps": "Grasps", "mean": "Mean", "sd": "Over grasps"}
@@ -78,8 +78,8 @@ def by_class(results: TaskResults) -> Table:
     """Return the classes but the reference, the loudest first."""
     table, reference = results.results[0].tables["classes"], results.settings.reference
     title = f"Energy relative to {words(reference)}"
-    others = [row | {"value": row["mean"]} for row in table.rows if row["label"] != reference]
-    loudest = sorted(others, key=lambda row: -row["mean"])
+    compared = [row | {"value": row["mean"]} for row in table.rows if row["label"] != reference]
+    loudest = sorted(compared, key=lambda row: -row["mean"])
     return table_of("energy", title, loudest, label="Class", value=title, sd="Over grasps", **ENDS)
 
 

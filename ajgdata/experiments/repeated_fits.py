@@ -55,13 +55,13 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     begun = time.process_time()
     for repeat in range(settings.repeats):
         split = inputs.split | {"folds": folds, "seed": repeat_seed(inputs.seed, repeat)}
-        found = cross_validate(
+        result = cross_validate(
             own.feature, own.value, own.group, model=model, extra_tests=tests, **split
         )
         for name, rows in squared.items():
-            predictions = found.extra_tests[name].predictions
+            predictions = result.extra_tests[name].predictions
             rows.append(grasp_errors(predictions, tests[name].group, inputs.period_deg))
-            chance[name].append(found.extra_tests[name].scores.chance["rmse"])
+            chance[name].append(result.extra_tests[name].scores.chance["rmse"])
     spent = time.process_time() - begun
     scores: list[tuple[str, str, str, str, float]] = []
     for name, rows in squared.items():
@@ -92,9 +92,9 @@ def errors(results: TaskResults) -> Table:
     rows = []
     for name in results.settings.test_on:
         for result in results.results:
-            found = statistics(result, name)
+            values = statistics(result, name)
             row = {"model": result.label, "dataset": name, "metric": "rmse"}
-            rows.append(row | found | {"value": found["median"]})
+            rows.append(row | values | {"value": values["median"]})
     columns = {"model": "Model", "dataset": "Tested on", "metric": "Metric"}
     return table_of("errors", "Errors", rows, **columns, value="RMSE", low="From", high="To")
 
@@ -116,14 +116,14 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     if paper is None or paper.value is None:
         return
     name = results.settings.test_on[0]
-    first, *others = results.results
+    first, *further = results.results
     median, low, high, chance = (
         statistics(first, name)[key] for key in ("median", "low", "high", "chance")
     )
     points = points_for(results, FITS, dataset=name)
     shown = [mean_sd(point.score, results.shown_unit) for point in points]
     text = [shown[0]]
-    text += [f"{one.label}: {said}" for one, said in zip(others, shown[1:], strict=True)]
+    text += [f"{other.label}: {said}" for other, said in zip(further, shown[1:], strict=True)]
     ours = median, Interval(low, high)
     agrees, remark = judged(paper, *ours, paper.value, chance=chance, perfect=0.0)
     text += [remark] if remark else []

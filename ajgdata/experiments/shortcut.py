@@ -99,7 +99,7 @@ def verdicts(results: TaskResults) -> str:
     """Return a sentence per test: dependence, chance, corrected p, and whether it is flagged."""
     tests = tests_of(results)
     lines = [
-        f"{result.label} on {results.others[row['data_set']].title}: {row['measure']} with the "
+        f"{result.label} on {results.other_sets[row['data_set']].title}: {row['measure']} with the "
         f"truth {number(row['value'], 2)}, {number(row['null'], 2)} with labels exchanged, "
         f"p = {number(row['p'], 2)}: {'flagged' if row['flagged'] else 'not flagged'}."
         for result, row in tests

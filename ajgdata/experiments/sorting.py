@@ -58,7 +58,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     bins, conditions, runs = list[Row](), list[Row](), list[Row]()
     for name, probability in ((PLAIN, result.plain), ("scaled", result.scaled)):
         reliable = reliability(probability.max(axis=1), probability.argmax(axis=1) == label)
-        bins += [{"part": name, **dataclasses.asdict(one)} for one in reliable]
+        bins += [{"part": name, **dataclasses.asdict(interval)} for interval in reliable]
         taken = decisions(probability, settings.threshold)
         conditions.append({"part": name, **shares(probability, taken, label)})
         own_runs = [

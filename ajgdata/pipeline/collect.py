@@ -43,12 +43,12 @@ def collect(paths: Paths, documents: Sequence[JobKey]) -> list[dict[str, Any]]:
     for dataset, task, kind in documents:
         about, tables = read_tables(paths.experiment(dataset, task, kind))
         costs = read_tables(paths.experiment_cost(dataset, task, kind))[1]
-        named = {one.name: one for one in tables}
+        named = {table.name: table for table in tables}
         if held_out := named.get(PREDICTIONS):
             where = {key: about[key] for key in ("dataset", "task", "model")}
             predicted += [{**where, **row} for row in held_out.rows]
         collected.append({**about, "kind": kind})
-        numbers += [row for one in (*tables, *costs) for row in _rows(about, one)]
+        numbers += [row for table in (*tables, *costs) for row in _rows(about, table)]
     write_bytes(paths.metrics_table, csv_bytes((*COLUMNS, REASON), numbers))
     write_bytes(paths.predictions, csv_bytes(PREDICTION_COLUMNS, predicted))
     return collected

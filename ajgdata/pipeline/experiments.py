@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ajgdata.experiments import EXPERIMENTS, Asked, asked_of
+from ajgdata.experiments import EXPERIMENTS, Request, requested_experiments
 from ajgdata.experiments.base import Experiment, Inputs, Other, Result, TaskResults
 from ajgdata.features.spectrum import differing_axes
 from ajgdata.models.device import device_facts
@@ -38,48 +38,48 @@ TaskKey = tuple[str, str]  #: data set, and task or embedding
 JobKey = tuple[str, str, str]  #: data set, task or embedding, and name of the job
 
 
-def asked_for(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[Asked]:
+def requests_for(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[Request]:
     """Return every experiment that tasks and embeddings ask for, in the order of the report."""
-    return [one for dataset, task in tasks for one in asked_of(specs[dataset], task)]
+    return [r for dataset, task in tasks for r in requested_experiments(specs[dataset], task)]
 
 
 def of_paper(
-    specs: Mapping[str, DatasetSpec], asked: Mapping[JobKey, Asked]
-) -> dict[JobKey, Asked]:
+    specs: Mapping[str, DatasetSpec], requests: Mapping[JobKey, Request]
+) -> dict[JobKey, Request]:
     """Return the experiments that reproduce the paper: cross-validation and the named experiments
     of tasks with published values, and embeddings of data sets with such tasks."""
-    return {key: one for key, one in asked.items() if _is_of_paper(specs[one.dataset], one)}
+    return {key: r for key, r in requests.items() if _is_of_paper(specs[r.dataset], r)}
 
 
-def _is_of_paper(spec: DatasetSpec, asked: Asked) -> bool:
-    name = asked.experiment.name
-    if asked.experiment.of_embedding:
+def _is_of_paper(spec: DatasetSpec, request: Request) -> bool:
+    name = request.experiment.name
+    if request.experiment.of_embedding:
         return any(task.papers for task in spec.tasks.values())
-    papers = spec.tasks[asked.task].papers
+    papers = spec.tasks[request.task].papers
     return name in papers or (bool(papers) and name == CROSS_VALIDATION)
 
 
-def computed(paths: Paths, asked: Sequence[Asked]) -> list[Asked]:
+def computed(paths: Paths, requests: Sequence[Request]) -> list[Request]:
     """Return the experiments whose results exist, each with the models that were measured."""
-    found = []
-    for one in asked:
+    measured = []
+    for request in requests:
         models = [
             model
-            for model, key in zip(one.models, one.keys, strict=True)
+            for model, key in zip(request.models, request.keys, strict=True)
             if paths.experiment(*key).is_file() and paths.experiment_cost(*key).is_file()
         ]
         if models:
-            found.append(replace(one, models=tuple(models)))
-    return found
+            measured.append(replace(request, models=tuple(models)))
+    return measured
 
 
-def page_of(asked: Asked, spec: DatasetSpec) -> str:
+def page_of(request: Request, spec: DatasetSpec) -> str:
     """Return the name of the page that an experiment on a task stands on: that which the task
     names, or that of its data set, unless the experiment has its own."""
-    one = asked.experiment
-    if one.own_page or one.of_embedding:
-        return one.name
-    return spec.tasks[asked.task].page or asked.dataset
+    experiment = request.experiment
+    if experiment.own_page or experiment.of_embedding:
+        return experiment.name
+    return spec.tasks[request.task].page or request.dataset
 
 
 def run_experiment(
@@ -90,7 +90,7 @@ def run_experiment(
     task: str,
     settings: Mapping[str, Any],
     split: Mapping[str, Any],
-    others: Sequence[str],
+    other_sets: Sequence[str],
     audio: AudioSettings,
     features: FeatureSettings,
     paths: Paths,
@@ -110,11 +110,11 @@ def run_experiment(
     experiment, table = EXPERIMENTS[name], read_store(store)
     about = {"experiment": name, "dataset": dataset, "task": task, "model": model, "seed": seed}
     about |= {**split, "settings": settings, "provenance": dict(table.attrs), **device_facts()}
-    compared = {other: _comparable(store, table, paths.features(other)) for other in others}
+    compared = {other: _comparable(store, table, paths.features(other)) for other in other_sets}
     read_too = compared if experiment.reads_recordings else {}
     inputs = Inputs(
-        dataset=dataset, task=task, **split, seed=seed, store=table, others=compared, audio=audio,
-        features=features, **_encoded(*encoders),
+        dataset=dataset, task=task, **split, seed=seed, store=table, other_sets=compared,
+        audio=audio, features=features, **_encoded(*encoders),
         **_sounds(paths, dataset, audio, read_too, rendered),
     )  # fmt: skip
     results, costs = _measure(experiment, inputs, settings, about)
@@ -152,20 +152,16 @@ def _comparable(store: Path, table: FeatureRows, path: Path) -> FeatureRows:
 
 
 def _sounds(
-    paths: Paths,
-    dataset: str,
-    audio: AudioSettings,
-    others: Mapping[str, FeatureRows],
-    rendered: str,
+    paths: Paths, dataset: str, audio: AudioSettings, read: Mapping[str, FeatureRows], rendered: str
 ) -> dict[str, Any]:
     """Return what reads recordings, and what simulates sounds, by name of the input."""
     # SciPy and the simulation, which Snakemake does not need
     from ajgdata.pipeline.recipes import renderer
     from ajgdata.pipeline.recordings import RecordingReader
 
-    read = {n: AudioSettings.model_validate(_settings(one)["audio"]) for n, one in others.items()}
+    settings = {n: AudioSettings.model_validate(_settings(t)["audio"]) for n, t in read.items()}
     return {
-        "recordings": RecordingReader(paths, {dataset: audio, **read}),
+        "recordings": RecordingReader(paths, {dataset: audio, **settings}),
         "render": renderer(paths, dataset) if rendered else None,
     }
 
@@ -185,16 +181,19 @@ def _encoded(latents: Path | None = None, training_cost: Path | None = None) -> 
 
 
 def read_results(
-    paths: Paths, asked: Asked, specs: Mapping[str, DatasetSpec], paper: Mapping[str, PaperFigure]
+    paths: Paths,
+    request: Request,
+    specs: Mapping[str, DatasetSpec],
+    paper: Mapping[str, PaperFigure],
 ) -> tuple[TaskResults, list[tuple[str, str]]]:
     """Return the results of an experiment on a task, and the label of each model that was skipped,
     with the reason."""
-    spec, results, skipped = specs[asked.dataset], [], []
-    split, source = spec.task_settings(asked.task), "recorded"
-    for model, kind in zip(asked.models, asked.kinds, strict=True):
-        about, tables = read_tables(paths.experiment(asked.dataset, asked.task, kind))
-        _, costs = read_tables(paths.experiment_cost(asked.dataset, asked.task, kind))
-        label = asked.label(model or about["model"], split["kind"])
+    spec, results, skipped = specs[request.dataset], [], []
+    split, source = spec.task_settings(request.task), "recorded"
+    for model, kind in zip(request.models, request.kinds, strict=True):
+        about, tables = read_tables(paths.experiment(request.dataset, request.task, kind))
+        _, costs = read_tables(paths.experiment_cost(request.dataset, request.task, kind))
+        label = request.label(model or about["model"], split["kind"])
         source = about["provenance"]["source"]
         if "skipped" in about:
             skipped.append((label, about["skipped"]))
@@ -202,20 +201,22 @@ def read_results(
             named, cost = ({t.name: t for t in some} for some in (tables, costs))
             results.append(Result(model or about["model"], label, about, named, cost))
     return TaskResults(
-        experiment=asked.experiment.name,
+        experiment=request.experiment.name,
         dataset=spec.name,
         dataset_title=spec.title or spec.name,
-        task=asked.task,
+        task=request.task,
         kind=split["kind"],
         target=split["target"],
         unit=split["unit"],
         groups=split["groups"],
         source="simulated" if source == "simulated" else "recorded",
-        page=page_of(asked, spec),
-        settings=asked.settings,
+        page=page_of(request, spec),
+        settings=request.settings,
         results=tuple(results),
-        papers={part: paper[name] for part, name in _papers(asked, specs, paper).items()},
-        others={n: Other(specs[n].title or n, specs[n].level) for n in asked.others if n in specs},
+        papers={part: paper[name] for part, name in _papers(request, specs, paper).items()},
+        other_sets={
+            n: Other(specs[n].title or n, specs[n].level) for n in request.other_sets if n in specs
+        },
         level=spec.level,
         period_deg=split.get("period_deg"),
         left_out=results[0].about.get("left_out", {}) if results else {},
@@ -223,14 +224,14 @@ def read_results(
 
 
 def _papers(
-    asked: Asked, specs: Mapping[str, DatasetSpec], paper: Mapping[str, PaperFigure]
+    request: Request, specs: Mapping[str, DatasetSpec], paper: Mapping[str, PaperFigure]
 ) -> Mapping[str, str]:
     """Return the published values that results are compared with, by part.
 
     An embedding is compared if a task of its data set is.
     """
-    one, spec = asked.experiment, specs[asked.dataset]
-    if not one.of_embedding:
-        return spec.tasks[asked.task].papers
+    experiment, spec = request.experiment, specs[request.dataset]
+    if not experiment.of_embedding:
+        return spec.tasks[request.task].papers
     named = [task.papers for task in spec.tasks.values()]
-    return {one.name: one.paper} if one.paper in paper and any(named) else {}
+    return {experiment.name: experiment.paper} if experiment.paper in paper and any(named) else {}

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ajgdata.acquire.recipe import session_names
-from ajgdata.experiments import all_asked
+from ajgdata.experiments import all_requests
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.report.comparison import parse_paper
@@ -51,7 +51,7 @@ def plan(
     plans = {}
     for name in names:  # grows by the data sets that tasks are tested on
         spec = read_dataset(paths, name)
-        list(all_asked(spec, paths.dataset(name)))  # raises DataError for wrong settings
+        list(all_requests(spec, paths.dataset(name)))  # raises DataError for wrong settings
         virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
         recorded = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
         if check:
@@ -73,7 +73,7 @@ def plan(
 
 def _test_datasets(spec: DatasetSpec) -> set[str]:
     """Return the other data sets that tasks of `spec` are tested on."""
-    return {other for task in spec.tasks.values() for other in task.others}
+    return {other for task in spec.tasks.values() for other in task.other_sets}
 
 
 def _how_to_import(name: str) -> str:
@@ -145,7 +145,7 @@ def config_problems(paths: Paths, spec: DatasetSpec) -> Iterator[tuple[str, str]
     unknown figures of the paper."""
     known, figures = list_datasets(paths), parse_paper(read_paper(paths))
     for name, task in spec.tasks.items():
-        for other in task.others:
+        for other in task.other_sets:
             if other == spec.name or other not in known:
                 problem = "the data set itself" if other == spec.name else "no such data set"
                 fix = f"correct the name; declared here: {', '.join(known)}"

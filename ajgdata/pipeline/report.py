@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from ajgdata.ablations import reasons_of, with_verdicts
-from ajgdata.experiments import EXPERIMENTS, Asked
+from ajgdata.experiments import EXPERIMENTS, Request
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import training_cost
 from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths
 from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.dataset_summary import summary
-from ajgdata.pipeline.experiments import JobKey, TaskKey, asked_for, computed, read_results
+from ajgdata.pipeline.experiments import JobKey, TaskKey, computed, read_results, requests_for
 from ajgdata.pipeline.exports import with_tables, write_csv, write_exports
 from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import navigation_of, pages_of
@@ -70,7 +70,7 @@ def build_report(
     that the target did not request: they are of an earlier run and may be outdated.
     """
     specs = {name: read_dataset(paths, name) for name in datasets}
-    asked = computed(paths, wanted := asked_for(specs, tasks))
+    asked = computed(paths, wanted := requests_for(specs, tasks))
     keys = [key for one in asked for key in one.keys]
     existing = {name: spec for name, spec in specs.items() if paths.features(name).is_file()}
     present = [name for name in published if paths.published_sums(name).is_file()]
@@ -176,7 +176,7 @@ def _contents(report: Report, measured: Sequence[Mapping[str, Any]]) -> dict[str
 def _assembled(
     paths: Paths,
     specs: Mapping[str, DatasetSpec],
-    asked: Sequence[Asked],
+    asked: Sequence[Request],
     results: Sequence[TaskResults],
     paper: Mapping[str, PaperFigure],
     ablations: Sequence[Path],
@@ -203,7 +203,7 @@ def _assembled(
 def _read(
     paths: Paths,
     specs: Mapping[str, DatasetSpec],
-    asked: Sequence[Asked],
+    asked: Sequence[Request],
     paper: Mapping[str, PaperFigure],
 ) -> tuple[list[TaskResults], tuple[str, ...]]:
     """Return all results on tasks, and what could not be measured."""

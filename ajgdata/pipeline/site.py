@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-from ajgdata.experiments import Asked
+from ajgdata.experiments import Request
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import page_of
 from ajgdata.report.comparison import parse_paper
@@ -20,10 +20,10 @@ TASKS = "Tasks"  #: group of the pages if no result is compared with the paper
 
 
 def pages_of(
-    paths: Paths, specs: Mapping[str, DatasetSpec], asked: Sequence[Asked]
+    paths: Paths, specs: Mapping[str, DatasetSpec], asked: Sequence[Request]
 ) -> list[ExperimentPage]:
     """Return the pages on experiments: first those of the paper, in the paper's order."""
-    grouped: dict[str, list[Asked]] = {}
+    grouped: dict[str, list[Request]] = {}
     for one in asked:
         grouped.setdefault(page_of(one, specs[one.dataset]), []).append(one)
     ids = list(parse_paper(read_paper(paths)))
@@ -34,7 +34,7 @@ def pages_of(
     ]
 
 
-def _place(asked: Iterable[Asked], specs: Mapping[str, DatasetSpec], ids: list[str]) -> int:
+def _place(asked: Iterable[Request], specs: Mapping[str, DatasetSpec], ids: list[str]) -> int:
     """Return the place of the first published value of a page, or the end."""
     named: list[str] = []
     for one in asked:
@@ -48,7 +48,7 @@ def _place(asked: Iterable[Asked], specs: Mapping[str, DatasetSpec], ids: list[s
 def _page(
     paths: Paths,
     name: str,
-    asked: Sequence[Asked],
+    asked: Sequence[Request],
     specs: Mapping[str, DatasetSpec],
     in_paper: bool,
 ) -> ExperimentPage:
@@ -76,7 +76,7 @@ def _page(
     )
 
 
-def _owns(asked: Asked) -> bool:
+def _owns(asked: Request) -> bool:
     """Return whether an experiment has a page of its own."""
     return asked.experiment.own_page or asked.experiment.of_embedding
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from ajgdata.acquire.protocol import REFERENCE
-from ajgdata.experiments import all_asked
+from ajgdata.experiments import all_requests
 from ajgdata.paths import DATASET_FILE, Paths
 from ajgdata.pipeline.plan import config_problems
 from ajgdata.pipeline.progress import Started
@@ -40,7 +40,7 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
     be used.
     """
     spec = read_dataset(paths, dataset)
-    list(all_asked(spec, paths.dataset(dataset)))  # raises DataError for what cannot be made
+    list(all_requests(spec, paths.dataset(dataset)))  # raises DataError for what cannot be made
     names = list_sessions(paths, dataset)
     sessions = [check_session(paths.session(dataset, name)) for name in names]
     advance = started(sum(len(session.files) for session in sessions))

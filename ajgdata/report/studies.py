@@ -102,7 +102,7 @@ def convergence(table: Table) -> Illustration:
     """Return the relative error of each refined case against the grid spacing, and the orders at
     which refinement brings the known answers nearer."""
     orders = []
-    cases = table.parted("case").values()
+    cases = table.split_by("case").values()
     for rows in cases:
         grid, error = rows.numbers("dx_mm"), rows.numbers("error")
         fine, coarse = int(np.argmin(grid)), int(np.argmax(grid))

@@ -99,7 +99,7 @@ def name_form(files: Sequence[Path]) -> NameForm:
     forms = Counter(tuple(texts[1::2]) for texts in parts.values())
     separators = forms.most_common(1)[0][0]
     same = [texts[::2] for texts in parts.values() if tuple(texts[1::2]) == separators]
-    others = tuple(path for path, texts in parts.items() if tuple(texts[1::2]) != separators)
+    different = tuple(path for path, texts in parts.items() if tuple(texts[1::2]) != separators)
     return NameForm(
-        tuple(NameField(texts) for texts in zip(*same, strict=True)), separators, others
+        tuple(NameField(texts) for texts in zip(*same, strict=True)), separators, different
     )

@@ -49,7 +49,7 @@ class Table:
         chosen = (row for row in self.rows if all(row[k] == v for k, v in values.items()))
         return replace(self, rows=tuple(chosen))
 
-    def parted(self, key: str) -> dict[Any, Table]:
+    def split_by(self, key: str) -> dict[Any, Table]:
         """Return a table for each value of a column, in order of first appearance."""
         return {value: self.where(**{key: value}) for value in dict.fromkeys(self.column(key))}
 

@@ -70,7 +70,7 @@ class Task(Strict):
     )
 
     @property
-    def asked(self) -> dict[str, dict[str, Any]]:
+    def requested(self) -> dict[str, dict[str, Any]]:
         """Return every experiment that is asked for by name, with its settings as they are given.
 
         Cross-validation, which most tasks want, has its settings in the task itself.
@@ -79,9 +79,9 @@ class Task(Strict):
         return ({CROSS_VALIDATION: own} if self.models else {}) | self.experiments
 
     @property
-    def others(self) -> tuple[str, ...]:
+    def other_sets(self) -> tuple[str, ...]:
         """Return the other data sets that its experiments need, from `test_on`."""
-        named = [one.get("test_on", ()) for one in self.asked.values()]
+        named = [settings.get("test_on", ()) for settings in self.requested.values()]
         listed = (names for names in named if isinstance(names, (list, tuple)))
         return tuple(dict.fromkeys(str(name) for names in listed for name in names))
 

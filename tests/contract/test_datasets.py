@@ -65,7 +65,7 @@ def test_tasks_have_more_groups_than_folds_in_every_class(name, task):
 @pytest.mark.parametrize(("name", "task"), TASKS)
 def test_what_a_task_is_tested_on_has_its_target_and_features(name, task):
     settings = SPECS[name].tasks[task]
-    for other in settings.others:
+    for other in settings.other_sets:
         assert SPECS[other].features == SPECS[name].features
         assert SPECS[other].targets[settings.target] == SPECS[name].targets[settings.target]
         assert _drawn_for(other) == _drawn_for(name)

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from ajgdata.acquire.recipe import session_names
-from ajgdata.experiments import Asked
+from ajgdata.experiments import Request
 from ajgdata.experiments.comparison import excitation_of, features_of
 from ajgdata.gripper import SAMPLE_RATE_HZ
 from ajgdata.paths import Paths
-from ajgdata.pipeline.experiments import asked_for, run_experiment
+from ajgdata.pipeline.experiments import requests_for, run_experiment
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.store.features import Column, FeatureRows, text_column, write_store
 from ajgdata.store.sessions import list_datasets, read_dataset
@@ -28,25 +28,25 @@ SPECS = {name: read_dataset(PATHS, name) for name in list_datasets(PATHS)}
 MADE = [name for name, spec in SPECS.items() if spec.recipe]
 TASKS = [(name, task) for name in MADE for task in SPECS[name].tasks]
 #: Each experiment of each task, and those that need recordings, which are not made up here.
-ALL = asked_for(SPECS, TASKS)
+ALL = requests_for(SPECS, TASKS)
 COMPARED = [one for one in ALL if one.experiment.name == "comparison"]
-ASKED = [one for one in ALL if one.experiment.name != "comparison"]
+REQUESTS = [one for one in ALL if one.experiment.name != "comparison"]
 
 
-def _branches(one: Asked) -> tuple[str, bool, bool]:
+def _branches(one: Request) -> tuple[str, bool, bool]:
     """Return the experiment, and whether it tests on other data sets or withholds values."""
     withholds = bool(SPECS[one.dataset].tasks[one.task].withhold)
-    return one.experiment.name, bool(one.others), withholds
+    return one.experiment.name, bool(one.other_sets), withholds
 
 
 #: The first task of each experiment, and of each cross-validation with other parts.
 MEASURED = list(
     {
         _branches(one) if one.experiment.name == "cross_validation" else one.experiment.name: one
-        for one in reversed(ASKED)
+        for one in reversed(REQUESTS)
     }.values()
 )
-STORED = sorted({name for one in MEASURED for name in (one.dataset, *one.others)})
+STORED = sorted({name for one in MEASURED for name in (one.dataset, *one.other_sets)})
 IDS = [f"{one.dataset}-{one.task}-{one.experiment.name}" for one in MEASURED]
 HZ = np.linspace(0, 20_000, 24)
 #: Of the same kind of result as every other model, at a fraction of the time.
@@ -116,7 +116,7 @@ SMALLER = {
 MODELS = {"sorting": "linear_plain"}
 
 
-def run(stores: dict[str, Path], asked: Asked, folder: Path) -> tuple[dict, dict[str, Table]]:
+def run(stores: dict[str, Path], asked: Request, folder: Path) -> tuple[dict, dict[str, Table]]:
     """Measure an experiment on a store, and return what is stored of it."""
     name, spec = asked.experiment.name, SPECS[asked.dataset]
     settings = asked.settings.model_dump(mode="json")
@@ -126,7 +126,7 @@ def run(stores: dict[str, Path], asked: Asked, folder: Path) -> tuple[dict, dict
     run_experiment(
         stores[asked.dataset], kind=f"{name}-{model}" if model else name, dataset=asked.dataset,
         task=asked.task, settings=settings, split=spec.task_settings(asked.task),
-        others=list(asked.others), audio=spec.audio,
+        other_sets=list(asked.other_sets), audio=spec.audio,
         features=spec.features, paths=Paths(stores[asked.dataset].parents[2]), seed=0,
         tables=tables, cost=cost,
     )  # fmt: skip
@@ -143,7 +143,7 @@ def test_each_experiment_is_made_of_its_task(stores, tmp_path, asked):
         check_cross_validation(asked, tables)
 
 
-def check_cross_validation(asked: Asked, tables: dict[str, Table]) -> None:
+def check_cross_validation(asked: Request, tables: dict[str, Table]) -> None:
     grouped = tables["scores"].where(part="grouped")
     folds = {row["statistic"] for row in grouped.rows if row["statistic"].startswith("fold")}
     assert 1 < len(folds) <= SPECS[asked.dataset].tasks[asked.task].folds

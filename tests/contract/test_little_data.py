@@ -15,7 +15,7 @@ from recorded import make_features
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.paths import Paths
 from ajgdata.pipeline.embed import train_embedding
-from ajgdata.pipeline.experiments import asked_for, run_experiment
+from ajgdata.pipeline.experiments import requests_for, run_experiment
 from ajgdata.pipeline.report import build_report
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.audio import write_pcm24
@@ -121,7 +121,7 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
             latents=paths.latents("little", name), cost=paths.training_cost("little", name),
         )  # fmt: skip
     told = {}
-    for one in asked_for(
+    for one in requests_for(
         {"little": spec}, [("little", t) for t in (*spec.tasks, *spec.embeddings)]
     ):
         encoders = [paths.latents("little", one.task), paths.training_cost("little", one.task)]
@@ -130,7 +130,7 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
             run_experiment(
                 paths.features("little"), kind=kind, dataset="little", task=one.task,
                 settings=one.job_settings(kind), split=spec.task_settings(one.task),
-                others=list(one.others), rendered="x" if one.experiment.renders else "",
+                other_sets=list(one.other_sets), rendered="x" if one.experiment.renders else "",
                 audio=AudioSettings(sample_rate_hz=RATE_HZ), features=spec.features,
                 paths=paths, encoders=encoders if one.experiment.of_embedding else [], seed=0,
                 tables=tables, cost=paths.experiment_cost("little", one.task, kind),

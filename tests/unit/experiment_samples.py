@@ -70,7 +70,7 @@ def task_results(
         "kind": kind, "target": "edge_mm", "unit": "mm" if kind == "regression" else "",
         "groups": "grasp_id", "source": "simulated",
         "settings": EXPERIMENTS[name].settings.model_validate(settings or {}),
-        "results": results, "others": {n: Other(f"Gripper {n}") for n in ("b", "c")},
+        "results": results, "other_sets": {n: Other(f"Gripper {n}") for n in ("b", "c")},
     } | changes  # fmt: skip
     return TaskResults(**values)
 

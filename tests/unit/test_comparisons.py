@@ -7,7 +7,7 @@ from worlds import RATE_HZ
 
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.evaluate.crossval import cross_validate
-from ajgdata.experiments import EXPERIMENTS, asked_of
+from ajgdata.experiments import EXPERIMENTS, requested_experiments
 from ajgdata.experiments.base import Inputs
 from ajgdata.experiments.comparison import Settings, check, features_of, measure
 from ajgdata.features.spectrum import spectrum
@@ -173,7 +173,7 @@ def test_a_comparison_is_one_file(project):
     tasks = {"edge": {"target": "edge_mm", "models": []}}
     project.declare(tasks=tasks)
     declare(project)
-    asked = asked_of(read_dataset(project.paths, "d"), "edge")[-1]
+    asked = requested_experiments(read_dataset(project.paths, "d"), "edge")[-1]
     assert asked.kinds == ("comparison-splits",) and asked.label("splits", "regression") == "T"
     assert list(asked.job_settings("comparison-splits")["comparisons"]) == ["splits"]
     declare(project, task="none")

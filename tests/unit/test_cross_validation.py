@@ -166,7 +166,7 @@ def test_other_data_sets_are_tested_without_a_grasp_on_both_sides():
     new = store(grasp_id=text_column([f"t/{n}" for n in range(40)]))
     others = {"copy": store(), "new": new}
     settings = Settings(test_on=("copy", "new"))
-    tables, _, about = measured(settings=settings, others=others, withhold=[15.0])
+    tables, _, about = measured(settings=settings, other_sets=others, withhold=[15.0])
     for metric in ("rmse", "mae"):
         there = folds_of(tables, "on:copy", metric)
         assert there == folds_of(tables, "grouped", metric)

@@ -76,7 +76,7 @@ def with_parts():
     return sizes(
         size_result(parts=parts),
         settings=Settings(test_on=("size_80dba",)),
-        others={"size_80dba": Other("Sizes at 80 dBA")},
+        other_sets={"size_80dba": Other("Sizes at 80 dBA")},
         papers={name: paper_figure(name.replace("_", "-"), 2.6) for name in names},
     )
 
@@ -91,7 +91,7 @@ def test_a_result_that_is_not_better_than_chance_says_so():
     names = {"unknown": paper_figure("unknown", 8.0, unit="°")}
     task = sizes(
         size_result(parts=parts), unit="°", papers=names,
-        settings=Settings(test_on=("a", "b")), others={"a": Other("A"), "b": Other("B")},
+        settings=Settings(test_on=("a", "b")), other_sets={"a": Other("A"), "b": Other("B")},
     )  # fmt: skip
     _, withheld, near, better = EXPERIMENT.rows(task)
     assert withheld.value == "54.0 ± 5.0°, not better than chance"
@@ -169,7 +169,7 @@ def test_a_lesson_is_learned_where_a_model_fails_and_silence_says_why(there, fla
     parts = {"on:bar": ({"rmse": Score(there, 1.0)}, 9.0)}
     task = sizes(
         size_result(parts=parts), papers={"bar": paper}, settings=Settings(test_on=("bar",)),
-        others={"bar": Other("Bar turned")},
+        other_sets={"bar": Other("Bar turned")},
     )  # fmt: skip
     (row,) = beside(task, lookup)
     assert row.agrees == agrees

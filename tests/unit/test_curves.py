@@ -40,5 +40,5 @@ def test_a_size_that_fails_leaves_the_others():
     ask = {"kind": "classification", "model": "knn_plain", "repeats": 2, "seed": 1}
     whole = learning_curve(data, sizes=(1, 8), **ask)
     found = learning_curve(data, sizes=(1, 8, 9), **ask)
-    assert found.points == whole.points and whole.others == {}
-    assert list(found.others) == [9] and "a class has 8" in found.others[9]
+    assert found.points == whole.points and whole.skipped == {}
+    assert list(found.skipped) == [9] and "a class has 8" in found.skipped[9]

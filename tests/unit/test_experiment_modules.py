@@ -9,7 +9,7 @@ from experiment_samples import measured, small_inputs, task_results
 from ajgdata.evaluate.calibration import weighted_quantile
 from ajgdata.evaluate.in_use import calibration, half_width
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.experiments import EXPERIMENTS, asked_of
+from ajgdata.experiments import EXPERIMENTS, requested_experiments
 from ajgdata.experiments.base import Outcome
 from ajgdata.experiments.sorting import PLAIN
 from ajgdata.models import fit_model, make_model
@@ -199,4 +199,4 @@ def spec(**changes) -> DatasetSpec:
 )
 def test_what_cannot_be_measured_is_refused_with_task_and_reason(experiments, says):
     with pytest.raises(ValueError, match=f"task t: .*{says}"):
-        asked_of(spec(experiments=experiments), "t")
+        requested_experiments(spec(experiments=experiments), "t")

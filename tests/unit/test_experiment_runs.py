@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from experiment_samples import small_store
 
-from ajgdata.experiments import Asked
+from ajgdata.experiments import Request
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
-from ajgdata.pipeline.experiments import asked_for, read_results, run_experiment
+from ajgdata.pipeline.experiments import read_results, requests_for, run_experiment
 from ajgdata.store.features import write_store
 from ajgdata.types import DatasetSpec
 
@@ -34,11 +34,11 @@ SPEC = DatasetSpec.model_validate(
 )
 
 
-def run(paths: Paths, asked: Asked, **changes) -> None:
+def run(paths: Paths, asked: Request, **changes) -> None:
     for kind in asked.kinds:
         ask = {
             "kind": kind, "dataset": "d", "task": "t", "split": SPLIT,
-            "settings": asked.settings.model_dump(mode="json"), "others": [], "audio": SPEC.audio,
+            "settings": asked.settings.model_dump(mode="json"), "other_sets": [], "audio": SPEC.audio,
             "features": SPEC.features, "paths": paths, "seed": 3,
             "tables": paths.experiment("d", "t", kind),
             "cost": paths.experiment_cost("d", "t", kind),
@@ -50,13 +50,13 @@ def run(paths: Paths, asked: Asked, **changes) -> None:
 def paths(tmp_path_factory):
     made = Paths(tmp_path_factory.mktemp("project"))
     write_store(made.features("d"), small_store())
-    for asked in asked_for({"d": SPEC}, [("d", "t")]):
+    for asked in requests_for({"d": SPEC}, [("d", "t")]):
         run(made, asked)
     return made
 
 
 def collected(paths: Paths) -> tuple[list[dict], list[dict[str, str]], list[dict[str, str]]]:
-    asked = asked_for({"d": SPEC}, [("d", "t")])
+    asked = requests_for({"d": SPEC}, [("d", "t")])
     documents = [("d", "t", kind) for one in asked for kind in one.kinds]
     about = collect(paths, documents)
     rows = [
@@ -67,7 +67,7 @@ def collected(paths: Paths) -> tuple[list[dict], list[dict[str, str]], list[dict
 
 
 def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(paths):
-    *_, curve = (one for one in asked_for({"d": SPEC}, [("d", "t")]) if "curve" in one.kinds[0])
+    *_, curve = (one for one in requests_for({"d": SPEC}, [("d", "t")]) if "curve" in one.kinds[0])
     results, skipped = read_results(paths, curve, {"d": SPEC}, {})
     assert results.results == ()
     ((label, reason),) = skipped

@@ -23,7 +23,7 @@ def test_each_row_is_a_part_that_a_task_compares_with_its_published_value(row):
     parts = {part: key for part, (key, _) in PARTS.items()}
     parts |= {elsewhere(name): name for name in settings.test_on}
     if kind == FITS:
-        (name,) = settings.asked["repeated_fits"]["test_on"]
+        (name,) = settings.requested["repeated_fits"]["test_on"]
         parts = {part_of(name): "repeated_fits"}
     part = statistic.rsplit(" ", 1)[0]
     assert settings.papers[parts[part]] == figure

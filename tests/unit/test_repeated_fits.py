@@ -57,7 +57,7 @@ def louder(store, rng):
 
 def test_fits_differ_by_their_seed_and_the_paper_s_value_is_compared_with_their_median():
     inputs = small_inputs(
-        "regression", others={"b": louder(small_store(), np.random.default_rng(3))}
+        "regression", other_sets={"b": louder(small_store(), np.random.default_rng(3))}
     )
     ask = {"test_on": ["b"], "repeats": 3, "models": ["knn_plain", "ridge_plain"]}
     outcomes = {model: measured("repeated_fits", inputs, model, **ask) for model in ask["models"]}

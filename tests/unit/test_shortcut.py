@@ -24,7 +24,7 @@ def elsewhere(*, quiet: bool) -> FeatureRows:
 
 def measured(model="linear", settings=None, **changes):
     others = {"loud": elsewhere(quiet=False), "quiet": elsewhere(quiet=True)}
-    given = inputs(**({"others": others} | changes))
+    given = inputs(**({"other_sets": others} | changes))
     settings = settings or Settings(test_on=("loud", "quiet"))
     return {table.name: table for table in shortcut.measure(given, settings, model).tables}
 
@@ -61,7 +61,7 @@ def silence(**flagged: bool) -> TaskResults:
         results.append(Result(model, model, {"folds": 2}, tables, {}))
     return sizes(
         results=tuple(results), experiment="shortcut", papers={},
-        settings=Settings(test_on=("quiet",)), others={"quiet": Other("Silence")},
+        settings=Settings(test_on=("quiet",)), other_sets={"quiet": Other("Silence")},
     )  # fmt: skip
 
 

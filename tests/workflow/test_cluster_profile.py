@@ -9,7 +9,7 @@ import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 PROFILE = yaml.safe_load((ROOT / "profiles/slurm/config.yaml").read_text())
-ASKED = PROFILE["set-resources"]
+REQUESTS = PROFILE["set-resources"]
 #: A rule with a script, or one that another one is made of: the others start no job.
 RULE = re.compile(
     r"^ *(?:use )?rule (?:\w+ as )?(\w+)(?: with)?:\n((?:(?! *(?:use )?rule ).*\n)*)", re.M
@@ -25,15 +25,15 @@ JOBS = {
 def asked(rule: str, attempt: int, size_mb: int = 100) -> dict[str, int]:
     """What the profile asks for, as Snakemake works it out."""
     names = {"attempt": attempt, "input": SimpleNamespace(size_mb=size_mb)}
-    return {key: eval(str(value), {}, names) for key, value in ASKED[rule].items()}
+    return {key: eval(str(value), {}, names) for key, value in REQUESTS[rule].items()}
 
 
 def test_every_rule_that_starts_jobs_has_a_line():
     assert {"acquire", "features", "report", "report_everything"} <= JOBS
-    assert JOBS - set(ASKED) == set()
+    assert JOBS - set(REQUESTS) == set()
 
 
-@pytest.mark.parametrize("rule", ASKED)
+@pytest.mark.parametrize("rule", REQUESTS)
 def test_each_attempt_asks_for_more(rule):
     first, second, third = (asked(rule, attempt) for attempt in (1, 2, 3))
     for need in ("mem_mb", "runtime"):
@@ -43,7 +43,7 @@ def test_each_attempt_asks_for_more(rule):
 
 def test_rules_of_groups_take_turns_and_no_others():
     grouped = PROFILE["groups"]
-    assert {rule for rule in ASKED if "turn" in ASKED[rule]} == set(grouped)
+    assert {rule for rule in REQUESTS if "turn" in REQUESTS[rule]} == set(grouped)
     assert set(grouped.values()) == set(PROFILE["group-components"])
     assert PROFILE["resources"] == {"turn": 1}
     assert PROFILE["set-resource-scopes"] == {"turn": "local"}  # or one group at a time would run

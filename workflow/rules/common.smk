@@ -6,9 +6,9 @@ def setting(name):
     )[name]
 
 
-def asked(wildcards):
+def requested(wildcards):
     """The experiment of a job and its settings."""
-    return ASKED[wildcards.dataset, wildcards.task, wildcards.kind]
+    return REQUESTS[wildcards.dataset, wildcards.task, wildcards.kind]
 
 
 def solved_before(wildcards):
@@ -34,7 +34,7 @@ def embedding_settings(wildcards):
 
 def measure_hash(wildcards):
     """Hash of the code of an experiment, with the simulation if the experiment renders sounds."""
-    experiment = asked(wildcards).experiment
+    experiment = requested(wildcards).experiment
     return layer_hash(
         "ablations" if experiment.renders else "evaluate",
         "pipeline/*record*.py",
@@ -47,7 +47,7 @@ def measure_hash(wildcards):
 def rendered_from(wildcards):
     """Digest of the recipe whose scenes an experiment renders again, "" if it renders none."""
     recipe = SPECS[wildcards.dataset].recipe
-    if not asked(wildcards).experiment.renders or recipe is None:
+    if not requested(wildcards).experiment.renders or recipe is None:
         return ""
     return settings_digest(recipe)
 
@@ -55,6 +55,6 @@ def rendered_from(wildcards):
 def encoder_files(wildcards):
     """Latents and training cost, for the experiments on them."""
     key = wildcards.dataset, wildcards.task
-    if not asked(wildcards).experiment.of_embedding:
+    if not requested(wildcards).experiment.of_embedding:
         return []
     return [PATHS.latents(*key), PATHS.training_cost(*key)]

@@ -37,5 +37,5 @@ use rule complete as complete_everything with:
         str(PATHS.log("complete_everything")),
     params:
         datasets=list(PLANS),
-        requested=list(ASKED),
+        requested=list(REQUESTS),
         trained=TRAINED,

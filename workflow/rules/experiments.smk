@@ -2,8 +2,8 @@
 rule experiment:
     input:
         store=PATHS.features("{dataset}"),
-        others=lambda wildcards: [
-            PATHS.features(other) for other in asked(wildcards).others
+        other_sets=lambda wildcards: [
+            PATHS.features(other) for other in requested(wildcards).other_sets
         ],
         encoders=encoder_files,
     output:
@@ -14,14 +14,14 @@ rule experiment:
     benchmark:
         "results/benchmarks/experiment/{dataset}.{task}.{kind}.tsv"
     # Simulations and networks take longest: begun last, the run would wait for them.
-    priority: lambda wildcards: int(asked(wildcards).experiment.renders or "cnn" in wildcards.kind)
+    priority: lambda wildcards: int(requested(wildcards).experiment.renders or "cnn" in wildcards.kind)
     conda:
         "../../environment.yml"
     params:
         function="experiments:run_experiment",
-        settings=lambda wildcards: asked(wildcards).job_settings(wildcards.kind),
+        settings=lambda wildcards: requested(wildcards).job_settings(wildcards.kind),
         split=lambda wildcards: SPECS[wildcards.dataset].task_settings(wildcards.task),
-        others=lambda wildcards: list(asked(wildcards).others),
+        other_sets=lambda wildcards: list(requested(wildcards).other_sets),
         audio=setting("audio"),
         features=setting("features"),
         rendered=rendered_from,

@@ -46,8 +46,8 @@ use rule report as report_everything with:
         report=PATHS.report,
         stores=[PATHS.features(name) for name in PLANS],
         quarantines=[PATHS.quarantine(name) for name in PLANS],
-        tables=[PATHS.experiment(*key) for key in ASKED],
-        costs=[PATHS.experiment_cost(*key) for key in ASKED],
+        tables=[PATHS.experiment(*key) for key in REQUESTS],
+        costs=[PATHS.experiment_cost(*key) for key in REQUESTS],
         studies=[PATHS.study(name) for name in STUDIES if name in PAGES],
         ablations=[PATHS.ablation(name) for name in ABLATED],
         published=[PATHS.published_sums(name) for name in PUBLISHED],
@@ -58,6 +58,6 @@ use rule report as report_everything with:
     benchmark:
         str(PATHS.benchmark("report_everything"))
     params:
-        requested=list(ASKED),
+        requested=list(REQUESTS),
     message:
         "Report on all results"
