@@ -31,8 +31,8 @@ def check(
     checked, issues = 0, list[Finding]()
     with bar("checking") as started:
         for name in dataset or list_datasets(paths):
-            count, more = validate_dataset(paths, name, started)
-            checked, issues = checked + count, issues + more
+            count, issues_of_set = validate_dataset(paths, name, started)
+            checked, issues = checked + count, issues + issues_of_set
     print_issues([i for i in issues if notes or i.level != "note"], everything=everything)
     counts = Counter(issue.level for issue in issues)
     say(

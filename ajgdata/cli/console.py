@@ -41,5 +41,5 @@ def shortened(lines: Iterable[tuple[str, str]], *, everything: bool) -> Iterator
     for reason, equal in names.items():
         shown = equal if everything or len(equal) <= SHOWN + 1 else equal[:SHOWN]
         yield from ((name, reason) for name in shown)
-        if more := len(equal) - len(shown):
-            yield f"and {more} more", f"{reason} (--all shows them)"
+        if remaining := len(equal) - len(shown):
+            yield f"and {remaining} more", f"{reason} (--all shows them)"

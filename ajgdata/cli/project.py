@@ -82,14 +82,14 @@ def status(
     say(f"{len(results) - outdated.total()} results are current, {outdated.total()} are not")
 
 
-def workflow_status(paths: Paths, more: Sequence[str] = ()) -> list[dict[str, str]]:
+def workflow_status(paths: Paths, options: Sequence[str] = ()) -> list[dict[str, str]]:
     """Return the rows of Snakemake's summary, one per result, see COLUMNS.
 
-    `snakemake --summary` prints them, with the arguments `more`; as a dry run it writes no log.
+    `snakemake --summary` prints them, with the arguments `options`; as a dry run it writes no log.
     Raises DataError with Snakemake's message.
     """
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile_of(paths))]
-    command += ["--directory", str(paths.root), "--summary", "--dry-run", *more]
+    command += ["--directory", str(paths.root), "--summary", "--dry-run", *options]
     both = subprocess.STDOUT  # a dry run prints to one stream what other runs print to the other
     done = subprocess.run(command, check=False, stdout=subprocess.PIPE, stderr=both, text=True)
     lines = [line for line in done.stdout.splitlines() if line.strip()]

@@ -89,12 +89,12 @@ def calibration(
     with threadpool_limits(limits=1):
         if kind == "classification":
             find = partial(scaling_temperature, features, target, groups, **options)
-            believed = {"temperature": _found(problems, "temperature", find)}
+            believed = {"temperature": _possible(problems, "temperature", find)}
         else:
             find = partial(
                 interval_half_width, features, target, groups, coverage, period=period, **options
             )
-            half = _found(problems, "half_width", find)
+            half = _possible(problems, "half_width", find)
             believed = {"half_width": half, "coverage": None if half is None else coverage}
         believed |= _novelty(problems, features, grasp, groups, objects, false_alarm, seed)
     return Calibration(
@@ -103,7 +103,7 @@ def calibration(
     )  # fmt: skip
 
 
-def _found(problems: dict[str, str], name: str, find: Callable[[], Any]) -> Any:
+def _possible(problems: dict[str, str], name: str, find: Callable[[], Any]) -> Any:
     """Return the result of `find`; None if it is not possible, with the reason in `problems`."""
     try:
         return find()
@@ -123,13 +123,13 @@ def _novelty(
 ) -> dict[str, float | None]:
     """Return threshold, false alarms and detection rate of novel objects."""
     find = partial(alarm, features, grasp, groups, false_alarm=false_alarm, seed=seed)
-    far: Alarm | None = _found(problems, "novelty_threshold", find)
+    far: Alarm | None = _possible(problems, "novelty_threshold", find)
     if far is None:
         return {}
     rate = None
     if objects is not None:
         detect = partial(detection_rate, features, grasp, objects, far.threshold, seed=seed)
-        rate = _found(problems, "detection_rate", detect)
+        rate = _possible(problems, "detection_rate", detect)
     return {
         "novelty_threshold": far.threshold,
         "false_alarm": far.false_alarm,

@@ -211,11 +211,11 @@ class TaskResults:
         return text if is_better else f"{text}, {NO_BETTER}"
 
     def compared(
-        self, paper: PaperFigure, result: str, model: str, agrees: Verdict, **more: Any
+        self, paper: PaperFigure, result: str, model: str, agrees: Verdict, **fields: Any
     ) -> PaperComparison:
-        """Return a row of the comparison with the paper; `more` are its further fields."""
+        """Return a row of the comparison with the paper; `fields` are its further fields."""
         where = self.dataset, self.task, self.source
-        return PaperComparison(paper, *where, result, model, agrees, **more)
+        return PaperComparison(paper, *where, result, model, agrees, **fields)
 
     def named(self, *parts: str) -> str:
         """Return the file name, without suffix, of a figure of this experiment."""

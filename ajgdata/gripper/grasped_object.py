@@ -36,7 +36,7 @@ from ajgdata.gripper.objects import (
     material_of,
 )
 from ajgdata.gripper.omissions import Part, bounds, omitted
-from ajgdata.gripper.rest import Rest, lies_on_rim, rest_on, rim_of, section
+from ajgdata.gripper.rest import Footing, lies_on_rim, rest_on, rim_of, section
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.walls import NO_MODES, NO_WALLS, ModeList, WallList
 
@@ -99,7 +99,7 @@ def _mean(fine: Real) -> Real:
     return fine.reshape(ny // FINER, FINER, nx // FINER, FINER).mean(axis=(1, 3))
 
 
-def body_of(scene: Scene, where: Imprint, force: float) -> tuple[Body, Rest] | None:
+def body_of(scene: Scene, where: Imprint, force: float) -> tuple[Body, Footing] | None:
     """The scene's object as a body under its imprint, and what it stands on; None if it is rigid or
     not touched."""
     thing = scene.object
@@ -124,7 +124,7 @@ def bed_of(scene: Scene, where: Imprint, force: float) -> Bed | None:
     return Bed(pack.frame(stress), seat(stress, pack, object_, latex), where.depth)
 
 
-def stack_of(scene: Scene, body: Body, footing: Rest, bed: Bed | None) -> Stack:
+def stack_of(scene: Scene, body: Body, footing: Footing, bed: Bed | None) -> Stack:
     """The column that `body` and, if any, `bed` make on what it rests on."""
     membrane = scene.gripper.membrane.mass_kg_m2
     if _shell(scene) is not None:

@@ -96,7 +96,7 @@ def foot_area(shape: Object, force: float, modulus: float) -> float:
 RUBBER = MATERIALS["rubber"]
 
 
-class Rest(NamedTuple):
+class Footing(NamedTuple):
     """What an object stands on: its foot (m²), stiffness (N/m, infinite on the rigid ground) and
     loss factor under it."""
 
@@ -105,18 +105,18 @@ class Rest(NamedTuple):
     loss: float
 
 
-def rest_on(support: Support, thing: Object, material: Material, load: float) -> Rest:
+def rest_on(support: Support, thing: Object, material: Material, load: float) -> Footing:
     """Return what `thing` of `material` stands on, pressed by `load` (N), its weight included."""
     own = plane_modulus(material.young_pa, material.poisson)
     if support.kind == "rigid":
-        return Rest(foot_area(thing, load, float(own)), np.inf, 0.0)
+        return Footing(foot_area(thing, load, float(own)), np.inf, 0.0)
     if lies_on_rim(support, thing):
         return _on_rim(support, thing)
     if isinstance(thing, Sphere | Ellipsoid):
         return _in_dish(support, thing, load)
     both = 1 / (1 / own + 1 / plane_modulus(RUBBER.young_pa, RUBBER.poisson))
     foot = foot_area(thing, load, float(both))
-    return Rest(foot, pad_stiffness(RUBBER, support.thickness_mm * MM, foot), RUBBER.loss)
+    return Footing(foot, pad_stiffness(RUBBER, support.thickness_mm * MM, foot), RUBBER.loss)
 
 
 def lies_on_rim(support: Support, thing: Object) -> bool:
@@ -145,26 +145,26 @@ def rim_of(support: Support) -> Ring:
     return Ring(support.rim_radius_mm * MM, stiffness, RUBBER.loss)
 
 
-def _on_rim(support: Support, thing: Object) -> Rest:
+def _on_rim(support: Support, thing: Object) -> Footing:
     ring = rim_of(support)
     around = 2 * np.pi * ring.radius
     # A flat underside bends over the rim (bending.ring_modes); it is not squeezed through it.
     flat = not isinstance(thing, Sphere | Ellipsoid)
     length, width = (size * MM for size in thing.size_mm[:2])
     foot = length * width if flat else around * support.rim_width_mm * MM
-    return Rest(foot, float(ring.stiffness_n_m2 * around), ring.loss)
+    return Footing(foot, float(ring.stiffness_n_m2 * around), ring.loss)
 
 
-def _in_dish(support: Support, thing: Sphere | Ellipsoid, load: float) -> Rest:
+def _in_dish(support: Support, thing: Sphere | Ellipsoid, load: float) -> Footing:
     thickness, rim = support.thickness_mm * MM, support.rim_radius_mm * MM
     radius = 1 / (1 / _radius(thing) - 1 / (support.dish_radius_mm * MM))
     layer = load, radius, thickness, RUBBER.young_pa
     patch = np.sqrt(radius * layer_approach(*layer))
     widest = min(rim, np.sqrt(thing.size_mm[0] * thing.size_mm[1]) * MM / 2)
     if patch < widest:
-        return Rest(float(np.pi * patch**2), layer_stiffness(*layer), RUBBER.loss)
+        return Footing(float(np.pi * patch**2), layer_stiffness(*layer), RUBBER.loss)
     foot = float(np.pi * widest**2)
-    return Rest(foot, pad_stiffness(RUBBER, thickness, foot), RUBBER.loss)
+    return Footing(foot, pad_stiffness(RUBBER, thickness, foot), RUBBER.loss)
 
 
 def _radius(thing: Sphere | Ellipsoid) -> float:

@@ -65,7 +65,7 @@ def samples(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> Iterator[tup
         at = int(np.flatnonzero(rows)[0])
         session, _, recording_id = str(store.columns["recording"].values[at]).partition("/")
         folder = paths.session(spec.name, session)
-        listed = {one.recording_id: one for one in read_recordings(folder)[0]}
+        listed = {row.recording_id: row for row in read_recordings(folder)[0]}
         if recording := listed.get(recording_id):
             file = audio_path(folder, read_session(folder), recording)
             yield label, link_from_report(paths, file)

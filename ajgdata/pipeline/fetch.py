@@ -41,7 +41,7 @@ from ajgdata.store.sources import bring, list_sources, read_source
 from ajgdata.types import DataError, DatasetSpec, checked_name
 
 #: Stored with the recordings, because the licence may require it.
-KEPT = (Tree.README, Tree.LICENCE, Tree.SUMS)
+STORED_FILES = (Tree.README, Tree.LICENCE, Tree.SUMS)
 #: Keys of dataset.yaml that are not taken over: they can start a program or name other files.
 NOT_TAKEN_OVER = ("recipe", "protocol", "imports")
 #: Files of a published session, with any suffix.
@@ -117,7 +117,7 @@ def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
         with replacing_folder(paths.recordings(spec.name)) as folder:
             _unpack(tree, folder / "sessions")
             counts = [_check(session) for session in sorted((folder / "sessions").iterdir())]
-            for file in KEPT:
+            for file in STORED_FILES:
                 write_bytes(folder / "published" / file, (tree / file).read_bytes())
         write_dataset(paths, spec)  # the last step: a data set without it is not registered
     return Fetched(spec.name, sum(counts), len(counts), removed)
@@ -126,7 +126,7 @@ def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
 def _required(tree: Tree) -> dict[str, str]:
     """Return the hashes of the files to fetch, by name; the archive contains the recordings."""
     hashes = read_checksums(tree / tree.SUMS)
-    required = {Tree.DECLARATION, Tree.ARCHIVE, *KEPT} - {Tree.SUMS}
+    required = {Tree.DECLARATION, Tree.ARCHIVE, *STORED_FILES} - {Tree.SUMS}
     if missing := sorted(required - set(hashes)):
         raise DataError(tree / tree.SUMS, f"does not name {missing[0]}", AGAIN)
     return {

@@ -70,20 +70,20 @@ def build_report(
     that the target did not request: they are of an earlier run and may be outdated.
     """
     specs = {name: read_dataset(paths, name) for name in datasets}
-    asked = computed(paths, wanted := requests_for(specs, tasks))
-    keys = [key for one in asked for key in one.keys]
+    requests = computed(paths, requested := requests_for(specs, tasks))
+    keys = [key for request in requests for key in request.keys]
     existing = {name: spec for name, spec in specs.items() if paths.features(name).is_file()}
     present = [name for name in published if paths.published_sums(name).is_file()]
     pages, paper = _pages(paths, studies, ablations), published_values(paths)
-    results, skipped = _read(paths, specs, asked, paper)
+    results, skipped = _read(paths, specs, requests, paper)
     missing = {
-        "experiments": sum(len(one.keys) for one in wanted) - len(keys),
+        "experiments": sum(len(request.keys) for request in requested) - len(keys),
         "simulation studies": len({*studies} - pages.keys()),
         "ablations": len(ablations) - len(pages.get(ABLATIONS_PAGE, [])),
         "published data sets": len(published) - len(present),
     }
     report = dataclasses.replace(
-        _assembled(paths, existing, asked, results, paper, pages.get(ABLATIONS_PAGE, [])),
+        _assembled(paths, existing, requests, results, paper, pages.get(ABLATIONS_PAGE, [])),
         skipped=skipped,
         missing=tuple(f"{noun} ({count})" for noun, count in missing.items() if count),
         earlier=len({*keys} - {*requested}),
@@ -160,14 +160,16 @@ def _contents(report: Report, measured: Sequence[Mapping[str, Any]]) -> dict[str
     """Return what made a report, the measurements of the run, the tally of comparisons with the
     paper, and the answer."""
     runs = [
-        (one["dataset"], one["task"], one["model"])
-        for one in measured
-        if one["experiment"] == CROSS_VALIDATION
+        (about["dataset"], about["task"], about["model"])
+        for about in measured
+        if about["experiment"] == CROSS_VALIDATION
     ]
     return {
         "software": {**software(), **environment()},
         "runs": runs,
-        "measurements": [{key: one[key] for key in SUMMARISED if key in one} for one in measured],
+        "measurements": [
+            {key: about[key] for key in SUMMARISED if key in about} for about in measured
+        ],
         "agreements": tally(report.comparisons),
         "answer": report.answer,
     }
@@ -176,7 +178,7 @@ def _contents(report: Report, measured: Sequence[Mapping[str, Any]]) -> dict[str
 def _assembled(
     paths: Paths,
     specs: Mapping[str, DatasetSpec],
-    asked: Sequence[Request],
+    requests: Sequence[Request],
     results: Sequence[TaskResults],
     paper: Mapping[str, PaperFigure],
     ablations: Sequence[Path],
@@ -193,7 +195,7 @@ def _assembled(
             summary(paths, spec, read_store(paths.features(name))) for name, spec in specs.items()
         ),
         sections=tuple(_sections(paths, results)),
-        pages=tuple(pages_of(paths, specs, asked)),
+        pages=tuple(pages_of(paths, specs, requests)),
         comparisons=rows,
         paper=tuple(paper.values()),
         opening=_opening(paths.opening, paths.report.parent),
@@ -203,24 +205,24 @@ def _assembled(
 def _read(
     paths: Paths,
     specs: Mapping[str, DatasetSpec],
-    asked: Sequence[Request],
+    requests: Sequence[Request],
     paper: Mapping[str, PaperFigure],
 ) -> tuple[list[TaskResults], tuple[str, ...]]:
     """Return all results on tasks, and what could not be measured."""
-    read = [read_results(paths, one, specs, paper) for one in asked]
+    read = [read_results(paths, request, specs, paper) for request in requests]
     skipped = (
-        f"{one.dataset} · {words(one.task)}, {_lower(EXPERIMENTS[one.experiment].title)}"
+        f"{task.dataset} · {words(task.task)}, {_lower(EXPERIMENTS[task.experiment].title)}"
         f"{f' · {label}' if label else ''}: {reason}"
-        for one, reasons in read
+        for task, reasons in read
         for label, reason in reasons
     )
-    measured = [one for one, _ in read if one.results]
+    measured = [result for result, _ in read if result.results]
     pages: dict[tuple[str, str], list[TaskResults]] = {}
-    for one in measured:
-        pages.setdefault((one.experiment, one.page), []).append(one)
+    for result in measured:
+        pages.setdefault((result.experiment, result.page), []).append(result)
     return [
-        dataclasses.replace(one, same_page=tuple(pages[one.experiment, one.page]))
-        for one in measured
+        dataclasses.replace(result, same_page=tuple(pages[result.experiment, result.page]))
+        for result in measured
     ], tuple(skipped)
 
 
@@ -254,8 +256,8 @@ def _studies(pages: Mapping[str, Sequence[Path]]) -> dict[str, Any]:
 
 def _hints(results: Sequence[TaskResults]) -> tuple[str, ...]:
     """Return how to measure what no task measures."""
-    measured = {one.experiment for one in results}
-    return tuple(one.hint for one in EXPERIMENTS.values() if one.hint and one.name not in measured)
+    measured = {result.experiment for result in results}
+    return tuple(e.hint for e in EXPERIMENTS.values() if e.hint and e.name not in measured)
 
 
 def _practice(paths: Paths, report: Report) -> Iterator[tuple[str, str, str]]:
@@ -273,24 +275,24 @@ def _practice(paths: Paths, report: Report) -> Iterator[tuple[str, str, str]]:
 
 def _sections(paths: Paths, results: Sequence[TaskResults]) -> Iterator[TaskSection]:
     """Yield a section for each task that has a result."""
-    for dataset, task in dict.fromkeys((one.dataset, one.task) for one in results):
-        own = [one for one in results if (one.dataset, one.task) == (dataset, task)]
+    for dataset, task in dict.fromkeys((result.dataset, result.task) for result in results):
+        own = [result for result in results if (result.dataset, result.task) == (dataset, task)]
         yield TaskSection(
-            dataset, task, own[0].title, own[0].source, tuple(_part(paths, one) for one in own)
+            dataset, task, own[0].title, own[0].source, tuple(_part(paths, r) for r in own)
         )
 
 
 def _part(paths: Paths, results: TaskResults) -> Part:
-    one = EXPERIMENTS[results.experiment]
+    experiment = EXPERIMENTS[results.experiment]
     return Part(
-        experiment=one.name,
+        experiment=experiment.name,
         page=results.page,
-        title=one.title,
-        summary=" ".join(filter(None, (one.summary(results), _left_out(results)))),
-        text=read_experiment_text(paths, one.name),
-        rows=tuple(one.rows(results)),
-        figures=tuple(one.figures(results)),
-        advice=tuple(one.advice(results)),
+        title=experiment.title,
+        summary=" ".join(filter(None, (experiment.summary(results), _left_out(results)))),
+        text=read_experiment_text(paths, experiment.name),
+        rows=tuple(experiment.rows(results)),
+        figures=tuple(experiment.figures(results)),
+        advice=tuple(experiment.advice(results)),
     )
 
 
@@ -298,7 +300,7 @@ def _left_out(results: TaskResults) -> str:
     """Return which classes the task leaves out as too rare, in a sentence."""
     if not results.left_out:
         return ""
-    named = ", ".join(f"{one} ({count})" for one, count in results.left_out.items())
+    named = ", ".join(f"{label} ({count})" for label, count in results.left_out.items())
     return f"Classes left out as too rare (min_groups), with their groups: {named}."
 
 
@@ -313,9 +315,9 @@ def comparisons(
         return min(there, key=lambda r: r.task != task, default=None)
 
     rows = [
-        dataclasses.replace(_with_cost(row, lookup), page=experiment_link(one.page))
-        for one in results
-        for row in EXPERIMENTS[one.experiment].paper_comparison(one, lookup)
+        dataclasses.replace(_with_cost(row, lookup), page=experiment_link(result.page))
+        for result in results
+        for row in EXPERIMENTS[result.experiment].paper_comparison(result, lookup)
     ]
     return [
         dataclasses.replace(row, reasons=tuple(r for r in reasons if row.paper.id in r.of))

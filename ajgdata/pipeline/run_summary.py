@@ -68,9 +68,9 @@ def complete(
     about_report = read_json(paths.runs)
     keys = ("dataset", "task", "kind")
     results = [
-        one
-        for one in about_report["measurements"]
-        if tuple(one[key] for key in keys) in {*requested}
+        about
+        for about in about_report["measurements"]
+        if tuple(about[key] for key in keys) in {*requested}
     ]
     lines = _excluded_lines(paths, datasets)
     lines += dict.fromkeys(
@@ -157,10 +157,10 @@ def _measurements_line(
 def run_cost(paths: Paths, datasets: Sequence[str], *, everything: bool) -> list[RuleCost]:
     """Return the cost by rule of all jobs on `datasets`; with `everything` also of jobs that do not
     belong to a data set, such as studies."""
-    others = set(list_datasets(paths)) - set(datasets)
+    excluded = set(list_datasets(paths)) - set(datasets)
     return read_costs(
         paths.benchmarks,
-        lambda name: name in datasets or (everything and name not in others),
+        lambda name: name in datasets or (everything and name not in excluded),
     )
 
 

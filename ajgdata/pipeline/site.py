@@ -20,12 +20,12 @@ TASKS = "Tasks"  #: group of the pages if no result is compared with the paper
 
 
 def pages_of(
-    paths: Paths, specs: Mapping[str, DatasetSpec], asked: Sequence[Request]
+    paths: Paths, specs: Mapping[str, DatasetSpec], requests: Sequence[Request]
 ) -> list[ExperimentPage]:
     """Return the pages on experiments: first those of the paper, in the paper's order."""
     grouped: dict[str, list[Request]] = {}
-    for one in asked:
-        grouped.setdefault(page_of(one, specs[one.dataset]), []).append(one)
+    for request in requests:
+        grouped.setdefault(page_of(request, specs[request.dataset]), []).append(request)
     ids = list(parse_paper(read_paper(paths)))
     places = {name: _place(some, specs, ids) for name, some in grouped.items()}
     return [
@@ -34,21 +34,21 @@ def pages_of(
     ]
 
 
-def _place(asked: Iterable[Request], specs: Mapping[str, DatasetSpec], ids: list[str]) -> int:
+def _place(requests: Iterable[Request], specs: Mapping[str, DatasetSpec], ids: list[str]) -> int:
     """Return the place of the first published value of a page, or the end."""
     named: list[str] = []
-    for one in asked:
-        if one.experiment.of_embedding:
-            named.append(one.experiment.paper)
-        elif not one.experiment.own_page:
-            named += specs[one.dataset].tasks[one.task].papers.values()
+    for request in requests:
+        if request.experiment.of_embedding:
+            named.append(request.experiment.paper)
+        elif not request.experiment.own_page:
+            named += specs[request.dataset].tasks[request.task].papers.values()
     return min((ids.index(name) for name in named if name in ids), default=len(ids))
 
 
 def _page(
     paths: Paths,
     name: str,
-    asked: Sequence[Request],
+    requests: Sequence[Request],
     specs: Mapping[str, DatasetSpec],
     in_paper: bool,
 ) -> ExperimentPage:
@@ -56,13 +56,13 @@ def _page(
 
     Raises DataError where a data set is named like the page that an experiment has of its own.
     """
-    first, spec = asked[0], specs[asked[0].dataset]
-    named = any(name == specs[a.dataset].tasks[a.task].page for a in asked if not _owns(a))
+    first, spec = requests[0], specs[requests[0].dataset]
+    named = any(name == specs[a.dataset].tasks[a.task].page for a in requests if not _owns(a))
     written = read_page_text(paths, name) if named else ""
-    if len({_owns(one) for one in asked}) > 1:
-        where = paths.dataset(next(one.dataset for one in asked if not _owns(one)))
+    if len({_owns(request) for request in requests}) > 1:
+        where = paths.dataset(next(request.dataset for request in requests if not _owns(request)))
         raise DataError(where, f"{name} is the page of an experiment", "name it otherwise")
-    apart = [one for one in asked if one.experiment.name != CROSS_VALIDATION]
+    apart = [request for request in requests if request.experiment.name != CROSS_VALIDATION]
     kind = apart[0].experiment.name if apart else CROSS_VALIDATION
     own = _owns(first)
     text = written or read_experiment_text(paths, kind)
@@ -76,15 +76,15 @@ def _page(
     )
 
 
-def _owns(asked: Request) -> bool:
+def _owns(request: Request) -> bool:
     """Return whether an experiment has a page of its own."""
-    return asked.experiment.own_page or asked.experiment.of_embedding
+    return request.experiment.own_page or request.experiment.of_embedding
 
 
 def heading(markdown: str) -> str:
     """Return the first heading of a text, or nothing."""
-    found = re.search(r"^# +(.+?)\s*$", markdown, re.MULTILINE)
-    return found[1] if found else ""
+    match = re.search(r"^# +(.+?)\s*$", markdown, re.MULTILINE)
+    return match[1] if match else ""
 
 
 def section_of(markdown: str, title: str) -> str:

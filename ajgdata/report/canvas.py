@@ -115,9 +115,9 @@ def new_figure(
     left = 0.08 + BADGE_IN * len(badges)
     lines = textwrap.wrap(sentence(title), int(TITLE_LETTERS_PER_IN * (width - 0.2))) or [""]
     below = textwrap.wrap(subtitle, int(SUBTITLE_LETTERS_PER_IN * (width - left - 0.12))) or [""]
-    more = TITLE_LINE_IN * (len(lines) - 1) + SUBTITLE_LINE_IN * (len(below) - 1)
-    height = size_in[1] + more
-    layout = ConstrainedLayoutEngine(rect=(0, 0, 1, 1 - (HEAD_IN + more) / height))
+    extra = TITLE_LINE_IN * (len(lines) - 1) + SUBTITLE_LINE_IN * (len(below) - 1)
+    height = size_in[1] + extra
+    layout = ConstrainedLayoutEngine(rect=(0, 0, 1, 1 - (HEAD_IN + extra) / height))
     figure = Figure(figsize=(width, height), layout=layout)
 
     def write(x: float, from_top: float, text: str, **style: Any) -> None:
@@ -154,7 +154,7 @@ def plain_ticks(axis: Axis, at: Sequence[float] = ()) -> None:
         low, high = axis.get_view_interval()
         axis.set_ticks([tick for tick in at if low <= tick <= high])
         axis.set_minor_locator(NullLocator())
-    axis.set_major_formatter(FuncFormatter(lambda given, _: value(float(given))))
+    axis.set_major_formatter(FuncFormatter(lambda number, _: value(float(number))))
     axis.set_minor_formatter(NullFormatter())
 
 

@@ -98,10 +98,10 @@ def parse_paper(
     except ValidationError as error:
         raise describe(error, where) from error
     figures = {}
-    for one in paper.figures:
-        known = {"source": one.source or paper.source, "spread": spread.get(one.id, 0.0)}
+    for row in paper.figures:
+        known = {"source": row.source or paper.source, "spread": spread.get(row.id, 0.0)}
         known["url"] = paper.url
-        figures[one.id] = one.model_copy(update=known)
+        figures[row.id] = row.model_copy(update=known)
     return figures
 
 
@@ -153,7 +153,7 @@ class Reason:
 
     def explains(self, low: bool) -> bool:
         """Return whether a supported change moved the metric up (where ours is `low`), or down."""
-        return any(one.supported and (one.after > one.before) is low for one in self.tests)
+        return any(test.supported and (test.after > test.before) is low for test in self.tests)
 
 
 @dataclass(frozen=True)
@@ -253,10 +253,10 @@ def tally_text(counts: Mapping[str, int]) -> str:
 def evidence(reason: Reason) -> str:
     """Return each change with what it did: `trained at all levels (CNN 5.4 → 0.74)`."""
     changes: dict[str, list[str]] = {}
-    for one in reason.tests:
-        said = f"{one.model} {number(one.before)} → {number(one.after)}"
-        doubt = "" if one.supported else ", within the spread of folds"
-        changes.setdefault(one.change, []).append(said + doubt)
+    for test in reason.tests:
+        said = f"{test.model} {number(test.before)} → {number(test.after)}"
+        doubt = "" if test.supported else ", within the spread of folds"
+        changes.setdefault(test.change, []).append(said + doubt)
     return "; ".join(f"{change} ({', '.join(said)})" for change, said in changes.items())
 
 
@@ -266,6 +266,6 @@ def in_papers_order(
     """Return the first row of each figure of the paper, data set and split, in the paper's
     order."""
     listed = list(rows)
-    order = list(dict.fromkeys(one.id for one in (*paper, *(row.paper for row in listed))))
+    order = list(dict.fromkeys(figure.id for figure in (*paper, *(row.paper for row in listed))))
     first = {(row.paper.id, row.dataset, row.split): row for row in reversed(listed)}
     return sorted(reversed(first.values()), key=lambda row: order.index(row.paper.id))

@@ -25,8 +25,8 @@ def spectra_figure(dataset: DatasetSummary, spectra: Spectra) -> Illustration:
     grouping = words(spectra.grouping)
     title = f"Mean spectrum of one {grouping}"
     if len(level) > 1:
-        heard = level.mean(axis=0) >= level.mean(axis=0).max() - HEARD_DB
-        spread = np.where(heard, np.ptp(level, axis=0), -1.0)
+        is_audible = level.mean(axis=0) >= level.mean(axis=0).max() - HEARD_DB
+        spread = np.where(is_audible, np.ptp(level, axis=0), -1.0)
         at = int(np.argmax(spread))
         where = f"{number(frequency[at], 2)} Hz, by {number(float(spread[at]), 2)} dB"
         title = f"Means per {grouping} differ most at {where}"

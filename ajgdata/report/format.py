@@ -58,22 +58,22 @@ def number(value: float, digits: int = 3) -> str:
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def value(given: float | str | None) -> str:
+def value(content: float | str | None) -> str:
     """Return a cell of a table: yes or no, text as it is, three digits, a dash for nothing.
 
     Numbers below 0.001 and from 100,000 on get a power of ten.
     """
-    if given is None:
+    if content is None:
         return DASH
-    if isinstance(given, bool):
-        return "yes" if given else "no"
-    if isinstance(given, str):
-        return given
-    if isinstance(given, int):
-        return f"{given:,}".replace("-", "−")
-    if given == 0 or not math.isfinite(given) or 1e-3 <= abs(given) < 1e5:
-        return number(given).replace("-", "−")
-    mantissa, exponent = f"{given:.2e}".split("e")
+    if isinstance(content, bool):
+        return "yes" if content else "no"
+    if isinstance(content, str):
+        return content
+    if isinstance(content, int):
+        return f"{content:,}".replace("-", "−")
+    if content == 0 or not math.isfinite(content) or 1e-3 <= abs(content) < 1e5:
+        return number(content).replace("-", "−")
+    mantissa, exponent = f"{content:.2e}".split("e")
     mantissa = mantissa.rstrip("0").rstrip(".").replace("-", "−")
     return f"{mantissa} × 10{str(int(exponent)).translate(_SUPERSCRIPT)}"
 

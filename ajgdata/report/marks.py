@@ -99,8 +99,8 @@ def illustration(
         f"{with_unit(value_text(p.score.mean), unit)}"
         for p in picture.points[:MAX_LISTED]
     )
-    more = " and more" if len(picture.points) > MAX_LISTED else ""
-    alt = f"{picture.title}. {'; '.join(listed)}{more}."
+    suffix = " and more" if len(picture.points) > MAX_LISTED else ""
+    alt = f"{picture.title}. {'; '.join(listed)}{suffix}."
     return Illustration(name, Caption(text, alt), partial(draw, mark, picture), picture.title)
 
 
@@ -259,7 +259,7 @@ def _numeric_x(axes: Axes, picture: Picture, panel: str) -> None:
         axes.set_xscale("log")
         plain_ticks(axes.xaxis, x if len(x) <= MAX_TICKS else ())
     elif len(x) <= MAX_TICKS:
-        axes.set_xticks(x, [number(one) for one in x])
+        axes.set_xticks(x, [number(place) for place in x])
     axes.set_xlabel(_axis_label(picture.place))
 
 

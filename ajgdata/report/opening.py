@@ -114,8 +114,8 @@ def _draw_sweep(axes: Axes, opening: Opening, pt: float) -> None:
 
 def _draw_spectrum(axes: Axes, opening: Opening, pt: float) -> None:
     """Draw the recording's feature over the logarithm of frequency."""
-    heard = (opening.frequency_hz >= LOWEST_HZ) & (opening.frequency_hz <= HIGHEST_HZ)
-    frequency, level = opening.frequency_hz[heard], opening.level_db[heard]
+    is_audible = (opening.frequency_hz >= LOWEST_HZ) & (opening.frequency_hz <= HIGHEST_HZ)
+    frequency, level = opening.frequency_hz[is_audible], opening.level_db[is_audible]
     floor = level.min() - 3
     corners = [frequency[-1], frequency[0]], [floor, floor]
     under = (np.concatenate(pair) for pair in zip((frequency, level), corners, strict=True))

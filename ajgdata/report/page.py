@@ -73,7 +73,7 @@ def render_pages(
         "ticks": TICKS,
         "place": place,
     }
-    links = {one.anchor: experiment_link(one.parts[0].page) for one in report.sections}
+    links = {section.anchor: experiment_link(section.parts[0].page) for section in report.sections}
     first = {
         "paper_rows": paper_rows(report.comparisons),
         "model_rows": model_rows(report.sections, links),
@@ -123,7 +123,9 @@ def _page_answer(
 ) -> str:
     """Return the first sentence of a page: on the paper's result, the best model or the figure."""
     compared = filter(None, map(compared_sentence, comparisons))
-    best = (best_sentence(one, row) for one in sections for row in one.rows if row.answer)
+    best = (
+        best_sentence(section, row) for section in sections for row in section.rows if row.answer
+    )
     titles = (f"{text}." for _, text in headlines)
     return next((text for texts in (compared, best, titles) for text in texts), "")
 

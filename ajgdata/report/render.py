@@ -44,9 +44,9 @@ def draw_figures(illustrations: Iterable[Illustration], folder: Path) -> dict[st
 
     listed = list(illustrations)
     folder.mkdir(parents=True, exist_ok=True)  # also if it holds none
-    for one in listed:
-        save_figure(draw(one), folder / one.name)
-    return {one.name: picture(one, folder.name) for one in listed}
+    for illustration in listed:
+        save_figure(draw(illustration), folder / illustration.name)
+    return {illustration.name: picture(illustration, folder.name) for illustration in listed}
 
 
 def render(

@@ -172,8 +172,8 @@ def _membrane(scene: Scene, cut: Section) -> tuple[Real, Real, Real, Real]:
     ends = ([-rim], [rim]), ([0], [0]), ([0], [0]), ([0], [0])
     of = (cut.x, cut.floor, cut.surface, cut.contact)
     x, floor, surface, touching = (
-        np.concatenate([one[0], values[open_], one[1]])
-        for one, values in zip(ends, of, strict=True)
+        np.concatenate([pair[0], values[open_], pair[1]])
+        for pair, values in zip(ends, of, strict=True)
     )
     return x, floor, surface, touching
 
@@ -187,6 +187,6 @@ def _heights(scene: Scene, cut: Section) -> tuple[float, float]:
 
 def _fit(axes: Axes, scene: Scene, low: float, high: float) -> None:
     """Show all from `low` to `high` and the whole rim, in one scale, from the top."""
-    beside = scene.gripper.rim_radius_mm + BESIDE_MM
-    axes.set(xlim=(-beside, beside), ylim=(low, high))
+    reach = scene.gripper.rim_radius_mm + BESIDE_MM
+    axes.set(xlim=(-reach, reach), ylim=(low, high))
     axes.set_aspect("equal", adjustable="box", anchor="N")

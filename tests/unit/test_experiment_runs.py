@@ -38,8 +38,8 @@ def run(paths: Paths, asked: Request, **changes) -> None:
     for kind in asked.kinds:
         ask = {
             "kind": kind, "dataset": "d", "task": "t", "split": SPLIT,
-            "settings": asked.settings.model_dump(mode="json"), "other_sets": [], "audio": SPEC.audio,
-            "features": SPEC.features, "paths": paths, "seed": 3,
+            "settings": asked.settings.model_dump(mode="json"), "other_sets": [],
+            "audio": SPEC.audio, "features": SPEC.features, "paths": paths, "seed": 3,
             "tables": paths.experiment("d", "t", kind),
             "cost": paths.experiment_cost("d", "t", kind),
         } | changes  # fmt: skip

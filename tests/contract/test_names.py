@@ -1,0 +1,41 @@
+"""Names of variables, functions, arguments and classes are neither pronouns nor participles."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+AVOIDED = {
+    *("told", "asked", "found", "made", "noted", "parted", "surveyed", "heard", "given", "kept"),
+    *("wanted", "one", "others", "beside", "rest", "most", "more"),
+}
+FILES = sorted((ROOT / "ajgdata").rglob("*.py"))
+
+
+def names(source: str) -> Iterator[tuple[int, str]]:
+    """Line and name of each variable, function, argument and class."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Name):
+            yield node.lineno, node.id
+        elif isinstance(node, ast.arg):
+            yield node.lineno, node.arg
+        elif isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+            yield node.lineno, node.name
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(ROOT)))
+def test_names_are_nouns(file):
+    poor = [
+        f"{file}:{line}: {name}"
+        for line, name in names(file.read_text(encoding="utf-8"))
+        if name.strip("_").lower() in AVOIDED
+    ]
+    assert not poor
+
+
+def test_a_poor_name_is_detected():
+    source = "def told(most):\n    class Asked: ...\n    _made = [one for one in most]\n"
+    poor = {name.strip("_").lower() for _, name in names(source)} & AVOIDED
+    assert poor == {"told", "most", "asked", "made", "one"}
