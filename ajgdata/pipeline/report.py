@@ -70,14 +70,14 @@ def build_report(
     that the target did not request: they are of an earlier run and may be outdated.
     """
     specs = {name: read_dataset(paths, name) for name in datasets}
-    requests = computed(paths, requested := requests_for(specs, tasks))
+    requests = computed(paths, expected := requests_for(specs, tasks))
     keys = [key for request in requests for key in request.keys]
     existing = {name: spec for name, spec in specs.items() if paths.features(name).is_file()}
     present = [name for name in published if paths.published_sums(name).is_file()]
     pages, paper = _pages(paths, studies, ablations), published_values(paths)
     results, skipped = _read(paths, specs, requests, paper)
     missing = {
-        "experiments": sum(len(request.keys) for request in requested) - len(keys),
+        "experiments": sum(len(request.keys) for request in expected) - len(keys),
         "simulation studies": len({*studies} - pages.keys()),
         "ablations": len(ablations) - len(pages.get(ABLATIONS_PAGE, [])),
         "published data sets": len(published) - len(present),
