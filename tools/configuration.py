@@ -63,7 +63,7 @@ def models_in(annotation: object) -> list[Model]:
 
 
 def nested(roots: Mapping[str, Model]) -> Iterator[tuple[str, Model]]:
-    """Each model once, with the title of its section: the roots, and what their keys hold."""
+    """Yield each model once, with the title of its section: the roots, then nested models."""
     waiting, known = list(roots.items()), set()
     while waiting:
         title, model = waiting.pop(0)
@@ -124,7 +124,7 @@ def _named(metadata: Sequence[object]) -> str:
 
 
 def default_of(field: FieldInfo) -> str:
-    """What holds when the key is not there."""
+    """Return the default of a key as text."""
     default = field.get_default(call_default_factory=True)
     if default is PydanticUndefined:
         return "required"
@@ -176,12 +176,12 @@ def page() -> str:
     lines = [
         "# Configuration",
         "",
-        "Every key, made from the schemas by `tools/configuration.py`: do not edit. "
-        "A key that is not here is refused.",
+        "All keys with their defaults. `make docs` generates this page from the schemas. "
+        "Unknown keys are errors.",
         "",
-        "## The workflow",
+        "## Workflow",
         "",
-        "`workflow/config/default.yaml`; change one for a run with "
+        "The defaults are in `workflow/config/default.yaml`. To change keys for a run: "
         "`snakemake --config 'datasets=[size]' seed=1`.",
         "",
         *workflow_table(),
