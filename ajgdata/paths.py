@@ -202,6 +202,6 @@ def find_project(start: str | Path | None = None) -> Paths:
         if (folder / "datasets").is_dir():
             return Paths(folder)
     raise FileNotFoundError(
-        f"no project at {here} or above it: go to the folder that holds datasets/, "
-        "or set AJGDATA_ROOT to it"
+        f"no project at {here} or above it. Go to the folder that contains datasets/, "
+        "or set AJGDATA_ROOT to it."
     )

@@ -93,7 +93,7 @@ class GuidedAcquisition:
         except BaseException as error:  # a card that is gone, Ctrl-C, a full disk
             self._drop_partial(grasp)
             if isinstance(error, CardError):
-                fix = f"{error.fix}; recordings are kept: acquire again to resume"
+                fix = f"{error.fix}; recordings are kept: run the same command again to resume"
                 raise CardError(error.where, error.problem, fix) from None
             raise
 

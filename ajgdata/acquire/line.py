@@ -126,7 +126,7 @@ def _serve(connection: Connection, settings: Mapping[str, Any] | None) -> None:
         connection.send(error)
     except Exception as error:  # the errors of PortAudio's drivers have no common type
         problem = f"{type(error).__name__}: {error}"
-        connection.send(DataError("sound card", problem, "report this"))
+        connection.send(DataError("sound card", problem, "report this as a bug"))
 
 
 def _end_with_parent() -> None:
@@ -142,10 +142,10 @@ def load_portaudio() -> Any:
     try:
         import sounddevice
     except ModuleNotFoundError:
-        fix = "run: pip install 'ajgdata[live]'"
+        fix = "run `pip install 'ajgdata[live]'`"
         raise DataError("sounddevice", "is not installed", fix) from None
     except OSError:
-        fix = "run: sudo apt-get install libportaudio2"
+        fix = "run `sudo apt-get install libportaudio2`"
         raise DataError("PortAudio", "is not installed", fix) from None
     return sounddevice
 
@@ -227,7 +227,7 @@ class Duplex:
             fix = "close other programs that use it, or plug it in again"
             if "sample rate" in reason.lower():
                 reason = f"does not support {self._rate_hz} Hz"
-                fix = f"its own rate is {self._device['rate_hz']} Hz"
+                fix = f"use its own rate, {self._device['rate_hz']} Hz"
             raise DataError(self._name, reason, fix) from None
         if abs(stream.samplerate / self._rate_hz - 1) > RATE_TOLERANCE:
             stream.abort()
@@ -265,7 +265,7 @@ class Duplex:
                 if not self._frames:
                     problem = f"the driver did not request sound within {STALLED_S:.0f} s"
                     raise DataError(self._name, problem, "close other programs that use it")
-                raise DataError(self._name, "went away while it played", "plug it in again")
+                raise DataError(self._name, "was disconnected while it played", "plug it in again")
 
     def _callback(
         self, recorded: NDArray, played: NDArray, frames: int, _times: object, status: Any

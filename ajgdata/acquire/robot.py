@@ -139,7 +139,7 @@ class CommandRobot:
             raise RobotError(where, problem, "correct robot.command") from None
         except subprocess.TimeoutExpired:
             fix = "check the robot, then raise robot.timeout_s if it was only slow"
-            raise RobotError(where, f"{name} was not done after {limit_s:g} s", fix) from None
+            raise RobotError(where, f"{name} was not finished after {limit_s:g} s", fix) from None
         if code:
             reason = (errors.strip().splitlines() or ["no message"])[-1]
             problem = f"{name} failed with exit code {code}: {reason}"

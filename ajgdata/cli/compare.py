@@ -64,7 +64,7 @@ def read_metrics(folder: Path) -> pd.DataFrame:
     metrics = pd.DataFrame(rows, columns=[*KEYS, "value"], dtype=str)
     if metrics.duplicated(KEYS).any():
         doubled = " ".join(metrics.loc[metrics.duplicated(KEYS), KEYS].iloc[0])
-        raise DataError(table, f"has two rows for {doubled!r}", "compute it again: `snakemake`")
+        raise DataError(table, f"has two rows for {doubled!r}", "run `snakemake` again")
     return metrics
 
 

@@ -62,7 +62,7 @@ def export_model(paths: Paths, predictor: Predictor, folder: Path) -> Path:
 
     for package in ("onnx", "onnxruntime", "onnxscript"):
         if find_spec(package) is None:
-            raise DataError(package, "is not installed", "pip install 'ajgdata[export]'")
+            raise DataError(package, "is not installed", "run `pip install 'ajgdata[export]'`")
     from ajgdata.export import onnx_bytes
 
     names = (predictor.dataset, predictor.task, predictor.model)

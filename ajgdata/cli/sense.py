@@ -68,12 +68,12 @@ def sense(
 ) -> None:
     """Classify the object in the gripper."""
     if source not in ("soundcard", "virtual"):
-        raise DataError("--source", f"there is no {source!r}", "soundcard or virtual")
+        raise DataError("--source", f"unknown value {source!r}", "use soundcard or virtual")
     if source == "soundcard" and not device:
         fix = 'add --device "…" (see `ajgdata device list`), or --source virtual'
-        raise DataError("ajgdata sense", "needs a device", fix)
+        raise DataError("--source soundcard", "requires a device", fix)
     if source == "soundcard" and objects:
-        raise DataError("--object", "is for the virtual gripper", "leave it out")
+        raise DataError("--object", "is only used with --source virtual", "remove it")
     card = {"device": device, "input_channel": input_channel, "output_channel": output_channel}
     seed = secrets.randbelow(2**31) if seed is None else seed
     with stopped_by_hand():

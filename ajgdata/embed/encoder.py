@@ -222,10 +222,12 @@ def draw_batches(
     """
     things = np.unique(instance)
     if len(things) < 2:
-        raise NotPossibleError("all recordings are of one thing: an embedding needs at least two")
+        raise NotPossibleError("all recordings are of one object: an embedding needs at least two")
     of = [_by_grasp(np.flatnonzero(instance == thing), grasp) for thing in things]
     if all(len(grasps) < 2 for grasps in of):
-        raise NotPossibleError("no thing was grasped twice: there is no similar pair to learn from")
+        raise NotPossibleError(
+            "no object was grasped twice: there is no similar pair to learn from"
+        )
     chosen = min(instances, len(things))
     per_epoch = -(-len(instance) // (chosen * recordings))
     batches = np.empty((epochs * per_epoch, chosen, recordings), dtype=np.int64)

@@ -58,7 +58,7 @@ def project(points: Real, training: NDArray[np.bool_], seed: int = 0) -> dict[st
     """
     points = np.ascontiguousarray(points, np.float32)
     if np.count_nonzero(training) < 2:
-        raise NotPossibleError("two training points are needed at least")
+        raise NotPossibleError("at least two training points are required")
     if points.shape[1] < 2:  # a line is a plane whose second axis is empty
         points = np.pad(points, ((0, 0), (0, 2 - points.shape[1])))
     # One thread: sums are then added up in one order, and t-SNE's many short parallel loops do

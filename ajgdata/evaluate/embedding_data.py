@@ -84,7 +84,7 @@ def embedding_data(table: FeatureRows, settings: Embedding) -> EmbeddingData:
     instance, grasp, group = (column[rows] for column in text)
     if len(np.unique(instance)) < 2:
         raise NotPossibleError(
-            f"all recordings are of one thing, {str(instance[0])!r}: two are needed"
+            f"all recordings are of one object, {str(instance[0])!r}: two are needed"
         )
     available = count if count > limit else 0
     return EmbeddingData(table.feature[rows], instance, grasp, group, columns, available)

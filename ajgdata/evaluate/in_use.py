@@ -223,7 +223,7 @@ def interval_half_width(
     """Return `half_width` of `held_out_residuals`. Raises NotPossibleError for too few groups."""
     if coverage > 1 - 1 / (count := len(np.unique(groups)) + 1):
         raise NotPossibleError(
-            f"{count - 1} groups cannot say where {100 * coverage:g} % of new ones lie: "
+            f"{count - 1} groups cannot show where {100 * coverage:g} % of new ones lie: "
             f"record at least {int(np.ceil(coverage / (1 - coverage) - 1e-9))}"
         )
     residual = held_out_residuals(features, y, groups, period=period, **options)

@@ -83,6 +83,6 @@ def _checked(pairs: Iterable, y: np.ndarray, kind: Kind, group: np.ndarray) -> F
             named = ", ".join(f"{c!r} ({n})" for c, n in zip(missing, counts, strict=True))
             raise NotPossibleError(
                 f"too few groups to be in every training part: {named}; record more of them, or "
-                f"leave such classes out (min_groups: {max(counts) + 1})"
+                f"exclude these classes (min_groups: {max(counts) + 1})"
             )
     return result

@@ -40,7 +40,7 @@ def task_data(
     recording belongs to no group.
     """
     if not len(table.feature):
-        raise NotPossibleError("no recording can be used: the quarantine says why")
+        raise NotPossibleError("no recording can be used: see the quarantine table")
     for column in (target, groups):
         if column not in table.columns:
             raise NotPossibleError(f"there is no column {column!r}: add it to recordings.csv")
@@ -54,7 +54,7 @@ def task_data(
         present = np.isin(values, classes)
     if (values[present] == values[present][0]).all():
         raise NotPossibleError(
-            f"every recording has the same {target!r}: there is nothing to tell apart"
+            f"every recording has the same {target!r}: at least two values are required"
         )
     group = table.columns[groups].values.astype(str)
     names = table.columns["recording"].values

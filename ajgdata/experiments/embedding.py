@@ -35,7 +35,7 @@ def trained(inputs: Inputs, settings: Embedding) -> tuple[EmbeddingData, Latents
     data, latents = embedding_data(inputs.store, settings), inputs.latents
     if not np.array_equal(data.column("recording"), latents.columns["recording"].values):
         where = f"latents of {inputs.task} of {inputs.dataset}"
-        raise DataError(where, "are not of these features", "delete them and run again")
+        raise DataError(where, "belong to other features", "delete them and run again")
     return data, latents
 
 

@@ -142,7 +142,7 @@ def _config(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...]]:
     path = tree / tree.DECLARATION
     content = read_yaml(path)
     if "from" in content:
-        raise DataError(path, "is derived from another one", DISTRUST)
+        raise DataError(path, "is derived from another data set", DISTRUST)
     removed = tuple(key for key in NOT_TAKEN_OVER if content.pop(key, None))
     spec, tasks = read_model(path, DatasetSpec, content), {}
     for name, task in spec.tasks.items():
@@ -157,10 +157,10 @@ def _config(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...]]:
 def _check_free(paths: Paths, name: str) -> None:
     """Raise DataError if the project has a data set, or recordings, of this name."""
     if paths.dataset(name).exists():
-        raise DataError(paths.dataset(name), "there is a data set of this name", "give --name")
+        raise DataError(paths.dataset(name), "already exists", "choose another name with --name")
     if paths.recordings(name).exists():
-        fix = "give --name, or remove them"
-        raise DataError(paths.recordings(name), "there are recordings of this name", fix)
+        fix = "choose another name with --name, or remove them"
+        raise DataError(paths.recordings(name), "already has recordings", fix)
 
 
 def _unpack(tree: Tree, folder: Path) -> None:

@@ -130,7 +130,7 @@ def declare(
         columns.append("object")
         chosen = chosen or ["object"]
     if unknown := [target for target in chosen if target not in columns]:
-        raise DataError("--target", f"there is no column {unknown[0]!r}", f"there are {columns}")
+        raise DataError("--target", f"there is no column {unknown[0]!r}", f"use one of {columns}")
     if settings.table and not targets:
         raise DataError("--target", "a table has many columns", f"name labels among {columns}")
     texts = {column: {file.text(column) for file in scanned.files} for column in chosen}

@@ -122,8 +122,8 @@ def session_files(paths: Paths, plans: Mapping[str, DatasetPlan]) -> Declared:
 def published(plans: Collection[str], only: Sequence[str] | None) -> list[str]:
     """Return the data sets of a run that are published: those of `only`, else all."""
     if unknown := sorted(set(only or ()) - set(plans)):
-        problem = f"publish: {unknown[0]!r} is no data set of this run"
-        raise DataError("config", problem, f"there are {', '.join(plans)}")
+        problem = f"publish: {unknown[0]!r} is not a data set of this run"
+        raise DataError("config", problem, f"use one of {', '.join(plans)}")
     return [name for name in plans if only is None or name in only]
 
 
@@ -154,4 +154,7 @@ def config_problems(paths: Paths, spec: DatasetSpec) -> Iterator[tuple[str, str]
                 problem = f"task {name}: tested on {other!r}, which has no target {task.target!r}"
                 yield f"{problem} like this", "declare it there, or drop it"
         for figure in sorted(set(task.papers.values()) - set(figures)):
-            yield f"task {name}: the paper has no figure {figure!r}", f"it has {', '.join(figures)}"
+            yield (
+                f"task {name}: the paper has no figure {figure!r}",
+                f"use one of {', '.join(figures)}",
+            )

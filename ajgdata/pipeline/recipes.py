@@ -85,7 +85,7 @@ def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
     recipe = recipe_of(path, spec)
     if session not in session_names(recipe):
         problem = f"the recipe of {dataset} has no such session"
-        raise DataError(session, problem, f"it has {', '.join(session_names(recipe))}")
+        raise DataError(session, problem, f"use one of {', '.join(session_names(recipe))}")
     (grasps,) = planned_grasps(path, spec, [session])
     solver = ResponseStore(paths.responses)
     source = VirtualGripper(grasps[0].setup, solver, recipe.signal, spec.excitation)

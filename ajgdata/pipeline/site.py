@@ -61,7 +61,7 @@ def _page(
     written = read_page_text(paths, name) if named else ""
     if len({_owns(request) for request in requests}) > 1:
         where = paths.dataset(next(request.dataset for request in requests if not _owns(request)))
-        raise DataError(where, f"{name} is the page of an experiment", "name it otherwise")
+        raise DataError(where, f"{name} is the page of an experiment", "rename it")
     apart = [request for request in requests if request.experiment.name != CROSS_VALIDATION]
     kind = apart[0].experiment.name if apart else CROSS_VALIDATION
     own = _owns(first)

@@ -69,22 +69,24 @@ def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:
     where = f"plan for {spec.name}"
     if plan.task not in spec.tasks:
         known = ", ".join(spec.tasks) or "none"
-        raise DataError(paths.dataset(spec.name), f"no task {plan.task!r}", f"declared: {known}")
+        raise DataError(
+            paths.dataset(spec.name), f"there is no task {plan.task!r}", f"use one of {known}"
+        )
     predictor = load_predictor(spec.name, plan.task, plan.model, paths.root)
     if predictor.kind != "classification" or not predictor.has_probabilities:
         fix = "sort by a task of classes, with a model such as cnn or linear"
         raise DataError(where, f"{plan.task}, {plan.model} gives no probabilities", fix)
     classes = list(predictor.classes)
     if missing := [label for label in classes if label not in plan.bins]:
-        raise DataError(where, f"bins: no bin for {missing[0]}", "name one for each class")
+        raise DataError(where, f"bins: no bin for {missing[0]}", "name a bin for each class")
     if unknown := [label for label in plan.bins if label not in classes]:
-        problem = f"bins: the model knows no {unknown[0]}"
-        raise DataError(where, problem, f"its classes are {', '.join(classes)}")
+        problem = f"bins: {unknown[0]} is not a class of the model"
+        raise DataError(where, problem, f"use its classes: {', '.join(classes)}")
     target = spec.tasks[plan.task].target
     for name in plan.objects:
         if name != NOTHING and target != "object" and not labels_of(spec, target, name):
             fix = f"name objects of {paths.dataset(spec.name)}"
-            raise DataError(where, f"objects: nobody knows the {target} of {name}", fix)
+            raise DataError(where, f"objects: the {target} of {name} is unknown", fix)
     return predictor
 
 

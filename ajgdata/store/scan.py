@@ -154,7 +154,9 @@ def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Sca
     except re.error as error:
         raise DataError("--pattern", f"not a regular expression ({error})", "correct it") from None
     if not pattern.groupindex:
-        raise DataError("--pattern", "has no named group", r"name the label: (?P<label>[^/]+)")
+        raise DataError(
+            "--pattern", "has no named group", r"name the label, e.g. (?P<label>[^/]+), in it"
+        )
     rows = {}
     for path in audio:
         match = pattern.fullmatch(path.as_posix())
@@ -180,7 +182,7 @@ def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result:
     for cells in read_csv(where, delimiter=delimiter)[1]:
         path = Path(_filled("file", settings.file, cells))
         if path in rows:
-            raise DataError(where, f"{path} stands in two rows", "keep one of them")
+            raise DataError(where, f"{path} is in two rows", "keep one of them")
         if path in in_folder:
             rows[path] = cells
         else:
@@ -225,7 +227,7 @@ def _filled(option: str, template: str, cells: Mapping[str, str]) -> str:
         return re.sub(r"\{([^{}]*)\}", lambda match: cells[match[1]], template)
     except KeyError as error:
         problem = f"{template!r} names {error.args[0]!r}"
-        raise DataError(f"--{option}", problem, f"there are {list(cells)}") from None
+        raise DataError(f"--{option}", problem, f"use one of {list(cells)}") from None
 
 
 def _scanned(

@@ -47,11 +47,11 @@ def read_dataset(paths: Paths, dataset: str) -> DatasetSpec:
     path = paths.dataset(checked_name(dataset))
     if not path.is_file():
         known = ", ".join(list_datasets(paths)) or "none"
-        raise DataError(path, "no such data set", f"declared here: {known}")
+        raise DataError(path, "no such data set", f"use one of {known}")
     spec = read_declaration(path)
     if spec.name != dataset:
         where = f"{path}:{line_of(path, ['name'])}"
-        raise DataError(where, f"name = {spec.name!r}", f"must be its folder's name, {dataset!r}")
+        raise DataError(where, f"name = {spec.name!r}", f"use its folder's name, {dataset!r}")
     return _with_comparisons(paths, spec)
 
 
@@ -65,7 +65,7 @@ def _with_comparisons(paths: Paths, spec: DatasetSpec) -> DatasetSpec:
         name = content.get("task")
         if name not in tasks:
             where = f"{file}:{line_of(file, ['task'])}"
-            raise DataError(where, f"task = {name!r}", f"name a task of {spec.name}")
+            raise DataError(where, f"there is no task {name!r}", f"name a task of {spec.name}")
         old: Any = tasks[name].experiments.get("comparison", {"comparisons": {}, "test_on": []})
         comparisons = old["comparisons"] | {file.stem: content}
         test_on = list(dict.fromkeys([*old["test_on"], *content.get("test", ())]))
@@ -205,7 +205,7 @@ def read_session(folder: Path) -> Session:
     session = read_model(path, Session)
     if session.session_id != folder.name:
         raise DataError(
-            path, f"session_id = {session.session_id!r}", f"must be its folder's, {folder.name!r}"
+            path, f"session_id = {session.session_id!r}", f"use its folder's, {folder.name!r}"
         )
     return session
 

@@ -36,7 +36,7 @@ def read_source(paths: Paths, dataset: str) -> Source:
     path = paths.source(dataset)
     if not path.is_file():
         known = ", ".join(list_sources(paths)) or "none"
-        raise DataError(path, "there is no such file", f"these can be fetched by name: {known}")
+        raise DataError(path, "there is no such file", f"fetch one of {known}")
     return read_model(path, Source)
 
 
@@ -79,7 +79,7 @@ def _git(objects: Path, *words: str, may_fail: bool = False, **variables: str) -
     if it fails, unless it `may_fail`."""
     if (program := shutil.which("git")) is None:
         fix = "install git, then run it again"
-        raise DataError("git", "this program downloads the recordings, and is missing", fix)
+        raise DataError("git", "is not installed, but downloads the recordings", fix)
     settings = [word for setting in _SETTINGS for word in ("-c", setting)]
     done = subprocess.run(
         [program, *settings, "--git-dir", str(objects), *words],

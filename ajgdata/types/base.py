@@ -37,10 +37,13 @@ Distinct = AfterValidator(distinct)
 
 
 class DataError(Exception):
-    """An error in the data, in one line: where, what, and the fix."""
+    """An error in the data, in one line: where, what is wrong, and what to do.
+
+    `problem` and `fix` are clauses without a full stop; `fix` begins with a verb.
+    """
 
     def __init__(self, where: object, problem: str, fix: str) -> None:
-        super().__init__(f"{where}: {problem}; {fix}")
+        super().__init__(f"{where}: {problem}. {sentence(fix)}")
         self.where, self.problem, self.fix = str(where), problem, fix
 
     def __reduce__(self) -> tuple[type[DataError], tuple[str, str, str]]:
@@ -48,11 +51,16 @@ class DataError(Exception):
         return type(self), (self.where, self.problem, self.fix)
 
 
+def sentence(clause: str) -> str:
+    """Return a clause as a sentence: with a capital letter and a full stop."""
+    return f"{clause[:1].upper()}{clause[1:]}."
+
+
 def checked_name(name: str, what: str = "data set") -> str:
     """Return a name. Raises DataError if no file could have it."""
     if NAME.fullmatch(name):
         return name
-    raise DataError(reprlib.repr(name), f"is not the name of a {what}", f"use {_NAME_RULE}")
+    raise DataError(reprlib.repr(name), f"is not a valid name of a {what}", f"use {_NAME_RULE}")
 
 
 #: What helps against errors of the operating system.
@@ -66,10 +74,10 @@ _FIXES = {
 def one_line(error: DataError | OSError | MemoryError) -> str:
     """Describe an error in one line: file, problem and fix."""
     if isinstance(error, MemoryError):
-        return "not enough memory; use fewer --cores, or close other programs"
+        return "Not enough memory. Use fewer --cores, or close other programs."
     if isinstance(error, OSError) and error.strerror:
         fix = _FIXES.get(error.errno or 0, "check this file and its disk")
-        return f"{error.filename or 'a file'}: {error.strerror}; {fix}"
+        return f"{error.filename or 'a file'}: {error.strerror}. {sentence(fix)}"
     return " ".join(str(error).split())
 
 

@@ -134,7 +134,7 @@ def test_what_stays_in_doubt_is_never_stored(lab):
     assert problems(lab) == []
 
 
-KEPT = "recordings are kept: acquire again to resume"
+KEPT = "recordings are kept: run the same command again to resume"
 
 
 class OneTake(FakeLine):
@@ -148,7 +148,7 @@ class OneTake(FakeLine):
 
 def test_a_card_that_is_gone_ends_the_run_and_no_grasp_is_left_out_for_it(lab):
     lab.lines = [OneTake(response(), noise=1e-4, faults=[Fault()] * 3 + [Fault(unplugged=True)])]
-    gone = f"fake: its process has ended; start again; {KEPT}"
+    gone = f"fake: its process has ended. Start again; {KEPT}."
     with pytest.raises(CardError) as error:
         lab.acquire(operator := Scripted())
     assert (str(error.value), operator.problems) == (gone, [])
@@ -246,10 +246,10 @@ def test_another_setup_and_a_wrong_name_are_refused(lab):
     lab.acquire(Scripted(confirms={1: Choice.QUIT}))
     before = files(lab), (lab.folder() / "session.yaml").read_bytes()
     declare(lab.paths, force_n=5.0)
-    with pytest.raises(DataError, match=r"another setup: protocol; .*into another --session$"):
+    with pytest.raises(DataError, match=r"another setup: protocol\. .*into another --session\.$"):
         lab.acquire(Scripted(), session="soundcard-01")
     assert (files(lab), (lab.folder() / "session.yaml").read_bytes()) == before
-    with pytest.raises(DataError, match="is not the name of a session"):
+    with pytest.raises(DataError, match="is not a valid name of a session"):
         lab.acquire(Scripted(), session="../up")
 
 

@@ -16,6 +16,7 @@ from ajgdata.store.audio import (
     write_pcm24,
 )
 from ajgdata.types import AudioSettings
+from ajgdata.types.base import sentence
 
 AS_IS = AudioSettings()
 ANY = AudioSettings(channel="mean", other_rate="resample")
@@ -122,7 +123,7 @@ def refusal(path, audio=AS_IS) -> AudioError:
     with pytest.raises(AudioError) as caught:
         read_audio(path, audio)
     error = caught.value
-    assert str(error) == f"{path}: {error.problem}; {error.fix}"
+    assert str(error) == f"{path}: {error.problem}. {sentence(error.fix)}"
     return error
 
 

@@ -30,12 +30,12 @@ def test_check_clean_and_not(ajgdata, project, snapshot):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["check", "nope"], "no such data set; declared here: d"),
-        (["record", "d", "--device", "x"], "has no protocol; add one, as in docs/tutorial.md"),
+        (["check", "nope"], "no such data set. Use one of d"),
+        (["record", "d", "--device", "x"], "has no protocol. Add one, as in docs/tutorial.md"),
         (["import", "nowhere", "--dataset", "d"], "nowhere: is not a folder"),
         (["import", "audio", "--dataset", "d", "--pattern", "("], "--pattern: not a regular"),
         (["import", "audio", "--dataset", "d", "--table", "t", "--file", "{x}"], "no such file"),
-        (["import", "audio", "--dataset", "../up"], "use letters, digits, _ and -, up"),
+        (["import", "audio", "--dataset", "../up"], "Use letters, digits, _ and -, up"),
     ],
 )
 def test_mistakes_are_one_line(ajgdata, project, arguments, said):
@@ -50,7 +50,7 @@ def test_a_job_without_space_ends_with_a_line_and_keeps_the_traceback_in_its_log
     log = tmp_path / "log"
     with pytest.raises(SystemExit) as ended, logged(str(log)):
         raise OSError(errno.ENOSPC, "No space left on device", "store.nc")
-    assert ended.value.code == "store.nc: No space left on device; free some space on its disk"
+    assert ended.value.code == "store.nc: No space left on device. Free some space on its disk."
     assert "Traceback" in log.read_text()
 
 

@@ -177,7 +177,7 @@ def test_a_comparison_is_one_file(project):
     assert asked.kinds == ("comparison-splits",) and asked.label("splits", "regression") == "T"
     assert list(asked.job_settings("comparison-splits")["comparisons"]) == ["splits"]
     declare(project, task="none")
-    with pytest.raises(DataError, match="task = 'none'"):
+    with pytest.raises(DataError, match="there is no task 'none'"):
         read_dataset(project.paths, "d")
 
 

@@ -51,7 +51,7 @@ def test_mistakes_of_a_declaration_are_found_by_validate_and_by_a_run(tmp_path, 
     (wrong,) = (f for f in found if f.code == "declaration")
     assert (wrong.level, wrong.session_id) == ("error", "dataset.yaml")
     assert wrong.problem.startswith(said) and wrong.fix
-    with pytest.raises(DataError, match=r"dataset\.yaml: .*; ") as caught:
+    with pytest.raises(DataError, match=r"dataset\.yaml: .*\. [A-Z]") as caught:
         plan(paths, check=True)
     assert said in str(caught.value)
 

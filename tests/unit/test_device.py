@@ -49,7 +49,7 @@ def test_a_gpu_that_is_missing_ends_the_job_with_one_line(tmp_path):
     ):
         pytest.fail("the job began")
     assert stopped.value.code == (tmp_path / "job.log").read_text().rstrip("\n")
-    assert stopped.value.code.startswith("device=cuda: PyTorch finds no GPU on this computer; use")
+    assert stopped.value.code.startswith("device=cuda: PyTorch finds no GPU on this computer. Use")
     assert training_device() == "cpu"
 
 

@@ -44,7 +44,7 @@ def paper_content():
 def test_paper_figures_with_a_mistake_are_refused_in_one_line():
     content = paper_content()
     content["figures"][0]["valeu"] = 3
-    with pytest.raises(DataError, match=r"paper.yaml: unknown key figures.0.valeu; correct"):
+    with pytest.raises(DataError, match=r"paper.yaml: unknown key figures.0.valeu. Correct"):
         parse_paper(content)
     content = paper_content()
     content["figures"].append(content["figures"][1])

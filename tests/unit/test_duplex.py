@@ -56,13 +56,13 @@ TWO = [device("fake", api=0), device("fake", api=1), device("mic", outputs=0)]
 @pytest.mark.parametrize(
     "settings, said",
     [
-        ({"device": "zzz"}, "zzz: there is no such device; .*see `ajgdata device list`"),
-        ({}, '2 devices have this name; use "fake, ALSA" or "fake, JACK Audio Connection Kit"'),
-        ({"device": "mic"}, "mic: channel 1 of 0 outputs; give another channel"),
+        ({"device": "zzz"}, "zzz: there is no such device. .*see `ajgdata device list`"),
+        ({}, '2 devices have this name. Use "fake, ALSA" or "fake, JACK Audio Connection Kit"'),
+        ({"device": "mic"}, "mic: channel 1 of 0 outputs. Give another channel"),
         ({"device": "fake, ALSA", "input_channel": 2}, "channel 2 of 1 inputs"),
         (
             {"device": "fake, ALSA", "sample_rate_hz": 48_000},
-            "does not support 48000 Hz; its own rate is 44100 Hz",
+            "does not support 48000 Hz. Use its own rate, 44100 Hz",
         ),
     ],
 )
@@ -76,7 +76,7 @@ def test_what_cannot_be_opened_is_said_in_one_line(settings, said):
     "fake, said",
     [
         (FakePortAudio(stops_after=0), "the driver did not request sound within"),
-        (FakePortAudio(stops_after=3_000), "went away while it played; plug it in again"),
+        (FakePortAudio(stops_after=3_000), "was disconnected while it played. Plug it in again"),
     ],
 )
 def test_whoever_waits_for_a_dead_stream_is_told(fake, said, monkeypatch):

@@ -136,12 +136,12 @@ def test_a_cut_download_keeps_complete_files(tree, server, elsewhere):
 def test_nothing_there_is_replaced_or_downloaded_again(tree, server, elsewhere, snapshot):
     fetch(elsewhere.paths, str(tree.root))
     before = snapshot(elsewhere.paths.data)
-    with pytest.raises(DataError, match="there is a data set of this name; give --name"):
+    with pytest.raises(DataError, match=r"already exists. Choose another name with --name"):
         fetch(elsewhere.paths, address(server))
     assert server.asked == ["SHA256SUMS", "dataset.yaml"]
     assert snapshot(elsewhere.paths.data) == before
     elsewhere.paths.dataset("d").unlink()
-    with pytest.raises(DataError, match="there are recordings of this name"):
+    with pytest.raises(DataError, match="already has recordings"):
         fetch(elsewhere.paths, str(tree.root))
 
 
@@ -177,7 +177,7 @@ ATTACKS = {
         "audio_root leaves the folder",
     ),
     "declaration: of a file elsewhere": (
-        edit_text("dataset.yaml", "title:", "from: secret\ntitle:"), "is derived from another one",
+        edit_text("dataset.yaml", "title:", "from: secret\ntitle:"), "is derived from another",
     ),
 }  # fmt: skip
 

@@ -113,7 +113,7 @@ def test_what_is_not_there_is_said_in_a_line(paths, mirror, files, fetched_from,
     assert "not our ref" in refused(mirror.url)
     assert "git failed" in refused("http://127.0.0.1:1")
     monkeypatch.setenv("PATH", "")
-    assert "install git" in refused(mirror.url)
+    assert "Install git" in refused(mirror.url)
 
 
 @pytest.mark.parametrize(

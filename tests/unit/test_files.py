@@ -37,7 +37,7 @@ def test_a_failing_writer_leaves_the_old_file_and_nothing_else(tmp_path):
         (b"a: 1\nb: 2\na: 3\n", ":3: not valid YAML (key 'a' stands twice)"),
         (b"a: !!python/object/apply:os.system [x]\n", "not valid YAML (could not determine"),
         (b"- 1\n- 2\n", "holds no keys"),
-        (b"a: caf\xe9\n", "not UTF-8 text at byte 6; save it as UTF-8"),
+        (b"a: caf\xe9\n", "not UTF-8 text at byte 6. Save it as UTF-8"),
     ],
 )
 def test_yaml_that_cannot_be_read(tmp_path, content, said):
@@ -65,8 +65,8 @@ def test_a_yaml_mapping_that_is_changed_is_read_unchanged(tmp_path):
         ("a,c\n1,2\n", "needs b; its header is ['a', 'c']"),
         ("a;b\n1;2\n", "with commas between the cells"),
         ("a,b,a\n1,2,3\n", "needs one name per column"),
-        ("a,b\n1,2\n1,2,3\n", ":3: 3 cells, the header has 2; quote cells"),
-        ('a,b\n1,"2\n3,4\n', "not valid CSV (unexpected end of data); correct the quotes"),
+        ("a,b\n1,2\n1,2,3\n", ":3: 3 cells, the header has 2. Quote cells"),
+        ('a,b\n1,"2\n3,4\n', "not valid CSV (unexpected end of data). Correct the quotes"),
     ],
 )
 def test_csv_that_cannot_be_read(tmp_path, content, said):

@@ -66,7 +66,7 @@ def test_simulate_runs_the_sessions_of_a_recipe(ajgdata, project, monkeypatch):
         return subprocess.CompletedProcess(words, 0)
 
     monkeypatch.setattr(subprocess, "run", run)
-    assert "has no recipe; use `ajgdata record`" in ajgdata("simulate", "d")[2]
+    assert "has no recipe. Use `ajgdata record`" in ajgdata("simulate", "d")[2]
     (project.root / "Snakefile").touch()
     project.declare(recipe=RECIPE)
     assert ajgdata("simulate", "d", "--dry-run")[0] == 0
@@ -77,7 +77,7 @@ def test_simulate_runs_the_sessions_of_a_recipe(ajgdata, project, monkeypatch):
 
 def test_scene_draws_an_object_of_a_recipe(ajgdata, project, tmp_path):
     project.declare(recipe=RECIPE)
-    assert "has no object 'ball'; use one of cube" in ajgdata("scene", "d", "ball")[2]
+    assert "has no object 'ball'. Use one of cube" in ajgdata("scene", "d", "ball")[2]
     code, out, _ = ajgdata("scene", "d", "cube", "--out", tmp_path)
     assert code == 0
     assert out.splitlines()[0] == f"{tmp_path}/d-cube.svg"

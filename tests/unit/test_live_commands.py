@@ -137,11 +137,14 @@ def test_sense_without_a_novelty_check_does_not_call_anything_known(trained, run
 @pytest.mark.parametrize(
     "arguments, said",
     [
-        (("sense", "d", "what"), "needs a device"),
-        (("sense", "d", "who", "--source", "virtual"), "no such model; .* trains what: linear"),
+        (("sense", "d", "what"), "requires a device"),
+        (("sense", "d", "who", "--source", "virtual"), "no such model. .* trains what: linear"),
         ((*SENSE, "--object", "rock"), "the recipe has no object 'rock'"),
-        (("sense", "d", "what", "--device", "x", "--object", "cube"), "is for the virtual gripper"),
-        (("sense", "d", "what", "--source", "tape"), "there is no 'tape'"),
+        (
+            ("sense", "d", "what", "--device", "x", "--object", "cube"),
+            "is only used with --source virtual",
+        ),
+        (("sense", "d", "what", "--source", "tape"), "unknown value 'tape'"),
     ],
 )
 def test_sense_refuses_what_it_cannot_do(run, arguments, said):
@@ -197,10 +200,10 @@ def test_doubt_stops_it_with_an_exit_code_of_its_own(run):
 @pytest.mark.parametrize(
     "changes, said",
     [
-        ({"bins": {"box": "A"}}, "bins: no bin for rod; name one for each class"),
-        ({"objects": ["rock"]}, "objects: nobody knows the label of rock"),
+        ({"bins": {"box": "A"}}, "bins: no bin for rod. Name a bin for each class"),
+        ({"objects": ["rock"]}, "objects: the label of rock is unknown"),
         ({"threshold": 7}, r"plan.yaml:\d+: threshold = 7"),
-        ({"model": "knn"}, "there is no such model; .ajgdata run d. trains what: linear"),
+        ({"model": "knn"}, "there is no such model. .ajgdata run d. trains what: linear"),
         ({"source": "soundcard", "card": {"device": "x"}, "objects": []}, "both in one data set"),
     ],
 )

@@ -70,7 +70,7 @@ def test_simulated_and_recorded_sessions_do_not_meet_in_one_data_set(tmp_path):
     paths = Paths(tmp_path)
     declare(paths, "both", recipe=RECIPE)
     hold(paths, "both", "day1")
-    said = "both/sessions: its recipe is simulated, session day1 is recorded.*; move day1 below"
+    said = "both/sessions: its recipe is simulated, session day1 is recorded.*Move day1 below"
     with pytest.raises(DataError, match=said):
         plan(paths, check=True)
 
@@ -80,10 +80,10 @@ def test_what_a_task_is_tested_on_comes_with_it(tmp_path):
     tasks = {"t": {"target": "object", "test_on": ["one"]}}
     targets = {"object": {"kind": "classification"}}
     declare(paths, "many", targets=targets, tasks=tasks, recipe=RECIPE)
-    with pytest.raises(DataError, match="no such data set; declared here: many"):
+    with pytest.raises(DataError, match=r"no such data set. Use one of many"):
         plan(paths, ["many"])
     declare(paths, "one")
-    with pytest.raises(DataError, match="one/sessions: holds no sessions; get some with"):
+    with pytest.raises(DataError, match=r"one/sessions: holds no sessions. Get some with"):
         plan(paths, ["many"])
     with pytest.raises(DataError, match="needs the data set 'one', which holds no sessions"):
         plan(paths)  # where nobody asked for `one`

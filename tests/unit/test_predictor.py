@@ -201,9 +201,9 @@ def test_models_that_cannot_be_used_are_refused(trained, tmp_path):
     for name in ("guard.safetensors", "model.skops"):
         (folder / name).write_bytes(b"spoilt")
         refused("not a readable model")
-    with pytest.raises(DataError, match=r"there is no such model; `ajgdata run d` trains "):
+    with pytest.raises(DataError, match=r"there is no such model. `ajgdata run d` trains "):
         load(trained, "size", "linear")
-    with pytest.raises(DataError, match=r"no such model; .* trains .*size: .*what: "):
+    with pytest.raises(DataError, match=r"no such model. .* trains .*size: .*what: "):
         load(trained, "colour", "linear")
 
 

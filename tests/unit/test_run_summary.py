@@ -88,7 +88,7 @@ def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path)
     ]  # fmt: skip
     assert command(paths, [], ["--config", "quick=True"])[1:] == ["--config", "quick=True"]
     for given in (["--config", "quick=True"], ["--config=quick=True"], ["-C", "quick=True"]):
-        with pytest.raises(DataError, match="call snakemake with your own --config"):
+        with pytest.raises(DataError, match="Call snakemake with your own --config"):
             command(paths, ["a"], given)
     (tmp_path / "Snakefile").unlink()
     assert command(paths, ["a"], [])[1] == "--snakefile"  # that of the package

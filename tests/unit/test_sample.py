@@ -27,7 +27,7 @@ def test_the_sample_has_every_class_and_says_simulated():
         assert len(set(features.object.values)) == 16
         assert set(grasps.values()) == {4}  # two grasps, each recorded twice
         np.testing.assert_allclose(features.feature.sum("frequency"), 1, atol=1e-4)  # l1
-    with pytest.raises(DataError, match="has no sample 'size'; use ycb"):
+    with pytest.raises(DataError, match=r"has no sample 'size'. Use ycb"):
         tutorial.load_features("size")
 
 

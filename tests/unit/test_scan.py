@@ -110,11 +110,11 @@ def test_tables_have_several_delimiters(tmp_path, mark):
 @pytest.mark.parametrize(
     ("settings", "said"),
     [
-        ({"pattern": r".*\.wav"}, r"has no named group; name the label: \(\?P<label>"),
+        ({"pattern": r".*\.wav"}, r"has no named group. Name the label, e.g. \(\?P<label>"),
         ({"pattern": r"(?P<n>\d+)\.wav"}, "none of its audio files can be imported: '1_a.wav'"),
         ({"table": "none.csv", "file": "{name}"}, "none.csv: there is no such file"),
-        ({"table": "t.csv", "file": "{nam}.wav"}, r"--file: '{nam}.wav' names 'nam'; there are"),
-        ({"table": "t.csv", "file": "1_a.wav"}, "1_a.wav stands in two rows"),
+        ({"table": "t.csv", "file": "{nam}.wav"}, r"--file: '{nam}.wav' names 'nam'. Use one of"),
+        ({"table": "t.csv", "file": "1_a.wav"}, "1_a.wav is in two rows"),
         ({"table": "empty.csv", "file": "1_a.wav"}, "empty.csv: needs one name per column"),
     ],
 )

@@ -28,14 +28,14 @@ def recipe(**keys):
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ({"colour": "red"}, "unknown key colour; correct its spelling or remove it"),
-        ({"name": "other"}, "name = 'other'; must be its folder's name, 'd'"),
+        ({"colour": "red"}, "unknown key colour. Correct its spelling or remove it"),
+        ({"name": "other"}, "name = 'other'. Use its folder's name, 'd'"),
         ({"name": "a b"}, "name = 'a b': Names are letters, digits, _ and -"),
         ({"features": {"hop": 4096}}, "hop 4096 exceeds window 2048"),
         ({"features": {"band_hz": [5, 1]}}, "must be 0 <= low < high"),
         ({"features": {"band_hz": [30000, 40000]}}, "holds no bin"),
         ({"audio": {"sample_rate_hz": 0, "other_rate": "x"}}, "(and 1 more)"),
-        ({"targets": {"e": {"unit": "mm"}}}, "targets.e.kind is missing; add targets.e.kind"),
+        ({"targets": {"e": {"unit": "mm"}}}, "targets.e.kind is missing. Add targets.e.kind"),
         ({"targets": {"file": {"kind": "regression"}}}, "target file has the name of a standard"),
         ({"tasks": {"t": {"target": "nope"}}}, "task t: target 'nope' is not among the targets"),
         (
@@ -61,7 +61,7 @@ def test_mistakes_in_dataset_yaml(project, keys, said):
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ({"session_id": "s2"}, "session_id = 's2'; must be its folder's, 's1'"),
+        ({"session_id": "s2"}, "session_id = 's2'. Use its folder's, 's1'"),
         ({"excitation": {"file": "x.wav"}}, "excitation.sha256 is missing"),
     ],
 )
@@ -165,5 +165,5 @@ def test_session_folders(project):
     (project.folder("b").parent / "notes.txt").write_text("")
     assert list_sessions(project.paths, "d") == ["a-1", "b"]
     project.folder("day 1").mkdir()
-    with pytest.raises(DataError, match="day 1: a session cannot have this name; rename it"):
+    with pytest.raises(DataError, match=r"day 1: a session cannot have this name. Rename it"):
         list_sessions(project.paths, "d")

@@ -149,7 +149,7 @@ def test_every_step_can_be_the_last_and_the_robot_halts(cell, step, ends):
     assert cell.robot.steps[at:] == [cell.robot.steps[at], ("halt", HELD[step])]
     assert_ended(cell, HELD[step], sorts=1)
     said = cell.events("stopped")[0]["reason"]
-    assert said == ("stopped by a person" if ends is interrupts else "robot: stuck; look at it")
+    assert said == ("stopped by a person" if ends is interrupts else "robot: stuck. Look at it.")
 
 
 def assert_ended(cell, held, sorts):

@@ -118,7 +118,7 @@ def test_a_file_that_may_not_be_read_is_not_called_damaged(tmp_path, monkeypatch
     monkeypatch.setattr(xr, "open_dataset", forbidden)
     with pytest.raises(PermissionError) as caught:
         read_store(path)
-    expected = "Permission denied; change its permissions, or use an account that has them"
+    expected = "Permission denied. Change its permissions, or use an account that has them."
     assert one_line(caught.value) == f"{path}: {expected}"
 
 

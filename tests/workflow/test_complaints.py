@@ -16,8 +16,8 @@ def complaint(capsys, root, *arguments):
 @pytest.mark.parametrize(
     ("content", "setting", "text"),
     [
-        ("name: d\ntitel: x\n", "seed=1", "unknown key titel; correct its spelling or remove it"),
-        ("name: d\n", "seed=1", "no data set here has recordings or a recipe; get some with"),
+        ("name: d\ntitel: x\n", "seed=1", "unknown key titel. Correct its spelling or remove it"),
+        ("name: d\n", "seed=1", "no data set here has recordings or a recipe. Get some with"),
         ("name: d\n", "seed=-1", "config.seed: -1 is less than the minimum of 0; correct it"),
         ("name: d\n", "device=gpu", "config.device: 'gpu' is not one of ['auto', 'cpu', 'cuda']"),
         ("name: d\n", "sed=1", "config: Additional properties are not allowed ('sed' was unexpec"),
