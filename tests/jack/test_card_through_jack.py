@@ -97,5 +97,5 @@ def test_whoever_is_killed_is_missed_without_another_attempt(rig, who):
             card.take(SWEEP)
     assert type(raised.value) is CardError  # a TakeError follows the last attempt
     # The server of a killed card ends with it.
-    said = "its process has ended" if who == "recorder" else "went away while it played"
+    said = "its process has ended" if who == "recorder" else "was disconnected while it played"
     assert said in str(raised.value)
