@@ -12,10 +12,9 @@ from ajgdata.experiments import EXPERIMENTS, Request
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import training_cost
 from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths
-from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import JobKey, TaskKey, computed, read_results, requests_for
-from ajgdata.pipeline.exports import with_tables, write_csv, write_exports
+from ajgdata.pipeline.exports import collect, with_tables, write_csv, write_exports
 from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import navigation_of, pages_of
 from ajgdata.pipeline.studies import ABLATIONS_PAGE, STUDIES

@@ -14,10 +14,9 @@ from recorded import make_features
 
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.paths import Paths
-from ajgdata.pipeline.embed import train_embedding
 from ajgdata.pipeline.experiments import requests_for, run_experiment
 from ajgdata.pipeline.report import build_report
-from ajgdata.pipeline.train import train_model
+from ajgdata.pipeline.train import train_embedding, train_model
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_csv, read_json

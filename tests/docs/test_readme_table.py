@@ -6,7 +6,7 @@ import pytest
 
 from ajgdata.evaluate.metrics import METRICS
 from ajgdata.pipeline import report
-from ajgdata.pipeline.collect import COLUMNS
+from ajgdata.pipeline.exports import COLUMNS
 from ajgdata.store.files import csv_bytes
 from ajgdata.store.sessions import read_dataset
 from tools.readme_table import KEY, PROJECT, ROWS, readme_table

@@ -7,7 +7,7 @@ import pytest
 from ajgdata.evaluate.agreement import why_undefined
 from ajgdata.experiments.base import score_table
 from ajgdata.paths import Paths
-from ajgdata.pipeline.collect import collect
+from ajgdata.pipeline.exports import collect
 from ajgdata.store.tables import write_tables
 from ajgdata.types.table import table_of
 

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from ajgdata.cli import main
-from ajgdata.pipeline.collect import COLUMNS
+from ajgdata.pipeline.exports import COLUMNS
 from ajgdata.store.files import csv_bytes
 
 ROW = dict.fromkeys(COLUMNS, "") | {

@@ -13,7 +13,7 @@ from ajgdata.embed.projections import METHODS, project
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Inputs, Outcome
 from ajgdata.experiments.embedding import scores_by
-from ajgdata.pipeline.embed import train_embedding
+from ajgdata.pipeline.train import train_embedding
 from ajgdata.store.features import (
     Column,
     FeatureRows,

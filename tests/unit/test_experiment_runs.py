@@ -8,8 +8,8 @@ from experiment_samples import small_store
 
 from ajgdata.experiments import Request
 from ajgdata.paths import Paths
-from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.experiments import read_results, requests_for, run_experiment
+from ajgdata.pipeline.exports import collect
 from ajgdata.store.features import write_store
 from ajgdata.types import DatasetSpec
 

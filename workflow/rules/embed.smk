@@ -12,11 +12,11 @@ rule embed:
     conda:
         "../../environment.yml"
     params:
-        function="embed:train_embedding",
+        function="train:train_embedding",
         settings=embedding_settings,
         seed=config["seed"],
         device=config["device"],
-        code=layer_hash("evaluate", "pipeline/embed.py"),
+        code=layer_hash("evaluate", "pipeline/train.py"),
     message:
         "Training encoders for {wildcards.embedding} of {wildcards.dataset}"
     script:
