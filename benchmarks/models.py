@@ -24,8 +24,9 @@ from rich.console import Console
 from rich.table import Table
 from threadpoolctl import threadpool_limits
 
-from ajgdata.models import fit_model, make_model, most_recordings
+from ajgdata.models import fit_model, make_model
 from ajgdata.store.features import read_store
+from ajgdata.types import MODELS as REGISTRY
 
 NOISE = 0.05
 REQUESTS = 1_000  # recordings that are predicted
@@ -51,7 +52,7 @@ def repeated(store: Path, target: str, count: int) -> tuple[np.ndarray, np.ndarr
 def one(store: Path, target: str, model: str, count: int, limited: bool) -> dict[str, float]:
     """Return s of training, s of predicting a thousand, and the largest memory in MB."""
     features, y, grasp = repeated(store, target, count)
-    most = most_recordings(model, {}) if limited else None
+    most = REGISTRY[model].most_recordings if limited else None
     choosing = None if limited else sys.maxsize
     before = peak_mb()
     with threadpool_limits(limits=1):

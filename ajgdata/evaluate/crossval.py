@@ -29,8 +29,8 @@ from threadpoolctl import threadpool_limits
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.splits import grouped_folds, random_folds
 from ajgdata.evaluate.task_data import TaskData
-from ajgdata.models import CHOOSING, fit_model, make_model, most_recordings
-from ajgdata.types import Kind, NotPossibleError
+from ajgdata.models import fit_model, make_model
+from ajgdata.types import MODELS, Kind, NotPossibleError
 
 TIMED = 5  # timed predictions; their median ignores one interruption or two
 TIMING_BUDGET_S = 1.0  # stop repeating a slow prediction after this long
@@ -145,16 +145,14 @@ def cross_validate(
     seed: int = 0,
     period: float | None = None,
     extra_tests: Mapping[str, TaskData] | None = None,
-    limits: Mapping[str, int] | None = None,
 ) -> CrossValidation:
     """Train on all folds but one, predict that one and the `extra_tests`; so for each fold.
 
     `features` (n, n_features); `target` (n,) numbers or class labels; `groups` (n,) labels that
     never straddle folds, or None for a random split, which is optimistic. Targets y and
     y + `period` are equal. A fold predicts the extra rows whose group has no training row.
-    `model` is a name in `models.MODELS` (tuned by grouped inner folds) or an unfitted estimator;
-    `limits` are the most recordings that models are trained on (see `models.thinned`). BLAS and
-    OpenMP get one thread: results do not depend on the number of cores.
+    `model` is a name in `models.MODELS` (tuned by grouped inner folds) or an unfitted estimator.
+    BLAS and OpenMP get one thread: results do not depend on the number of cores.
 
     Raises ValueError for missing values, lengths that differ, folds that cannot be made (see
     `splits`), and extra rows without `groups`.
@@ -166,9 +164,11 @@ def cross_validate(
         split, pairs = "random", random_folds(own.value, kind, folds, seed)
     else:
         split, pairs = "grouped", grouped_folds(own.value, group, kind, folds, seed)
-    unfitted = _unfitted(model, kind, seed, period, limits or {})
+    unfitted, limit = model, None
+    if isinstance(model, str):
+        unfitted, limit = make_model(model, kind, seed, period), MODELS[model].most_recordings
     with threadpool_limits(limits=1):
-        results = [_run(n, *pair, own, tests, *unfitted) for n, pair in enumerate(pairs)]
+        results = [_run(n, *pair, own, tests, unfitted, limit) for n, pair in enumerate(pairs)]
     return _collected(results, own, tests, kind, period, split)
 
 
@@ -211,20 +211,6 @@ def _collected(
     thinned = used if any(some < every for some, every in used) else ()
     cost = _total_cost([fold.cost for fold in folds])
     return CrossValidation(scores, predictions, cost, tested, thinned)
-
-
-def _unfitted(
-    model: str | BaseEstimator,
-    kind: Kind,
-    seed: int,
-    period: float | None,
-    limits: Mapping[str, int],
-) -> tuple[BaseEstimator, int | None]:
-    """Return the unfitted estimator, and the largest number of its training recordings."""
-    if not isinstance(model, str):
-        return model, None
-    estimator = make_model(model, kind, seed, period, limits.get(CHOOSING))
-    return estimator, most_recordings(model, limits)
 
 
 def _validated(

@@ -14,8 +14,8 @@ from threadpoolctl import threadpool_limits
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.evaluate.task_data import TaskData
-from ajgdata.models import fit_named_model, most_recordings
-from ajgdata.types import Kind, NotPossibleError
+from ajgdata.models import fit_named_model
+from ajgdata.types import MODELS, Kind, NotPossibleError
 
 
 def _ordered_groups(
@@ -59,7 +59,6 @@ def learning_curve(
     folds: int = 5,
     seed: int = 0,
     period: float | None = None,
-    limits: Mapping[str, int] | None = None,
 ) -> Curve:
     """Train on ever more groups per class, and test always on the same: those of the first fold.
 
@@ -71,7 +70,7 @@ def learning_curve(
     fewest = _fewest_groups(known)
     problem = f"a class has {fewest}; lower learning_curve.groups, or record more"
     skipped = dict.fromkeys((size for size in sizes if size > fewest), problem)
-    fit = partial(fit_named_model, model, kind, period=period, limits=limits)
+    fit = partial(fit_named_model, model, kind, period=period)
     points = []
     with threadpool_limits(limits=1):
         for repeat, size in product(range(repeats), sizes):
@@ -85,7 +84,7 @@ def learning_curve(
             except NotPossibleError as error:
                 skipped[size] = str(error)
                 continue
-            used = min(len(rows.value), most_recordings(model, limits or {}) or len(rows.value))
+            used = min(len(rows.value), MODELS[model].most_recordings)
             scores = _scores(fitted, rows.value, tested, kind, period)
             points.append(CurvePoint(size, repeat, used, *scores))
     return _checked_curve(points, sizes, skipped)
@@ -144,7 +143,6 @@ def cross_gripper(
     folds: int = 5,
     seed: int = 0,
     period: float | None = None,
-    limits: Mapping[str, int] | None = None,
 ) -> dict[str, list[CrossGripperPoint]]:
     """Train on all of `own` and on `sizes` groups of each class (each value, of a regression) of
     each of `others`; test on the rest of it, fold by fold. Returns the points by name.
@@ -153,7 +151,7 @@ def cross_gripper(
     that leave the same rows of `own` share one training. Raises NotPossibleError for a size that
     some class has too few groups for.
     """
-    fit = partial(fit_named_model, model, kind, seed=seed, period=period, limits=limits)
+    fit = partial(fit_named_model, model, kind, seed=seed, period=period)
     plain: dict[bytes, BaseEstimator] = {}
     points: dict[str, list[CrossGripperPoint]] = {name: [] for name in grippers}
     splits = {

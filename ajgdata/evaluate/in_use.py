@@ -6,7 +6,7 @@ rather more: temperatures, intervals and alarms are rather too wide than too nar
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
@@ -76,7 +76,6 @@ def calibration(
     period: float | None = None,
     coverage: float = COVERAGE,
     false_alarm: float = FALSE_ALARM,
-    limits: Mapping[str, int] | None = None,
 ) -> Calibration:
     """Return the calibration of `model`, trained on features (n, f) and `target` (n,).
 
@@ -85,7 +84,7 @@ def calibration(
     too few groups) is None, with the reason in `problems`; nothing is raised.
     """
     problems: dict[str, str] = {}
-    options: dict[str, Any] = {"model": model, "seed": seed, "limits": limits}
+    options: dict[str, Any] = {"model": model, "seed": seed}
     with threadpool_limits(limits=1):
         if kind == "classification":
             find = partial(scaling_temperature, features, target, groups, **options)
@@ -151,7 +150,6 @@ def _held_out(
     folds: int,
     seed: int,
     period: float | None = None,
-    limits: Mapping[str, int] | None = None,
 ) -> Iterator[tuple[Any, np.ndarray, np.ndarray]]:
     """Yield a model for each fold of `groups`, the rows that it was trained on, and the others.
 
@@ -161,9 +159,8 @@ def _held_out(
         raise NotPossibleError(f"model {model!r} has no probabilities: choose another")
     for train, test in grouped_folds(y, groups, kind, folds, seed):
         fitted = fit_named_model(
-            model, kind, features[train], y[train], groups[train],
-            seed=seed, period=period, limits=limits,
-        )  # fmt: skip
+            model, kind, features[train], y[train], groups[train], seed=seed, period=period
+        )
         yield fitted, train, test
 
 
@@ -247,7 +244,6 @@ def calibrated(
     model: str,
     folds: int = 5,
     seed: int = 0,
-    limits: Mapping[str, int] | None = None,
 ) -> Calibrated:
     """Return out-of-fold probabilities of a classifier, plain and scaled by a temperature.
 
@@ -256,7 +252,7 @@ def calibrated(
     test part is not used. Raises NotPossibleError for a model without probabilities.
     """
     classes = np.unique(target)
-    options: dict[str, Any] = {"model": model, "seed": seed, "limits": limits}
+    options: dict[str, Any] = {"model": model, "seed": seed}
     plain, scaled = (np.empty((len(target), len(classes))) for _ in range(2))
     with threadpool_limits(limits=1):
         parts = _held_out(features, target, groups, "classification", folds=folds, **options)

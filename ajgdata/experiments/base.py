@@ -78,7 +78,6 @@ class Inputs:
     withhold: Sequence[float] = ()
     classes: Sequence[str] = ()
     min_groups: int = 0
-    most_recordings: Mapping[str, int] = field(default_factory=dict)
     audio: AudioSettings = field(default_factory=AudioSettings)
     features: FeatureSettings = field(default_factory=FeatureSettings)
     recordings: Recordings | None = None
@@ -114,7 +113,7 @@ class Inputs:
     def split(self) -> dict[str, Any]:
         """Return what an evaluation of models takes, by name."""
         named = {"kind": self.kind, "folds": self.folds, "seed": self.seed}
-        return named | {"period": self.period_deg, "limits": self.most_recordings}
+        return named | {"period": self.period_deg}
 
 
 @dataclass(frozen=True)

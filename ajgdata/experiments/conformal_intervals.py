@@ -55,12 +55,11 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         for fold, (train, test) in enumerate(parts):
             begun = time.process_time()
             residual = held_out_residuals(
-                x[train], y[train], group[train], model=model, seed=inputs.seed, period=period,
-                limits=inputs.most_recordings,
-            )  # fmt: skip
+                x[train], y[train], group[train], model=model, seed=inputs.seed, period=period
+            )
             fitted = fit_named_model(
                 model, inputs.kind, x[train], y[train], group[train],
-                seed=inputs.seed, period=period, limits=inputs.most_recordings,
+                seed=inputs.seed, period=period,
             )  # fmt: skip
             away = np.abs(wrapped(y[test] - fitted.predict(x[test]), period))
             spent += time.process_time() - begun

@@ -50,9 +50,8 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
 
     data = inputs.data()
     result = calibrated(
-        data.feature, data.value, data.group, model=model, folds=inputs.folds, seed=inputs.seed,
-        limits=inputs.most_recordings,
-    )  # fmt: skip
+        data.feature, data.value, data.group, model=model, folds=inputs.folds, seed=inputs.seed
+    )
     label = np.searchsorted(result.classes, data.value)
     scores: list[ScoreRow] = []
     bins, conditions, runs = list[Row](), list[Row](), list[Row]()

@@ -5,7 +5,6 @@ Which models there are stands in `types.registry.MODELS`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -15,17 +14,12 @@ if TYPE_CHECKING:
     import numpy as np
     from sklearn.base import BaseEstimator
 
-#: Key of a task's limits for the recordings on which tuned models choose their settings.
-CHOOSING = "choosing"
 
-
-def make_model(
-    name: str, kind: Kind, seed: int = 0, period: float | None = None, choosing: int | None = None
-) -> BaseEstimator:
+def make_model(name: str, kind: Kind, seed: int = 0, period: float | None = None) -> BaseEstimator:
     """Return an unfitted scikit-learn estimator of features (n, n_features) as they are stored.
 
-    Scaling is part of the estimator. A tuned model chooses it and its settings from training rows,
-    of at most `choosing` recordings (None: its own number). `seed` matters to networks, trees and
+    Scaling is part of the estimator. A tuned model chooses it and its settings from training rows.
+    `seed` matters to networks, trees and
     inner folds. With a `period`, y and y + period are the same target: the model then learns
     (sin, cos) of 2 pi y / period (see `scaling.Circular`). Raises ValueError for an unknown name or
     kind, and for classes with a period.
@@ -44,10 +38,6 @@ def make_model(
     if period is not None and kind != "regression":
         raise ValueError("classes have no period: leave it out")
     estimator = resolve_name(model.make)(kind, seed)
-    from ajgdata.models.tuning import Tuned
-
-    if choosing is not None and isinstance(estimator, Tuned):
-        estimator.set_params(choosing=choosing)
     return estimator if period is None else _circular(estimator, period, model.several)
 
 
@@ -98,24 +88,10 @@ def fit_named_model(
     *,
     seed: int = 0,
     period: float | None = None,
-    limits: Mapping[str, int] | None = None,
 ) -> Any:
-    """Return the model `name` (see `make_model`), trained by `fit_model` with its limit.
-
-    `limits` are those that a task declares (`most_recordings`), by model.
-    """
-    declared = limits or {}
-    model = make_model(name, kind, seed, period, declared.get(CHOOSING))
-    return fit_model(model, features, target, groups, most_recordings(name, declared))
-
-
-def most_recordings(name: str, declared: Mapping[str, int]) -> int | None:
-    """Return the limit of a model of the registry; what a task has `declared` comes first.
-
-    Plain and other variants of a model share its limit. None: it is trained on all recordings.
-    """
-    family = name.removesuffix("_plain").removesuffix("_one_scale")
-    return declared.get(family, MODELS[name].most_recordings)
+    """Return the model `name` (see `make_model`), trained by `fit_model` with its limit."""
+    model = make_model(name, kind, seed, period)
+    return fit_model(model, features, target, groups, MODELS[name].most_recordings)
 
 
 def thinned(groups: np.ndarray, limit: int, target: np.ndarray | None = None) -> np.ndarray:

@@ -24,7 +24,7 @@ from ajgdata.store.features import FeatureRows, Latents, read_store, write_laten
 from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.models import write_about, write_estimator, write_guard
 from ajgdata.store.tables import plain
-from ajgdata.types import Embedding, Kind, NotPossibleError
+from ajgdata.types import MODELS, Embedding, Kind, NotPossibleError
 
 if TYPE_CHECKING:
     from ajgdata.evaluate.splits import Folds
@@ -58,7 +58,6 @@ def train_model(
     classes: Sequence[str] = (),
     min_groups: int = 0,
     period_deg: float | None = None,
-    most_recordings: Mapping[str, int] | None = None,
     task: str = "",
 ) -> None:
     """Fit `model` on all recordings of `table` that have `target` and write it into `folder`, with
@@ -74,7 +73,7 @@ def train_model(
         if min_groups:
             classes, _ = frequent_classes(table, target, groups, classes, min_groups)
         data = task_data(table, target, kind, groups, classes)
-        about |= _train(table, data, about, most_recordings or {}, folder)
+        about |= _train(table, data, about, folder)
     except NotPossibleError as error:
         about["skipped"] = str(error)
     write_about(folder, plain(about))
@@ -84,7 +83,6 @@ def _train(
     table: FeatureRows,
     data: TaskData,
     about: Mapping[str, Any],
-    limits: Mapping[str, int],
     folder: Path,
 ) -> dict[str, Any]:
     """Train and calibrate the model that `about` describes, and write its arrays into `folder`.
@@ -94,10 +92,10 @@ def _train(
     from threadpoolctl import threadpool_limits
 
     from ajgdata.evaluate.in_use import calibration
-    from ajgdata.models import chosen, fit_named_model, most_recordings
+    from ajgdata.models import chosen, fit_named_model
 
     model, kind, seed = about["model"], about["kind"], about["seed"]
-    options: dict[str, Any] = {"seed": seed, "period": about["period"], "limits": limits}
+    options: dict[str, Any] = {"seed": seed, "period": about["period"]}
     arrays, grasp = (data.feature, data.value, data.group), _grasps(table, data)
     with threadpool_limits(limits=1):
         estimator, choice = chosen(fit_named_model(model, kind, *arrays, **options))
@@ -108,7 +106,7 @@ def _train(
     description["classes"] = np.unique(data.value).tolist() if kind == "classification" else []
     description["calibration"] = calibrated.plain()
     description |= {"tuning": choice} if choice else {}
-    used = min(most_recordings(model, limits) or len(data.name), len(data.name))
+    used = min(MODELS[model].most_recordings, len(data.name))
     description |= {"trained_on": used} if used < len(data.name) else {}
     write_guard(folder, _guard_arrays(table, about["target"], kind, data, grasp))
     write_estimator(folder, estimator)

@@ -50,10 +50,7 @@ class ImportSettings(Strict):
         return self
 
 
-TRAINING = (
-    *("target", "classes", "min_groups", "kind", "unit", "groups", "period_deg"),
-    "most_recordings",
-)
+TRAINING = (*("target", "classes", "min_groups", "kind", "unit", "groups", "period_deg"),)
 
 
 #: Keys of a task that its kind has no use for.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field, JsonValue, model_validator
 
@@ -12,8 +12,6 @@ from ajgdata.types.base import Distinct, ModelName, Name, Strict
 CROSS_VALIDATION = "cross_validation"
 #: Settings of cross-validation among those of a task.
 OWN = ("models", "compare_random", "test_on")
-#: Models of which it can be said how many recordings they learn from, and the choice of tuned ones.
-Limited = Literal["cnn", "linear", "ridge", "knn", "svm", "boosting", "forest", "mlp", "choosing"]
 
 
 class Task(Strict):
@@ -27,12 +25,6 @@ class Task(Strict):
     folds: int = Field(5, ge=2, description="of the cross-validation; at most one a group")
     models: Annotated[tuple[ModelName, ...], Distinct] = Field(
         ("cnn", "linear", "knn"), description="models that are trained and evaluated"
-    )
-    most_recordings: dict[Limited, Annotated[int, Field(ge=10)]] = Field(
-        {},
-        description="largest number of training recordings, e.g. {svm: 2000, cnn: 50000}, "
-        "evenly of all groups and classes; choosing: those that tuned models are chosen on. What "
-        "is not here keeps its own limit (docs/models.md)",
     )
     compare_random: bool = Field(
         False, description="also evaluate a split that ignores groups, to show its optimistic bias"

@@ -1,10 +1,13 @@
-"""A model learns from no more recordings than its limit, evenly of groups, and it is told."""
+"""A model learns from no more recordings than its limit, evenly of groups."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.models import chosen, fit_model, make_model, thinned
+from ajgdata.types import MODELS
 
 
 def spectra(groups=20, each=3):
@@ -41,15 +44,15 @@ def test_no_class_goes_with_groups_that_are_left_out(group):
     assert thinned(group, 20, y).tolist() == rows.tolist()
 
 
-def test_beyond_its_limit_a_model_learns_from_some_of_each_group():
+def test_beyond_its_limit_a_model_learns_from_some_of_each_group(monkeypatch):
     x, y, group = spectra()
     everything = cross_validate(x, y, group, kind="classification", model="knn_plain", folds=5)
     assert everything.thinned == ()
     fitted = fit_model(make_model("knn_plain", "classification"), x, y, group, 16)
     np.testing.assert_array_equal(fitted[-1]._fit_X, x[thinned(group, 16, y)])
-    found = cross_validate(
-        x, y, group, kind="classification", model="knn_plain", folds=5, limits={"knn": 16}
-    )
+    few = replace(MODELS["knn_plain"], most_recordings=16)
+    monkeypatch.setitem(MODELS, "knn_plain", few)
+    found = cross_validate(x, y, group, kind="classification", model="knn_plain", folds=5)
     assert found.thinned == ((16, 48),) * 5
     assert found.scores.recordings == 60  # all are predicted
 
@@ -57,7 +60,8 @@ def test_beyond_its_limit_a_model_learns_from_some_of_each_group():
 def test_a_tuned_model_is_chosen_on_some_and_learns_from_all():
     x, y, group = spectra()
     some = thinned(group, 20, y)
-    fitted = fit_model(make_model("knn", "classification", choosing=20), x, y, group)
+    tuned = make_model("knn", "classification").set_params(choosing=20)
+    fitted = fit_model(tuned, x, y, group)
     alone = fit_model(make_model("knn", "classification"), x[some], y[some], group[some])
     assert fitted.inner_scores_ == alone.inner_scores_
     assert fitted.best_estimator_[-1].n_samples_fit_ == 60

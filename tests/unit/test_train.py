@@ -61,20 +61,6 @@ def train(store, target, model, name="m"):
 
 
 @pytest.mark.usefixtures("uncalibrated")
-def test_a_task_says_how_many_recordings_a_model_learns_from(store):
-    about = {"target": "edge_mm", "kind": "regression", "unit": "", "groups": "grasp_id"}
-    told = []
-    for most in ({}, {"knn": 16}):
-        train_model(
-            read_store(store), **about, model="knn_plain", seed=3, folder=store.parent / "m",
-            most_recordings=most,
-        )  # fmt: skip
-        loaded, known = read_model(store.parent / "m")
-        told.append((loaded[-1].n_samples_fit_, known.get("trained_on"), known["recordings"]))
-    assert told == [(23, None, 23), (16, 16, 23)]
-
-
-@pytest.mark.usefixtures("uncalibrated")
 def test_a_model_of_a_repeating_target_comes_back_whole(store):
     folder = store.parent / "m"
     about = {"target": "edge_mm", "kind": "regression", "unit": "", "groups": "grasp_id"}
