@@ -26,7 +26,7 @@ from ajgdata.report.comparison import (
     judged,
     mark_of,
 )
-from ajgdata.report.format import Score, words
+from ajgdata.report.format import Score
 
 #: Row of the paper on a task of many models: its number is that of the baseline.
 BASELINES = "baselines"
@@ -76,9 +76,10 @@ def _compared(
         )  # fmt: skip
         text += f"; {remark}" if remark else ""
     split = _split_of(model, part)
+    label = ", ".join(filter(None, (paper.row, split))) if split else ""
     return model.task.compared(
         paper, text, model.label, verdict, cost=model.cost, marks=marks_of(models, model, part),
-        split=split, label=f"known, {split}" if split else "", shown_unit=model.task.shown_unit,
+        split=split, label=label, shown_unit=model.task.shown_unit,
     )  # fmt: skip
 
 
@@ -87,8 +88,7 @@ def _split_of(model: ModelResult, part: str) -> str:
     papers = dict(model.parts)
     if part not in (GROUPED, RANDOM) or not (papers.get(GROUPED) and papers.get(RANDOM)):
         return ""
-    group = words(model.task.groups.removesuffix("_id"))
-    return f"by {group}" if part == GROUPED else "by recording"
+    return "grouped split" if part == GROUPED else "random split"
 
 
 def _failing(paper: PaperFigure, model: ModelResult, part: str, lookup: Lookup) -> PaperComparison:

@@ -133,6 +133,14 @@ def _text(runs: Table, condition: Row, unit: str) -> str:
     return f"{'; '.join(parts)}, {number(100 * wrong, 2)} % in a wrong bin"
 
 
+def finding(results: TaskResults) -> str:
+    """Return the runs of the first model with its plain probabilities."""
+    first = results.results[0]
+    runs = first.tables["runs"].where(part=PLAIN).numbers("before_error")
+    low, middle, high = map(number, np.percentile(runs, PERCENTILES))
+    return f"{first.label}: {middle} objects before the first error (90 % of runs: {low} to {high})"
+
+
 LENGTHS = Plot(
     "histogram",
     "runs",
@@ -143,6 +151,7 @@ LENGTHS = Plot(
     series=("model", "part"),
     over="runs",
     published="value",
+    title=finding,
 )
 RELIABILITY = Plot(
     "lines",

@@ -96,8 +96,10 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
     link = experiment_link(page.name)
     sections = report.on(page.name)
     names = dict.fromkeys(section.dataset for section in sections)
-    parts = [(section, part) for section in sections for part in section.parts]
     comparisons = [row for row in report.comparisons if row.page == link]
+    first = [(row.dataset, row.task) for row in comparisons[:1]]
+    sections = sorted(sections, key=lambda one: (one.dataset, one.task) not in first)
+    parts = [(section, part) for section in sections for part in section.parts]
     headlines = [(section.title, part.headline) for section, part in parts if part.headline]
     counts = tally(comparisons)
     return {

@@ -64,8 +64,19 @@ def passed(table: Table) -> str:
 
 def conclusions(study: str, tables: Sequence[Table]) -> str:
     """Return how many checks of a study passed, and the titles of its figures, as sentences."""
-    titles = [f"{figure.title}." for figure in figures_of(study, tables)]
-    return " ".join(filter(None, [*map(passed, tables), *titles]))
+    texts = [f"{figure.title}." for figure in figures_of(study, tables)]
+    texts += [omitted(table) for table in tables if table.name == "omissions" and table.rows]
+    return " ".join(filter(None, [*map(passed, tables), *texts]))
+
+
+def omitted(table: Table) -> str:
+    """Return how many parts of the studied scenes are omitted, and the largest change by that."""
+    rows = table.where(kept=False)
+    text = f"{len(rows.rows)} of {len(table.rows)} tested parts are omitted"
+    if not rows.rows:
+        return f"{text}."
+    change, tolerance = (number(float(rows.numbers(k).max()), 2) for k in ("measured", "tolerance"))
+    return f"{text}; the largest relative change is {change} (tolerance {tolerance})."
 
 
 # Figures
