@@ -272,3 +272,30 @@ def samples_of(dataset: str) -> dict[str, np.ndarray]:
                 file = audio_path(folder, declared, by_id[recording])
                 found[f"{session}/{recording}"] = read_audio(file, audio).samples
     return found
+
+
+#: Sizes of a report on everything: words in all, words of a page on an experiment, figures that are
+#: not folded, and bytes.
+MAX_WORDS, MAX_PAGE_WORDS, MAX_OPEN_FIGURES, MAX_BYTES = 25_000, 900, 110, 20_000_000
+
+
+def body(path: Path, *, folded: bool) -> str:
+    """The content of a page, without navigation, with or without what is folded."""
+    html = re.sub(r"<nav.*?</nav>|<style.*?</style>", "", path.read_text("utf-8"), flags=re.S)
+    return html if folded else re.sub(r"<details>.*?</details>", "", html, flags=re.S)
+
+
+def word_count(html: str) -> int:
+    return len(re.sub(r"<[^>]+>", " ", html).split())
+
+
+def test_the_report_is_short():
+    words = {path.name: word_count(body(path, folded=True)) for path in PAGES}
+    assert sum(words.values()) <= MAX_WORDS, words
+    open_words = {path.name: word_count(body(path, folded=False)) for path in OWN}
+    assert {name: n for name, n in open_words.items() if n > MAX_PAGE_WORDS} == {}
+    figures = {path.name: body(path, folded=False).count("<img") for path in PAGES}
+    assert sum(figures.values()) <= MAX_OPEN_FIGURES, figures
+    assert {name: figures[name] for name in open_words if figures[name] > 4} == {}
+    files = PATHS.report.parent.rglob("*")
+    assert sum(file.stat().st_size for file in files if file.is_file()) <= MAX_BYTES

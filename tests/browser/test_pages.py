@@ -21,6 +21,7 @@ RULES = {
 }
 CONTRAST = {"type": "rule", "values": ["color-contrast"]}
 MAX_INDEX_BYTES, MAX_SCREENS, SCREEN_HEIGHT = 1_000_000, 3, 900
+MAX_FIRST_FIGURE_PX = 700
 
 #: As a press on a summary does, or on the button of a menu.
 UNFOLD = """
@@ -105,6 +106,30 @@ def test_the_first_page_is_small_and_short(browser, site):
         heights[width] = browser.run("return document.documentElement.scrollHeight")
     limit = MAX_SCREENS * SCREEN_HEIGHT
     assert {width: high for width, high in heights.items() if high > limit} == {}
+
+
+FIRST_FIGURE = """
+const shown = [...document.querySelectorAll('main img, main .forest, header img')]
+  .filter(e => e.checkVisibility());
+return shown.length ? shown[0].getBoundingClientRect().top + scrollY : 0
+"""
+HIDDEN_VERDICTS = """
+return [...document.querySelectorAll('td.verdict')].filter(
+  e => e.checkVisibility() && e.getBoundingClientRect().right > innerWidth).length
+"""
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_the_first_figure_and_the_verdicts_are_within_the_first_screen(browser, site, width):
+    browser.window(width)
+    wrong = {}
+    for page in site.pages:
+        browser.open(page.as_uri())
+        top, hidden = browser.run(FIRST_FIGURE), browser.run(HIDDEN_VERDICTS)
+        problems = [f"first figure at {top:.0f} px"] * (top > MAX_FIRST_FIGURE_PX)
+        problems += [f"{hidden} verdicts outside"] * (hidden > 0 and width >= 1300)
+        wrong[site.name(page)] = problems
+    assert_none(wrong)
 
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
