@@ -71,7 +71,7 @@ def _page(
         name=name,
         title=title or first.experiment.title,
         question=section_of(text, "Question"),
-        command=f"ajgdata run {' '.join(dict.fromkeys(a.dataset for a in asked))}",
+        command=f"ajgdata run {' '.join(dict.fromkeys(request.dataset for request in requests))}",
         about=PAPERS if in_paper else BEYOND,
     )
 
