@@ -98,7 +98,7 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
     names = dict.fromkeys(section.dataset for section in sections)
     comparisons = [row for row in report.comparisons if row.page == link]
     first = [(row.dataset, row.task) for row in comparisons[:1]]
-    sections = sorted(sections, key=lambda one: (one.dataset, one.task) not in first)
+    sections = sorted(sections, key=lambda section: (section.dataset, section.task) not in first)
     parts = [(section, part) for section in sections for part in section.parts]
     headlines = [(section.title, part.headline) for section, part in parts if part.headline]
     counts = tally(comparisons)
