@@ -9,9 +9,8 @@ from __future__ import annotations
 import json
 import logging
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from pathlib import Path
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import torch
@@ -21,14 +20,12 @@ from ajgdata.evaluate.calibration import TINIEST
 from ajgdata.evaluate.novelty import Guard
 from ajgdata.features.checks import TOO_QUIET
 from ajgdata.features.spectrum import periodic_window
-from ajgdata.live.predictor import Prediction, Predictor
+from ajgdata.live.predictor import Predictor
 from ajgdata.types import FeatureSettings, NotPossibleError
 
 METADATA = "ajgdata"  #: key of the metadata that hold the description of the model, as JSON
 VERDICTS = ("known", "nothing", "unknown", "not checked")
 OPSET = 20
-#: Largest difference of an output, relative to its largest value: both compute in float32.
-TOLERANCE = 1e-4
 
 
 class Feature(nn.Module):
@@ -186,65 +183,3 @@ def onnx_bytes(predictor: Predictor, about: Mapping[str, Any]) -> bytes:
         part.ClearField("metadata_props")  # paths of source files
     set_model_props(model, {METADATA: json.dumps(about, sort_keys=True, allow_nan=False)})
     return model.SerializeToString(deterministic=True)
-
-
-def onnx_outputs(file: Path, recordings: Iterable[np.ndarray]) -> Iterator[dict[str, Any]]:
-    """Yield what ONNX Runtime computes for each of some recordings (n,), by name."""
-    import onnxruntime
-
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
-    options.log_severity_level = 4  # errors are raised as well
-    session = onnxruntime.InferenceSession(file, options, providers=["CPUExecutionProvider"])
-    names = [output.name for output in session.get_outputs()]
-    for samples in recordings:
-        values = session.run(None, {"waveform": np.asarray(samples, np.float32)[np.newaxis]})
-        yield {name: value[0] for name, value in zip(names, values, strict=True)}
-
-
-class Difference(NamedTuple):
-    """The largest difference of one quantity over all recordings, and the largest allowed."""
-
-    quantity: str
-    largest: float
-    allowed: float
-
-    @property
-    def is_beyond(self) -> bool:
-        """True if the difference is too large; NaN is."""
-        return not self.largest <= self.allowed
-
-
-def compare(
-    predictor: Predictor, features: np.ndarray, outputs: Sequence[Mapping[str, Any]]
-) -> list[Difference]:
-    """Return the differences of a file's outputs; for classes and verdicts, how many differ.
-
-    `features` (m, f) are the package's. All other quantities are compared for the features of the
-    file, so that a vote that the rounding of a feature turns is not an error of the file.
-    """
-    exported = np.array([output["feature"] for output in outputs], np.float32)
-    predictions = predictor.of_features(exported)
-    differences = []
-    for name in ("feature", "novelty", "probability", "value"):
-        if name not in outputs[0]:
-            continue
-        reference = features if name == "feature" else _values(predictions, name)
-        error = np.abs(np.array([output[name] for output in outputs], float) - reference)
-        if name == "value" and (period := getattr(predictor.estimator, "period", None)):
-            error = np.minimum(error, np.abs(period - error))
-        allowed = TOLERANCE * float(np.abs(reference).max())
-        differences.append(Difference(name, float(error.max()), allowed))
-    wrong = sum(
-        ("class" in output and predictor.classes[int(output["class"])] != p.value)
-        or VERDICTS[int(output.get("verdict", 3))] != str(p.verdict)
-        for p, output in zip(predictions, outputs, strict=True)
-    )
-    return [*differences, Difference("decisions", wrong, 0)]
-
-
-def _values(predictions: Sequence[Prediction], name: str) -> np.ndarray:
-    """Return novelties or numbers (m,), or probabilities (m, classes), of predictions."""
-    if name == "probability":
-        return np.array([list(prediction.probability.values()) for prediction in predictions])
-    return np.array([getattr(prediction, name) for prediction in predictions], np.float64)

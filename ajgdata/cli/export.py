@@ -1,8 +1,7 @@
-"""`ajgdata export`: write a trained network as an ONNX file, and compare it with the package."""
+"""`ajgdata export`: write a trained network as an ONNX file."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,14 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from ajgdata.cli.console import ATTENTION, say
-from ajgdata.pipeline.progress import tracked
+from ajgdata.cli.console import say
 from ajgdata.types import DataError, NotPossibleError
 
 if TYPE_CHECKING:
-    import numpy as np
-
-    from ajgdata.export import Difference
     from ajgdata.live.predictor import Predictor
     from ajgdata.paths import Paths
 
@@ -32,8 +27,7 @@ def export(
 ) -> None:
     """Write a trained CNN as one ONNX file.
 
-    Its input is a waveform, its output a calibrated prediction. The command compares the file with
-    the package for every recording of the data set. Exit code 3 if they differ.
+    Its input is a waveform, its output a calibrated prediction.
     """
     from ajgdata.loading import load_predictor
     from ajgdata.paths import find_project
@@ -41,15 +35,7 @@ def export(
     paths = find_project()
     predictor = load_predictor(dataset, task, model, paths.root)
     file = export_model(paths, predictor, folder or paths.exported)
-    differences = check_export(paths, file, predictor)
-    for difference in differences:
-        verdict = "differs" if difference.is_beyond else "agrees"
-        numbers = f"largest difference {difference.largest:.2g}, allowed {difference.allowed:.2g}"
-        say(f"{difference.quantity:12} {numbers}: {verdict}")
-    is_wrong = any(difference.is_beyond for difference in differences)
-    result = "differs from the package" if is_wrong else "agrees with the package"
-    say(escape(f"{file}: {file.stat().st_size / 1e3:.0f} kB, {result}"))
-    raise typer.Exit(ATTENTION if is_wrong else 0)
+    say(escape(f"{file}: {file.stat().st_size / 1e3:.0f} kB"))
 
 
 def export_model(paths: Paths, predictor: Predictor, folder: Path) -> Path:
@@ -60,7 +46,7 @@ def export_model(paths: Paths, predictor: Predictor, folder: Path) -> Path:
     from ajgdata.store.files import write_bytes
     from ajgdata.store.models import read_about
 
-    for package in ("onnx", "onnxruntime", "onnxscript"):
+    for package in ("onnx", "onnxscript"):
         if find_spec(package) is None:
             raise DataError(package, "is not installed", "run `pip install 'ajgdata[export]'`")
     from ajgdata.export import onnx_bytes
@@ -96,27 +82,3 @@ def _description(predictor: Predictor, trained: dict[str, Any]) -> dict[str, Any
         "verdicts": list(VERDICTS),
         "provenance": trained["provenance"] | training,
     }
-
-
-def check_export(paths: Paths, file: Path, predictor: Predictor) -> list[Difference]:
-    """Compare an exported file with the trained model over the recordings of the data set."""
-    import numpy as np
-
-    from ajgdata.export import compare, onnx_outputs
-    from ajgdata.features.spectrum import spectrum
-    from ajgdata.loading import load_recordings
-    from ajgdata.pipeline.recordings import examine
-
-    with load_recordings(predictor.dataset, paths.root) as recordings:
-        files = [Path(str(path)) for path in recordings.file.values]
-    features: list[np.ndarray] = []
-
-    def usable() -> Iterator[np.ndarray]:
-        for path in tracked(files, "comparing"):
-            samples = examine(path, predictor.audio, predictor.features.window).samples
-            if samples is not None:
-                features.append(spectrum(samples, predictor.sample_rate_hz, predictor.features))
-                yield samples
-
-    outputs = list(onnx_outputs(file, usable()))
-    return compare(predictor, np.array(features), outputs)

@@ -98,3 +98,43 @@ def predictor_of(
 def features_of(recordings: np.ndarray, settings: FeatureSettings = FEATURES) -> np.ndarray:
     """The package's features (n, n_bins)."""
     return np.array([spectrum(one, RATE_HZ, settings) for one in recordings])
+
+
+def onnx_outputs(file, recordings):
+    """Outputs of ONNX Runtime for each recording (n,), by name."""
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads, options.log_severity_level = 1, 4
+    session = onnxruntime.InferenceSession(file, options, providers=["CPUExecutionProvider"])
+    names = [output.name for output in session.get_outputs()]
+    for samples in recordings:
+        values = session.run(None, {"waveform": np.asarray(samples, np.float32)[np.newaxis]})
+        yield {name: value[0] for name, value in zip(names, values, strict=True)}
+
+
+def assert_agrees(predictor, outputs, features):
+    """The outputs are those of the package for `features` (m, f), to 1e-4 of the largest value.
+
+    All but the feature are compared for the features of the file, so that a class that the rounding
+    of a feature turns is not an error.
+    """
+    from ajgdata.export import VERDICTS
+
+    predictions = predictor.of_features(np.array([o["feature"] for o in outputs], np.float32))
+    own = {
+        "feature": features,
+        "novelty": [p.novelty for p in predictions],
+        "probability": [list(p.probability.values()) for p in predictions],
+        "value": [p.value for p in predictions],
+    }
+    for name in own.keys() & outputs[0].keys():
+        reference = np.array(own[name], float)
+        error = np.abs(np.array([output[name] for output in outputs], float) - reference)
+        if name == "value" and (period := getattr(predictor.estimator, "period", None)):
+            error = np.minimum(error, np.abs(period - error))
+        assert error.max() <= 1e-4 * np.abs(reference).max(), name
+    for output, prediction in zip(outputs, predictions, strict=True):
+        if "class" in output:
+            assert predictor.classes[int(output["class"])] == prediction.value
+        assert VERDICTS[int(output.get("verdict", 3))] == str(prediction.verdict)

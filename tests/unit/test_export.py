@@ -12,7 +12,9 @@ import torch
 from exported_models import (
     FEATURES,
     RATE_HZ,
+    assert_agrees,
     features_of,
+    onnx_outputs,
     predictor_of,
     tones,
     trained,
@@ -24,7 +26,7 @@ from ajgdata.types import FeatureSettings, NotPossibleError
 
 pytest.importorskip("onnxscript")
 pytest.importorskip("onnxruntime")
-from ajgdata.export import Deployed, compare, onnx_bytes, onnx_outputs
+from ajgdata.export import Deployed, onnx_bytes
 
 SOUNDS = tones()
 X = features_of(SOUNDS)
@@ -48,18 +50,13 @@ def in_onnx(predictor, folder, sounds):
     return list(onnx_outputs(path, sounds))
 
 
-def assert_agrees(predictor, outputs, features=X):
-    differences = compare(predictor, features, outputs)
-    assert not [difference for difference in differences if difference.is_beyond]
-
-
 @pytest.mark.parametrize(
     ("model", "question"),
     [("cnn", "classes"), ("cnn", "two_classes"), ("cnn_one_scale", "number"), ("cnn", "angle")],
 )
 def test_networks_of_every_kind(model, question):
     predictor = predictor_of(trained(model, question, X), question)
-    assert_agrees(predictor, in_torch(predictor))
+    assert_agrees(predictor, in_torch(predictor), X)
 
 
 def test_other_models_cannot_be_exported():
@@ -105,7 +102,7 @@ def test_onnx_runtime_refuses_unusable_recordings_and_takes_any_length(tmp_path)
 
 def test_onnx_runtime_and_the_package(tmp_path):
     predictor = predictor_of(trained("cnn", "angle", X), "angle", guard=GUARD)
-    assert_agrees(predictor, in_onnx(predictor, tmp_path, SOUNDS))
+    assert_agrees(predictor, in_onnx(predictor, tmp_path, SOUNDS), X)
 
 
 @pytest.mark.parametrize("references", [0, 1])
@@ -116,5 +113,5 @@ def test_novelty_and_verdict(references):
     threshold = float(np.quantile(replace(guard, threshold=1.0).novelty(X), 0.75))
     predictor = predictor_of(CLASSES, guard=guard, novelty_threshold=threshold)
     outputs = in_torch(predictor)
-    assert_agrees(predictor, outputs)
+    assert_agrees(predictor, outputs, X)
     assert {int(one["verdict"]) for one in outputs} == {0, 2} | ({1} if references else set())

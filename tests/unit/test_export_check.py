@@ -1,4 +1,4 @@
-"""`ajgdata export` and its check: a small project, trained, exported, and compared file by file."""
+"""`ajgdata export`: a small project, trained and exported, and the example of ONNX Runtime."""
 
 import subprocess
 import sys
@@ -10,8 +10,6 @@ from exported_models import RATE_HZ, tones
 from typer.testing import CliRunner
 from worlds import Project
 
-import ajgdata
-from ajgdata.cli.export import check_export
 from ajgdata.cli.main import app
 from ajgdata.evaluate import in_use
 from ajgdata.paths import Paths
@@ -20,7 +18,7 @@ from ajgdata.store.audio import file_sha256, write_pcm24
 from ajgdata.store.features import read_store
 from ajgdata.types import Recording, Target
 
-onnx = pytest.importorskip("onnx")
+pytest.importorskip("onnx")
 pytest.importorskip("onnxscript")
 pytest.importorskip("onnxruntime")
 EXAMPLE = Path(__file__).resolve().parents[2] / "docs/examples/onnx_predict.py"
@@ -56,36 +54,15 @@ def trained(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def exported(trained, tmp_path_factory):
-    """The folder with the model, exported by the command, which compares it."""
+    """The folder with the model, exported by the command."""
     folder = tmp_path_factory.mktemp("exported")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(trained.root)
         words = ["export", "d", "what", "cnn", "--out", str(folder)]
         done = CliRunner().invoke(app, words, catch_exceptions=False)
     assert done.exit_code == 0, done.output
-    assert "agrees with the package" in done.output
-    assert "\nprobability  largest" in done.output
+    assert "d-what-cnn.onnx" in done.output
     return folder
-
-
-def changed(path, folder, weight):
-    """A copy of an exported file with another largest weight."""
-    model = onnx.load(path)
-    largest = max(model.graph.initializer, key=lambda one: len(one.raw_data))
-    array = onnx.numpy_helper.to_array(largest)
-    largest.CopyFrom(
-        onnx.numpy_helper.from_array((weight * array).astype(array.dtype), largest.name)
-    )
-    onnx.save(model, folder / path.name)
-    return folder / path.name
-
-
-def test_a_file_with_other_weights_is_found(trained, exported, tmp_path):
-    predictor = ajgdata.load_predictor("d", "what", "cnn", trained.root)
-    for weight, wrong in ((1.0, False), (1.01, True)):
-        path = changed(exported / "d-what-cnn.onnx", tmp_path, weight)
-        differences = check_export(trained.paths, path, predictor)
-        assert any(difference.is_beyond for difference in differences) is wrong
 
 
 def test_the_example_with_onnx_runtime(exported, trained, tmp_path):
