@@ -44,7 +44,7 @@ try:
 except WorkflowError as error:  # one line instead of the whole schema
     wrong = error.__context__
     raise SystemExit(
-        f"config{wrong.json_path[1:]}: {wrong.message}; correct it"
+        f"config{wrong.json_path[1:]}: {wrong.message}. Correct it."
     ) from None
 
 PATHS = Paths(run=run_name(config["datasets"] or ()) if config["alone"] else "")

@@ -38,6 +38,7 @@ def scene(
     if held not in setups:
         names = ", ".join(item.name for item in recipe.objects)
         raise DataError(paths.dataset(dataset), f"has no object {held!r}", f"use one of {names}")
-    figure = cross_section_figure(Scene.model_validate(setups[held]), f"{dataset}: {held}")
+    scene_of_grasp = Scene.model_validate(setups[held])
+    figure = cross_section_figure(scene_of_grasp, f"{dataset}: {held}", held.replace("_", " "))
     for file in save_figure(figure, (folder or paths.exported) / f"{dataset}-{held}"):
         say(escape(str(file)))

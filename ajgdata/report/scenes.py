@@ -75,13 +75,16 @@ def section(scene: Scene) -> Section:
 
 
 @styled
-def cross_section_figure(scene: Scene, title: str) -> Figure:
-    """Return a drawing of the plane y = 0: housing, grains, membrane, transducers and object."""
+def cross_section_figure(scene: Scene, title: str, name: str = "") -> Figure:
+    """Return a drawing of the plane y = 0: housing, grains, membrane, transducers and object.
+
+    `name` is the label of the object (default: its kind).
+    """
     about = f"{scene.medium.kind}, bed {number(scene.gripper.bed_depth_mm)} mm"
     about += f", {number(scene.grasp.force_n)} N, {number(scene.grasp.angle_deg)}°"
     figure = new_figure((WIDTH_IN, 4.9), title, about, ["simulated"])
     axes = figure.subplots()
-    name = scene.object.kind if scene.object is not None else ""
+    name = name or (scene.object.kind if scene.object is not None else "")
     draw_section(axes, scene, section(scene), name, TEXT_PT)
     axes.set(xlabel="x (mm), cut at y = 0", ylabel="height over the rim (mm)")
     axes.grid(False)

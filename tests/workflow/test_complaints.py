@@ -18,10 +18,10 @@ def complaint(capsys, root, *arguments):
     [
         ("name: d\ntitel: x\n", "seed=1", "unknown key titel. Correct its spelling or remove it"),
         ("name: d\n", "seed=1", "no data set here has recordings or a recipe. Get some with"),
-        ("name: d\n", "seed=-1", "config.seed: -1 is less than the minimum of 0; correct it"),
+        ("name: d\n", "seed=-1", "config.seed: -1 is less than the minimum of 0. Correct it."),
         ("name: d\n", "device=gpu", "config.device: 'gpu' is not one of ['auto', 'cpu', 'cuda']"),
         ("name: d\n", "sed=1", "config: Additional properties are not allowed ('sed' was unexpec"),
-        ("name: d\n", "datasets=d", "config.datasets: 'd' is not of type 'array', 'null'; correct"),
+        ("name: d\n", "datasets=d", "config.datasets: 'd' is not of type 'array', 'null'. Correct"),
     ],
 )
 def test_a_mistake_is_one_line(tmp_path, capsys, content, setting, text):
