@@ -9,7 +9,7 @@ import typer
 from rich.markup import escape
 
 from ajgdata.cli.console import ATTENTION, say
-from ajgdata.pipeline.progress import bar, tracked
+from ajgdata.pipeline.progress import bar
 
 if TYPE_CHECKING:
     from ajgdata.paths import Paths
@@ -32,7 +32,7 @@ def publish(
 
     paths = find_project()
     target = folder or paths.published(dataset)
-    done = write(paths, dataset, target, each=lambda s: tracked(s, "copying"))
+    done = write(paths, dataset, target)
     left_out = f", {done.left_out} left out (see its README.md)" if done.left_out else ""
     size = f"{done.bytes / 1e6:.1f} MB"
     say(f"{escape(str(done.folder))}: {done.recordings} recordings, {size}{left_out}")
@@ -84,9 +84,7 @@ def _fetch_by_name(paths: Paths, dataset: str) -> None:
     if declared.status == "not yet run":
         say("[yellow]not yet run[/yellow]: declared from the list of its files only")
     with bar("importing") as started:
-        result = fetch_source(
-            paths, dataset, each=lambda files: tracked(files, "fetching"), started=started
-        )
+        result = fetch_source(paths, dataset, started=started)
     show_import(result, dataset, everything=False)
     say(f"next: ajgdata run {dataset}")
     raise typer.Exit(0 if result.is_complete else ATTENTION)
@@ -95,7 +93,7 @@ def _fetch_by_name(paths: Paths, dataset: str) -> None:
 def _fetch_published(paths: Paths, source: str, name: str) -> None:
     from ajgdata.pipeline.fetch import fetch as fetch_published
 
-    done = fetch_published(paths, source, name=name, each=lambda files: tracked(files, "fetching"))
+    done = fetch_published(paths, source, name=name)
     if done.removed:
         say(f"[yellow]not taken over[/yellow] from its dataset.yaml: {', '.join(done.removed)}")
     say(

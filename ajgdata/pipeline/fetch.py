@@ -10,13 +10,13 @@ from __future__ import annotations
 import shutil
 import zipfile
 import zlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE, SESSION_FILE, Paths, Tree
 from ajgdata.pipeline.importing import import_folder
-from ajgdata.pipeline.progress import Started
+from ajgdata.pipeline.progress import Started, tracked
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
     BRINGING,
@@ -49,8 +49,6 @@ SESSION_FILES = (Path(SESSION_FILE).stem, Path(RECORDINGS_FILE).stem, "excitatio
 #: What to do about a published data set with an error.
 AGAIN = "publish the data set again"
 
-Each = Callable[[list[str]], Iterable[str]]
-
 
 @dataclass(frozen=True)
 class Fetched:
@@ -64,20 +62,20 @@ class Fetched:
 
 
 def fetch_source(
-    paths: Paths, dataset: str, *, each: Each = iter, started: Started = lambda total: lambda: None
+    paths: Paths, dataset: str, *, started: Started = lambda total: lambda: None
 ) -> Imported:
     """Download the public recordings of `dataset` and import them by the rules of its dataset.yaml.
 
-    They stay in a cache outside the project. `each` iterates over the parts, `started` is that of
-    `import_folder`. Raises DataError, and imports nothing, unless every byte is the right one.
+    They stay in a cache outside the project. `started` is that of `import_folder`. Raises
+    DataError, and imports nothing, unless every byte is the right one.
     """
-    folder = bring(dataset, read_source(paths, dataset), each)
+    folder = bring(dataset, read_source(paths, dataset))
     return import_folder(paths, dataset, folder, settings=None, copy=False, started=started)[1]
 
 
-def fetch(paths: Paths, source: str, *, name: str = "", each: Each = iter) -> Fetched:
+def fetch(paths: Paths, source: str, *, name: str = "") -> Fetched:
     """Register the published data set at `source`, a folder or a web address, as `name` (default:
-    its own). `each` iterates over the files and may show progress.
+    its own).
 
     An interrupted download resumes with the same call. Raises DataError, and changes nothing in the
     project, for anything that is wrong, for a name that exists, and while another process fetches
@@ -90,11 +88,12 @@ def fetch(paths: Paths, source: str, *, name: str = "", each: Each = iter) -> Fe
     address = source.removesuffix(Tree.SUMS)
     tree = Tree(paths.fetched / sha256_of(source.encode())[:16])
     with alone(tree.root, f"fetching {source}"):
-        download(address, tree.root, {Tree.SUMS: ""})
+        download(address, tree.root, Tree.SUMS)
         hashes = _required(tree)
-        download(address, tree.root, {Tree.DECLARATION: hashes[Tree.DECLARATION]})
+        download(address, tree.root, Tree.DECLARATION, hashes[Tree.DECLARATION])
         _check_free(paths, name or _config(tree)[0].name)
-        download(address, tree.root, hashes, each=each)
+        for file in tracked(list(hashes), "fetching"):
+            download(address, tree.root, file, hashes[file])
         result = _register(paths, tree, name)
         shutil.rmtree(tree.root, ignore_errors=True)
     return result

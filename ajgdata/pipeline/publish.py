@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
 
 from ajgdata.paths import Paths, Tree
+from ajgdata.pipeline.progress import tracked
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import FeatureRows, read_store
 from ajgdata.store.files import alone, copy, json_bytes, replacing_folder, sha256_of, yaml_bytes
@@ -54,12 +55,11 @@ def publish(
     out: str | Path,
     *,
     store: Path | None = None,
-    each: Callable[[Sequence[str]], Any] = iter,
 ) -> Published:
     """Write the data set `dataset` with its features into the folder `out`, all or nothing.
 
     It contains the recordings of the feature file `store` (default: that of `load_features`).
-    `each` iterates over them and may show progress. Raises DataError, and keeps the old folder, if
+    Raises DataError, and keeps the old folder, if
     features are missing or outdated, or if another process publishes there.
 
     >>> from pathlib import Path
@@ -82,7 +82,7 @@ def publish(
         copy(features, tree / tree.FEATURES)
         _write(tree, tree.METADATA, table.encoded())
         _write(tree, tree.DECLARATION, declaration_bytes(spec))
-        _write_audio(tree, table, contents, each)
+        _write_audio(tree, table, contents)
         _write_sessions(tree, paths, dataset, table, contents)
         left_out, is_unlicensed = _describe(tree, paths, spec, table, contents)
         _write(tree, tree.SUMS, archive.checksums_bytes(folder))
@@ -137,12 +137,12 @@ def _write(tree: Tree, name: str, content: bytes) -> None:
     path.write_bytes(content)
 
 
-def _write_audio(
-    tree: Tree, table: Table, contents: _Contents, each: Callable[[Sequence[str]], Any]
-) -> None:
+def _write_audio(tree: Tree, table: Table, contents: _Contents) -> None:
     """Copy every recording, once as a file and once into the archive, in one reading."""
     with ZipFile(tree / tree.ARCHIVE, "w") as packed:
-        for row, name in zip(table.rows, each(list(contents.recordings)), strict=True):
+        for row, name in zip(
+            table.rows, tracked(list(contents.recordings), "copying"), strict=True
+        ):
             path = contents.recordings[name][1]
             try:
                 content = path.read_bytes()

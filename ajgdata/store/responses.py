@@ -6,10 +6,8 @@ never out of date. The folder may be deleted at any time.
 
 from __future__ import annotations
 
-import contextlib
 import io
 import json
-import os
 import zipfile
 from pathlib import Path
 
@@ -19,24 +17,16 @@ from ajgdata import gripper
 from ajgdata.store.files import sha256_of, write_bytes
 from ajgdata.store.provenance import layer_hash
 
-#: Room for about 45,000 responses of the default gripper, 7,000 without granulate.
-LIMIT_BYTES = 500_000_000
 SUFFIX = ".npz"
-#: Writes of one process between two checks of the size of the folder.
-WRITES_PER_TRIM = 100
 _ARRAYS = ("samples", "outside")
 
 
 class ResponseStore:
-    """Folder of impulse responses, safe to share between processes.
-
-    Its size is limited to about LIMIT_BYTES; the least recently used files are removed.
-    """
+    """Folder of impulse responses, safe to share between processes."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._code = layer_hash("gripper")
-        self._writes = 0
         self.solved = 0  #: scenes that were simulated, because they were not in the folder
 
     def solve(self, scene: gripper.Scene) -> gripper.ImpulseResponse:
@@ -60,28 +50,14 @@ class ResponseStore:
     def write(self, scene: gripper.Scene, response: gripper.ImpulseResponse) -> None:
         """Store the response of `scene`."""
         write_bytes(self.path(scene), _encode(response))
-        if self._writes % WRITES_PER_TRIM == 0:
-            self._trim()
-        self._writes += 1
-
-    def _trim(self) -> None:
-        """Remove the least recently used files until the limit is met."""
-        total = 0
-        with contextlib.suppress(OSError):  # another process removed a file
-            files = [(path.stat(), path) for path in self.folder.glob(f"*/*{SUFFIX}")]
-            for status, path in sorted(files, key=lambda file: -file[0].st_mtime_ns):
-                total += status.st_size
-                if total > LIMIT_BYTES:
-                    path.unlink(missing_ok=True)
 
 
 def read_response(path: Path) -> gripper.ImpulseResponse | None:
-    """Return the response in a file, which counts as used now; None if it is absent or damaged."""
+    """Return the response in a file; None if it is absent or damaged."""
     try:
         with path.open("rb") as stream, np.load(stream) as file:
             arrays = {key: file.get(key) for key in _ARRAYS}
             response = gripper.ImpulseResponse(**json.loads(str(file["about"])), **arrays)
-        os.utime(path)
     except (FileNotFoundError, EOFError, ValueError, LookupError, zipfile.BadZipFile):
         return None
     return response

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from ajgdata.paths import SOURCE_FILE, Paths, brought
@@ -17,7 +16,6 @@ from ajgdata.store.files import alone, read_model, write_if_changed
 from ajgdata.store.publishing.archive import AGAIN
 from ajgdata.types import DataError, GitPart, Source
 
-Each = Callable[[list[str]], Iterable[str]]
 #: Files are stored unchanged: line ends are not converted and no filter of the user is run.
 _ATTRIBUTES = b"* -text !eol -ident -filter -working-tree-encoding\n"
 _SETTINGS = (
@@ -40,23 +38,22 @@ def read_source(paths: Paths, dataset: str) -> Source:
     return read_model(path, Source)
 
 
-def bring(dataset: str, source: Source, each: Each) -> Path:
+def bring(dataset: str, source: Source) -> Path:
     """Return the folder with the recordings of a source, each part as in its commit.
 
-    `each` goes through the parts. Git downloads only missing files, so the same call resumes after
+    Git downloads only missing files, so the same call resumes after
     an interruption, and a complete part needs no network.
     """
     folder = brought(dataset).absolute()
     objects = folder.with_name(f"{folder.name}.git")
-    names = {part.into or part.folder or folder.name: part for part in source.origin.parts}
     with alone(objects, "fetching these recordings"):
         _git(objects, "init", "--quiet", "--bare", "--template=", str(objects))
         for stale in objects.glob("*.lock"):  # of a git that was killed
             stale.unlink()
         _git(objects, "config", "remote.origin.url", source.origin.repository)
         write_if_changed(objects / "info" / "attributes", _ATTRIBUTES)
-        for name in each(list(names)):
-            _check_out(objects, folder, names[name])
+        for part in source.origin.parts:
+            _check_out(objects, folder, part)
     return folder
 
 

@@ -1,6 +1,5 @@
-"""Each scene is solved once; the least recently used file is removed first."""
+"""Each scene is solved once."""
 
-import os
 from dataclasses import replace
 
 import numpy as np
@@ -66,18 +65,3 @@ def test_a_truncated_file_is_solved_again(tmp_path, solved, length):
     assert read_response(path) is None
     store.solve(scene())
     assert len(solved) == 1
-
-
-def test_the_least_recently_used_goes_first(tmp_path, monkeypatch):
-    monkeypatch.setattr(responses, "WRITES_PER_TRIM", 1)
-    size = len(responses._encode(made_up(0))) + 100
-    monkeypatch.setattr(responses, "LIMIT_BYTES", 4.5 * size)
-    store = ResponseStore(tmp_path)
-    for seed in range(4):
-        store.write(scene(seed), made_up(seed))
-        os.utime(store.path(scene(seed)), ns=(seed, seed))
-    assert read_response(store.path(scene(0))) is not None  # used: now the newest
-    for seed in range(4, 7):
-        store.write(scene(seed), made_up(seed))
-    held = [seed for seed in range(7) if store.path(scene(seed)).is_file()]
-    assert held == [0, 4, 5, 6]

@@ -6,7 +6,6 @@ import logging
 import re
 import stat
 import zipfile
-from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path, PurePosixPath
 from urllib.parse import quote
 from zipfile import ZipFile
@@ -83,36 +82,27 @@ def is_web(source: str) -> bool:
     return bool(separator)
 
 
-def download(
-    address: str,
-    folder: Path,
-    hashes: Mapping[str, str],
-    *,
-    each: Callable[[list[str]], Iterable[str]] = iter,
-) -> None:
-    """Download files below `address` into `folder`; `hashes` has their sha256 ("": unknown) by
-    name.
+def download(address: str, folder: Path, name: str, sha256: str = "") -> None:
+    """Download the file `name` below `address` into `folder`; `sha256` is its hash, if it is known.
 
-    pooch keeps complete files and downloads missing or damaged files again. `each` iterates over
-    the names. Raises DataError for what cannot be downloaded.
+    pooch keeps a complete file and downloads a missing or damaged one again. Raises DataError for a
+    file that cannot be downloaded.
     """
     import pooch
     import requests
 
     pooch.get_logger().setLevel(logging.ERROR)
-    for name in each(list(hashes)):
-        url, known = f"{address.rstrip('/')}/{quote(name)}", hashes[name]
-        target = folder / name
-        if not known:
-            target.unlink(missing_ok=True)
-        try:
-            pooch.retrieve(
-                url,
-                f"sha256:{known}" if known else None,
-                fname=target.name,
-                path=target.parent,
-                downloader=pooch.HTTPDownloader(timeout=TIMEOUT_S),
-            )
-        except (ValueError, requests.RequestException) as error:
-            problem = f"cannot be fetched ({' '.join(str(error).split())[:200]})"
-            raise DataError(url, problem, AGAIN) from None
+    url, target = f"{address.rstrip('/')}/{quote(name)}", folder / name
+    if not sha256:
+        target.unlink(missing_ok=True)
+    try:
+        pooch.retrieve(
+            url,
+            f"sha256:{sha256}" if sha256 else None,
+            fname=target.name,
+            path=target.parent,
+            downloader=pooch.HTTPDownloader(timeout=TIMEOUT_S),
+        )
+    except (ValueError, requests.RequestException) as error:
+        problem = f"cannot be fetched ({' '.join(str(error).split())[:200]})"
+        raise DataError(url, problem, AGAIN) from None
