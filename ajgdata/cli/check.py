@@ -9,7 +9,6 @@ from typing import Annotated
 import typer
 
 from ajgdata.cli.console import ATTENTION, out, say, shortened
-from ajgdata.pipeline.progress import bar
 from ajgdata.types import Finding
 
 LEVELS = ("error", "warning", "note")
@@ -29,10 +28,9 @@ def check(
 
     paths = find_project()
     checked, issues = 0, list[Finding]()
-    with bar("checking") as started:
-        for name in dataset or list_datasets(paths):
-            count, issues_of_set = validate_dataset(paths, name, started)
-            checked, issues = checked + count, issues + issues_of_set
+    for name in dataset or list_datasets(paths):
+        count, issues_of_set = validate_dataset(paths, name)
+        checked, issues = checked + count, issues + issues_of_set
     print_issues([i for i in issues if notes or i.level != "note"], everything=everything)
     counts = Counter(issue.level for issue in issues)
     say(

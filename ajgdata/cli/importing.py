@@ -12,7 +12,6 @@ from rich.markup import escape
 from rich.table import Table
 
 from ajgdata.cli.console import ATTENTION, out, print_facts, say, shortened
-from ajgdata.pipeline.progress import bar
 from ajgdata.types import DataError, ImportSettings, OnChange
 
 if TYPE_CHECKING:
@@ -73,11 +72,10 @@ def import_command(
     known = paths.dataset(checked_name(dataset)).is_file()
     if not (known or pattern or table):
         show_file_names(folder)
-    with bar("importing") as started:
-        spec, result = import_folder(
-            paths, dataset, folder, settings=_import_settings(options), targets=target or [],
-            copy=not reference, on_change=on_change, started=started,
-        )  # fmt: skip
+    spec, result = import_folder(
+        paths, dataset, folder, settings=_import_settings(options), targets=target or [],
+        copy=not reference, on_change=on_change,
+    )  # fmt: skip
     show_import(result, dataset, everything=everything)
     is_mixed = show_summary(paths, spec, known=known) if paths.dataset(dataset).is_file() else False
     raise typer.Exit(0 if result.is_complete and not is_mixed else ATTENTION)

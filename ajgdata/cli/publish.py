@@ -9,7 +9,6 @@ import typer
 from rich.markup import escape
 
 from ajgdata.cli.console import ATTENTION, say
-from ajgdata.pipeline.progress import bar
 
 if TYPE_CHECKING:
     from ajgdata.paths import Paths
@@ -83,8 +82,7 @@ def _fetch_by_name(paths: Paths, dataset: str) -> None:
     say(escape(f"about {declared.size_mb:g} MB from {declared.origin.repository}"))
     if declared.status == "not yet run":
         say("[yellow]not yet run[/yellow]: declared from the list of its files only")
-    with bar("importing") as started:
-        result = fetch_source(paths, dataset, started=started)
+    result = fetch_source(paths, dataset)
     show_import(result, dataset, everything=False)
     say(f"next: ajgdata run {dataset}")
     raise typer.Exit(0 if result.is_complete else ATTENTION)

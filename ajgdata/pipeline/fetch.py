@@ -16,7 +16,7 @@ from pathlib import Path, PurePosixPath
 
 from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE, SESSION_FILE, Paths, Tree
 from ajgdata.pipeline.importing import import_folder
-from ajgdata.pipeline.progress import Started, tracked
+from ajgdata.pipeline.progress import tracked
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
     BRINGING,
@@ -61,16 +61,14 @@ class Fetched:
     removed: tuple[str, ...]
 
 
-def fetch_source(
-    paths: Paths, dataset: str, *, started: Started = lambda total: lambda: None
-) -> Imported:
+def fetch_source(paths: Paths, dataset: str) -> Imported:
     """Download the public recordings of `dataset` and import them by the rules of its dataset.yaml.
 
-    They stay in a cache outside the project. `started` is that of `import_folder`. Raises
-    DataError, and imports nothing, unless every byte is the right one.
+    They stay in a cache outside the project. Raises DataError, and imports nothing,
+    unless every byte is the right one.
     """
     folder = bring(dataset, read_source(paths, dataset))
-    return import_folder(paths, dataset, folder, settings=None, copy=False, started=started)[1]
+    return import_folder(paths, dataset, folder, settings=None, copy=False)[1]
 
 
 def fetch(paths: Paths, source: str, *, name: str = "") -> Fetched:

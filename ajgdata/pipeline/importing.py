@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.progress import Started
+from ajgdata.pipeline.progress import tracked
 from ajgdata.store.audio import file_sha256, inspect_audio
 from ajgdata.store.files import BRINGING, alone
 from ajgdata.store.importing import Contents, Imported, import_sessions
@@ -48,7 +48,6 @@ def import_folder(
     targets: Sequence[str] = (),
     copy: bool = True,
     on_change: OnChange = OnChange.KEEP,
-    started: Started = lambda total: lambda: None,
 ) -> tuple[DatasetSpec, Imported]:
     """Import `folder` into `dataset`.
 
@@ -63,13 +62,12 @@ def import_folder(
         check_one_kind(paths, declared, list_sessions(paths, dataset), adding=False)
     chosen = _chosen(settings, declared)
     scanned = scan(folder, chosen, name=slug(folder.resolve().name))
-    progress = started(2 * len(scanned.files))
-    contents = _read(scanned, progress)
+    contents = _read(scanned)
     spec = declared or declare(dataset, scanned, contents, chosen, targets)
     _note_columns(paths, spec, scanned, targets)
     with alone(paths.recordings(dataset), BRINGING):
         try:
-            result = import_sessions(paths, dataset, scanned, contents, copy, on_change, progress)
+            result = import_sessions(paths, dataset, scanned, contents, copy, on_change)
         finally:
             if not path.exists() and list_sessions(paths, dataset):
                 write_dataset(paths, spec)
@@ -86,10 +84,10 @@ def _chosen(options: ImportSettings | None, declared: DatasetSpec | None) -> Imp
     return before.model_copy(update=options.model_dump(exclude_defaults=True))
 
 
-def _read(scanned: Scan, progress: Callable[[], object]) -> Contents:
+def _read(scanned: Scan) -> Contents:
     """Return sha256 and header of every file that can be read; problems become remarks."""
     contents: Contents = {}
-    for file in scanned.files:
+    for file in tracked(scanned.files, "reading"):
         path, info = scanned.folder / file.path, None
         try:
             digest = file_sha256(path)
@@ -102,7 +100,6 @@ def _read(scanned: Scan, progress: Callable[[], object]) -> Contents:
         except DataError as error:
             scanned.remarks["unreadable"].append((file.path.as_posix(), error.problem))
         contents[file.path] = digest, info
-        progress()
     return contents
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from ajgdata.acquire.protocol import REFERENCE
 from ajgdata.experiments import all_requests
 from ajgdata.paths import DATASET_FILE, Paths
 from ajgdata.pipeline.plan import config_problems
-from ajgdata.pipeline.progress import Started
+from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.recordings import examine, finding
 from ajgdata.store.audio import Remark
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
@@ -33,7 +33,7 @@ CLASSES_NEEDED = 2
 _SHOWN = 5
 
 
-def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int, list[Finding]]:
+def validate_dataset(paths: Paths, dataset: str) -> tuple[int, list[Finding]]:
     """Check every session of a data set: files, samples, labels, copies.
 
     Returns the number of recordings and all issues. Raises DataError for a declaration that cannot
@@ -43,11 +43,10 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
     list(all_requests(spec, paths.dataset(dataset)))  # raises DataError for what cannot be made
     names = list_sessions(paths, dataset)
     sessions = [check_session(paths.session(dataset, name)) for name in names]
-    advance = started(sum(len(session.files) for session in sessions))
     issues = list(_check_declaration(paths, spec, names))
     rows: list[tuple[str, str, tuple[str, ...]]] = []
     for session in sessions:
-        problems = _check_session(session, spec, advance)
+        problems = _check_session(session, spec)
         issues += problems
         unusable = {f.recording_id for f in problems if f.level == "error" or f.code == "rejected"}
         labels = {row["recording_id"]: row for row in session.labels}
@@ -76,9 +75,7 @@ def _check_declaration(paths: Paths, spec: DatasetSpec, names: Sequence[str]) ->
         yield Finding("*", "*", "", "error", "mixed", error.problem, error.fix)
 
 
-def _check_session(
-    session: SessionAudio, spec: DatasetSpec, advance: Callable[[], object]
-) -> list[Finding]:
+def _check_session(session: SessionAudio, spec: DatasetSpec) -> list[Finding]:
     """Return issues of files, samples and labels; a rejected recording has one note."""
     name, issues = session.session_id, list[Finding]()
 
@@ -86,9 +83,9 @@ def _check_session(
         return examine(file.path, spec.audio, spec.features.window).remarks
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # numpy and the file system release the lock
-        for file, remarks in zip(session.files, pool.map(check, session.files), strict=True):
+        files = tracked(session.files, f"checking {name}")
+        for file, remarks in zip(files, pool.map(check, session.files), strict=True):
             issues += [finding(name, file.recording_id, file.path, r) for r in remarks]
-            advance()
     table = {row["recording_id"]: row for row in session.labels}
     issues += [i for n, row in table.items() for i in bad_labels(name, n, row, spec.targets)]
     return without_rejected([*session.findings, *issues], list(rejected(name, table).values()))

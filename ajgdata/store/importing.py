@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections import defaultdict
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -63,7 +63,6 @@ def import_sessions(
     contents: Contents,
     copy: bool,
     on_change: OnChange,
-    progress: Callable[[], object],
 ) -> Imported:
     """Write the sessions of `scanned` into `dataset`.
 
@@ -76,7 +75,7 @@ def import_sessions(
         for name in sorted({file.session for file in scanned.files})
     ]
     for session in sessions:
-        session.run(contents, result, progress)
+        session.run(contents, result)
     return result
 
 
@@ -98,7 +97,7 @@ class _SessionImport:
             problem += f"its recordings are in {held}" if held else "with copies of its recordings"
             raise DataError(target, problem, "import the same way, or with another --session")
 
-    def run(self, contents: Contents, result: Imported, progress: Callable[[], object]) -> None:
+    def run(self, contents: Contents, result: Imported) -> None:
         """Import the files of this session. Whatever ends it, written files are in the table."""
         result.sessions += 1
         obsolete: list[str] = []
@@ -106,7 +105,6 @@ class _SessionImport:
             names = self._matched(contents)
             for file, name in names:
                 self._take(file, name, contents[file.path][0], result)
-                progress()
             unmatched = sorted(set(self.rows) - {name for _, name in names})
             if self.on_change == OnChange.PRUNE and not self.remarks["failed"]:
                 obsolete = [self.rows.pop(name).file for name in unmatched]
