@@ -22,8 +22,19 @@ OPENING_WIDTH = 1300
 MAX_BYTES = 400_000
 
 
-#: Width and height of the first screen of a report, CSS pixels.
-SCREEN = (1300, 900)
+#: Width and height of the first page of a report, CSS pixels.
+SCREEN = (1300, 1450)
+#: Numbers that docs/reading-the-report.md explains, at the parts of the page.
+NUMBERS = """
+['header img', '.answer', '.forest', '.cards', 'footer'].forEach((part, i) => {
+  const box = document.querySelector(part).getBoundingClientRect()
+  const label = document.createElement('b')
+  label.textContent = i + 1
+  label.style = 'position: absolute; width: 26px; text-align: center; border-radius: 13px; ' +
+    `color: white; background: black; top: ${box.top + scrollY}px; left: ${box.right - 26}px`
+  document.body.append(label)
+})
+"""
 
 
 def screenshot(page: Path) -> bytes:
@@ -32,6 +43,7 @@ def screenshot(page: Path) -> bytes:
         window.window(*SCREEN, scale=1)
         window.medium(dark=False, printed=False)
         window.open(page.resolve().as_uri())
+        window.run(NUMBERS)
         return small(window.picture())
 
 
