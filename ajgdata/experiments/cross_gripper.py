@@ -143,7 +143,7 @@ def _home_scores(results: TaskResults, label: str) -> dict[str, Score]:
 EXPERIMENT = Experiment(
     name="cross_gripper",
     order=60,
-    title="On other grippers",
+    title="New gripper",
     settings=Settings,
     measure=measure,
     plots=plots,

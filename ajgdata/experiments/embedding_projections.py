@@ -208,7 +208,7 @@ def supervision(results: TaskResults) -> str:
     count = ""
     if "available" in about:
         count = " Recordings used: {recordings:,} of {available:,}.".format(**about)
-    return f"What the pairs are made from: {results.settings.supervision}{count}"
+    return f"Source of the pairs: {results.settings.supervision}{count}"
 
 
 SILHOUETTES = Plot(

@@ -14,7 +14,7 @@ from ajgdata.report.report_data import ExperimentPage
 from ajgdata.store.report_files import read_experiment_text, read_page_text, read_paper
 from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec
 
-#: Groups of the navigation: experiments that stand beside the paper's, and all others.
+#: Groups of the navigation: experiments of the paper, and all other experiments.
 PAPERS, BEYOND = "The paper's experiments", "Beyond the paper"
 TASKS = "Tasks"  #: group of the pages if no result is compared with the paper
 

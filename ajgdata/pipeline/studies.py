@@ -20,7 +20,7 @@ STUDIES: tuple[str, ...] = ("verification", "stability", "accuracy", "omissions"
 REQUESTED_STUDIES = STUDIES[1:]
 #: Page on all ablations: why simulation and paper differ.
 ABLATIONS_PAGE = "ablations"
-#: The verification is beside the tests, which assert the same claims on coarser grids.
+#: The verification is a folder of the tests, which assert the same claims on coarser grids.
 VERIFICATION = "known_cases"
 
 

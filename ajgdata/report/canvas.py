@@ -26,15 +26,15 @@ from ajgdata.store.files import write_bytes
 
 P = ParamSpec("P")
 
-#: Okabe & Ito's palette, told apart with every common colour vision; yellow is left out, which is
-#: too pale for lines on white.
+#: Palette of Okabe & Ito for all common kinds of colour vision; without yellow, which is too pale
+#: for lines on white.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 SOURCE_COLOURS: dict[Source, str] = {"simulated": "#0072B2", "recorded": "#B34700"}
 #: Resolution of what is drawn as pixels in a vector file.
 SVG_DPI = 130
 MARKERS = "os^DvPX"
 GREY = "#6b6b6b"
-#: Lines are told apart without their colour, too.
+#: Lines differ without their colour as well.
 DASHES = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (5, 1.5, 1, 1.5)))
 WIDTH_IN = 7.2
 TITLE_PT, SUBTITLE_PT = 11.0, 8.5

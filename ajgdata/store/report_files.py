@@ -17,7 +17,7 @@ from ajgdata.store.provenance import PACKAGE
 #: A wheel holds the folder as part of the package (setup.py); in a checkout it is at the top.
 _IN_WHEEL = PACKAGE / "reports"
 PACKAGED = _IN_WHEEL if _IN_WHEEL.is_dir() else PACKAGE.parent / "reports"
-#: Figures of the paper, beside which ours stand.
+#: Published values, with which results are compared.
 PAPER = "paper.yaml"
 #: Differences between machines, which `benchmarks/machines.py` measures.
 SPREAD = "machine_spread.yaml"

@@ -4,4 +4,4 @@ Each module makes tables of figures computed in the run; tests assert them, the 
 """
 
 #: What is meant by the time of a simulation, in the words of the tables.
-TIMED = "Times are processor times of one thread; another job may have run beside it."
+TIMED = "Times are CPU times of one thread; other jobs may run at the same time."

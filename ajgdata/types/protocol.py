@@ -17,7 +17,7 @@ Step = Literal["loosen", "approach", "wait", "sense", "jam", "lift", "release"]
 PAPER_SEQUENCE: tuple[Step, ...] = (
     "loosen", "approach", "wait", "sense", "jam", "lift", "release",
 )  # fmt: skip
-#: Columns of recordings.csv that the acquisition writes beside the labels.
+#: Columns of recordings.csv that the acquisition writes in addition to the labels.
 ACQUIRED_COLUMNS = (
     "planned", "grasp_attempt", "reference", "force_reached_n", "setup_sha256", "latency_samples",
     "arrival_samples", "peak_dbfs", "clipped", "xruns", "attempts", "time", "doubt",
