@@ -23,7 +23,7 @@ from ajgdata.types import (
     Source,
 )
 from ajgdata.types.comparison import Ablation
-from ajgdata.types.plan import SortPlan
+from ajgdata.types.protocol import SortPlan
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "configuration.md"

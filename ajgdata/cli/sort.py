@@ -51,7 +51,7 @@ def _sort(file: Path, port: int | None) -> int:
     from ajgdata.paths import find_project
     from ajgdata.pipeline.sort import open_run
     from ajgdata.store.files import read_model
-    from ajgdata.types.plan import SortPlan
+    from ajgdata.types.protocol import SortPlan
 
     control, plan = Control(), read_model(file, SortPlan)
     terminal = SortTerminal(out, control)

@@ -15,7 +15,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal, Self
 
-from ajgdata.types.plan import NOTHING
+from ajgdata.types.protocol import NOTHING
 
 #: Kinds of events and what each has.
 #: start: dataset task model classes threshold bins device robot session; for the dashboard

@@ -20,7 +20,7 @@ from ajgdata.evaluate.sorting import decide
 from ajgdata.live.events import EventLog, RunState
 from ajgdata.live.predictor import Prediction, Predictor, Verdict
 from ajgdata.live.steps import Control, Steps
-from ajgdata.types.plan import NOTHING, SortPlan
+from ajgdata.types.protocol import NOTHING, SortPlan
 
 #: Columns of recordings.csv in addition to those of acquisition.
 SORT, PREDICTED, CONFIDENCE, VERDICT = "sort", "predicted", "confidence", "verdict"

@@ -16,7 +16,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire_live import VIRTUAL, open_hands, store_card, stored_excitation
 from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
 from ajgdata.types import DataError, DatasetSpec
-from ajgdata.types.plan import NOTHING, SortPlan
+from ajgdata.types.protocol import NOTHING, SortPlan
 
 _NAME = re.compile(r"sort-(\d+)")
 

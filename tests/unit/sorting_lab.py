@@ -19,7 +19,7 @@ from ajgdata.live.predictor import Prediction, Verdict
 from ajgdata.live.sort import Sorter
 from ajgdata.live.steps import Control
 from ajgdata.types import DatasetSpec, LogSweep
-from ajgdata.types.plan import SortPlan
+from ajgdata.types.protocol import SortPlan
 
 CLASSES = ("ball", "cube", "rod")
 BINS = {"ball": "A", "cube": "B", "rod": "C"}

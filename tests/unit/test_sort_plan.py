@@ -4,7 +4,7 @@ import pytest
 from pydantic import ValidationError
 from sorting_lab import PLAN, plan
 
-from ajgdata.types.plan import SortPlan
+from ajgdata.types.protocol import SortPlan
 
 
 def test_the_defaults_are_the_paper_s():

@@ -8,12 +8,8 @@ from ajgdata.pipeline.validate import counts, label_tables, validate_dataset
 from ajgdata.store.sessions import read_recordings, read_session, write_session
 
 
-def quiet(total):
-    return lambda: None
-
-
 def check(project):
-    return validate_dataset(project.paths, "d", quiet)
+    return validate_dataset(project.paths, "d")
 
 
 def codes(findings):
