@@ -65,7 +65,6 @@ class Group(NamedTuple):
 PAPER_PAGE = Link("paper.html", "Comparison with the paper", "Results")
 #: Pages that every report has, by file name without suffix.
 FIXED = {
-    "results": Link("results.html", "All results", "Results"),
     "datasets": Link("datasets.html", "Data sets", "This run"),
     "run": Link("run.html", "Method and cost", "This run"),
 }
@@ -87,7 +86,7 @@ def navigation(
     links = [Link(INDEX, "Overview", "Results"), *([PAPER_PAGE] if compares else [])]
     studies = [Link(f"{n}.html", lead.title, lead.about) for n, lead in LEADS.items() if n in pages]
     links += [link for link in studies if link.about == "Results"]
-    links += [FIXED["results"], *experiments]
+    links += experiments
     links += [link for link in studies if link.about != "Results"]
     links += [FIXED["datasets"], FIXED["run"]]
     groups: dict[str, list[Link]] = {}

@@ -68,7 +68,6 @@ def render_pages(
         "quarantine_link": lambda name: link_from_report(places, places.quarantine(name)),
         "spectra_name": spectra_name,
         "web_link": web_link,
-        "page_of_section": lambda section: experiment_link(section.parts[0].page),
         "run_time_link": run_time_link(report),
         "ticks": TICKS,
         "place": place,

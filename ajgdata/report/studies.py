@@ -18,6 +18,9 @@ from ajgdata.report.render import render
 from ajgdata.report.report_data import Illustration
 from ajgdata.types.table import Table, Value
 
+#: Rows of a table that a page shows; its CSV file has all.
+MAX_ROWS = 20
+
 
 def render_study(
     name: str,
@@ -39,9 +42,16 @@ def render_study(
         numeric=numeric,
         passed=passed,
         holds=holds,
+        shown_rows=shown_rows,
+        max_rows=MAX_ROWS,
         nav=nav,
         here=f"{name}.html",
     )
+
+
+def shown_rows(table: Table) -> list[dict[str, Any]]:
+    """Return the rows of a table that a page shows: at most MAX_ROWS, failed checks first."""
+    return sorted(table.rows, key=lambda row: holds(row) is not False)[:MAX_ROWS]
 
 
 def numeric(table: Table, key: str) -> bool:

@@ -46,7 +46,7 @@ EVALUATED = [(d, task, f"cross_validation-{model}") for d, task, model in RUNS["
 TREES = [PATHS.published(name) for name in RUNS["published"]]
 OWN = sorted(PATHS.report.parent.glob("experiments/*.html"))
 COMPARED = ["paper"] if RUNS.get("agreements") else []
-FIXED = [PATHS.report.with_name(f"{n}.html") for n in (*COMPARED, "results", "datasets", "run")]
+FIXED = [PATHS.report.with_name(f"{n}.html") for n in (*COMPARED, "datasets", "run")]
 PAGES = [PATHS.report, *FIXED, *OWN, *(PATHS.page(name) for name in RUNS["pages"])]
 #: Every model of the first task of two data sets.
 IN_USE = [

@@ -97,7 +97,7 @@ def test_a_page_shows_every_value_and_runs_nothing(page):
     assert "1 of 2 checks passed." in shown.words
     assert page.count('class="fails"') == 1
     assert "How to read & weep." in shown.words
-    fixed = {f"{name}.html" for name in ("index", "paper", "results", "datasets", "run")}
+    fixed = {f"{name}.html" for name in ("index", "paper", "datasets", "run")}
     own = {"#body", "pretended/convergence.csv"}
     links = {a["href"] for a in shown.all("a")}
     assert links == fixed | own | {"stability.html", "accuracy.html"}
