@@ -214,6 +214,7 @@ class TaskResults:
     ) -> PaperComparison:
         """Return a row of the comparison with the paper; `fields` are its further fields."""
         where = self.dataset, self.task, self.source
+        fields = {"experiment": self.experiment} | fields
         return PaperComparison(paper, *where, result, model, agrees, **fields)
 
     def named(self, *parts: str) -> str:

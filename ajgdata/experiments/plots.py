@@ -226,6 +226,8 @@ def conclusion(results: TaskResults, plot: Plot) -> str:
     if plot.mark == "lines":
         return _trend(results, plot, points)
     spread = value_range([point.score.mean for point in points], unit)
+    if len(points) == 1:
+        return f"{_case(results, plot, points[0])}: {axis} {spread}"
     return f"{sentence(axis)}: {spread} in {len(points)} cases"
 
 
@@ -326,7 +328,8 @@ def _caption(results: TaskResults, plot: Plot) -> Caption:
         f"{_case(results, plot, point)}: {mean_sd(point.score, unit)}"
         for point in listed_points(results, plot)
     ]
-    chance = ", ".join(with_unit(number(v), unit) for v in chance_for(results, plot).values())
+    levels = (with_unit(number(v), unit) for v in chance_for(results, plot).values())
+    chance = ", ".join(dict.fromkeys(levels))
     guess = f" Chance: {chance}." if chance else ""
     paper = results.paper if plot.published else None
     paper_text = f" The paper, on its real gripper: {paper.text}." if paper else ""

@@ -183,6 +183,7 @@ class PaperComparison:
     split: str = ""
     shown_unit: str | None = None
     page: str = ""
+    experiment: str = ""
 
     @property
     def unit(self) -> str:

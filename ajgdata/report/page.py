@@ -96,9 +96,11 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
     sections = report.on(page.name)
     names = dict.fromkeys(section.dataset for section in sections)
     comparisons = [row for row in report.comparisons if row.page == link]
-    first = [(row.dataset, row.task) for row in comparisons[:1]]
-    sections = sorted(sections, key=lambda section: (section.dataset, section.task) not in first)
-    parts = [(section, part) for section in sections for part in section.parts]
+    first = {(row.dataset, row.task, row.experiment) for row in comparisons[:1]}
+    parts = sorted(
+        ((section, part) for section in sections for part in section.parts),
+        key=lambda pair: (pair[0].dataset, pair[0].task, pair[1].experiment) not in first,
+    )
     headlines = [(section.title, part.headline) for section, part in parts if part.headline]
     counts = tally(comparisons)
     return {
