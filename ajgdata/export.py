@@ -126,7 +126,7 @@ class Deployed(nn.Module):
         self.network = network.module_
         self.novelty = Novelty(predictor.guard) if len(predictor.guard.grasps) else None
         self.is_number = predictor.kind == "regression"
-        self.temperature = predictor.temperature
+        self.temperature = predictor.calibration.temperature
         self.half_width = predictor.calibration.half_width
 
     def forward(self, waveform: Tensor) -> dict[str, Tensor]:
@@ -161,8 +161,9 @@ def onnx_bytes(predictor: Predictor, about: Mapping[str, Any]) -> bytes:
     from onnx.helper import set_model_props
 
     deployed = Deployed(predictor).eval()
-    example = torch.zeros(2, 2 * predictor.samples)
-    sizes = {0: torch.export.Dim("batch"), 1: torch.export.Dim("samples", min=predictor.samples)}
+    example = torch.zeros(2, 2 * predictor.features.window)
+    samples = torch.export.Dim("samples", min=predictor.features.window)
+    sizes = {0: torch.export.Dim("batch"), 1: samples}
     logging.getLogger("torch.onnx").setLevel(logging.ERROR)  # torchvision is not installed
     with warnings.catch_warnings(), torch.no_grad():
         warnings.simplefilter("ignore")  # torch's own, of its next versions

@@ -14,12 +14,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from ajgdata.paths import Paths
 from ajgdata.report.comparison import Change, Reason
-from ajgdata.store.files import read_yaml
-from ajgdata.types import describe
+from ajgdata.store.files import read_model
 from ajgdata.types.comparison import Ablation
 from ajgdata.types.table import Column, Table, table_of
 
@@ -37,13 +35,8 @@ Folds = Mapping[str, Mapping[str, Sequence[float]]]
 
 def read_ablations(paths: Paths) -> dict[str, Ablation]:
     """Return the ablations of a project by name. Raises DataError for a file that is wrong."""
-    ablations = {}
-    for file in sorted(paths.ablation_settings.glob("*.yaml")):
-        try:
-            ablations[file.stem] = Ablation.model_validate(read_yaml(file))
-        except ValidationError as error:
-            raise describe(error, str(file)) from None
-    return ablations
+    files = sorted(paths.ablation_settings.glob("*.yaml"))
+    return {file.stem: read_model(file, Ablation) for file in files}
 
 
 def possible(paths: Paths, simulated: Collection[str]) -> dict[str, Ablation]:

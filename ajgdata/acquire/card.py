@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from ajgdata.types import DataError
-from ajgdata.types.base import Strict, describe
+from ajgdata.types.base import Strict
 
 #: Device of sessions that the virtual gripper recorded: they are simulated.
 DEVICE = "virtual gripper"
@@ -32,14 +32,6 @@ class CardSettings(Strict):
     output_channel: int = Field(1, ge=1)
     input_channel: int = Field(1, ge=1)
     attempts: int = Field(3, ge=1, le=20, description="takes with a fault before it gives up")
-
-
-def card_settings(**keys: Any) -> CardSettings:
-    """Return checked settings. Raises DataError, in one line, for an invalid one."""
-    try:
-        return CardSettings(**keys)
-    except ValidationError as error:
-        raise describe(error, "sound card") from None
 
 
 @dataclass(frozen=True)

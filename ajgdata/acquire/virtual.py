@@ -8,11 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ValidationError
 
 from ajgdata import gripper
 from ajgdata.acquire.card import DEVICE, Capture, CardSettings
@@ -22,11 +21,10 @@ from ajgdata.acquire.robot import Robot
 from ajgdata.acquire.sound_card import SoundCard
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.store.responses import ResponseStore
-from ajgdata.types import DEFAULT_EXCITATION, DataError, ExcitationSpec, Recipe, describe
+from ajgdata.types import DEFAULT_EXCITATION, DataError, ExcitationSpec, Recipe, checked
 
 #: What of a scene is the same for a session.
 SHARED = ("gripper", "medium", "environment", "assembly", "session", "numerics")
-Settings = TypeVar("Settings", bound=BaseModel)
 
 
 class Take(NamedTuple):
@@ -178,11 +176,3 @@ class VirtualTable:
 
 #: What records in live use: a speaker and a microphone, real or simulated.
 Card = SoundCard | VirtualTable
-
-
-def checked(kind: type[Settings], where: str, content: Mapping[str, Any]) -> Settings:
-    """Return settings of the simulation; DataError names `where`, key, value and fix."""
-    try:
-        return kind.model_validate(content)
-    except ValidationError as error:
-        raise describe(error, where) from None

@@ -9,7 +9,7 @@ from rich.markup import escape
 
 from ajgdata.acquire.signals import ended_by_signals
 from ajgdata.cli.console import ATTENTION, out, print_facts, say, warn
-from ajgdata.types import DataError
+from ajgdata.types import DataError, checked
 
 device = typer.Typer(
     no_args_is_help=True,
@@ -53,30 +53,27 @@ def check(
     Put speaker and microphone into the gripper as in a session, in a quiet room. Exit code 3 if
     the card cannot be used.
     """
-    from ajgdata.acquire.card import card_settings
+    from ajgdata.acquire.card import CardSettings
     from ajgdata.acquire.sound_card import check_card, open_card
 
-    settings = card_settings(
-        device=name,
-        sample_rate_hz=rate_hz,
-        output_channel=output_channel,
-        input_channel=input_channel,
-    )
+    channels = {"output_channel": output_channel, "input_channel": input_channel}
+    keys = {"device": name, "sample_rate_hz": rate_hz, **channels}
+    settings = checked(CardSettings, "sound card", keys)
     with out.status("playing sweeps, then silence: keep quiet"), open_card(settings) as card:
-        checked = check_card(card)
+        measured = check_card(card)
     print_facts(
         {
-            "latency": ", ".join(map(str, checked.latency_samples)) + " samples",
-            "level": f"peak {checked.peak_dbfs:.1f} dBFS, {checked.clipped} samples clipped",
-            "noise": f"sweep {checked.snr_db:.0f} dB above it",
+            "latency": ", ".join(map(str, measured.latency_samples)) + " samples",
+            "level": f"peak {measured.peak_dbfs:.1f} dBFS, {measured.clipped} samples clipped",
+            "noise": f"sweep {measured.snr_db:.0f} dB above it",
         },
         width=11,
     )
-    for issue in checked.issues:
+    for issue in measured.issues:
         say(f"[yellow]change      [/] {escape(issue)}")
-    if not checked.issues:
+    if not measured.issues:
         say("[green]good        [/] the card is ready: record")
-    raise typer.Exit(ATTENTION if checked.clipped or checked.snr_db < 0 else 0)
+    raise typer.Exit(ATTENTION if measured.clipped or measured.snr_db < 0 else 0)
 
 
 def record(

@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ajgdata.cli.console import ATTENTION, out, print_facts, say, shortened
-from ajgdata.types import DataError, ImportSettings, OnChange
+from ajgdata.types import DataError, ImportSettings, OnChange, checked
 
 if TYPE_CHECKING:
     from ajgdata.paths import Paths
@@ -109,15 +109,8 @@ def show_file_names(folder: Path) -> None:
 
 
 def _import_settings(options: dict[str, str]) -> ImportSettings | None:
-    from pydantic import ValidationError
-
-    from ajgdata.types import describe
-
     chosen = {key: value for key, value in options.items() if value}
-    try:
-        return ImportSettings.model_validate(chosen) if chosen else None
-    except ValidationError as error:
-        raise describe(error, "ajgdata import") from None
+    return checked(ImportSettings, "ajgdata import", chosen) if chosen else None
 
 
 def show_import(result: Imported, dataset: str, *, everything: bool) -> None:

@@ -12,11 +12,10 @@ from ajgdata.cli.check import check
 from ajgdata.cli.compare import compare
 from ajgdata.cli.console import warn
 from ajgdata.cli.device import device, record
-from ajgdata.cli.export import export
+from ajgdata.cli.export import export, scene
 from ajgdata.cli.importing import import_command
 from ajgdata.cli.project import doctor, run, simulate, status
 from ajgdata.cli.publish import fetch, publish
-from ajgdata.cli.scene import scene
 from ajgdata.cli.sense import sense
 from ajgdata.cli.sort import sort
 from ajgdata.types import DataError, one_line

@@ -11,6 +11,7 @@ pair max(0, m - D)^2 / 2.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import NamedTuple, cast
 
@@ -101,7 +102,7 @@ class StackedEncoders(nn.Module):
         layers = zip(*(network.convolutions for network in networks), strict=True)
         joined = [_joined(parts, first=number == 0) for number, parts in enumerate(layers)]
         self.convolutions = nn.Sequential(*joined)
-        self.heads = nn.ModuleList(_copied(network.dense) for network in networks)
+        self.heads = nn.ModuleList(deepcopy(network.dense) for network in networks)
 
     def forward(self, z: Tensor) -> list[Tensor]:
         """Return latents (n, d) of each network."""
@@ -121,12 +122,6 @@ class StackedEncoders(nn.Module):
                     part = of_all[name].chunk(count)[number] if value.ndim else of_all[name]
                     value.copy_(part.reshape(value.shape))
             network.dense.load_state_dict(self.heads[number].state_dict())
-
-
-def _copied(dense: nn.Linear) -> nn.Linear:
-    copy = nn.Linear(dense.in_features, dense.out_features)
-    copy.load_state_dict(dense.state_dict())
-    return copy
 
 
 def _joined(parts: Sequence[nn.Module], *, first: bool) -> nn.Module:

@@ -30,7 +30,6 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from ajgdata.live.events import Event, RunState
 from ajgdata.live.steps import Control
-from ajgdata.paths import Paths
 from ajgdata.types import DataError
 
 HOST = "127.0.0.1"
@@ -73,20 +72,17 @@ class Dashboard(NamedTuple):
 
 
 @contextmanager
-def dashboard(
-    control: Control, *, port: int = 0, project: Paths | None = None
-) -> Iterator[Dashboard]:
+def dashboard(control: Control, *, port: int = 0) -> Iterator[Dashboard]:
     """Serve the page of a run during the block; its button calls `control.stop`.
 
-    Begin before the first event. `port` 0 is any free port. Templates are those of `project`
-    (default: the working folder), else those of the package. Raises DataError if the port is not
-    free.
+    Begin before the first event. `port` 0 is any free port. Templates are those of the
+    working folder, else those of the package. Raises DataError if the port is not free.
     """
     from ajgdata.report.render import render
 
     feed, token = Feed(control), secrets.token_urlsafe(16)
     files = {
-        route: Response(render(template, {}, project=project), media_type=kind)
+        route: Response(render(template, {}), media_type=kind)
         for route, (template, kind) in _FILES.items()
     }
     app = _app(files, feed, control, token)

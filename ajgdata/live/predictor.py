@@ -98,24 +98,14 @@ class Predictor:
         return self.audio.sample_rate_hz
 
     @property
-    def samples(self) -> int:
-        """Return how many samples a recording needs at least: those of one window."""
-        return self.features.window
-
-    @property
     def frequency_hz(self) -> NDArray[np.float64]:
         """Return the frequencies (f,) of a feature."""
         return frequencies_hz(self.sample_rate_hz, self.features)
 
     @property
-    def temperature(self) -> float | None:
-        """Return what calibrates probabilities; None for a model that has none."""
-        return self.calibration.temperature
-
-    @property
     def has_probabilities(self) -> bool:
         """Return whether predictions come with calibrated probabilities, as sorting needs them."""
-        return self.temperature is not None
+        return self.calibration.temperature is not None
 
     @property
     def has_references(self) -> bool:
@@ -157,10 +147,10 @@ class Predictor:
         model: Any = self.estimator
         if self.kind == "regression":
             values, table = model.predict(features).astype(float), None
-        elif self.temperature is None:
+        elif self.calibration.temperature is None:
             values, table = model.predict(features), None
         else:
-            table = with_temperature(model.predict_proba(features), self.temperature)
+            table = with_temperature(model.predict_proba(features), self.calibration.temperature)
             values = np.array(self.classes)[table.argmax(axis=1)]
         return [
             Prediction(

@@ -10,7 +10,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from ajgdata.acquire.card import card_settings
+from ajgdata.acquire.card import CardSettings
 from ajgdata.acquire.guided import GuidedAcquisition, Outcome
 from ajgdata.acquire.live_session import LiveSession, live_session
 from ajgdata.acquire.operator import Operator
@@ -28,7 +28,7 @@ from ajgdata.store.sessions import (
     read_session,
 )
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, GraspProtocol
-from ajgdata.types.base import checked_name
+from ajgdata.types.base import checked, checked_name
 from ajgdata.types.protocol import RobotProgram
 
 _NAME = re.compile(r"soundcard-(\d+)")
@@ -48,7 +48,9 @@ def acquire_live(
     _check_robot(paths, dataset, protocol, operator)
     check_one_kind(paths, spec, list_sessions(paths, dataset), adding=False)
     session = checked_name(session or session_name(paths, dataset, protocol), "session")
-    settings = card_settings(sample_rate_hz=spec.audio.sample_rate_hz, **device)
+    settings = checked(
+        CardSettings, "sound card", {"sample_rate_hz": spec.audio.sample_rate_hz, **device}
+    )
     folder = paths.session(dataset, session)
     # The robot's command may contain hosts and tokens, and its time limit may be raised.
     plan = {"protocol": protocol.model_dump(mode="json", exclude={"robot"})}
@@ -155,7 +157,9 @@ def open_hands(
         _check_rate(table, rate_hz)
         yield table, table, {"gripper": "virtual", "medium": "virtual", "source": "virtual"}
         return
-    settings = card_settings(**{**card, "sample_rate_hz": spec.audio.sample_rate_hz})
+    settings = checked(
+        CardSettings, "sound card", {**card, "sample_rate_hz": spec.audio.sample_rate_hz}
+    )
     with open_card(settings) as opened:
         _check_rate(opened, rate_hz)
         yield make_robot(robot, confirm), opened, gripper_of(spec)

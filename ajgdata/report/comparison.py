@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import Field, ValidationError, field_validator
+from pydantic import Field, field_validator
 
 from ajgdata.evaluate.agreement import VERDICTS, Interval, Verdict, compare, statement
 from ajgdata.report.format import Score, Source, number, with_unit
-from ajgdata.types import Name, Strict, describe
+from ajgdata.types import Name, Strict, checked
 
 #: The paper's words for a model that does no better than a guess.
 NEAR_CHANCE = "near chance"
@@ -85,18 +85,13 @@ class _PaperFile(Strict):
 
 
 def parse_paper(
-    mapping: Mapping[str, Any],
-    where: object = "paper.yaml",
-    spread: Mapping[str, float] = MappingProxyType({}),
+    mapping: Mapping[str, Any], spread: Mapping[str, float] = MappingProxyType({})
 ) -> dict[str, PaperFigure]:
     """Content of `paper.yaml` -> its figures by id, with the citation and with their `spread`.
 
-    Raises DataError, naming `where` and the key, if the content is not what it should be.
+    Raises DataError, naming the key, if the content is not what it should be.
     """
-    try:
-        paper = _PaperFile.model_validate(mapping)
-    except ValidationError as error:
-        raise describe(error, where) from error
+    paper = checked(_PaperFile, "paper.yaml", mapping)
     figures = {}
     for row in paper.figures:
         known = {"source": row.source or paper.source, "spread": spread.get(row.id, 0.0)}

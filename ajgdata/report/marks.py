@@ -90,13 +90,11 @@ class Picture:
         return [p for p in self.points if (p.panel, p.series) == (panel, series)]
 
 
-def illustration(
-    name: str, mark: MarkName, picture: Picture, text: str, unit: str = ""
-) -> Illustration:
+def illustration(name: str, mark: MarkName, picture: Picture, text: str) -> Illustration:
     """Return a figure with a caption; its alternative text lists title and points."""
     listed = (
         f"{', '.join(place_text(part, '') for part in (p.panel, p.series, p.x) if part != '')}: "
-        f"{with_unit(value_text(p.score.mean), unit)}"
+        f"{value_text(p.score.mean)}"
         for p in picture.points[:MAX_LISTED]
     )
     suffix = " and more" if len(picture.points) > MAX_LISTED else ""

@@ -13,6 +13,7 @@ from ajgdata.types.base import (
     Name,
     NotPossibleError,
     Strict,
+    checked,
     checked_name,
     describe,
     flagged,

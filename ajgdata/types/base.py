@@ -6,8 +6,8 @@ import dataclasses
 import errno
 import re
 import reprlib
-from collections.abc import Collection, Iterable
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from collections.abc import Collection, Iterable, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
@@ -16,6 +16,7 @@ from ajgdata.types.registry import MODELS
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
+Model = TypeVar("Model", bound=BaseModel)
 #: Names are parts of file names, several of which are joined.
 LONGEST_NAME = 100
 NAME = re.compile(rf"^[A-Za-z0-9][A-Za-z0-9_-]{{0,{LONGEST_NAME - 1}}}$")
@@ -159,6 +160,14 @@ def describe(error: ValidationError, where: object) -> DataError:
         [_message(first), *(_message(e, "Input should be ") for e in alternatives)]
     )
     return DataError(where, f"{key or 'content'}{value}: {message}{suffix}", "correct the value")
+
+
+def checked(kind: type[Model], where: object, content: Mapping[str, Any]) -> Model:
+    """Return settings of `kind`. Raises DataError with `where`, key, value and fix."""
+    try:
+        return kind.model_validate(content)
+    except ValidationError as error:
+        raise describe(error, where) from None
 
 
 def _message(error: ErrorDetails, without: str = "Value error, ") -> str:

@@ -122,7 +122,7 @@ def test_probabilities_are_scaled_by_the_stored_temperature(trained):
     assert about["classes"] == ["a", "b", "c"]
     assert about["audio"]["sample_rate_hz"] == RATE_HZ
     assert about["features"]["window"] == 256
-    assert (predictor.sample_rate_hz, predictor.samples) == (RATE_HZ, 256)
+    assert (predictor.sample_rate_hz, predictor.features.window) == (RATE_HZ, 256)
     np.testing.assert_array_equal(predictor.frequency_hz, store.frequency_hz)
     assert predictor.has_probabilities
     assert not load(trained, "what", "svm").has_probabilities

@@ -6,10 +6,10 @@ import pytest
 from ajgdata import gripper
 from ajgdata.acquire.recipe import new_setup
 from ajgdata.acquire.robot import Placement
-from ajgdata.acquire.virtual import VirtualTable, checked
+from ajgdata.acquire.virtual import VirtualTable
 from ajgdata.gripper import SignalChain, derive_seed, excitation_sweep
 from ajgdata.store.responses import ResponseStore
-from ajgdata.types import DataError, Recipe
+from ajgdata.types import DataError, Recipe, checked
 
 SWEEP = excitation_sweep(duration_s=0.3).astype(np.float32)
 RECIPE = Recipe.model_validate(
