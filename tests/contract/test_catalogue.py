@@ -19,14 +19,6 @@ def test_every_key_of_the_configuration_is_explained_with_its_default():
     assert set(defaults) == set(schema["properties"]) == set(schema["required"])
 
 
-def test_the_catalogue_is_told_how_to_use_it():
-    usage = yaml.safe_load((ROOT / ".snakemake-workflow-catalog.yml").read_text())["usage"]
-    assert {"mandatory-flags", "software-stack-deployment", "report"} == set(usage)
-    assert all((ROOT / name).is_file() for name in ("README.md", "LICENSE", "CITATION.cff"))
-    assert (ROOT / "config/README.md").samefile(ROOT / "workflow/config/README.md")
-    assert all(path.suffix == ".smk" for path in (ROOT / "workflow/rules").iterdir())
-
-
 def test_every_rule_names_a_function_whose_arguments_can_be_validated():
     rules = "".join(file.read_text() for file in (ROOT / "workflow/rules").glob("*.smk"))
     names = re.findall(r'function="([^"]+)"', rules)

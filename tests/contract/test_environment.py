@@ -67,10 +67,3 @@ def test_every_imported_package_is_declared():
     for module, path in modules.items():
         names = {name.lower() for name in distributions.get(module, [module])}
         assert names & declared, f"{path} imports {module}: declare it in pyproject.toml"
-
-
-def test_continuous_integration_and_hooks_call_make_targets():
-    files = [*(ROOT / ".github" / "workflows").glob("*.yml"), ROOT / ".pre-commit-config.yaml"]
-    calls = {call for f in files for call in re.findall(r"(?:run|entry): (.*)", f.read_text())}
-    targets = re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), flags=re.M)
-    assert calls == {"make test", "make lint", "make docs"} <= {f"make {t}" for t in targets}

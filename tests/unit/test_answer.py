@@ -29,16 +29,6 @@ def test_objects_size_and_angle_come_first():
     assert "the paper reports 2.7 mm" in sentences[0]
 
 
-def test_the_unit_is_that_of_the_paper():
-    row = compared(
-        "ycb", 85.6, [Mark("ours", 77.5, 73.1, 81.9), CHANCE], metric="accuracy", unit="%"
-    )
-    assert answer(replace(sample_report(), comparisons=(row,)))[0] == (
-        "Ycb (CNN, simulated): accuracy 78 % (95 % interval 73 to 82, chance level 6.4 %); "
-        "the paper reports 85.6 %. Our result is better."
-    )
-
-
 def test_a_difference_gives_its_supported_cause_or_that_no_tested_cause_is_supported():
     up = Change("repeated grasps", "CNN", 0.5, 0.9, supported=True)  # RMSE moves to 2.7 mm
     supported = Reason(("ycb",), "grasps differ too little", "x.html", (up,))

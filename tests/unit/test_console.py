@@ -7,8 +7,7 @@ import re
 import pytest
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from ajgdata.pipeline.console import JobLines, duration, show_jobs
-from ajgdata.pipeline.progress import tell
+from ajgdata.pipeline.console import JobLines, show_jobs
 
 START_S = 1_000_000.0
 
@@ -69,10 +68,6 @@ def test_jobs_of_a_group_are_counted_one_by_one_and_the_last_line_has_the_time_o
     ]
 
 
-def test_without_the_start_of_a_job_the_text_of_snakemake_is_shown():
-    assert lines_of([finished(7, 1), progress(1)]) == ["at   1/12       0 s  Finished jobid: 7"]
-
-
 def test_a_failed_job_has_one_line_with_its_log():
     failed = record(
         LogEvent.JOB_ERROR, level=logging.ERROR, msg="Error in rule", jobid=3, log=["a.log"],
@@ -112,15 +107,3 @@ def test_the_log_file_and_verbose_runs_keep_all_messages(tmp_path, level, is_rep
     assert stream.getvalue().splitlines() == (
         ["level 40"] if is_replaced else ["level 20", "level 40"]
     )
-
-
-def test_durations():
-    assert [duration(s) for s in (0.2, 41.4, 150, 7200)] == ["0 s", "41 s", "2.5 min", "120.0 min"]
-
-
-def test_messages_of_jobs_begin_on_a_line_of_their_own(monkeypatch):
-    terminal, plain = Terminal(), io.StringIO()
-    for stream in (terminal, plain):
-        monkeypatch.setattr("sys.__stderr__", stream)
-        tell("skipped")
-    assert terminal.getvalue() == "\r\x1b[Kskipped\n" and plain.getvalue() == "skipped\n"

@@ -12,7 +12,6 @@ from ajgdata.report.comparison import parse_paper
 from ajgdata.report.figures import spectra_figure
 from ajgdata.report.format import Caption, Score, mean_sd, number
 from ajgdata.report.marks import pareto_front
-from ajgdata.report.render import draw_figures
 from ajgdata.report.report_data import Illustration
 from ajgdata.store.report_files import read_paper
 from ajgdata.types import DataError
@@ -67,11 +66,6 @@ def test_a_pdf_embeds_truetype():
     pdf = encode(draw(illustration()), "pdf")
     assert b"/CIDFontType2" in pdf  # Type 3 is what publishers refuse
     assert b"/Type3" not in pdf
-
-
-def test_each_figure_is_saved_in_each_format(tmp_path):
-    assert list(draw_figures([illustration()], tmp_path)) == ["one"]
-    assert {path.name for path in tmp_path.iterdir()} == {"one.svg", "one.png", "one.pdf"}
 
 
 def test_spectra_are_decibels_of_the_highest_and_an_empty_bin_is_silent():

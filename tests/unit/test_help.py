@@ -16,23 +16,6 @@ COMMANDS |= {
 TWO_TEXTS = {"--session", "--object", "--out"}
 
 
-def test_commands_are_in_four_panels():
-    panels = defaultdict(list)
-    for name, command in GROUP.commands.items():
-        panels[command.rich_help_panel].append(name)
-    assert list(panels) == ["Data", "Run", "Use", "Tools"]
-    assert panels["Data"] == ["import", "record", "simulate", "check", "publish", "fetch"]
-    assert 12 <= sum(map(len, panels.values())) <= 16
-    assert "Exit codes" in GROUP.epilog
-
-
-def test_help_of_commands_is_a_short_sentence():
-    for name, command in COMMANDS.items():
-        first = command.help.split("\n\n")[0]
-        assert first[0].isupper() and first[-1] == ".", name
-        assert 3 <= len(first.split()) <= 12, f"{name}: {first}"
-
-
 def test_options_have_a_short_help_and_one_meaning():
     texts = defaultdict(set)
     for name, command in COMMANDS.items():

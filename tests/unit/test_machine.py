@@ -1,11 +1,9 @@
 """Speed of the machine relative to the reference."""
 
-import re
-
 import pytest
 
 from ajgdata.pipeline import machine
-from ajgdata.pipeline.machine import REFERENCE, calibrate, cpu_name, machine_line, relative_speed
+from ajgdata.pipeline.machine import REFERENCE, calibrate, relative_speed
 
 
 def test_the_reference_has_speed_one_and_each_kind_has_the_same_weight():
@@ -25,18 +23,3 @@ def test_the_number_of_operations_does_not_depend_on_the_machine(monkeypatch):
     assert rates.keys() == REFERENCE.keys()
     for name, operations in rates.items():
         assert abs(operations - REFERENCE[name] / 3) <= half[name]
-
-
-def test_the_line_names_the_processor_and_the_ratio(monkeypatch, tmp_path):
-    info = tmp_path / "cpuinfo"
-    info.write_text("processor\t: 0\nmodel name\t: Some CPU\n\nmodel name\t: Some CPU\n")
-    monkeypatch.setattr(machine, "CPU_INFO", info)
-    monkeypatch.setattr(machine, "calibrate", lambda: {n: 1.5 * r for n, r in REFERENCE.items()})
-    line = machine_line()
-    assert re.fullmatch(
-        r"machine: \d+ cores, Some CPU, 1\.50 times the reference speed "
-        r"\(calibration \d+\.\d\d s\)",
-        line,
-    )
-    info.unlink()
-    assert cpu_name() == machine.platform.machine()

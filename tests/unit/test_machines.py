@@ -1,33 +1,13 @@
 """Differences between machines: which results are measured, and the range over variants."""
 
-import pytest
-
-from ajgdata.experiments.cross_validation_results import PARTS, elsewhere
-from ajgdata.experiments.repeated_fits import part_of
 from ajgdata.paths import Paths
-from ajgdata.report.comparison import parse_paper
 from ajgdata.store.files import read_yaml
-from ajgdata.store.report_files import SPREAD, read_paper
-from ajgdata.store.sessions import read_dataset
-from benchmarks.machines import FITS, HERE, HERE_RUN, ROWS, compared, markdown
+from ajgdata.store.report_files import SPREAD
+from benchmarks.machines import HERE, HERE_RUN, ROWS, compared, markdown
 
 PROJECT = Paths(HERE)
 ROW = ("ycb", "ycb", "object", "cross_validation-cnn", "grouped mean")
 NAME = "ycb/object/cross_validation-cnn"
-
-
-@pytest.mark.parametrize("row", ROWS, ids=" ".join)
-def test_each_row_is_a_part_that_a_task_compares_with_its_published_value(row):
-    figure, dataset, task, kind, statistic = row
-    settings = read_dataset(PROJECT, dataset).tasks[task]
-    parts = {part: key for part, (key, _) in PARTS.items()}
-    parts |= {elsewhere(name): name for name in settings.test_on}
-    if kind == FITS:
-        (name,) = settings.requested["repeated_fits"]["test_on"]
-        parts = {part_of(name): "repeated_fits"}
-    part = statistic.rsplit(" ", 1)[0]
-    assert settings.papers[parts[part]] == figure
-    assert figure in parse_paper(read_paper(PROJECT))
 
 
 def result(digest: str, value: float) -> dict:

@@ -2,8 +2,6 @@
 
 import numpy as np
 
-from ajgdata.paths import Paths
-from ajgdata.pipeline import report
 from ajgdata.pipeline.dataset_summary import mean_spectra
 from ajgdata.store.features import FeatureRows, text_column
 from ajgdata.types import DatasetSpec
@@ -19,14 +17,3 @@ def test_mean_of_each_class_without_those_that_have_none():
     spectra = mean_spectra(store, SPEC)
     assert spectra.labels == ("a",)
     np.testing.assert_array_equal(spectra.mean, [[2, 4]])
-
-
-def test_the_report_knows_the_difference_between_machines(tmp_path, monkeypatch):
-    """Its verdicts are those of the README, which differences between machines can change."""
-    given = []
-    monkeypatch.setattr(report, "read_machine_spread", lambda paths: {"size-known": 2.0})
-    monkeypatch.setattr(report, "_write", lambda paths, built, *_: given.append(built))
-    report.build_report(Paths(tmp_path), datasets=[], tasks=[], requested=[])
-    spreads = {figure.id: figure.spread for figure in given[0].paper}
-    assert spreads.pop("size-known") == 2.0
-    assert set(spreads.values()) == {0.0}

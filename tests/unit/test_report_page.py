@@ -36,11 +36,6 @@ def html(pages):
     return "".join(pages.values())
 
 
-def test_the_index_links_to_the_figure_of_error_against_run_time(pages):
-    links = [a["href"] for a in Page(pages["index.html"]).all("a")]
-    assert "experiments/size.html#size--run-time" in links
-
-
 def test_labels_are_escaped(html):
     assert SCRIPT not in html and "<b>granite" not in html
     assert "&lt;script&gt;alert(1)&lt;/script&gt;" in html
@@ -148,11 +143,3 @@ def test_skill_is_0_at_chance_and_1_without_error():
     assert found["baseline"].at == pytest.approx(place(1 - 0.9 / 5.2))
     assert found["paper"].at == pytest.approx(place(0.5))
     assert row.alt == "skill: published value 0.5, best other model 0.83, our result 0.87"
-
-
-def test_a_value_below_the_axis_is_drawn_at_its_left_end():
-    bad = mark_of("ours", Score(17.0, 1.0)), mark_of("chance", Score(5.2, 0.0))
-    (row,) = paper_rows([dataclasses.replace(FOUND, marks=bad)])
-    (ours,) = (position for position in row.positions if position.role == "ours")
-    assert ours.is_below and (ours.at, ours.low, ours.high) == (0.0, 0.0, 0.0)
-    assert not paper_rows([dataclasses.replace(FOUND, marks=())])[0].positions

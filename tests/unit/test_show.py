@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper import Scene
-from ajgdata.report.scenes import cross_section_figure, section
+from ajgdata.report.scenes import section
 
 CUBE = {"object": {"kind": "cube", "edge_mm": 20}, "numerics": {"dx_mm": 6}}
 SCENE = Scene.model_validate(CUBE)
@@ -23,11 +23,3 @@ def test_the_section_is_the_cavity_of_the_scene():
     # off the axis the balloon is more curved, at r = 30 mm by 0.8^-3
     assert cut.floor.min() >= cut.table - 0.045 * 0.8**-3
     assert section(Scene()).table is None
-
-
-def test_the_drawing_names_what_it_shows():
-    (axes,) = cross_section_figure(SCENE, "a cube").axes
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == [
-        "grains", "membrane", "contact"
-    ]  # fmt: skip
-    assert [text.get_text() for text in axes.texts] == ["speaker", "microphone", "cube"]
