@@ -139,37 +139,6 @@ def test_each_experiment_is_made_of_its_task(stores, tmp_path, asked):
     about, tables = run(stores, asked, tmp_path)
     assert "skipped" not in about
     assert tables["scores"].rows
-    if asked.experiment.name == "cross_validation":
-        check_cross_validation(asked, tables)
-
-
-def check_cross_validation(asked: Request, tables: dict[str, Table]) -> None:
-    grouped = tables["scores"].where(part="grouped")
-    folds = {row["statistic"] for row in grouped.rows if row["statistic"].startswith("fold")}
-    assert 1 < len(folds) <= SPECS[asked.dataset].tasks[asked.task].folds
-    assert len({row["metric"] for row in grouped.rows}) == 3
-    check_groups(asked.dataset, asked.task, list(tables["predictions"].rows))
-
-
-def check_groups(name: str, task: str, lines: list[dict[str, str]]) -> None:
-    settings = SPECS[name].tasks[task]
-    group = {row["recording"]: row["grasp_id"] for row in table(name)}
-    value = {row["recording"]: row[settings.target] for row in table(name)}
-    fold_of: dict[object, str] = {}
-    seen = [line["recording"] for line in lines if line["split"] == "grouped"]
-    wanted = settings.classes or set(value.values()) - set(settings.withhold)
-    assert sorted(seen) == sorted(r for r in value if value[r] in wanted)
-    for line in lines:
-        if line["split"] == "grouped":
-            assert fold_of.setdefault(group[line["recording"]], line["fold"]) == line["fold"]
-        if line["split"] == "withheld":
-            assert value[line["recording"]] in settings.withhold
-    for other in settings.test_on:
-        theirs = {row["recording"]: row["grasp_id"] for row in table(other)}
-        for line in lines:
-            if line["split"] == f"on:{other}":
-                grasp = theirs[line["recording"]]
-                assert fold_of.get(grasp, line["fold"]) == line["fold"]
 
 
 def test_comparisons_fit_the_recordings():

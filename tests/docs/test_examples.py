@@ -14,7 +14,6 @@ from recorded import make_features
 
 import ajgdata
 from ajgdata.acquire.recipe import session_names
-from ajgdata.cli.export import export_model
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import acquire_virtual
 from ajgdata.pipeline.train import train_model
@@ -198,27 +197,11 @@ def test_ros2_robot():
         found["force_of"]({"position": 0.001, "effort": 0.2, "stalled": False})
 
 
-def test_onnx_predict(in_project, example_project, monkeypatch, capsys):
-    pytest.importorskip("onnxruntime")
-    asked = read_dataset(example_project, "size").training("size")
-    trained = example_project.model("size", "size", "cnn")
-    train_model(
-        read_store(example_project.features("size")), **asked, model="cnn", seed=0, folder=trained
-    )
-    predictor = ajgdata.load_predictor("size", "size", "cnn")
-    file = export_model(example_project, predictor, example_project.exported)
-    first = ajgdata.load_recordings("size").file.values[0]
-    monkeypatch.setattr("sys.argv", ["onnx_predict.py", str(file), str(first)])
-    run("onnx_predict")
-    with ajgdata.load_features("size") as features:
-        feature = features.feature.values[:1]
-    (edge_mm,) = ajgdata.load_model("size", "size", "cnn").predict(feature)
-    assert f"{edge_mm:.4g} mm, " in capsys.readouterr().out
-
-
 def test_every_example_is_shown_and_tested():
     shown = (FOLDER.parent / "examples.md").read_text(encoding="utf-8")
-    tested = Path(__file__).read_text() + Path(__file__).with_name("test_tutorial.py").read_text()
+    unit = FOLDER.parents[1] / "tests" / "unit"
+    files = (Path(__file__), Path(__file__).with_name("test_tutorial.py"))
+    tested = "".join(file.read_text() for file in (*files, unit / "test_export_check.py"))
     for path in FOLDER.glob("*.py"):
         assert f'--8<-- "docs/examples/{path.name}"' in shown
         assert f'run("{path.stem}")' in tested or f"docs/examples/{path.name}" in tested

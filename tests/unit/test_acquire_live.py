@@ -18,8 +18,8 @@ from ajgdata.acquire.robot import RobotError
 from ajgdata.paths import Paths
 from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.audio import read_audio
-from ajgdata.store.sessions import read_recordings, read_session, write_session
-from ajgdata.types import AudioSettings, DataError, Recording, Session
+from ajgdata.store.sessions import read_recordings, read_session
+from ajgdata.types import AudioSettings, DataError
 
 ALL = ["cube_01", "ball_01", "cube_02", "ball_02"]
 
@@ -74,15 +74,6 @@ def test_what_a_session_holds(lab):
     assert about.level_dbfs == pytest.approx(20 * np.log10(0.9), abs=0.01)
     assert session.excitation.settings["length_s"] == 0.2
     assert problems(lab) == []
-
-
-def test_a_recording_does_not_go_into_a_simulated_data_set(lab):
-    made = Recording(recording_id="1", file="audio/1.wav", grasp_id="1")
-    folder = lab.paths.session("d", "virtual-01")
-    write_session(folder, Session(session_id="virtual-01", source="virtual"), [made])
-    with pytest.raises(DataError, match="session virtual-01 is simulated, what is to be added is"):
-        lab.acquire(Scripted())
-    assert not lab.folder().exists()
 
 
 def test_what_is_written_is_what_the_plant_answers(lab):

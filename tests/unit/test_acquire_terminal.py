@@ -13,7 +13,6 @@ import pytest
 from live_lab import declare
 from typer.testing import CliRunner
 
-from ajgdata.acquire.operator import meter
 from ajgdata.cli.main import app
 from ajgdata.paths import Paths
 from ajgdata.store.sessions import read_recordings, read_session
@@ -109,8 +108,3 @@ def test_the_robot_of_a_fetched_data_set_does_not_start(paths, monkeypatch):
 def log_of(paths):
     log = paths.root / "log"
     return log.read_text().split() if log.exists() else []
-
-
-def test_bars_say_levels():
-    assert (meter(3.0), meter(-200.0)) == ("█" * 20, "·" * 20)
-    assert meter(-30.0) == "█" * 10 + "·" * 10

@@ -80,23 +80,6 @@ def test_noise_gain_and_excitation_need_no_new_response(project, solved):
     assert np.std(noise) > 100 * 2.0**-23
 
 
-@pytest.mark.parametrize(
-    "wrong, message",
-    [
-        ({"sessions": 0}, r"dataset.yaml:\d+: recipe.sessions = 0: .*greater than"),
-        (
-            {"objects": [{"name": "a", "shape": {"kind": "cube", "edge_mm": -1}}]},
-            r"dataset.yaml: recipe, a: .*edge_mm = -1",
-        ),
-        ({"vary": {"angel_deg": [0, 1]}}, r"unknown key grasp.angel_deg"),
-    ],
-)
-def test_a_wrong_recipe_is_named(project, wrong, message):
-    project.declare(recipe=RECIPE | wrong)
-    with pytest.raises(DataError, match=message):
-        acquire(project)
-
-
 def test_a_silent_speaker_leaves_no_excitation_and_the_motor_alone(project, solved):
     """With the gripper's angle as drawn: the motor that is heard is that of the grasp's angle."""
     signal_chain = {"level_db_spl": None, "noise_db_spl": None, "motor": {"drift": 0}}

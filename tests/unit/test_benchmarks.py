@@ -32,11 +32,3 @@ def test_the_cost_by_rule_leaves_out_what_was_not_measured(folder):
     assert rows["collect"].peak_mb == pytest.approx(10.48576)  # MiB
     assert rows["all"][1:4] == (4, pytest.approx(11.1), 6.5)
     assert math.isnan(rows["merge"].peak_mb)
-
-
-def test_jobs_are_chosen_by_their_first_wildcard(folder):
-    assert [row[:3] for row in read_costs(folder, lambda name: name == "a")] == [
-        ("experiment", 1, 4), ("merge", 1, 0.1), ("all", 2, 4.1),
-    ]  # fmt: skip
-    assert [row.rule for row in read_costs(folder, lambda name: not name)] == ["collect", "all"]
-    assert read_costs(folder / "absent", lambda name: True) == []

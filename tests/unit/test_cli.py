@@ -1,10 +1,13 @@
 """The command: exit codes, printed summaries, and one line per user error."""
 
 import errno
+import re
+import sys
 
 import pytest
 from worlds import assert_one_line, write_tone
 
+from ajgdata.cli.project import diagnostics
 from ajgdata.pipeline.jobs import logged
 from ajgdata.store.sessions import read_dataset
 
@@ -99,3 +102,11 @@ def test_an_import_that_could_not_do_all_says_so_in_its_exit_code(ajgdata, proje
     assert "failed 2_b.wav: not a file, or a broken link" in out
     (project.root / "audio" / "2_b.wav").unlink()
     assert ajgdata(*again)[0] == 0
+
+
+def test_doctor_lists_versions_and_the_project(project):
+    facts = diagnostics(project.paths)
+    assert facts["python"].startswith(".".join(map(str, sys.version_info[:3])))
+    assert re.search(r"numpy \d+\.\d+", facts["packages"])
+    assert facts["project"] == str(project.root)
+    assert diagnostics(None)["project"] == "none here or above"

@@ -31,20 +31,6 @@ def card(monkeypatch):
     return use
 
 
-def test_devices_are_listed_one_a_line(monkeypatch):
-    listed = [
-        {"name": "USB", "api": "ALSA", "inputs": 2, "outputs": 2, "rate_hz": 48_000},
-        {"name": "a [b]", "api": "JACK", "inputs": 0, "outputs": 12, "rate_hz": 44_100},
-    ]
-    monkeypatch.setattr(line, "list_devices", lambda: listed)
-    done = RUN.invoke(cli.app, ["device", "list"])
-    assert done.exit_code == 0
-    assert done.stdout.splitlines() == [
-        "USB      2 in   2 out  48000 Hz  ALSA",
-        "a [b]    0 in  12 out  44100 Hz  JACK",
-    ]
-
-
 def test_no_device_and_no_portaudio_are_said_in_one_line(monkeypatch, capsys):
     def missing():
         raise CardError("PortAudio", "is not installed", "run: sudo apt-get install libportaudio2")

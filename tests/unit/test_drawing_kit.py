@@ -7,14 +7,16 @@ from hypothesis import strategies as st
 from report_samples import dataset
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline.dataset_summary import mean_spectra
 from ajgdata.report.canvas import draw, encode, new_figure
 from ajgdata.report.comparison import parse_paper
 from ajgdata.report.figures import spectra_figure
 from ajgdata.report.format import Caption, Score, mean_sd, number
 from ajgdata.report.marks import pareto_front
 from ajgdata.report.report_data import Illustration
+from ajgdata.store.features import FeatureRows, text_column
 from ajgdata.store.report_files import read_paper
-from ajgdata.types import DataError
+from ajgdata.types import DataError, DatasetSpec
 
 points = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=1, max_size=12)
 
@@ -77,3 +79,16 @@ def test_spectra_are_decibels_of_the_highest_and_an_empty_bin_is_silent():
         expected = 20 * np.log10(np.maximum(own / mean[:, 1:].max(), 1e-6))
         levels = [point.score.mean for point in picture.of("", label)]
         assert levels == pytest.approx(expected, abs=1e-9)
+
+
+FEATURE = np.asarray([[1, 3], [3, 5], [9, 9]], np.float32)
+SPEC = DatasetSpec.model_validate(
+    {"name": "d", "tasks": {"t": {"target": "y"}}, "targets": {"y": {"kind": "classification"}}}
+)
+
+
+def test_mean_of_each_class_without_those_that_have_none():
+    store = FeatureRows(FEATURE, np.asarray([0.0, 1.0]), {"y": text_column(["a", "a", ""])}, {})
+    spectra = mean_spectra(store, SPEC)
+    assert spectra.labels == ("a",)
+    np.testing.assert_array_equal(spectra.mean, [[2, 4]])

@@ -1,11 +1,9 @@
 """The log of a live run, and the state of the run that the events describe."""
 
-import json
-
 import pytest
 from live_events import CLASSES, Story, read_events
 
-from ajgdata.live.events import GRASPS, PROBLEMS, UNSURE, EventLog, RunState
+from ajgdata.live.events import UNSURE, EventLog, RunState
 
 
 def test_events_are_written_line_by_line_and_passed_to_listeners(tmp_path):
@@ -80,15 +78,3 @@ def test_drift_is_told_until_it_is_over():
 def test_a_clock_that_is_set_back_gives_no_negative_time():
     story = Story().start().say("grasp", after=-3600.0, number=1, object="")
     assert folded(story.events).seconds == 0.0
-
-
-def test_a_state_is_shown_as_json_with_the_last_grasps_only():
-    story = Story().start()
-    for number in range(1, GRASPS + 6):
-        story.sort(number, "marker", "marker").say("problem", text=f"problem {number}")
-    plain = json.loads(json.dumps(folded(story.events).plain(), allow_nan=False))
-    assert [grasp["number"] for grasp in plain["grasps"]] == list(range(6, GRASPS + 6))
-    assert len(plain["problems"]) == PROBLEMS
-    assert (plain["n"], plain["sorts"], plain["bins"]) == (
-        len(story.events) - 1, GRASPS + 5, {"A": GRASPS + 5},
-    )  # fmt: skip

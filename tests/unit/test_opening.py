@@ -1,18 +1,11 @@
 """The opening picture: times of the drawn sound, and the task that it shows."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from ajgdata.gripper import Scene
-from ajgdata.paths import Paths
 from ajgdata.pipeline import opening as adapter
-from ajgdata.pipeline.opening import field_of, subject_of
-from ajgdata.store.sessions import list_datasets, read_dataset
-
-PROJECT = Paths(Path(__file__).resolve().parents[2])
-SPECS = {name: read_dataset(PROJECT, name) for name in list_datasets(PROJECT)}
+from ajgdata.pipeline.opening import field_of
 
 
 def test_sound_is_at_the_object_and_at_the_microphone_when_it_is_said_to_be(monkeypatch):
@@ -32,10 +25,3 @@ def test_sound_is_at_the_object_and_at_the_microphone_when_it_is_said_to_be(monk
     at_object, at_microphone = [[loudest(n, *at) for n in range(3)] for at in ((0, -18), (34, 42))]
     assert at_object[0] < 0.01 < at_object[1]
     assert at_microphone[0] < 0.01 < at_microphone[2]
-
-
-def test_the_subject_is_the_first_simulated_data_set_with_a_task_object():
-    assert subject_of(SPECS) == "ycb"
-    recorded = {name: spec for name, spec in SPECS.items() if spec.recipe is None}
-    assert recorded and subject_of(recorded) == ""
-    assert subject_of({"plate": SPECS["plate"]}) == ""  # of materials

@@ -100,6 +100,10 @@ def test_what_a_task_is_tested_on_comes_with_it(tmp_path):
             "dataset.yaml: recipe, a: content: the object's centre lies outside",
         ),
         ({"signal": {"gain": 3}}, r"dataset.yaml:\d+: recipe, signal: unknown key gain"),
+        (
+            {"order": "blocks", "variation": {"grasp": {"memory": 1.0}}},
+            r"dataset.yaml:\d+: recipe, variation.*grasp.memory",
+        ),
     ],
 )
 def test_a_scene_that_cannot_be_is_said_before_anything_is_written(tmp_path, change, said):

@@ -127,17 +127,3 @@ def test_a_robot_lets_go_when_sensing_is_interrupted():
     with pytest.raises(KeyboardInterrupt):
         grasp_once(robot, PLACE, PAPER_SEQUENCE, 0, interrupt)
     assert robot.steps[-1] == ("release", {})
-
-
-def test_a_person_is_told_once_a_grasp():
-    said = []
-    robot = make_robot(None, said.append)
-    grasp_once(robot, PLACE, PAPER_SEQUENCE, 0, said.append)
-    robot.move("approach", **vars(Placement("empty_01", "", 1, 8.0)))
-    robot.move("halt", held="cube")
-    assert said == [
-        "loosen the gripper and press it on cube with 8 N",
-        None,
-        "loosen the gripper and let it hang free, touching nothing",
-        "stopped; take cube out of the gripper",
-    ]

@@ -40,27 +40,3 @@ def test_nobody_is_waited_for_when_it_halts(monkeypatch):
     person.control.end()
     person.terminal.confirm("stopped; take ball out of the gripper")
     assert "take ball out" in person.shown.getvalue()
-
-
-EVENTS = [
-    {"event": "grasp", "number": 1, "object": "cube"},
-    {"event": "step", "step": "approach", "seconds": 1.5},
-    {"event": "take", "seconds": 1.25, "clipped": 3},
-    {"event": "prediction", "seconds": 0.25, "value": "ball", "probability": {"ball": 0.8}},
-    {"event": "decision", "action": "place", "value": "ball"},
-    {"event": "placed", "value": "ball", "bin": "A", "object": "cube"},
-    {"event": "drift", "text": "the gripper has changed"},
-    {"event": "stopped", "reason": "usb: went away; plug it in", "held": "ball", "sorts": 1},
-]  # fmt: skip
-
-
-def test_one_line_a_sort_and_what_matters_beside(monkeypatch):
-    person = Person(monkeypatch)
-    for n, event in enumerate(EVENTS, start=1):
-        person.terminal.tell({"n": n, "time": START["time"], **event})
-    lines = person.shown.getvalue().splitlines()[1:]
-    assert lines[0].startswith("  3 samples clipped")
-    assert lines[1] == "   1  ball, 80 %  → A  wrong: cube"
-    assert lines[2] == "warning the gripper has changed"
-    assert lines[3] == "ended: usb: went away; plug it in; still held: ball"
-    assert len(lines) == 4

@@ -2,18 +2,16 @@
 
 import sys
 import types
-from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 from html_page import Page
 from report_samples import SCRIPT
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.report import build_page
-from ajgdata.pipeline.studies import ABLATIONS_PAGE, STUDIES, run_study
-from ajgdata.report.format import DASH, value
+from ajgdata.pipeline.studies import run_study
+from ajgdata.report.format import DASH
 from ajgdata.report.navigation import LEADS, navigation
 from ajgdata.store.tables import read_tables, write_tables
 from ajgdata.types.table import Column, Table
@@ -113,21 +111,3 @@ def test_figures_are_drawn_linked_and_embedded(tmp_path):
     links = [a["href"] for a in shown.all("a")]
     assert len(links) == 4
     assert all((paths.report.parent / link).is_file() for link in links)
-
-
-@pytest.mark.parametrize(
-    ("given", "shown"),
-    [
-        (None, DASH), (0.0, "0"), (-1234, "−1,234"), (-2.5e-4, "−2.5 × 10⁻⁴"),
-        (99_999.0, "99,999"), (0.12345, "0.123"),
-    ],
-)  # fmt: skip
-def test_cells(given, shown):
-    assert value(given) == shown
-
-
-def test_the_settings_know_every_page():
-    schema = Path(__file__).parents[2] / "workflow" / "schemas" / "config.schema.yaml"
-    pages = yaml.safe_load(schema.read_text())["properties"]["pages"]
-    assert pages["items"]["enum"] == [ABLATIONS_PAGE, *STUDIES]
-    assert set(pages["items"]["enum"]) == set(LEADS)

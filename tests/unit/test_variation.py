@@ -1,13 +1,8 @@
 """What a recipe's variation draws: by gripper, by session, by placement, in any order."""
 
-import pytest
-
 from ajgdata.acquire.recipe import plan_session
 from ajgdata.gripper import Scene
-from ajgdata.paths import Paths
-from ajgdata.pipeline.recipes import planned_grasps
-from ajgdata.store.sessions import read_dataset
-from ajgdata.types import DataError, Recipe
+from ajgdata.types import Recipe
 
 BASE = {
     "sessions": 2,
@@ -82,14 +77,3 @@ def test_a_recipe_with_grasps_of_another_draws_its_grasps():
     assert [g.setup for g in planned(VARIED)] == [
         g.setup for g in plan_session(same, "e", "virtual-01", "")
     ]
-
-
-def test_a_variation_that_cannot_be_is_said_with_its_line(project):
-    project.declare(
-        audio={}, features={}, targets={"object": {"kind": "classification"}},
-        recipe=VARIED | {"variation": {"grasp": {"memory": 1.0}}},
-    )  # fmt: skip
-    paths: Paths = project.paths
-    path = paths.dataset("d")
-    with pytest.raises(DataError, match=r"dataset.yaml:\d+: recipe, variation.*grasp.memory"):
-        planned_grasps(path, read_dataset(paths, "d"), ["virtual-01"])

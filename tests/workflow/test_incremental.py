@@ -219,11 +219,6 @@ def test_the_first_target_makes_the_results_of_the_paper_and_deletes_no_others(p
     assert "Results beyond the paper (1) are of an earlier run" in page.read_text()
 
 
-def test_plain_all_includes_trained_models(project):
-    rules = ("all", "train", "complete")
-    assert project.planned() == dict.fromkeys(rules, 1)
-
-
 @pytest.mark.slow
 def test_what_was_skipped_reaches_the_console_and_the_exit_code(project):
     tasks = {"pitch": DECLARATION["tasks"]["pitch"] | {"folds": 99, "groups": "pitch"}}
