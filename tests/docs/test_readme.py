@@ -71,8 +71,7 @@ def test_every_block_runs_in_an_empty_clone(tmp_path):
     assert (clone / "results/runs/mine/report/index.html").is_file()
 
 
-def test_the_readme_is_short_and_its_commands_are_the_tested_commands():
-    assert len(TEXT.split()) <= 600
+def test_commands_of_the_readme_are_the_tested_commands():
     assert [kind for kind, _ in BLOCKS] == ["sh", "python", "sh", "text"]
     assert len(re.findall(r"^```", TEXT, flags=re.M)) == 2 * len(BLOCKS)
     commands = [line.partition("  #")[0].rstrip() for line in BLOCKS[0][1].splitlines()]

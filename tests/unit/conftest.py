@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from pathlib import Path
 
 import pytest
+from published import make_project, published
 from worlds import Project
 
 from ajgdata import gripper
 from ajgdata.cli import main
-from ajgdata.paths import Paths
+from ajgdata.paths import Paths, Tree
 
 
 @pytest.fixture
@@ -62,3 +64,18 @@ def solved(monkeypatch):
     simulated = gripper.simulate
     monkeypatch.setattr(gripper, "simulate", simulate)
     return scenes
+
+
+@pytest.fixture(scope="module")
+def world(tmp_path_factory):
+    """A project, its published data set, and what publishing returned."""
+    root = tmp_path_factory.mktemp("world")
+    project = make_project(root / "project")
+    return project, Tree(root / "tree"), published(project, root / "tree")
+
+
+@pytest.fixture
+def tree(world, tmp_path):
+    """A copy of the published data set."""
+    shutil.copytree(world[1].root, tmp_path / "tree")
+    return Tree(tmp_path / "tree")

@@ -103,5 +103,5 @@ def test_killed_at_any_moment(tmp_path, kills):
         while victims.run() != 0 or left(paths):
             pass
     assert without_a_row(paths) == []
-    _, issues = validate_dataset(paths, "d", lambda total: lambda: None)
+    _, issues = validate_dataset(paths, "d")
     assert [issue for issue in issues if issue.level != "note"] == []

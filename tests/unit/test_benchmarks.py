@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from ajgdata.pipeline.machine import REFERENCE, relative_speed
 from ajgdata.store.benchmarks import read_costs
 
 HEAD = "s\th:m:s\tmax_rss\tmax_vms\tmax_uss\tmax_pss\tio_in\tio_out\tmean_load\tcpu_time\n"
@@ -32,3 +33,10 @@ def test_the_cost_by_rule_leaves_out_what_was_not_measured(folder):
     assert rows["collect"].peak_mb == pytest.approx(10.48576)  # MiB
     assert rows["all"][1:4] == (4, pytest.approx(11.1), 6.5)
     assert math.isnan(rows["merge"].peak_mb)
+
+
+def test_the_reference_has_speed_one_and_each_kind_has_the_same_weight():
+    assert relative_speed(REFERENCE) == pytest.approx(1)
+    assert relative_speed({name: 2 * rate for name, rate in REFERENCE.items()}) == pytest.approx(2)
+    for name, rate in REFERENCE.items():
+        assert relative_speed({**REFERENCE, name: 8 * rate}) == pytest.approx(2)

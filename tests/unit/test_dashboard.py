@@ -81,13 +81,6 @@ def test_the_page_loads_only_its_own_files(client):
         assert not re.search(rb"https?://", content)
 
 
-def test_the_button_reaches_the_run(client, control):
-    assert client.state()["mode"] == "running"
-    assert client.post("/stop") == 204
-    assert control.stopped
-    assert client.state()["mode"] == "stopped"
-
-
 BAD = {
     "no token": (403, {TOKEN_HEADER: None}),
     "wrong token": (403, {TOKEN_HEADER: "A" * 22}),

@@ -47,7 +47,7 @@ def task(**keys) -> dict:
 )
 def test_mistakes_of_a_declaration_are_found_by_validate_and_by_a_run(tmp_path, keys, said):
     paths = declare(Paths(tmp_path), "a", "s1", "s2", **keys)
-    found = validate_dataset(paths, "a", lambda total: lambda: None)[1]
+    found = validate_dataset(paths, "a")[1]
     (wrong,) = (f for f in found if f.code == "declaration")
     assert (wrong.level, wrong.session_id) == ("error", "dataset.yaml")
     assert wrong.problem.startswith(said) and wrong.fix

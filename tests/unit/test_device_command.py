@@ -11,7 +11,6 @@ from typer.testing import CliRunner
 
 from ajgdata import cli
 from ajgdata.acquire import line, sound_card
-from ajgdata.acquire.card import CardError
 
 RUN = CliRunner()
 
@@ -31,20 +30,14 @@ def card(monkeypatch):
     return use
 
 
-def test_no_device_and_no_portaudio_are_said_in_one_line(monkeypatch, capsys):
-    def missing():
-        raise CardError("PortAudio", "is not installed", "run: sudo apt-get install libportaudio2")
-
-    for found, said in (
-        (list, "detects no sound card"),
-        (missing, "apt-get install libportaudio2"),
-    ):
-        monkeypatch.setattr(line, "list_devices", found)
-        monkeypatch.setattr(sys, "argv", ["ajgdata", "device", "list"])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        printed = capsys.readouterr().err
-        assert end.value.code == 1 and said in printed and printed.count("\n") == 1
+def test_no_device_is_an_error_of_one_line(monkeypatch, capsys):
+    monkeypatch.setattr(line, "list_devices", list)
+    monkeypatch.setattr(sys, "argv", ["ajgdata", "device", "list"])
+    with pytest.raises(SystemExit) as end:
+        cli.main()
+    printed = capsys.readouterr().err
+    assert end.value.code == 1 and printed.count("\n") == 1
+    assert "detects no sound card" in printed
 
 
 def test_a_good_card_is_ready(card):

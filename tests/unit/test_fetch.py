@@ -1,36 +1,21 @@
 """Fetching: the same features elsewhere, or one line and nothing changed."""
 
 import http.server
-import shutil
 import threading
 from functools import partial
 from pathlib import Path
 
 import pytest
 import yaml
-from published import edit_rows, make_project, published, remake, repack, reseal
+from published import edit_rows, remake, repack, reseal
 from worlds import Project
 
-from ajgdata.paths import Paths, Tree
+from ajgdata.paths import Paths
 from ajgdata.pipeline.fetch import fetch
 from ajgdata.pipeline.plan import plan
 from ajgdata.store.publishing import archive
 from ajgdata.store.sessions import read_dataset, read_session
 from ajgdata.types import DataError
-
-
-@pytest.fixture(scope="module")
-def world(tmp_path_factory):
-    root = tmp_path_factory.mktemp("world")
-    project = make_project(root / "project")
-    published(project, root / "tree")
-    return project, Tree(root / "tree")
-
-
-@pytest.fixture
-def tree(world, tmp_path):
-    shutil.copytree(world[1].root, tmp_path / "tree")
-    return Tree(tmp_path / "tree")
 
 
 @pytest.fixture
@@ -79,7 +64,7 @@ def address(server) -> str:
 def test_the_same_features_on_another_machine(world, server, elsewhere):
     told = fetch(elsewhere.paths, address(server))
     assert (told.name, told.recordings, told.sessions) == ("d", 12, 2)
-    original, _ = world
+    original = world[0]
     assert not elsewhere.paths.features("d").exists()
     remake(elsewhere)  # from the recordings that were fetched
     assert elsewhere.paths.features("d").read_bytes() == original.paths.features("d").read_bytes()

@@ -3,7 +3,6 @@
 import hashlib
 import os
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,30 +11,15 @@ import pytest
 import yaml
 from published import flip, make_project, published
 
-from ajgdata.paths import Tree
 from ajgdata.pipeline.publish import declaration_bytes
 from ajgdata.store.files import read_csv, read_json
 from ajgdata.store.provenance import commit_date
 from ajgdata.types import DataError, DatasetSpec
 
 
-@pytest.fixture(scope="module")
-def world(tmp_path_factory):
-    """A project, its tree, and what publishing said."""
-    root = tmp_path_factory.mktemp("world")
-    project = make_project(root / "project")
-    return project, Tree(root / "tree"), published(project, root / "tree")
-
-
 @pytest.fixture
 def project(tmp_path):
     return make_project(tmp_path / "project")
-
-
-@pytest.fixture
-def tree(world, tmp_path):
-    shutil.copytree(world[1].root, tmp_path / "copy")
-    return Tree(tmp_path / "copy")
 
 
 def contents(root: Path) -> dict[str, bytes]:

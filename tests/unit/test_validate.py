@@ -5,7 +5,6 @@ from worlds import assert_one_line
 
 import ajgdata as library
 from ajgdata.pipeline.validate import counts, label_tables, validate_dataset
-from ajgdata.store.sessions import read_recordings, read_session, write_session
 
 
 def check(project):
@@ -34,17 +33,6 @@ def test_mistakes_of_sessions_and_labels(project):
         ("s1", "f", "error", "two_labels"),
     ]
     assert all("\n" not in f.problem + f.fix and f.fix for f in findings)
-
-
-def test_simulated_and_recorded_sessions_do_not_meet(project):
-    project.session("s1")
-    project.session("s2", {"x": 900.0})
-    folder = project.folder("s2")
-    session = read_session(folder).model_copy(update={"source": "virtual"})
-    write_session(folder, session, read_recordings(folder)[0])
-    checked, (found,) = check(project)
-    assert (checked, found.level, found.code) == (4, "error", "mixed")
-    assert found.problem.startswith("session s2 is simulated, session s1 is recorded")
 
 
 def test_an_invalid_cell_excludes_the_recording_from_its_target_only(ajgdata, project):

@@ -5,7 +5,6 @@ import pytest
 
 from ajgdata import gripper
 from ajgdata.acquire.recipe import new_setup
-from ajgdata.acquire.robot import Placement
 from ajgdata.acquire.virtual import VirtualTable
 from ajgdata.gripper import SignalChain, derive_seed, excitation_sweep
 from ajgdata.store.responses import ResponseStore
@@ -41,21 +40,6 @@ def test_a_take_is_what_the_simulation_records(folder):
     taken = table.take(SWEEP)
     np.testing.assert_array_equal(taken.samples, expected.astype(np.float32))
     assert (taken.xruns, taken.attempts, taken.latency_samples) == (0, 1, 0)
-
-
-def test_another_robot_moves_along(folder):
-    said = []
-
-    class Arm:
-        def move(self, step, **about):
-            said.append((step, about))
-            return 7.5 if step == "approach" else None
-
-    table = VirtualTable(RECIPE, 3, folder, Arm())
-    placement = Placement("g1_1", "cube", 1, 8.0)
-    assert table.move("approach", **vars(placement)) == 7.5
-    table.move("place", bin="A")
-    assert said == [("approach", vars(placement)), ("place", {"bin": "A"})]
 
 
 def test_what_cannot_be_played_or_grasped_is_named(folder):
