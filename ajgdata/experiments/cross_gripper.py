@@ -21,7 +21,7 @@ from ajgdata.experiments.plots import (
     value_name,
     value_range,
 )
-from ajgdata.report.comparison import Mark, PaperComparison, holds, mark_of
+from ajgdata.report.comparison import PaperComparison, holds, mark_of
 from ajgdata.report.format import Score, mean_sd, number, with_unit, words
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import table_of
@@ -119,7 +119,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     chance = float(np.mean(list(chance_for(results, GRIPPERS).values())))
     values = [point.score.mean for point in elsewhere]
     marks = (
-        Mark("ours", sum(values) / len(values), min(values), max(values)),
+        mark_of("ours", Score(sum(values) / len(values), math.nan)),
         mark_of("chance", Score(chance, 0.0)),
     )
     text = f"{mean_sd(home, results.shown_unit)} where it was trained, {', '.join(listed)}"

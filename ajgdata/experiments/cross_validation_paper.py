@@ -99,7 +99,8 @@ def _failing(paper: PaperFigure, model: ModelResult, part: str, lookup: Lookup) 
     if flags := _flags(model, lookup):
         verdicts.add("agrees" if any(flags) else "disagrees")
         text += f"; from silence {'flagged' if any(flags) else 'not flagged'}"
-    marks = mark_of("ours", score, scale), mark_of("chance", Score(model.chance(), 0.0), scale)
+    ours = mark_of("ours", model.with_interval(part), scale)
+    marks = ours, mark_of("chance", Score(model.chance(), 0.0), scale)
     return model.task.compared(
         paper, text, model.label, together(verdicts), cost=model.cost, marks=marks,
         shown_unit=model.task.shown_unit,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import JobKey, TaskKey, computed, read_results, requests_for
 from ajgdata.pipeline.exports import collect, with_tables, write_csv, write_exports
+from ajgdata.pipeline.machine import cpu_name
 from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import navigation_of, pages_of
 from ajgdata.pipeline.studies import ABLATIONS_PAGE, STUDIES
@@ -88,6 +90,7 @@ def build_report(
         earlier=len({*keys} - {*requested}),
         run_cost=tuple(run_cost(paths, [*existing], everything=bool(pages or present))),
         hints=_hints(results),
+        machine=f"{cpu_name()}, {os.cpu_count()} cores",
         **_studies(pages),
     )
     report = dataclasses.replace(

@@ -198,7 +198,8 @@ class PaperComparison:
         if ours is None or not any(mark.role == "chance" for mark in self.marks):
             return self.result.partition(";")[0]
         value, low, high = (number(end, 2) for end in ours[1:])
-        return f"{with_unit(value, self.unit)} ({low} to {high})"
+        text = with_unit(value, self.unit)
+        return f"{text} ({low} to {high})" if ours.low < ours.high else text
 
     @property
     def why(self) -> list[Reason]:
@@ -242,8 +243,11 @@ def tally(rows: Iterable[PaperComparison]) -> dict[str, int]:
 
 
 def tally_text(counts: Mapping[str, int]) -> str:
-    """Return `3 agrees, 2 better`."""
-    return ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+    """Return `3 agree, 2 better`."""
+    return ", ".join(
+        f"{count} {verdict if count == 1 else verdict.replace('agrees', 'agree')}"
+        for verdict, count in counts.items()
+    )
 
 
 def evidence(reason: Reason) -> str:

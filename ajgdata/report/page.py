@@ -76,7 +76,6 @@ def render_pages(
     first = {
         "paper_rows": paper_rows(report.comparisons),
         "model_rows": model_rows(report.sections, links),
-        "machine": f"{os.cpu_count()} cores",
     }
     own = {
         INDEX: ("index.html.j2", first),

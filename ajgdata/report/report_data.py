@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ajgdata.report.comparison import Mark, PaperComparison, PaperFigure, Reason, tally
+from ajgdata.report.comparison import Mark, PaperComparison, PaperFigure, Reason, tally, tally_text
 from ajgdata.report.format import Caption, Source
 from ajgdata.store.benchmarks import RuleCost
 from ajgdata.types import FeatureSettings, Finding, flagged, left_out
@@ -167,7 +167,7 @@ class Report:
     the reason. `missing` says how many results of each kind no run has computed yet, `earlier` how
     many are of an earlier run. `paper` is all that the paper reports, whether it is here or not.
     `answer` are up to three sentences, `practice` topics with links and conclusions,
-    `hints` what else can be measured.
+    `hints` what else can be measured, `machine` the computer that wrote the report.
     """
 
     title: str
@@ -188,6 +188,7 @@ class Report:
     answer: tuple[str, ...] = ()
     practice: tuple[tuple[str, str, str], ...] = ()
     hints: tuple[str, ...] = ()
+    machine: str = ""
 
     @property
     def advice(self) -> list[tuple[TaskSection, str]]:
@@ -207,9 +208,9 @@ class Report:
         return [figure for figure in self.paper if figure.id not in known]
 
     @property
-    def tally(self) -> dict[str, int]:
-        """Return how many rows have each verdict, then how many published values are absent."""
-        return tally(self.comparisons) | ({"absent": len(self.absent)} if self.absent else {})
+    def tally(self) -> str:
+        """Return how many rows have each verdict: `5 agree, 8 worse`."""
+        return tally_text(tally(self.comparisons))
 
     @property
     def answers(self) -> list[tuple[TaskSection, ResultRow]]:

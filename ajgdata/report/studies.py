@@ -19,7 +19,7 @@ from ajgdata.report.report_data import Illustration
 from ajgdata.types.table import Table, Value
 
 #: Rows of a table that a page shows; its CSV file has all.
-MAX_ROWS = 20
+MAX_ROWS = 30
 
 
 def render_study(

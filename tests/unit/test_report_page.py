@@ -110,14 +110,14 @@ def test_results_are_compared_with_published_values_and_have_a_cost():
     assert cells[-4:] == ["not tested", "CNN", "7.6", "0.9"]
     assert any("without a result in this report: angles." in words for words in page.words)
     own = Page(pages["experiments/size.html"])
-    assert own.row(["cubes"])[1:] == ["2.6 mm", "0.7 mm (0.6 to 0.8)", "▲ better"]
+    assert own.row(["cubes"])[1:] == ["2.6 mm", "0.7 mm (0.6 to 0.8)", "simulated", "▲ better"]
 
 
 def test_the_first_page_has_one_row_per_result_and_the_same_count_as_the_page_of_the_paper():
     report = dataclasses.replace(sample_report(), comparisons=(FOUND, FOUND), answer=("So.",))
     pages = render(report)
     index = Page(pages["index.html"])
-    assert index.row(["cubes"])[1:] == ["2.6 mm", "0.7 mm (0.6 to 0.8)", "▲ better"]
+    assert index.row(["cubes"])[1:] == ["2.6 mm", "0.7 mm (0.6 to 0.8)", "simulated", "▲ better"]
     assert "2 results of the paper: 2 better" in " ".join(index.words)
     assert any(words.startswith("2 better.") for words in Page(pages["paper.html"]).words)
     assert "So." in index.words

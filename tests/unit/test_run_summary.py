@@ -61,7 +61,7 @@ def test_everything_that_a_person_needs_to_know(paths):
         "skipped   d/t, cross_validation-cnn, cross_validation-knn, training-cnn: one class only",
         "A.",
         "B.",
-        "comparison with the paper: 3 agrees, 2 worse",
+        "comparison with the paper: 3 agree, 2 worse",
         "1 data set: 60 recordings used",
         "6 measurements: 4 made, 2 skipped (d/t; reasons above)",
         f"report: {paths.report}",
