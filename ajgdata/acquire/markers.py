@@ -50,11 +50,6 @@ class Arrival(NamedTuple):
     lost: int
     likeness: float
 
-    @property
-    def is_detected(self) -> bool:
-        """True if both markers were recorded."""
-        return self.likeness > ALIKE
-
 
 def framed(played: NDArray[Any], sample_rate_hz: int, tail: int = 0) -> Framed:
     """Return `played` (n,), and `tail` samples of silence after it, between two markers.

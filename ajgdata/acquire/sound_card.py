@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ajgdata.acquire.card import Capture, CardError, CardSettings, TakeError
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.line import PortAudioLine
-from ajgdata.acquire.markers import MARKER_S, Arrival, arrival, framed
+from ajgdata.acquire.markers import ALIKE, MARKER_S, Arrival, arrival, framed
 from ajgdata.types import LogSweep
 
 #: Longest latency of a card that is detected. Once it is known, takes are shorter.
@@ -121,7 +121,7 @@ class SoundCard:
         """Return the worst fault of a take (frames,); None if it is good."""
         if bad := int(np.count_nonzero(~np.isfinite(samples))):
             return _Fault(f"the driver gave {bad} samples that are not numbers", "use another API")
-        if not arrived.is_detected:
+        if arrived.likeness <= ALIKE:  # a marker was not recorded
             return self._no_sound(samples)
         if flags:
             reports = ", ".join(sorted(set(flags)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import NamedTuple
@@ -63,18 +63,23 @@ def acquire_session(folder: Path, source: VirtualGripper, grasps: Sequence[Grasp
                 recorded += count
                 write_recordings(folder, [*complete, *known.values()])
         write_session(folder, _session(folder, source, skipped), complete)
-        _remove_others(folder, complete)
+        for path in {*folder.glob(f"{AUDIO_FOLDER}/*.wav")} - {
+            folder / row.file for row in complete
+        }:
+            path.unlink()  # the recipe no longer requests it
     return Acquired(recorded, len(complete) - recorded, skipped, source.solved)
 
 
 def _rows(folder: Path, grasp: Grasp, known: Mapping[str, Recording]) -> list[Recording]:
     """Return a row for each sample of `grasp`; rows that need no recording have their sha256."""
     rows = []
-    for row in (_row(grasp, sample) for sample in range(grasp.samples)):
-        old = known.get(row.recording_id)
-        same = old is not None and _is_unchanged(folder, old, row)
-        update = {"sha256": old.sha256, "quality": old.quality} if old and same else {}
-        rows.append(row.model_copy(update=update))
+    for sample in range(grasp.samples):
+        row = _row(grasp, sample)
+        old, path = known.get(row.recording_id), folder / row.file
+        has_setup = old and old.labels.get(SETUP_COLUMN) == row.labels[SETUP_COLUMN]
+        if old and has_setup and path.is_file() and file_sha256(path) == old.sha256:
+            row = row.model_copy(update={"sha256": old.sha256, "quality": old.quality})
+        rows.append(row)
     return rows
 
 
@@ -139,21 +144,3 @@ def _known(folder: Path) -> dict[str, Recording]:
     if not (folder / RECORDINGS_FILE).is_file():
         return {}
     return {row.recording_id: row for row in read_recordings(folder)[0]}
-
-
-def _is_unchanged(folder: Path, old: Recording, row: Recording) -> bool:
-    """Return True if `old` has the setup of `row` and its file has the sha256 of the table."""
-    path = folder / row.file
-    return (
-        old.labels.get(SETUP_COLUMN) == row.labels[SETUP_COLUMN]
-        and path.is_file()
-        and file_sha256(path) == old.sha256
-    )
-
-
-def _remove_others(folder: Path, recordings: Iterable[Recording]) -> None:
-    """Remove simulated files that the recipe no longer requests."""
-    names = {Path(row.file).name for row in recordings}
-    for path in (folder / AUDIO_FOLDER).glob("*.wav"):
-        if path.name not in names:
-            path.unlink()

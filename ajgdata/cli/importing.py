@@ -1,9 +1,11 @@
-"""`ajgdata import`: a folder of recordings -> sessions of a data set, and what came of it."""
+"""`ajgdata import` and `ajgdata check`: recordings become sessions, and are checked."""
 
 from __future__ import annotations
 
 import re
 import shlex
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,13 +14,15 @@ from rich.markup import escape
 from rich.table import Table
 
 from ajgdata.cli.console import ATTENTION, out, print_facts, say, shortened
-from ajgdata.types import DataError, ImportSettings, OnChange, checked
+from ajgdata.types import DataError, Finding, ImportSettings, OnChange, checked
 
 if TYPE_CHECKING:
     from ajgdata.paths import Paths
     from ajgdata.pipeline.importing import Imported
     from ajgdata.types import DatasetSpec
 
+#: Levels of issues, the worst first.
+LEVELS = ("error", "warning", "note")
 #: Kinds of remarks with their colours, the worst first.
 KINDS = {
     **{"failed": "red", "unreadable": "yellow", "kept": "yellow", "label": "yellow"},
@@ -29,6 +33,7 @@ Pattern = Annotated[
     typer.Option(help="'starter-kit' (<n>_<label>.wav), or a regular expression with named groups"),
 ]
 TableOption = Annotated[str, typer.Option(help="table of labels in the folder, one row per file")]
+All = Annotated[bool, typer.Option("--all", help="list all, not only a few of each kind")]
 Choice = Annotated[
     OnChange, typer.Option(help="importing again: differences to take from the folder")
 ]
@@ -52,9 +57,7 @@ def import_command(
         bool, typer.Option("--reference", help="leave the audio in the folder")
     ] = False,
     on_change: Choice = OnChange.KEEP,
-    everything: Annotated[
-        bool, typer.Option("--all", help="list all, not only a few of each kind")
-    ] = False,
+    everything: All = False,
 ) -> None:
     """Import a folder of recordings as sessions of a data set.
 
@@ -144,3 +147,42 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
     else:
         say(f"next: ajgdata check {spec.name} (no task of this data set is possible yet)")
     return any(issue.code == "mixed_grasp" for issue in issues)
+
+
+def check(
+    dataset: Annotated[list[str] | None, typer.Argument(help="data sets; default: all")] = None,
+    notes: Annotated[bool, typer.Option("--notes", help="also show notes")] = False,
+    everything: All = False,
+) -> None:
+    """Check recordings and labels, and list each issue with its fix."""
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.validate import validate_dataset
+    from ajgdata.store.sessions import list_datasets
+
+    paths = find_project()
+    total, issues = 0, list[Finding]()
+    for name in dataset or list_datasets(paths):
+        count, issues_of_set = validate_dataset(paths, name)
+        total, issues = total + count, issues + issues_of_set
+    print_issues([i for i in issues if notes or i.level != "note"], everything=everything)
+    counts = Counter(issue.level for issue in issues)
+    say(
+        f"{total} recordings checked: {counts['error']} errors, {counts['warning']} warnings, "
+        f"{counts['note']} notes" + ("" if notes or not counts["note"] else " (--notes shows them)")
+    )
+    raise typer.Exit(ATTENTION if counts["error"] or counts["warning"] else 0)
+
+
+def print_issues(issues: Sequence[Finding], *, everything: bool) -> None:
+    """Print a line for each issue, errors first, and the number of issues by code.
+
+    Of one kind (level, code and fix) no more than a few lines are printed unless `everything`.
+    """
+    kinds = dict.fromkeys((issue.level, issue.code, issue.fix) for issue in issues)
+    for level, code, fix in sorted(kinds, key=lambda kind: LEVELS.index(kind[0])):
+        equal = [i for i in issues if (i.level, i.code, i.fix) == (level, code, fix)]
+        names = [(f"{i.session_id}/{i.recording_id}: {i.problem}", fix) for i in equal]
+        for name, reason in shortened(names, everything=everything):
+            out.out(f"{level} {code} {name}; {reason}")
+    if counts := Counter(issue.code for issue in issues).most_common():
+        out.out(", ".join(f"{code} {count}" for code, count in counts))

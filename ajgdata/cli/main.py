@@ -8,12 +8,11 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from ajgdata.cli.check import check
 from ajgdata.cli.compare import compare
 from ajgdata.cli.console import warn
 from ajgdata.cli.device import device, record
 from ajgdata.cli.export import export, scene
-from ajgdata.cli.importing import import_command
+from ajgdata.cli.importing import check, import_command
 from ajgdata.cli.project import doctor, run, simulate, status
 from ajgdata.cli.publish import fetch, publish
 from ajgdata.cli.sense import sense

@@ -64,10 +64,15 @@ def relative_energies(
         ratio[here] = means[here] / base.mean()
     compared = [name for name in np.unique(of_label).tolist() if name != reference]
     intervals = _intervals(means, of_label, of_object, [reference, *compared])
-    return [
-        _relative(ratio, of_label == name, of_object, name, interval)
-        for name, interval in zip([reference, *compared], intervals, strict=True)
-    ]
+    energies = []
+    for name, interval in zip([reference, *compared], intervals, strict=True):
+        chosen = of_label == name
+        values, objects = ratio[chosen], np.unique(of_object[chosen]).tolist()
+        sd = float(values.std(ddof=1)) if len(values) > 1 else float("nan")
+        each = {item: float(ratio[chosen & (of_object == item)].mean()) for item in objects}
+        mean = float(values.mean())
+        energies.append(RelativeEnergy(name, len(values), mean, sd, interval, each))
+    return energies
 
 
 def _intervals(
@@ -96,18 +101,3 @@ def _intervals(
         else UNDEFINED
         for energies, count in zip(np.concatenate(resampled, axis=1), counts, strict=True)
     ]
-
-
-def _relative(
-    ratio: np.ndarray, chosen: np.ndarray, of_object: np.ndarray, label: str, interval: Interval
-) -> RelativeEnergy:
-    values = ratio[chosen]
-    objects: Sequence[str] = np.unique(of_object[chosen]).tolist()
-    return RelativeEnergy(
-        label=label,
-        groups=len(values),
-        mean=float(values.mean()),
-        sd=float(values.std(ddof=1)) if len(values) > 1 else float("nan"),
-        interval=interval,
-        by_object={name: float(ratio[chosen & (of_object == name)].mean()) for name in objects},
-    )
