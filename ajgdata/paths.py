@@ -29,7 +29,7 @@ LONGEST_RUN = 100
 
 
 def run_name(datasets: Sequence[str]) -> str:
-    """Return the name of a run of only `names`, in any order; "" of none."""
+    """Return the name of a run of only `datasets`, in any order; "" if there are none."""
     names = sorted(datasets)
     name = "+".join(names)
     if len(name) <= LONGEST_RUN:

@@ -22,7 +22,9 @@ from ajgdata.types import DataError, one_line
 EXIT_CODES = (
     "Exit codes of all commands: 0 success; 1 error, in one line on standard error; "
     "2 invalid option or argument; 3 finished, but the result needs attention (see the command's "
-    "help); 130 stopped by Ctrl-C."
+    "help); 130 stopped by Ctrl-C. Exceptions: `run` and `simulate` return the exit code of "
+    "Snakemake; `run` also returns 1 if a required task was skipped; `record`, `sense` and `sort` "
+    "return 143 after SIGTERM and 129 if their terminal was closed."
 )
 app = typer.Typer(
     no_args_is_help=True,

@@ -43,7 +43,7 @@ class CurvePoint:
 
 @dataclass(frozen=True)
 class Curve:
-    """The points of all sizes that could be learned from, and why not of the `others`."""
+    """Points of a learning curve, and the reason for each size in `skipped`."""
 
     points: tuple[CurvePoint, ...]
     skipped: dict[int, str]
@@ -60,11 +60,12 @@ def learning_curve(
     seed: int = 0,
     period: float | None = None,
 ) -> Curve:
-    """Train on ever more groups per class, and test always on the same: those of the first fold.
+    """Compute the errors for each number of training groups per class (`sizes`).
 
-    Each repeat draws an order of every class's training groups and takes the first of them; its
-    seed is the model's as well. Impossible sizes are skipped. Raises NotPossibleError for fewer
-    than two possible sizes (of several), and for a group of several classes.
+    All points are tested on the validation groups of the first fold. Each repeat draws an order of
+    the training groups of each class and uses the first `size` groups; the model has the seed
+    `seed` + repeat. Impossible sizes are skipped. Raises NotPossibleError for fewer than two
+    possible sizes (of several), and for a group of several classes.
     """
     known, tested = map(data.where, grouped_folds(data.value, data.group, kind, folds, seed)[0])
     fewest = _fewest_groups(known)
@@ -144,12 +145,12 @@ def cross_gripper(
     seed: int = 0,
     period: float | None = None,
 ) -> dict[str, list[CrossGripperPoint]]:
-    """Train on all of `own` and on `sizes` groups of each class (each value, of a regression) of
-    each of `others`; test on the rest of it, fold by fold. Returns the points by name.
+    """Return the errors on each other gripper in `grippers`, by its name.
 
-    Groups that are tested are trained on in neither gripper. Without added groups, other grippers
-    that leave the same rows of `own` share one training. Raises NotPossibleError for a size that
-    some class has too few groups for.
+    Each fold of a gripper is tested. A model is trained on `own` and on `sizes` other groups per
+    class (per value of a regression) of that gripper, without the tested groups of both grippers.
+    Without added groups, grippers with the same training rows of `own` share one training. Raises
+    NotPossibleError if a class has too few groups for a size.
     """
     fit = partial(fit_named_model, model, kind, seed=seed, period=period)
     plain: dict[bytes, BaseEstimator] = {}

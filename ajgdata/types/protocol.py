@@ -35,7 +35,7 @@ class References(Strict):
     """Recordings of the empty gripper, which distinguish drift from objects."""
 
     every: int = Field(
-        10, ge=1, description="grasps between two of them; the session begins with one, too"
+        10, ge=1, description="grasps between two references; a session starts with a reference"
     )
 
 
@@ -67,9 +67,9 @@ class GraspProtocol(Strict):
     references: References | None = Field(
         None, description="recordings of the empty gripper; null: none"
     )
-    force_n: float = Field(8.0, gt=0, description="that the object is pressed with (paper: 8 N)")
+    force_n: float = Field(8.0, gt=0, description="force of the gripper on the object (paper: 8 N)")
     wait_s: float = Field(
-        2.0, ge=0, description="between pressing and sensing, for grains to settle (paper: 2 s)"
+        2.0, ge=0, description="wait between pressing and sensing; grains settle (paper: 2 s)"
     )
     sequence: tuple[Step, ...] = Field(PAPER_SEQUENCE, description="steps of one grasp (paper)")
     robot: RobotProgram | None = Field(
@@ -91,60 +91,61 @@ class GraspProtocol(Strict):
         return sequence
 
 
-#: Stands among the objects of a plan where nothing lies there.
+#: Name in `objects` of a plan if the gripper closes on no object.
 NOTHING = "empty"
 Doubtful = Literal["stop", "reject"]
 Bin = Annotated[str, Field(min_length=1, max_length=60)]
 
 
 class SortPlan(Strict):
-    """A plan by which objects are sorted."""
+    """Settings of a sorting run."""
 
     dataset: Name = Field(description="data set of the model")
-    task: Name = Field(description="its task, of classes")
-    model: ModelName = Field("cnn", description="a model with probabilities")
+    task: Name = Field(description="classification task of the data set")
+    model: ModelName = Field("cnn", description="model with class probabilities")
     threshold: float = Field(
-        0.6, ge=0, le=1, description="least probability of a class that is sorted (paper: 0.6)"
+        0.6, ge=0, le=1, description="smallest class probability for sorting (paper: 0.6)"
     )
     bins: Annotated[dict[str, Bin], Field(min_length=1)] = Field(
-        description="bin of each class; a class without one is refused before anything moves"
+        description="bin of each class; if a class has no bin, the run does not start"
     )
-    reject_bin: Bin | None = Field(None, description="bin of what is rejected")
+    reject_bin: Bin | None = Field(None, description="bin of rejected objects")
     below: Doubtful = Field(
         "stop",
-        description="when no class reaches the threshold (paper: stop); reject: into `reject_bin`",
+        description="action if no class reaches the threshold (paper: stop); reject: put the "
+        "object into `reject_bin`",
     )
     nothing: Literal["stop", "wait"] = Field(
-        "stop", description="when nothing is held; wait: until an object is there"
+        "stop", description="action if the gripper is empty; wait: try again until it is not"
     )
     unknown: Doubtful = Field(
-        "stop", description="when the object is unlike anything that the model learnt"
+        "stop", description="action if the object is novel (out of distribution)"
     )
-    sorts: int | None = Field(None, ge=1, description="end after so many; null: until it stops")
+    sorts: int | None = Field(None, ge=1, description="objects until the run ends; null: no limit")
     objects: tuple[Name, ...] = Field(
         (),
-        description="what lies there, for tests and demonstrations: the truth is then known "
-        "(`empty`: nothing). None: nobody knows",
+        description="true names of the objects, for tests and demonstrations (`empty`: no "
+        "object); none: unknown objects",
     )
     order: Literal["given", "random"] = Field(
-        "given", description="of `objects`; random: any of them comes next, again and again"
+        "given", description="order of `objects`; random: draw each object at random, without end"
     )
-    seed: int = Field(0, ge=0, description="of the random order, and of poses that are simulated")
-    force_n: float = Field(8.0, gt=0, description="that the object is pressed with (paper: 8 N)")
+    seed: int = Field(0, ge=0, description="seed of the random order and of simulated poses")
+    force_n: float = Field(8.0, gt=0, description="force of the gripper on the object (paper: 8 N)")
     wait_s: float = Field(
-        2.0, ge=0, description="between pressing and sensing, for grains to settle (paper: 2 s)"
+        2.0, ge=0, description="wait between pressing and sensing; grains settle (paper: 2 s)"
     )
     references: References | None = Field(
         References(),
-        description="recordings of the empty gripper, to detect `nothing held` and a "
-        "changed gripper; null: none",
+        description="empty-gripper references, which detect an empty or changed gripper; "
+        "null: none",
     )
     source: Literal["soundcard", "virtual"] = Field(
         "soundcard", description="virtual: the virtual gripper, in this process"
     )
     card: dict[str, JsonValue] = Field(
         {},
-        description="of a sound card: device, input_channel and output_channel, as the options of "
+        description="options of the sound card: device, input_channel and output_channel as in "
         "`ajgdata record`; attempts: recordings with a fault before the run ends (default 3)",
     )
     robot: RobotProgram | None = Field(
