@@ -1,7 +1,6 @@
-"""Fewer dimensions: PCA and UMAP as rivals of a latent, and planes to be looked at, t-SNE too.
+"""Fewer dimensions: PCA and UMAP in comparison with a latent, and as planes for figures.
 
-PCA and UMAP are fitted on training points and then applied to the others. t-SNE has no way to
-place a further point: it is fitted on all, and shows what it shows of all.
+Both are fitted on training points and then applied to the other points.
 """
 
 from __future__ import annotations
@@ -19,11 +18,8 @@ Real = NDArray[np.floating]
 
 ReducerName = Literal["pca", "umap"]
 REDUCERS: tuple[ReducerName, ...] = ("pca", "umap")
-METHODS = ("pca", "umap", "tsne")
 #: UMAP looks at 15 neighbours of a point: with fewer distinct training points only PCA is done.
 FEWEST = 16
-#: t-SNE's default, less where there are fewer points.
-PERPLEXITY = 30.0
 
 
 def make_reducer(name: ReducerName, dimension: int, seed: int) -> Any:
@@ -51,23 +47,21 @@ def reducible(dimension: int, rows: int) -> bool:
 
 
 def project(points: Real, training: NDArray[np.bool_], seed: int = 0) -> dict[str, Real]:
-    """Return points (n, d) in two dimensions by each of METHODS, as (n, 2) float32.
+    """Return points (n, d) in two dimensions by each of REDUCERS, as (n, 2) float32.
 
-    `training` (n,) says which points PCA and UMAP learn from. The same points and seed give the
-    same result. Raises NotPossibleError for fewer than two training points.
+    `training` (n,) are the points that PCA and UMAP are fitted to. The same points and seed give
+    the same result. Raises NotPossibleError for fewer than two training points.
     """
     points = np.ascontiguousarray(points, np.float32)
     if np.count_nonzero(training) < 2:
         raise NotPossibleError("at least two training points are required")
     if points.shape[1] < 2:  # a line is a plane whose second axis is empty
         points = np.pad(points, ((0, 0), (0, 2 - points.shape[1])))
-    # One thread: sums are then added up in one order, and t-SNE's many short parallel loops do
-    # not wait for cores that do something else (ten times its time on a busy machine).
-    with threadpool_limits(limits=1):
+    with threadpool_limits(limits=1):  # sums are then added up in one order
         planes = {"pca": _pca(points, training)}
         if len(np.unique(points[training], axis=0)) >= FEWEST:
-            planes |= {"tsne": _tsne(points, seed), "umap": _umap(points, training, seed)}
-    return {name: np.asarray(planes[name], np.float32) for name in METHODS if name in planes}
+            planes["umap"] = _umap(points, training, seed)
+    return {name: np.asarray(plane, np.float32) for name, plane in planes.items()}
 
 
 def _pca(points: Real, training: NDArray[np.bool_]) -> Real:
@@ -85,12 +79,3 @@ def _umap(points: Real, training: NDArray[np.bool_], seed: int) -> Real:
     if not training.all():
         plane[~training] = umap.transform(points[~training])
     return plane
-
-
-def _tsne(points: Real, seed: int) -> Real:
-    from sklearn.manifold import TSNE
-
-    settings: dict[str, Any] = {"init": "pca", "random_state": seed, "n_jobs": 1}
-    return TSNE(2, perplexity=min(PERPLEXITY, (len(points) - 1) / 3), **settings).fit_transform(
-        points
-    )

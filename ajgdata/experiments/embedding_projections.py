@@ -30,7 +30,7 @@ TITLE = "Embedding: projections"
 FOLD, INIT = 0, 0
 #: The method of a space that has two dimensions and is shown as it is.
 PLANE = "plane"
-METHODS = {"pca": "PCA", "umap": "UMAP", "tsne": "t-SNE", PLANE: "2-D"}
+METHODS = {"pca": "PCA", "umap": "UMAP", PLANE: "2-D"}
 #: Panels side by side, and the height of one in inches.
 COLUMNS, PANEL_IN = 3, 2.2
 

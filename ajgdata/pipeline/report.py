@@ -29,11 +29,12 @@ from ajgdata.report.comparison import (
     parse_paper,
     tally,
 )
-from ajgdata.report.format import words
+from ajgdata.report.format import number, words
 from ajgdata.report.navigation import LEADS, Group, experiment_link
 from ajgdata.report.report_data import Part, Report, TaskSection
 from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
+from ajgdata.store.models import ABOUT_FILE, read_about
 from ajgdata.store.provenance import environment, software
 from ajgdata.store.report_files import (
     read_experiment_text,
@@ -271,8 +272,20 @@ def _practice(paths: Paths, report: Report) -> Iterator[tuple[str, str, str]]:
     }
     for topic in read_practice(paths):
         part = parts.get((topic["dataset"], topic["task"], topic["experiment"]))
-        if part and part.headline:
-            yield topic["topic"], experiment_link(part.page), part.headline
+        text = part.headline if part else ""
+        if model := topic.get("model"):
+            text = _detection(paths.model(topic["dataset"], topic["task"], model))
+        if part and text:
+            yield topic["topic"], experiment_link(part.page), text
+
+
+def _detection(model: Path) -> str:
+    """Return how often a trained model detects novel objects, "" if this was not measured."""
+    about = read_about(model)["calibration"] if (model / ABOUT_FILE).is_file() else {}
+    if about.get("detection_rate") is None:
+        return ""
+    rate, alarms = (number(100 * about[key], 2) for key in ("detection_rate", "false_alarm"))
+    return f"{rate} % are detected, with false alarms for at most {alarms} % of known objects"
 
 
 def _sections(paths: Paths, results: Sequence[TaskResults]) -> Iterator[TaskSection]:

@@ -159,7 +159,7 @@ def test_what_cannot_be_measured_is_told_and_the_report_comes_out(tmp_path, monk
     if case in HOPELESS:
         assert len(reasons) == len(told)
     pages = report(paths)
-    section = pages["run.html"].partition("Not evaluated")[2].partition("</ul>")[0]
+    section = pages["run.html"].partition("Skipped measurements")[2].partition("</ul>")[0]
     assert section.count("<li>") == len(reasons)
     for row in read_csv(paths.metrics_table)[1]:
         assert row["value"] or row["reason"], str(row)

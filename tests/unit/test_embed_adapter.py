@@ -9,7 +9,7 @@ import pytest
 from sklearn.decomposition import PCA
 from sklearn.metrics import silhouette_score
 
-from ajgdata.embed.projections import METHODS, project
+from ajgdata.embed.projections import REDUCERS, project
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Inputs, Outcome
 from ajgdata.experiments.embedding import scores_by
@@ -218,7 +218,7 @@ def planes(points):
 
 @pytest.mark.slow
 def test_clusters_stay_clusters_with_the_points_that_were_not_learned_from(planes):
-    assert list(planes) == list(METHODS)
+    assert list(planes) == list(REDUCERS)
     for name, plane in planes.items():
         assert plane.shape == (60, 2) and plane.dtype == np.float32
         # of two points of one cluster and one of another, the two are nearest: 0.5 is generous

@@ -235,7 +235,7 @@ def test_what_was_skipped_reaches_the_console_and_the_exit_code(project):
     assert "1 measurement: 0 made, 1 skipped (tones/pitch; reasons above)\n" in done.stdout
     assert "skipped   tones/pitch, cross_validation-knn" in done.stdout
     assert "report: results/report/index.html\n" in done.stdout
-    assert "Not evaluated" in project.paths.report.with_name("run.html").read_text()
+    assert "Skipped measurements" in project.paths.report.with_name("run.html").read_text()
     tasks["pitch"]["optional"] = True
     redeclare(project, tasks=tasks)
     assert not project.planned().keys() & {"features", "experiment", "train"}
