@@ -233,8 +233,7 @@ class Experiment:
     `plots` name its marks, or a function makes them of the results. Figures and rows of the table
     of results follow from them, unless `own_rows` makes the rows. `drawings` are further figures.
 
-    `summary` stands above the figures of a task, `advice` under the next steps, and `hint` if no
-    task has the experiment.
+    `summary` stands above the figures of a task, `advice` under the next steps.
     `measure(inputs, settings, model)` raises NotPossibleError for a task that lacks what it needs.
     `test_on` of the settings model, if it has one, names further data sets; its `models`, if
     `by_model`, are measured in jobs of their own.
@@ -255,7 +254,6 @@ class Experiment:
     paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = lambda *_: ()
     summary: Callable[[TaskResults], str] = lambda results: ""
     advice: Callable[[TaskResults], Iterable[str]] = lambda results: ()
-    hint: str = ""
     check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
     by_model: bool = False
     order: int = 50  #: place in the report

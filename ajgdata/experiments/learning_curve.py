@@ -125,7 +125,5 @@ EXPERIMENT = Experiment(
     paper_comparison=paper_comparison,
     summary=missing,
     advice=advice,
-    hint="Gain from more grasps: not measured. Add `experiments: {learning_curve: {groups: [2, 4, "
-    "8]}}` to a task in dataset.yaml.",
     by_model=True,
 )

@@ -1,11 +1,9 @@
 """Noise at the microphone: sound from outside, and the servo that holds the gripper at an angle.
 
-`ajgdata.gripper.outside` computes what part of the sound outside enters. The servo is a model of
-ours: nothing is published of such sounds, and every arm has its own. A servo that holds
-a joint hums at harmonics of its control frequency, through the structure rather than the air. How
-loud each harmonic is depends on where the rotor rests among the poles and gear teeth; here the k-th
-of them, 1 / k at the middle, goes up and down k times over a turn of the joint. So a neighbouring
-angle sounds alike, and no two angles of a turn sound the same.
+`ajgdata.gripper.outside` computes the part of the outside sound that enters. The servo is our own
+model, because no measurement is published. It emits harmonics of its control frequency. The k-th
+harmonic has the mean amplitude 1 / k and varies k times over a turn of the joint, so that the sound
+is similar at neighbouring angles and differs between all angles of a turn.
 """
 
 from __future__ import annotations

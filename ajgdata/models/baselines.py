@@ -1,10 +1,8 @@
 """The models that the CNN must beat: scale, then one of scikit-learn's.
 
 Forest, boosting and MLP have one setting for all tasks. The tuned models choose among candidates by
-the inner folds of their training part (see `tuning`). Candidates were declared before any score on
-tested folds was seen, and are the same for all tasks, simulated and recorded. The first of each
-list is what all tasks had before there was a choice; it wins if nothing is better, and is the plain
-model.
+the inner folds of their training part (see `tuning`). The candidates are the same for all tasks and
+were declared before any score on test folds. The first candidate of each list is the plain model.
 """
 
 from __future__ import annotations

@@ -90,7 +90,6 @@ def build_report(
         missing=tuple(f"{noun} ({count})" for noun, count in missing.items() if count),
         earlier=len({*keys} - {*requested}),
         run_cost=tuple(run_cost(paths, [*existing], everything=bool(pages or present))),
-        hints=_hints(results),
         machine=f"{cpu_name()}, {os.cpu_count()} cores",
         **_studies(pages),
     )
@@ -255,12 +254,6 @@ def _studies(pages: Mapping[str, Sequence[Path]]) -> dict[str, Any]:
         verdicts += [holds(row) for table in tables for row in table.rows]
     known = [verdict for verdict in verdicts if verdict is not None]
     return {"studies": tuple(lines), "checks": (len(known), sum(known))}
-
-
-def _hints(results: Sequence[TaskResults]) -> tuple[str, ...]:
-    """Return how to measure what no task measures."""
-    measured = {result.experiment for result in results}
-    return tuple(e.hint for e in EXPERIMENTS.values() if e.hint and e.name not in measured)
 
 
 def _practice(paths: Paths, report: Report) -> Iterator[tuple[str, str, str]]:

@@ -166,8 +166,8 @@ class Report:
     titles, links and conclusions. `skipped` are texts on measurements that could not be made, with
     the reason. `missing` says how many results of each kind no run has computed yet, `earlier` how
     many are of an earlier run. `paper` is all that the paper reports, whether it is here or not.
-    `answer` are up to three sentences, `practice` topics with links and conclusions,
-    `hints` what else can be measured, `machine` the computer that wrote the report.
+    `answer` are up to three sentences, `practice` topics with links and conclusions, and
+    `machine` the computer that wrote the report.
     """
 
     title: str
@@ -187,7 +187,6 @@ class Report:
     studies: tuple[tuple[str, str, str], ...] = ()
     answer: tuple[str, ...] = ()
     practice: tuple[tuple[str, str, str], ...] = ()
-    hints: tuple[str, ...] = ()
     machine: str = ""
 
     @property
