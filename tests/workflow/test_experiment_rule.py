@@ -77,7 +77,7 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
         "learning-curve--tones--pitch",
         "comparison--tones--pitch--stft",
         "sorting--tones--pitch",
-        "task-tones-tones",
+        "embedding-knn--tones--tones",
     ):
         assert f'id="{name}"' in text
     assert project.planned(*page) == {}
