@@ -53,11 +53,12 @@ def one(store: Path, target: str, model: str, count: int, limited: bool) -> dict
     """Return s of training, s of predicting a thousand, and the largest memory in MB."""
     features, y, grasp = repeated(store, target, count)
     most = REGISTRY[model].most_recordings if limited else None
-    choosing = None if limited else sys.maxsize
     before = peak_mb()
     with threadpool_limits(limits=1):
         begun = time.process_time()
-        unfitted = make_model(model, "classification", choosing=choosing)
+        unfitted = make_model(model, "classification")
+        if not limited and "choosing" in unfitted.get_params():
+            unfitted.set_params(choosing=sys.maxsize)
         fitted = fit_model(unfitted, features, y, grasp, most)
         trained = time.process_time()
         fitted.predict(features[:REQUESTS])
