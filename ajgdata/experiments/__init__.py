@@ -32,15 +32,17 @@ DRAWING = ("cross_validation_paper", "cross_validation_results", "plots")
 SHARED = ("base", "embedding", *DRAWING)
 
 
-def _all() -> dict[str, Experiment]:
-    names = sorted(module.name for module in pkgutil.iter_modules(__path__))
-    modules = (importlib.import_module(f"{__name__}.{n}") for n in names if n not in SHARED)
-    experiments = [module.EXPERIMENT for module in modules]
-    experiments += [point.load() for point in entry_points(group="ajgdata.experiments")]
-    return {experiment.name: experiment for experiment in experiments}
+def _all() -> Registry[Experiment]:
+    names = sorted({module.name for module in pkgutil.iter_modules(__path__)} - {*SHARED})
+    built_in = [importlib.import_module(f"{__name__}.{name}").EXPERIMENT for name in names]
+    experiments = Registry("experiment", {experiment.name: experiment for experiment in built_in})
+    for point in entry_points(group="ajgdata.experiments"):
+        own = point.load()
+        experiments.add(own.name, own, point)
+    return experiments
 
 
-EXPERIMENTS = Registry("experiment", _all())
+EXPERIMENTS = _all()
 
 
 @dataclass(frozen=True)
@@ -78,24 +80,13 @@ class Request:
         return [(self.dataset, self.task, kind) for kind in self.kinds]
 
     def job_settings(self, kind: str) -> dict[str, Any]:
-        """Return the settings of the job `kind` as JSON has them; of models only its own.
-
-        So one more model redoes none of the others.
-        """
+        """Return the settings of the job `kind` as in JSON; `models` has only its own model."""
+        # A new model then repeats no other job.
         model = kind.partition("-")[2]
         only = self.settings.only(model) if hasattr(self.settings, "only") else self.settings
         settings = only.model_dump(mode="json", exclude={"optional"})
         own = {"models": [model]} if self.experiment.by_model and "models" in settings else {}
         return settings | own
-
-
-def _for_tasks() -> list[str]:
-    """Return the experiments that a task may name under `experiments`."""
-    return [
-        name
-        for name, experiment in EXPERIMENTS.items()
-        if not experiment.of_embedding and name != CROSS_VALIDATION
-    ]
 
 
 class SettingsError(ValueError):
@@ -128,7 +119,8 @@ def _request(spec: DatasetSpec, task: str, name: str) -> Request:
     keys = ("tasks", task, *(("experiments", name) if name != CROSS_VALIDATION else ()))
     try:
         if name not in EXPERIMENTS:
-            raise ValueError(f"no experiment {name!r}: there are {', '.join(_for_tasks())}")
+            known = {n for n, e in EXPERIMENTS.items() if not e.of_embedding} - {CROSS_VALIDATION}
+            raise ValueError(f"no experiment {name!r}: there are {', '.join(sorted(known))}")
         experiment = EXPERIMENTS[name]
         if experiment.of_embedding:
             raise ValueError(f"experiments.{name} is for embeddings: declare it there")
@@ -171,12 +163,11 @@ def all_requests(spec: DatasetSpec, path: Path) -> Iterator[Request]:
 def measure_files(name: str) -> tuple[str, ...]:
     """Return the sources of an experiment, and of the modules that it imports and that measure."""
     source = Path(str(inspect.getsourcefile(EXPERIMENTS[name].measure)))
-    files = [] if source.parent == FOLDER else [source]  # of another package
-    waiting, known = ["base"] if files else [source.stem, "base"], {*DRAWING}
+    waiting, files = [source, FOLDER / "base.py"], set[Path]()
     while waiting:
-        if (part := waiting.pop()) not in known:
-            known.add(part)
-            files.append(FOLDER / f"{part}.py")
-            text = files[-1].read_text(encoding="utf-8")
-            waiting += re.findall(rf"from {re.escape(__name__)}\.(\w+)", text)
+        if (file := waiting.pop()) not in files:
+            files.add(file)
+            text = file.read_text(encoding="utf-8")
+            parts = re.findall(rf"from {re.escape(__name__)}\.(\w+)", text)
+            waiting += [FOLDER / f"{part}.py" for part in parts if part not in DRAWING]
     return tuple(str(file) for file in sorted(files))

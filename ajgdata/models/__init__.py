@@ -19,10 +19,9 @@ def make_model(name: str, kind: Kind, seed: int = 0, period: float | None = None
     """Return an unfitted scikit-learn estimator of features (n, n_features) as they are stored.
 
     Scaling is part of the estimator. A tuned model chooses it and its settings from training rows.
-    `seed` matters to networks, trees and
-    inner folds. With a `period`, y and y + period are the same target: the model then learns
-    (sin, cos) of 2 pi y / period (see `scaling.Circular`). Raises ValueError for an unknown name or
-    kind, and for classes with a period.
+    `seed` matters to networks, trees and inner folds. With a `period`, y and y + period are the
+    same target: the model learns (sin, cos) of 2 pi y / period (see `scaling.Circular`). Raises
+    ValueError for an unknown name or kind, and for classes with a period.
 
     >>> import numpy as np
     >>> from ajgdata.models import make_model

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from ajgdata.paths import INDEX, Paths
 from ajgdata.report.answer import best_sentence, compared_sentence
@@ -146,4 +147,4 @@ def run_time_link(report: Report) -> str:
 
 def link_from_report(paths: Paths, target: Path) -> str:
     """Return the link from the report of `paths` to a file or folder of the same project."""
-    return Path(os.path.relpath(target, paths.report.parent)).as_posix()
+    return quote(Path(os.path.relpath(target, paths.report.parent)).as_posix())

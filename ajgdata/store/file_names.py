@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-_SEPARATORS = re.compile(r"([/_. -]+)")
-_TEXT = r"[^/_. -]+"
-_NUMBER = re.compile(r"(\D*)(\d+)(\D*)")
+#: A dot between digits is a decimal point.
+_SEPARATORS = re.compile(r"((?:[/_ -]|(?<!\d)\.|\.(?!\d))+)")
+_DIGITS = r"\d+(?:\.\d+)?"
+_TEXT = r"(?:[^/_. -]|(?<=\d)\.(?=\d))+"
+_NUMBER = re.compile(rf"(\D*)({_DIGITS})(\D*)")
 _SUFFIX = r"\.[^./]+"
 #: Roles of the fields that count: first the grasp, then the recording of the grasp.
 _COUNTERS = ("grasp", "sample")
@@ -47,7 +49,7 @@ class NameField:
         if self.kind == "constant":
             return re.escape(self.values[0])
         before, after = self.affixes or ("", "")
-        expression = _TEXT if self.affixes is None else r"\d+"
+        expression = _TEXT if self.affixes is None else _DIGITS
         group = f"(?P<{role}>{expression})" if role else expression
         return re.escape(before) + group + re.escape(after)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from typing import Literal, TypeVar
 
 Kind = Literal["regression", "classification"]
@@ -70,6 +70,12 @@ class Registry(dict[str, Entry]):
         known = ", ".join(self)
         raise ValueError(f"unknown {self.noun} {name!r}: choose one of {known}")
 
+    def add(self, name: str, entry: Entry, point: EntryPoint) -> None:
+        """Add an entry of another package. Raises ImportError if the name exists."""
+        if name in self:
+            raise ImportError(f"package {point.module}: {self.noun} {name!r} exists, rename it")
+        self[name] = entry
+
     def checked(self, name: str) -> str:
         """Return `name`. Raises ValueError for an unknown name."""
         self[name]
@@ -82,7 +88,6 @@ _BASELINES = "ajgdata.models.baselines"
 MODELS = Registry(
     "model",
     {
-        **{point.name: Model(point.value, point.name, several=False) for point in OWN_MODELS},
         "cnn": Model("ajgdata.models.cnn:cnn", "CNN", _NETWORK),
         "linear": Model(
             f"{_BASELINES}:linear", "logistic regression", regression="ridge", plain="linear_plain"
@@ -110,3 +115,5 @@ MODELS = Registry(
         "cnn_one_scale": Model("ajgdata.models.cnn:cnn_one_scale", "CNN, one scale", _NETWORK),
     },
 )
+for _point in OWN_MODELS:
+    MODELS.add(_point.name, Model(_point.value, _point.name, several=False), _point)

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "docs" / "examples"
 PROGRAM = """
@@ -74,5 +76,29 @@ def test_an_own_model_and_an_own_experiment(tmp_path):
     with (tmp_path / "installed" / "own_model.py").open("a") as stream:
         stream.write("\n# edited\n")
     features, models = result["hashes"]
-    edited = run(tmp_path / "installed")["hashes"]
-    assert edited[0] == features and edited[1] != models
+    # an experiment is also measured again after an edit of a built-in module that it imports
+    with (tmp_path / "installed" / "own_experiment.py").open("a") as stream:
+        stream.write("\nfrom ajgdata.experiments.shortcut import EXPERIMENT as SHORTCUT\n")
+    edited = run(tmp_path / "installed")
+    assert edited["hashes"][0] == features and edited["hashes"][1] != models
+    added = {Path(file).name for file in set(edited["files"]) - set(result["files"])}
+    assert "shortcut.py" in added
+
+
+@pytest.mark.parametrize(
+    ("noun", "value"), [("model", "clash:make"), ("experiment", "clash:EXPERIMENT")]
+)
+def test_an_own_entry_with_a_built_in_name_is_an_error(tmp_path, noun, value):
+    name = {"model": "knn", "experiment": "shortcut"}[noun]
+    (tmp_path / "clash.py").write_text("from ajgdata.experiments.shortcut import EXPERIMENT\n")
+    about = tmp_path / "clash-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: clash\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text(f"[ajgdata.{noun}s]\n{name} = {value}\n")
+    done = subprocess.run(
+        [sys.executable, "-c", "import ajgdata.experiments"], check=False, capture_output=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(map(str, (tmp_path, ROOT)))}, text=True,
+    )  # fmt: skip
+    assert done.returncode == 1
+    problem = f"ImportError: package clash: {noun} {name!r} exists, rename it"
+    assert done.stderr.splitlines()[-1] == problem

@@ -37,6 +37,8 @@ def test_label_grasp_and_sample_are_guessed():
     [
         (["wood/1.wav", "wood/2.wav", "metal/1.wav"], {"label": "wood", "grasp": "1"}),
         (["exp-12mm-1.flac", "exp-18mm-1.flac", "exp-18mm-2.flac"], {"label": "12", "grasp": "1"}),
+        (["cube_12_1.wav", "cube_12.7_1.wav", "cube_12.7_2.wav"], {"label": "12", "grasp": "1"}),
+        (["12.7mm.1a.wav", "12.75mm.1a.wav", "12.7mm.2a.wav"], {"label": "12.7", "grasp": "1"}),
         (["a (b) 1.wav", "c (b) 1.wav", "c (b) 2.wav"], {"label": "a", "grasp": "1"}),
         (["one.wav", "two.wav"], {"label": "one"}),
         (["1.wav", "2.wav"], {"label": "1"}),

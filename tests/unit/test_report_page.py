@@ -9,11 +9,12 @@ import pytest
 from html_page import Page
 from report_samples import PAPER, SCRIPT, sample_report
 
+from ajgdata.paths import Paths
 from ajgdata.report.comparison import Cost, PaperComparison, mark_of
 from ajgdata.report.forest import paper_rows, place
 from ajgdata.report.format import Score
 from ajgdata.report.navigation import Link, navigation
-from ajgdata.report.page import illustrations, render_pages
+from ajgdata.report.page import illustrations, link_from_report, render_pages
 from ajgdata.report.render import picture
 from ajgdata.report.report_data import Report
 
@@ -143,3 +144,10 @@ def test_skill_is_0_at_chance_and_1_without_error():
     assert found["baseline"].at == pytest.approx(place(1 - 0.9 / 5.2))
     assert found["paper"].at == pytest.approx(place(0.5))
     assert row.alt == "skill: published value 0.5, best other model 0.83, our result 0.87"
+
+
+def test_links_from_the_report_are_percent_encoded(tmp_path):
+    paths = Paths(tmp_path)
+    assert link_from_report(paths, tmp_path / "data" / "take #1 50%.wav") == (
+        "../../data/take%20%231%2050%25.wav"
+    )
