@@ -17,8 +17,6 @@ from ajgdata.acquire.virtual import Card
 from ajgdata.features.checks import check_samples
 from ajgdata.types import GraspProtocol
 
-#: A peak that differs this much from earlier grasps of the object is due to a knob or a plug.
-JUMP_DB = 12.0
 _CHOICES = (Choice.REDO, Choice.SKIP, Choice.QUIT)
 
 
@@ -120,7 +118,7 @@ class GuidedAcquisition:
         """Record one sample; targets without a value get an empty cell, to be filled in by hand."""
         capture = self.card.take(self.played)
         usual = self._usual_dbfs(grasp)
-        problems = self._check(grasp, capture, usual)
+        problems = self._check(capture)
         self._problems += problems
         texts = [problem.text for problem in problems]
         empty = dict.fromkeys(sorted(set(self.targets) - set(grasp.targets)), "")
@@ -130,8 +128,8 @@ class GuidedAcquisition:
         self._recorded += 1
         self.operator.show(capture.peak_dbfs, usual, texts, capture.doubts)
 
-    def _check(self, grasp: PlannedGrasp, capture: Capture, usual: float | None) -> list[Problem]:
-        """Return the problems that `ajgdata check` would report, and those of the level."""
+    def _check(self, capture: Capture) -> list[Problem]:
+        """Return the problems that `ajgdata check` would report, and samples at full scale."""
         issues = check_samples(capture.samples, "PCM_24", self.window)
         problems = [
             Problem(f"{i.problem}; {i.fix}", i.level == "error", i.code == "clipped")
@@ -140,11 +138,6 @@ class GuidedAcquisition:
         if capture.clipped and "clipped" not in {issue.code for issue in issues}:
             text = f"{capture.clipped} samples reach full scale: clipped; lower the gain and redo"
             problems.append(Problem(text, fatal=False, marked=True))
-        jump = 0.0 if usual is None else capture.peak_dbfs - usual
-        if abs(jump) > JUMP_DB:
-            name = grasp.object or grasp.reference
-            text = f"{jump:+.0f} dB from earlier grasps of {name}; check gain and plugs"
-            problems.append(Problem(text, fatal=False))
         return problems
 
     def _judge(self, grasp: PlannedGrasp, attempt: int) -> Choice:

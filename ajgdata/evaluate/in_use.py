@@ -37,14 +37,13 @@ FALSE_ALARM = 0.01
 
 @dataclass(frozen=True)
 class Calibration:
-    """What was found; None is what could not be, for the reason in `problems` (by name).
+    """Calibration of a model; None: not possible, for the reason in `problems` (by name).
 
-    Probabilities in use are softmax(log p / `temperature`). The truth lies within `half_width` (in
-    the target's unit) of a predicted number in a share `coverage` of new groups. What is further
-    from the nearest grasp than `novelty_threshold` is unlike anything seen; of new grasps of what
-    is known a share of up to `false_alarm` is, where `false_alarm_stated` was asked for.
-    `detection_rate` is the share of grasps of novel objects that are further away, measured on
-    objects that were held out.
+    Probabilities in use are softmax(log p / `temperature`). The true value is within `half_width`
+    (in the target's unit) of a predicted number for a share `coverage` of new groups. A recording
+    is novel if its distance to the nearest grasp exceeds `novelty_threshold`: at most a share
+    `false_alarm` of new grasps of known objects (stated: `false_alarm_stated`), and a share
+    `detection_rate` of grasps of held-out objects.
     """
 
     folds: int

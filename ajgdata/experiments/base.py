@@ -54,14 +54,12 @@ class Recordings(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """Everything that a measurement may use of a task, of the stores it needs, and of recordings.
+    """Inputs of a measurement: a task, its features and recordings.
 
-    `store` holds the recordings of the data set; `others` those of the data sets that the settings
-    name as `test_on`, or that of an embedding's `base`. `recordings` are the recordings
-    themselves, where the experiment `reads_recordings`; `render` makes them again with other
-    sounds, where the data set is simulated and the experiment `renders`. Of an embedding, `task`
-    is its name; `latents` are what its encoders made, `training_cost` what training these took,
-    and `kinds` are of the columns that are targets.
+    `store` are the features of the data set; `others` those of the data sets in `test_on` of the
+    settings, or of the `base` of an embedding. `recordings` reads recordings if the experiment
+    `reads_recordings`; `render` simulates other sounds if it `renders`. For an embedding, `task` is
+    its name, `latents` and `training_cost` are of its encoders, and `kinds` those of all targets.
     """
 
     dataset: str
@@ -239,9 +237,8 @@ class Experiment:
     `by_model`, are measured in jobs of their own.
     `check(settings, kind, features)` raises ValueError for settings that the task cannot have.
 
-    An experiment with its `own_page` does not stand on that of its task. Those `of_embedding` are
-    made of embeddings, whose declaration is their settings; they are compared with the row `paper`
-    of the paper, if a task of the data set is compared with the paper.
+    Experiments `of_embedding` have their own page. Their settings are the declaration of the
+    embedding; they are compared with the published value `paper` if a task of the data set is.
     """
 
     name: str
@@ -257,7 +254,6 @@ class Experiment:
     check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
     by_model: bool = False
     order: int = 50  #: place in the report
-    own_page: bool = False
     kinds: tuple[Kind, ...] = ("regression", "classification")
     reads_recordings: bool = False
     renders: bool = False

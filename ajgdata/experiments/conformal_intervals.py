@@ -104,7 +104,6 @@ EXPERIMENT = Experiment(
     settings=Settings,
     measure=measure,
     plots=(COVERAGE, WIDTH),
-    own_page=True,
     by_model=True,
     kinds=("regression",),
 )

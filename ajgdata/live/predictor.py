@@ -51,8 +51,7 @@ class Prediction:
     the true number with the model's stated coverage (None for classes). `novelty` is the distance
     to the nearest training grasp in units of the threshold: above 1 is UNKNOWN; None if it was NOT
     CHECKED. `detection_rate` is the share of novel objects that this check detects (None if it was
-    not measured): if it is small, KNOWN says little. `remarks` are the warnings of the workflow's
-    own checks of the recording, one line each.
+    not measured). `remarks` are the warnings of the checks of the recording, one line each.
     """
 
     kind: Kind

@@ -74,11 +74,9 @@ def computed(paths: Paths, requests: Sequence[Request]) -> list[Request]:
 
 
 def page_of(request: Request, spec: DatasetSpec) -> str:
-    """Return the name of the page that an experiment on a task stands on: that which the task
-    names, or that of its data set, unless the experiment has its own."""
-    experiment = request.experiment
-    if experiment.own_page or experiment.of_embedding:
-        return experiment.name
+    """Return the page of an experiment: its own, that of its task, or that of the data set."""
+    if request.experiment.of_embedding:
+        return request.experiment.name
     return spec.tasks[request.task].page or request.dataset
 
 

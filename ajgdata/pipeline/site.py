@@ -40,7 +40,7 @@ def _place(requests: Iterable[Request], specs: Mapping[str, DatasetSpec], ids: l
     for request in requests:
         if request.experiment.of_embedding:
             named.append(request.experiment.paper)
-        elif not request.experiment.own_page:
+        else:
             named += specs[request.dataset].tasks[request.task].papers.values()
     return min((ids.index(name) for name in named if name in ids), default=len(ids))
 
@@ -57,16 +57,16 @@ def _page(
     Raises DataError where a data set is named like the page that an experiment has of its own.
     """
     first, spec = requests[0], specs[requests[0].dataset]
-    named = any(name == specs[a.dataset].tasks[a.task].page for a in requests if not _owns(a))
+    on_tasks = [request for request in requests if not request.experiment.of_embedding]
+    named = any(name == specs[one.dataset].tasks[one.task].page for one in on_tasks)
     written = read_page_text(paths, name) if named else ""
-    if len({_owns(request) for request in requests}) > 1:
-        where = paths.dataset(next(request.dataset for request in requests if not _owns(request)))
+    if on_tasks and len(on_tasks) < len(requests):
+        where = paths.dataset(on_tasks[0].dataset)
         raise DataError(where, f"{name} is the page of an experiment", "rename it")
     apart = [request for request in requests if request.experiment.name != CROSS_VALIDATION]
     kind = apart[0].experiment.name if apart else CROSS_VALIDATION
-    own = _owns(first)
     text = written or read_experiment_text(paths, kind)
-    title = heading(text) if own or written else spec.title or spec.name
+    title = heading(text) if written or not on_tasks else spec.title or spec.name
     return ExperimentPage(
         name=name,
         title=title or first.experiment.title,
@@ -74,11 +74,6 @@ def _page(
         command=f"ajgdata run {' '.join(dict.fromkeys(request.dataset for request in requests))}",
         about=PAPERS if in_paper else BEYOND,
     )
-
-
-def _owns(request: Request) -> bool:
-    """Return whether an experiment has a page of its own."""
-    return request.experiment.own_page or request.experiment.of_embedding
 
 
 def heading(markdown: str) -> str:

@@ -153,9 +153,7 @@ class Reason:
 
 @dataclass(frozen=True)
 class PaperComparison:
-    """A published value and our result; data set and task lead to the details.
-
-    `agrees` is the verdict.
+    """A published value, our result, and the verdict `agrees`.
 
     `model` is the model's name for people, "" where none was trained. Where `cost` is not given,
     the page gives that of training the paper's model on the task. `marks` are drawn, in `unit`

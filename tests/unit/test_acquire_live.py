@@ -160,20 +160,6 @@ def test_clipping_is_counted_marked_and_offered(lab):
     assert {p.code for p in problems(lab)} == {"clipped"}
 
 
-def test_a_gain_that_was_moved_is_noticed_on_the_same_object_only(lab):
-    """What a person keeps in doubt says so."""
-    faults = [Fault()] * 4 + [Fault(gain=0.1)] * 2
-    lab.lines = [FakeLine(response(), noise=1e-6, faults=faults)]
-    lab.acquire(operator := Scripted(decisions=[Choice.KEEP]))
-    assert len(operator.problems) == 1
-    assert [usual is None for usual in operator.usual_dbfs[:3]] == [True, False, True]
-    doubts = {r.labels["planned"]: r.labels["doubt"] for r in rows(lab)}
-    assert qualities(lab)["cube_02_1"] == "ok"
-    assert doubts == dict.fromkeys(ALL, "") | {
-        "cube_02": "-20 dB from earlier grasps of cube; check gain and plugs"
-    }
-
-
 def test_nobody_is_there(lab):
     faults = [*[Fault(delete=64, at=5_000)] * 3, Fault(gain=30.0)]
     lab.lines = [FakeLine(response(), noise=1e-4, faults=faults)]
