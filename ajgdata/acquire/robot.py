@@ -50,9 +50,8 @@ class Robot(Protocol):
         - `hold` (`seconds`): keep still. `jam`: evacuate the gripper. `lift`: lift the object.
         - `release`: put the object down and let go; also called to end a grasp that failed.
         - `place` (`bin`): carry the object to a bin and let go.
-        - `halt` (`held`): stop at once and stay safe. `held` is the object in the gripper, "" if it
-          is empty. Called once, as the last step, at any moment, also in the middle of another
-          step, and when that failed.
+        - `halt` (`held`): stop at once and stay safe. `held` is the object in the gripper, or "".
+          Called once, as the last step, also during another step or after it failed.
         """
         ...
 

@@ -40,12 +40,10 @@ class Plot:
     `table` is the name of a table, or a function that makes one of the results. Rows that agree in
     `panel`, `series` and `x` are one point: their mean and standard deviation over `over`, or the
     ends in the columns `interval`. A column `metric` selects the metric of the task; its values
-    are shown in the unit of the task. Only rows with the values `where` are plotted. `about` says
-    in a sentence what is plotted.
-    The title of the figure is the first series over x of lines, otherwise the range of all points;
-    `title` returns another.
-    With `published`, the value of the paper is drawn, or (`point`) its place and value. `listed`:
-    the points are rows in the table of results.
+    are shown in the unit of the task. Only rows with the values `where` are plotted, which the
+    sentence `about` describes. The default title is the first series over x of lines, otherwise the
+    range of all points. With `published`, the value of the paper is drawn, or (`point`) its place
+    and value. `listed`: the points are rows in the table of results.
     """
 
     mark: MarkName

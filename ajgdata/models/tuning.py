@@ -49,12 +49,10 @@ class Tuned(MetaEstimatorMixin, BaseEstimator):
 
     `candidates` are pairs of a name and an unfitted estimator, all of one kind. The score is the
     accuracy, or minus the mean square error. Without groups, or with too little data for inner
-    folds, the first candidate is taken, and `reason_` says why. Candidates that need more
-    recordings than an inner fold has are left out. With more than `choosing` recordings, an even
-    subset is used for the choice. `while_choosing` are settings of all candidates on the inner
-    folds only, which make them cheaper. After `fit`: `choice_` (a name), `best_estimator_`,
-    `inner_folds_`, `inner_scores_` (by name, higher is better), `left_out_` (names), and
-    `chosen_on_`, the number of recordings that were used for the choice if not all were (else 0).
+    folds, the first candidate is used, and `reason_` is the reason. Candidates that need more
+    recordings than an inner fold has are excluded (`left_out_`). The choice uses at most `choosing`
+    recordings (`chosen_on_`; 0: all) and the cheaper settings `while_choosing`. After `fit`:
+    `choice_` (a name), `best_estimator_`, `inner_folds_`, and `inner_scores_` (by name).
     """
 
     best_estimator_: Any
