@@ -58,7 +58,7 @@ def _page(
     """
     first, spec = requests[0], specs[requests[0].dataset]
     on_tasks = [request for request in requests if not request.experiment.of_embedding]
-    named = any(name == specs[one.dataset].tasks[one.task].page for one in on_tasks)
+    named = any(name == specs[request.dataset].tasks[request.task].page for request in on_tasks)
     written = read_page_text(paths, name) if named else ""
     if on_tasks and len(on_tasks) < len(requests):
         where = paths.dataset(on_tasks[0].dataset)

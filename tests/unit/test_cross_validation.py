@@ -105,7 +105,7 @@ def test_classification_beside_a_random_split():
         ),
         (
             {"target": "constant"},
-            "every recording has the same 'constant': there is nothing to tell apart",
+            "every recording has the same 'constant': at least two values are required",
         ),
         ({"target": "nope"}, "there is no column 'nope': add it to recordings.csv"),
         ({"groups": "some_group"}, "recording 's/20' has no 'some_group', which groups folds"),

@@ -79,5 +79,5 @@ def test_networks_side_by_side_are_each_what_they_were(spectra):
 def test_nothing_to_learn_is_said():
     thing, grasp = np.array([0, 1, 1]), np.array([0, 1, 1])
     ask = {"instances": 2, "recordings": 2, "epochs": 1, "generator": np.random.default_rng(0)}
-    with pytest.raises(ValueError, match="no thing was grasped twice"):
+    with pytest.raises(ValueError, match="no object was grasped twice"):
         draw_batches(thing, grasp, **ask)

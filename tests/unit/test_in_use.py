@@ -33,7 +33,7 @@ def test_what_cannot_be_calibrated_says_why():
     assert few.half_width is None
     assert few.coverage is None
     assert few.problems == {
-        "half_width": "8 groups cannot say where 90 % of new ones lie: record at least 9"
+        "half_width": "8 groups cannot show where 90 % of new ones lie: record at least 9"
     }
     assert few.false_alarm == pytest.approx(1 / 9)
     classes = np.repeat(["a", "b"], 4)
