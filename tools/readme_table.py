@@ -85,8 +85,8 @@ def _cells(row: Row, known: Mapping[tuple[str, ...], str], paper: PaperFigure) -
     if found is None:
         return row.title, DASH, published, DASH, DASH
     value, interval, chance, perfect, unit, scale = found
-    low, high = (number(scale * end, 2) for end in interval)
-    result = f"{with_unit(number(scale * value, 2), unit)} ({low} to {high})"
+    low, high = (number(scale * end) for end in interval)
+    result = f"{with_unit(number(scale * value), unit)} ({low} to {high})"
     if not is_better_than_chance(value, interval, chance, perfect):
         result += f", {NO_BETTER}"
     verdict: str = DASH

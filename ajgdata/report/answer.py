@@ -34,7 +34,7 @@ def compared_sentence(row: PaperComparison) -> str:
     marks = {mark.role: mark for mark in row.marks}
     if not {"ours", "chance"} <= marks.keys() or row.paper.value is None:
         return ""
-    value, low, high = (number(end, 2) for end in marks["ours"][1:])
+    value, low, high = (number(end) for end in marks["ours"][1:])
     chance = with_unit(number(marks["chance"].value, 2), row.unit)
     published = with_unit(number(row.paper.value), row.paper.unit)
     result = f"{row.paper.metric.replace('rmse', 'RMSE')} {with_unit(value, row.unit)}"

@@ -195,7 +195,7 @@ class PaperComparison:
         ours = next((mark for mark in self.marks if mark.role == "ours"), None)
         if ours is None or not any(mark.role == "chance" for mark in self.marks):
             return self.result.partition(";")[0]
-        value, low, high = (number(end, 2) for end in ours[1:])
+        value, low, high = (number(end) for end in ours[1:])
         text = with_unit(value, self.unit)
         return f"{text} ({low} to {high})" if ours.low < ours.high else text
 

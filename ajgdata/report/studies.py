@@ -82,11 +82,11 @@ def conclusions(study: str, tables: Sequence[Table]) -> str:
 def omitted(table: Table) -> str:
     """Return how many parts of the studied scenes are omitted, and the largest change by that."""
     rows = table.where(kept=False)
-    text = f"{len(rows.rows)} of {len(table.rows)} tested parts are omitted"
+    text = f"the simulation omits {len(rows.rows)} of {len(table.rows)} tested parts of scenes"
     if not rows.rows:
         return f"{text}."
     change, tolerance = (number(float(rows.numbers(k).max()), 2) for k in ("measured", "tolerance"))
-    return f"{text}; the largest relative change is {change} (tolerance {tolerance})."
+    return f"{text}; largest relative change of a response {change} (tolerance {tolerance})."
 
 
 # Figures
@@ -147,8 +147,8 @@ def accuracy(table: Table) -> Illustration:
     title = "A finer grid has a smaller error and takes longer"
     if default.rows:
         error, time_s = (number(float(default.numbers(k).mean()), 2) for k in ("error", "time_s"))
-        title = f"The default grid of {Numerics().dx_mm:g} mm has an error of {error}"
-        title += f" and takes {time_s} s"
+        title = f"Default grid of {Numerics().dx_mm:g} mm: relative error of the feature {error}"
+        title += f", run time {time_s} s"
     return _illustration(
         table, "scatter", title, "error against the finest grid; each point is a grid spacing",
         _points(table, "error", "object", "ratio"), "relative L2 error of the feature",

@@ -23,7 +23,7 @@ def test_objects_size_and_angle_come_first():
     sentences = answer(replace(sample_report(), comparisons=tuple(rows)))
     assert [text.split(" (")[0] for text in sentences] == ["Ycb", "Size-Known", "Orientation"]
     assert sentences[1] == (
-        "Size-Known (CNN, simulated): RMSE 0.72 mm (95 % interval 0.6 to 0.9, chance level "
+        "Size-Known (CNN, simulated): RMSE 0.725 mm (95 % interval 0.6 to 0.9, chance level "
         "6.4 mm); the paper reports 2.7 mm. Our result is better."
     )
     assert "the paper reports 2.7 mm" in sentences[0]
