@@ -106,6 +106,8 @@ def show_file_names(folder: Path) -> None:
     for path in form.other_files[:3]:
         say(f"[yellow]other form[/yellow] {escape(path.as_posix())}")
     say("Patterns to copy and edit (label: to predict; grasp, sample: counters):")
+    if all(len(path.parts) == 2 for path in files):
+        say(escape("  --pattern '(?P<label>[^/]+)/.+'   (the folder is the label)"))
     for roles in form.proposals():
         say(escape(f"  --pattern {shlex.quote(form.pattern(roles))}"))
     raise DataError(folder, "file names are not <n>_<label>.wav", "add a --pattern, or --table")

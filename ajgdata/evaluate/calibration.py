@@ -1,9 +1,8 @@
 """Reliability of probabilities, temperature scaling, and quantiles that hold for new grasps.
 
-Temperature scaling: Guo et al. 2017, On calibration of modern neural networks, ICML. Quantiles (of
-residuals, of distances): grasps, not recordings, are exchangeable, so each grasp has the same
-weight however many recordings it has (Lee, Barber, Willett 2023, arXiv 2306.06342), and one weight
-is left for the new one.
+Temperature scaling: Guo et al. 2017, On calibration of modern neural networks, ICML. Quantiles of
+residuals or distances: each grasp has the same weight, because grasps are exchangeable (Lee,
+Barber, Willett 2023, arXiv 2306.06342), and one weight is for the new grasp.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Statistics of fold values: intervals of repeated fits, and tests of a change.
 
-One split of few recordings says as much of the split as of the model. Repeats of it agree with each
-other more than new recordings would, since they share them: the plain standard error over all folds
-is far too small. Nadeau & Bengio (2003, Machine Learning 52, 239) add the share of tested to
-trained rows to 1/J; Bouckaert & Frank (2004, PAKDD, 3) use it for repeated cross-validation.
+Repeated splits share recordings, so the plain standard error over all folds is too small. Nadeau &
+Bengio (2003, Machine Learning 52, 239) add the share of tested to trained rows to 1/J; Bouckaert &
+Frank (2004, PAKDD, 3) use it for repeated cross-validation.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """95 % intervals over grasps by cluster bootstrap: all recordings of a grasp are drawn together.
 
-Grasps, not recordings, are independent: two recordings of one grasp differ less than two grasps do.
-Each resample draws as many grasps as there are, with replacement, and computes the reported
-statistic again (Davison & Hinkley 1997, Bootstrap Methods and their Application, 3.8). The trained
-models stay the same, so the interval does not contain what other training grasps would change.
+Grasps, not recordings, are independent. Each resample draws as many grasps as there are, with
+replacement, and computes the reported statistic again (Davison & Hinkley 1997, Bootstrap Methods
+and their Application, 3.8). The interval does not contain the effect of other training grasps.
 """
 
 from __future__ import annotations

@@ -101,9 +101,11 @@ def classification(y_true: np.ndarray, y_pred: np.ndarray) -> dict[str, float]:
 def chance(
     y_train: np.ndarray, y_test: np.ndarray, kind: Kind, period: float | None = None
 ) -> dict[str, float]:
-    """Return the metrics on `y_test` (m,) of a model that ignores its input: it says the mean of
-    `y_train` (n,), or its commonest class."""
+    """Return the metrics on `y_test` (m,) of a guess that ignores the input: the mean of `y_train`
+    (n,), or its commonest class. The accuracy is at least that of a uniform guess, because the
+    commonest class of a training part is rarer in its test part."""
     if kind == "regression":
         return regression(y_test, np.full(len(y_test), middle(y_train, period)), period)
     dummy = DummyClassifier(strategy="prior").fit(np.zeros((len(y_train), 1)), y_train)
-    return classification(y_test, dummy.predict(np.zeros((len(y_test), 1))))
+    scores = classification(y_test, dummy.predict(np.zeros((len(y_test), 1))))
+    return scores | {"accuracy": max(scores["accuracy"], 1 / len(dummy.classes_))}

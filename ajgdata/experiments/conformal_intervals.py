@@ -1,9 +1,8 @@
 """Prediction intervals: coverage and width on held-out grasps of the interval that is shipped.
 
 The interval is prediction ± half width, exactly as a model in use states it (`evaluate.in_use`):
-the half width is a quantile of residuals on inner folds of the training part. Grasps, not
-recordings, are exchangeable, so each grasp has the same weight (Lee, Barber, Willett 2023, arXiv
-2306.06342).
+the half width is a quantile of residuals on inner folds of the training part, in which each grasp
+has the same weight (Lee, Barber, Willett 2023, arXiv 2306.06342).
 """
 
 from __future__ import annotations

@@ -47,7 +47,9 @@ def test_a_class_that_is_predicted_but_absent_lowers_f1_and_not_balanced_accurac
 
 def test_chance_is_the_commonest_class_or_the_mean_of_the_training_part():
     found = metrics.chance(np.array([1, 1, 0]), np.array([0, 0, 1, 0]), "classification")
-    assert found["accuracy"] == 1 / 4
+    assert found["accuracy"] == 1 / 2  # the commonest class: 1 / 4; a uniform guess: 1 / 2
+    found = metrics.chance(np.array([1, 1, 0]), np.array([1, 1, 1, 0]), "classification")
+    assert found["accuracy"] == 3 / 4
     found = metrics.chance(np.array([0.0, 4]), np.array([3.0, 5]), "regression")
     assert found["rmse"] == pytest.approx(math.sqrt((1 + 9) / 2))
     assert found["mae"] == pytest.approx(2)
