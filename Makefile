@@ -3,11 +3,14 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: reproduce everything real test test-slow test-cpus test-browser test-cluster test-jack test-torture lint format bench docs readme sample lock clean
+.PHONY: env reproduce everything real test test-slow test-cpus test-browser test-cluster test-jack test-torture lint format bench docs readme sample lock clean
 
 # ARGS are passed on: make reproduce ARGS=--dry-run, make test ARGS=tests/docs.
 reproduce: $(VENV)/.test
 	$(BIN)/snakemake $(ARGS)
+
+# Only the environment.
+env: $(VENV)/.test
 
 # Also what is beyond the paper: comparisons, ablations, final models, published data sets.
 everything: $(VENV)/.test

@@ -77,7 +77,7 @@ def _test_datasets(spec: DatasetSpec) -> set[str]:
 
 
 def _how_to_import(name: str) -> str:
-    return f"get some with `ajgdata import FOLDER --dataset {name}`"
+    return f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata record`"
 
 
 class Declared(dict[Any, Any]):
