@@ -77,9 +77,7 @@ def model_rows(sections: Sequence[TaskSection], links: Mapping[str, str]) -> lis
 
 
 def skill(value: float, chance: float, unit: str) -> float:
-    """Return the skill of a value: (value - chance) / (perfect - chance).
-
-    Perfect is an accuracy of 100 %, or an error of 0.
+    """Return the skill (value - chance) / (perfect - chance); perfect is 100 %, or an error of 0.
 
     >>> from ajgdata.report.forest import skill
     >>> skill(2.0, chance=8.0, unit="mm"), skill(62.5, chance=25.0, unit="%")

@@ -51,9 +51,8 @@ def render_pages(
 ) -> dict[str, str]:
     """Return each page as HTML text, by file name relative to the report's folder.
 
-    The same report and figures give the same text. `figures` are those of `illustrations(report)`,
-    drawn, by name; `nav` stands on every page; from the data sets `published` their trees are
-    linked. Raises jinja2.UndefinedError if a figure is missing.
+    `figures` are those of `illustrations(report)`, drawn, by name; `published` are data sets whose
+    published folders are linked. Raises jinja2.UndefinedError if a figure is missing.
     """
     places = project or Paths()
     shared = {
@@ -72,6 +71,9 @@ def render_pages(
         "run_time_link": run_time_link(report),
         "ticks": TICKS,
         "place": place,
+        "texts": dict.fromkeys(
+            (p.experiment, p.title, p.text) for s in report.sections for p in s.parts if p.text
+        ),
     }
     links = {section.anchor: experiment_link(section.parts[0].page) for section in report.sections}
     first = {
@@ -114,7 +116,7 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
         "verdicts": next(iter(counts)) if len(counts) == 1 else tally_text(counts),
         "n_rows": sum(len(section.rows) for section in sections),
         "sources": sorted({section.source for section in sections}),
-        "texts": [*dict.fromkeys((part.title, part.text) for _, part in parts if part.text)],
+        "methods": dict.fromkeys((p.experiment, p.title) for _, p in parts if p.text),
         "datasets": [d for d in report.datasets if d.name in names],
     }
 
