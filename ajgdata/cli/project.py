@@ -115,9 +115,13 @@ def run(arguments: Arguments) -> None:
     command first, and a summary at the end. Exit code 1 if a task was skipped that is not declared
     optional.
     """
+    from ajgdata.store.sessions import read_dataset
+
     paths = find_project()
     names, options = split_arguments(arguments)
-    _snakemake(paths, names or arguments[:1], options)
+    for name in names or arguments[:1]:
+        read_dataset(paths, name)  # raises DataError for an unknown data set
+    _snakemake(paths, names, options)
 
 
 def simulate(arguments: Arguments) -> None:
@@ -143,14 +147,7 @@ def simulate(arguments: Arguments) -> None:
 def _snakemake(
     paths: Paths, names: Sequence[str], options: Sequence[str], targets: Sequence[str] = ()
 ) -> NoReturn:
-    """Print and run Snakemake for data sets, and exit with its exit code.
-
-    Raises DataError for an unknown data set.
-    """
-    from ajgdata.store.sessions import read_dataset
-
-    for name in names:
-        read_dataset(paths, name)
+    """Print and run Snakemake for data sets, and exit with its exit code."""
     words = snakemake_command(paths, names, [*targets, *options])
     print(shlex.join(words), flush=True)
     done = subprocess.run([sys.executable, "-m", *words], check=False, cwd=paths.root)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from itertools import product
 
 import numpy as np
@@ -153,34 +153,37 @@ def cross_gripper(
     NotPossibleError if a class has too few groups for a size.
     """
     fit = partial(fit_named_model, model, kind, seed=seed, period=period)
-    plain: dict[bytes, BaseEstimator] = {}
-    points: dict[str, list[CrossGripperPoint]] = {name: [] for name in grippers}
-    splits = {
-        name: grouped_folds(other.value.astype(str), other.group, "classification", folds, seed)
-        for name, other in grippers.items()
-    }
-    jobs = [(name, fold) for name in grippers for fold in range(len(splits[name]))]
-    with threadpool_limits(limits=1):
-        for name, fold in jobs:
-            pool, tests = map(grippers[name].where, splits[name][fold])
+
+    @cache
+    def fitted_on_own(tested: bytes) -> BaseEstimator:
+        known = own.where(~np.frombuffer(tested, bool))
+        return fit(known.feature, known.value, known.group)
+
+    def points_on(other: TaskData) -> Iterator[CrossGripperPoint]:
+        classes = other.value.astype(str)
+        splits = grouped_folds(classes, other.group, "classification", folds, seed)
+        for fold, (train, test) in enumerate(splits):
+            pool, tests = other.where(train), other.where(test)
             tested = np.isin(own.group, tests.group)
-            generator = np.random.default_rng([seed, fold])
-            orders = _ordered_groups(pool.value.astype(str), pool.group, generator)
+            orders = _ordered_groups(
+                classes[train], pool.group, np.random.default_rng([seed, fold])
+            )
             _refuse_few(orders, max(sizes))
             for size in sizes:
                 added = pool.where(_first(orders, size, pool.group))
                 known = own.where(~tested).joined(added)
-                fitted = None if size else plain.get(tested.tobytes())
-                fitted = fitted or fit(known.feature, known.value, known.group)
+                if size:
+                    fitted = fit(known.feature, known.value, known.group)
+                else:
+                    fitted = fitted_on_own(tested.tobytes())
                 home: dict[str, float] = {}
-                if not size:
-                    plain[tested.tobytes()] = fitted
-                    if tested.any():
-                        home = _scores(fitted, known.value, own.where(tested), kind, period)[0]
+                if tested.any() and not size:
+                    home = _scores(fitted, known.value, own.where(tested), kind, period)[0]
                 scores = _scores(fitted, known.value, tests, kind, period)
-                point = CrossGripperPoint(size, fold, len(added.value), *scores, home)
-                points[name].append(point)
-    return points
+                yield CrossGripperPoint(size, fold, len(added.value), *scores, home)
+
+    with threadpool_limits(limits=1):
+        return {name: list(points_on(other)) for name, other in grippers.items()}
 
 
 def _refuse_few(orders: Sequence[np.ndarray], count: int) -> None:

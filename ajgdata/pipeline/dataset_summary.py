@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 
@@ -47,35 +49,37 @@ def summary(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> DatasetSumma
     )
 
 
-def rows_by_label(store: FeatureRows, spec: DatasetSpec) -> dict[str, np.ndarray]:
-    """Return the rows (n,) of each class, or of equally filled bins, of the first target."""
+def rows_by_label(store: FeatureRows, spec: DatasetSpec) -> tuple[str, dict[str, np.ndarray]]:
+    """Return the first target, and the rows (n,) of each of its classes or equally filled bins."""
     name = next((task.target for task in spec.tasks.values()), "")
     if name not in store.columns:
-        return {}
+        return name, {}
     target, values = spec.targets[name], store.columns[name].values
     if target.kind == "classification":
         classes = [c for c in np.unique(values) if c][:MAX_SPECTRA]
-        return {str(c): values == c for c in classes}
-    return _bins(values, target.unit)
+        return name, {str(c): values == c for c in classes}
+    return name, _bins(values, target.unit)
 
 
 def samples(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> Iterator[tuple[str, str]]:
     """Yield label and link (from the report) of the first recording of each class or bin."""
-    for label, rows in rows_by_label(store, spec).items():
-        at = int(np.flatnonzero(rows)[0])
-        session, _, recording_id = str(store.columns["recording"].values[at]).partition("/")
+
+    @cache
+    def files(session: str) -> dict[str, Path]:
         folder = paths.session(spec.name, session)
-        listed = {row.recording_id: row for row in read_recordings(folder)[0]}
-        if recording := listed.get(recording_id):
-            file = audio_path(folder, read_session(folder), recording)
+        about, (rows, _) = read_session(folder), read_recordings(folder)
+        return {row.recording_id: audio_path(folder, about, row) for row in rows}
+
+    for label, rows in rows_by_label(store, spec)[1].items():
+        name = str(store.columns["recording"].values[np.flatnonzero(rows)[0]])
+        session, _, recording_id = name.partition("/")
+        if file := files(session).get(recording_id):
             yield label, link_from_report(paths, file)
 
 
 def mean_spectra(store: FeatureRows, spec: DatasetSpec) -> Spectra | None:
-    """Return the mean spectrum of each class, or of equally filled bins, of the first target; None
-    if there is no target or no value."""
-    name = next((task.target for task in spec.tasks.values()), "")
-    groups = rows_by_label(store, spec)
+    """Return the mean spectrum of each class or bin; None if there is no target or no value."""
+    name, groups = rows_by_label(store, spec)
     if not groups:
         return None
     means = [store.feature[rows].mean(axis=0, dtype=np.float64) for rows in groups.values()]

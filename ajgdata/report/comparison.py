@@ -20,15 +20,14 @@ from ajgdata.types import Name, Strict, checked
 
 #: The paper's words for a model that does no better than a guess.
 NEAR_CHANCE = "near chance"
-#: Sign and word of each verdict: never colour alone.
-SIGNS: dict[Verdict | Literal["absent"], tuple[str, str]] = {
-    "agrees": ("✓", "agrees"),
-    "partly agrees": ("◐", "partly agrees"),
-    "better": ("▲", "better"),
-    "worse": ("▼", "worse"),
-    "inconclusive": ("?", "inconclusive"),
-    "disagrees": ("≠", "disagrees"),
-    "absent": ("–", "not in this run"),
+#: Sign of each verdict: never colour alone.
+SIGNS: dict[Verdict, str] = {
+    "agrees": "✓",
+    "partly agrees": "◐",
+    "better": "▲",
+    "worse": "▼",
+    "inconclusive": "?",
+    "disagrees": "≠",
 }
 #: Words at a result whose verdict another computer could change.
 UNSTABLE = "the verdict changes within the difference between machines"

@@ -4,7 +4,7 @@ A test goes through all pages and lists what is wrong, and where.
 """
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from io import BytesIO
 
 import pytest
@@ -72,16 +72,22 @@ def plain(browser):
     browser.traffic()
 
 
+def opened(browser, site) -> Iterator[str]:
+    """Open each page of a site; its name."""
+    for page in site.pages:
+        browser.open(page.as_uri())
+        yield site.name(page)
+
+
 @pytest.mark.parametrize("width", WIDTHS)
 def test_no_page_is_wider_than_the_window(browser, site, width):
     browser.window(width)
     wrong = {}
-    for page in site.pages:
-        browser.open(page.as_uri())
+    for name in opened(browser, site):
         for state in ("folded", "unfolded"):
             wide = browser.run("return document.documentElement.scrollWidth")
             if wide > width:
-                wrong[f"{site.name(page)}, {state}"] = [f"{wide} px", *browser.run(BEYOND)]
+                wrong[f"{name}, {state}"] = [f"{wide} px", *browser.run(BEYOND)]
             browser.run(UNFOLD)
     assert_none(wrong)
 
@@ -90,11 +96,7 @@ def test_no_page_is_wider_than_the_window(browser, site, width):
 def test_every_figure_is_seen(browser, site, width):
     """An image that is not folded away has the width of a picture, not of a line."""
     browser.window(width)
-    wrong = {}
-    for page in site.pages:
-        browser.open(page.as_uri())
-        wrong[site.name(page)] = browser.run(UNSEEN)
-    assert_none(wrong)
+    assert_none({name: browser.run(UNSEEN) for name in opened(browser, site)})
 
 
 def test_the_first_page_is_small_and_short(browser, site):
@@ -123,12 +125,11 @@ return [...document.querySelectorAll('td.verdict')].filter(
 def test_the_first_figure_and_the_verdicts_are_within_the_first_screen(browser, site, width):
     browser.window(width)
     wrong = {}
-    for page in site.pages:
-        browser.open(page.as_uri())
+    for name in opened(browser, site):
         top, hidden = browser.run(FIRST_FIGURE), browser.run(HIDDEN_VERDICTS)
         problems = [f"first figure at {top:.0f} px"] * (top > MAX_FIRST_FIGURE_PX)
         problems += [f"{hidden} verdicts outside"] * (hidden > 0 and width >= 1300)
-        wrong[site.name(page)] = problems
+        wrong[name] = problems
     assert_none(wrong)
 
 
@@ -138,12 +139,11 @@ def test_axe_finds_nothing(browser, site, axe, width, dark):
     browser.window(width)
     browser.medium(dark=dark)
     wrong = {}
-    for page in site.pages:
-        browser.open(page.as_uri())
+    for name in opened(browser, site):
         browser.run(UNFOLD)
         browser.run(axe)
         rules = CONTRAST if dark else RULES  # only colours change in the dark
-        wrong[site.name(page)] = browser.driver.execute_async_script(AXE, rules)
+        wrong[name] = browser.driver.execute_async_script(AXE, rules)
     assert_none(wrong)
 
 
