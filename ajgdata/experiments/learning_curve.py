@@ -109,10 +109,8 @@ def advice(results: TaskResults) -> Iterator[str]:
     if len(curve) > 1:
         (few, before), (many, after) = ((number(float(p.x)), p.score.mean) for p in curve[-2:])
         values = f"{number(before)} to {with_unit(number(after), results.shown_unit)}"
-        yield (
-            f"With {many} instead of {few} training grasps per class, the {results.metric_title} "
-            f"of {label} changed from {values}: expect less from the next doubling."
-        )
+        grasps = f"With {many} instead of {few} training grasps per class"
+        yield f"{grasps}, the {results.metric_title} of {label} changed from {values}."
 
 
 EXPERIMENT = Experiment(

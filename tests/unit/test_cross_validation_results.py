@@ -198,6 +198,14 @@ def test_confusion_figure_shows_shares_of_the_true_class():
     assert "CNN: accuracy 70.0 ± 5.0 % (chance 60 %)" in title(figure)
 
 
+def test_the_advice_names_the_pairs_that_are_confused_most():
+    """Of 4 basalts one is predicted as granite, of 6 granites two as basalt."""
+    first, second = EXPERIMENT.advice(kinds())
+    assert first.startswith("33 % of the recordings of <b>granite</b> are predicted as basalt: ")
+    assert second.startswith("25 % of the recordings of basalt are predicted as <b>granite</b>: ")
+    assert list(EXPERIMENT.advice(sizes())) == []
+
+
 def test_a_repeating_target_is_drawn_at_the_repetition_nearest_to_the_truth():
     predictions = {"grouped": (np.array([5.0, 175.0, 90.0]), np.array([178.0, 2.0, 80.0]))}
     task = sizes(size_result(predictions=predictions), period_deg=180.0, unit="°")

@@ -50,6 +50,9 @@ def test_how_many_grasps_reach_the_papers_accuracy(value, reached, says, agrees)
     )  # fmt: skip
     (row,) = EXPERIMENTS["learning_curve"].paper_comparison(results, nothing)
     assert (row.result, row.agrees, row.model) == (says, agrees, "k-NN")
+    (advice,) = EXPERIMENTS["learning_curve"].advice(results)
+    assert advice.startswith("With 16 instead of 4 training grasps per class, the accuracy of k-NN")
+    assert advice.endswith(" changed from 40 to 50 %.")
 
 
 # Sorting
