@@ -37,6 +37,11 @@ def html(pages):
     return "".join(pages.values())
 
 
+def test_the_index_links_to_the_figure_of_error_against_run_time(pages):
+    links = [a["href"] for a in Page(pages["index.html"]).all("a")]
+    assert "experiments/size.html#size--run-time" in links
+
+
 def test_labels_are_escaped(html):
     assert SCRIPT not in html and "<b>granite" not in html
     assert "&lt;script&gt;alert(1)&lt;/script&gt;" in html
@@ -126,12 +131,24 @@ def test_the_first_page_has_one_row_per_result_and_the_same_count_as_the_page_of
     assert any(words.startswith(no_cause) for words in index.words)
 
 
-def test_without_published_values_the_first_page_has_models_and_next_steps(pages):
+def test_without_published_values_the_first_page_has_models_and_next_steps():
     """No page and no column about the paper; chance level and result of each model."""
+    report = sample_report()
+    size, stones = report.sections
+    marks = mark_of("ours", Score(2.2, 0.3)), mark_of("chance", Score(8.2, 0.0))
+    rows = (dataclasses.replace(size.rows[0], marks=marks, unit="mm"), *size.rows[1:])
+    advice = ("30 % of a are predicted as b.",)
+    part = dataclasses.replace(size.parts[0], rows=rows, advice=advice)
+    size = dataclasses.replace(size, parts=(part,))
+    pages = render(dataclasses.replace(report, sections=(size, stones)))
     assert "paper.html" not in pages
     index = pages["index.html"]
     assert "Published" not in index and "Verdict" not in index
     assert "recordings quarantined" in index and "1 recording quarantined" in index
+    page = Page(index)
+    assert page.row(["Cube size · edge: CNN"])[1:] == ["8.2 mm", "2.20 ± 0.30 mm", "simulated"]
+    assert f"left:{place(1 - 2.2 / 8.2)}%" in index
+    assert "Cube size · edge: 30 % of a are predicted as b." in page.words
 
 
 def test_skill_is_0_at_chance_and_1_without_error():
