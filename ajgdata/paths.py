@@ -23,7 +23,7 @@ EXCITATION_FILE = "excitation.wav"
 #: In the folder of each report: figures, tables as CSV, pages on experiments, and its content.
 FIGURES, TABLES, EXPERIMENT_PAGES, RUNS_FILE = "figures", "tables", "experiments", "runs.json"
 INDEX = "index.html"
-FIGURE_FORMATS = ("svg", "png", "pdf")
+FIGURE_FORMATS = ("svg", "pdf")
 #: Of more data sets than this many letters name, a run's name holds a digest.
 LONGEST_RUN = 100
 

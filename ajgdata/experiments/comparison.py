@@ -26,8 +26,8 @@ from ajgdata.experiments.base import (
     fold_scores,
     score_table,
 )
-from ajgdata.experiments.plots import Plot
-from ajgdata.report.format import column_title
+from ajgdata.experiments.plots import Plot, axis_of, points_for, value_range
+from ajgdata.report.format import column_title, words
 from ajgdata.types import (
     DEFAULT_EXCITATION,
     ExcitationSpec,
@@ -43,6 +43,10 @@ from ajgdata.types.table import Table, table_of
 
 TITLE = "Comparison"
 COST = "feature_s_per_recording"
+#: Units at the end of keys that are the axis of a comparison.
+AXIS_UNITS = ("s", "ms", "mm")
+#: Variants that a figure lists by name; more are shown over their cost.
+MAX_ROWS = 6
 
 
 class Settings(Strict):
@@ -214,16 +218,23 @@ def errors(result: Result, results: TaskResults) -> Table:
         "model": "Model",
         "variant": "Variant",
         "series": "Series",
-        "x": comparison.axis.rpartition(".")[2],
+        "x": _axis_title(comparison.axis),
     }
     columns |= {"ms": "Time per feature, ms", "tested": "Tested on", "metric": "Metric"}
-    columns |= {"level": _level_title(places.values()), "value": "Value", "error": "Error"}
+    columns |= {"level": _level_title(places.values()), "value": "Value"}
+    columns |= {"error": column_title("Error", results.shown_unit)}
     return table_of("comparison", comparison.title, rows, **columns, chance="Chance")
 
 
 def _level_title(levels: Iterable[Level | None]) -> str:
     known = [level for level in levels if level]
     return column_title(known[0].quantity.capitalize(), known[0].unit) if known else "Level"
+
+
+def _axis_title(key: str) -> str:
+    """Return the title of the axis of a key: `excitation.length_s` -> length, in s."""
+    name, _, unit = key.rpartition(".")[2].rpartition("_")
+    return column_title(name.capitalize(), unit) if unit in AXIS_UNITS else words(key)
 
 
 def _folds(results: TaskResults, table: Table) -> Iterator[dict[str, float | str]]:
@@ -251,9 +262,24 @@ def plot_of(results: TaskResults, result: Result) -> Plot:
         return plot
     if comparison.axis:
         return replace(plot, x="x", series=("series",))
-    if comparison.makes_features and not comparison.test:
-        return replace(plot, mark="scatter", value="error", x="ms", chance="")
-    return replace(plot, mark="rows", x="variant", series=("tested",) if comparison.test else ())
+    if comparison.test:
+        return replace(plot, mark="rows", x="variant", series=("tested",))
+    if comparison.makes_features and len(comparison.all_variants) > MAX_ROWS:
+        plot = replace(plot, mark="scatter", value="error", x="ms", chance="")
+    else:
+        plot = replace(plot, mark="rows", x="variant", series=())
+    return replace(plot, title=partial(range_title, plot))
+
+
+def range_title(plot: Plot, results: TaskResults) -> str:
+    """Return the value of the first model with the reference, and the range of other variants."""
+    points = points_for(results, plot)
+    reference, *others = (p for p in points if p.panel == points[0].panel)
+    axis, unit = axis_of(results, plot)
+    value = value_range([reference.score.mean], unit)
+    varied = value_range([point.score.mean for point in others], unit)
+    name = reference.series or reference.x
+    return f"{reference.panel}: {axis} {value} with {name}, {varied} with {len(others)} others"
 
 
 def plots(results: TaskResults) -> list[Plot]:

@@ -243,9 +243,7 @@ def _trend(results: TaskResults, plot: Plot, points: Sequence[Point]) -> str:
         values = value_range([line[index].score.mean for line in lines], unit)
         ends.append(f"{values} ({_place_text(results, plot, lines[0][index])})")
     columns = {column.key: column.title for column in table_for(results, plot).columns}
-    count = (
-        f" (range over {len(lines)} × {_lowered(columns[plot.panel])})" if len(lines) > 1 else ""
-    )
+    count = f" (range over {len(lines)} {_lowered(columns[plot.panel])}s)" if len(lines) > 1 else ""
     return f"{f'{name}: ' if name else ''}{axis} {', '.join(ends)}{count}"
 
 

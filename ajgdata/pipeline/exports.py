@@ -69,13 +69,13 @@ def table_files(results: TaskResults) -> dict[str, Table]:
     """Return the tables of an experiment on a task, by file name without suffix.
 
     Those of scores and costs are one, named like the experiment's main figure; others end in their
-    own name.
+    own name. The predictions are in predictions.csv only.
     """
     base, has_models = results.named(), len(results.results) > 1
     parts: dict[str, list[Table]] = {}
     for result in results.results:
         for table in (*result.tables.values(), *result.cost.values()):
-            if table.rows:
+            if table.rows and table.name != PREDICTIONS:
                 own = _of_model(table, result.model, has_models)
                 parts.setdefault(table.name, []).append(own)
     files: dict[str, Table] = {}

@@ -168,7 +168,7 @@ def encode(figure: Figure, suffix: str) -> bytes:
 
 
 def save_figure(figure: Figure, stem: Path) -> list[Path]:
-    """Write `stem`.svg, .png and .pdf, each in one step; return them in this order."""
+    """Write `stem`.svg and .pdf, each in one step; return them in this order."""
     files = [stem.with_name(f"{stem.name}.{suffix}") for suffix in FIGURE_FORMATS]
     for suffix, file in zip(FIGURE_FORMATS, files, strict=True):
         write_bytes(file, encode(figure, suffix))

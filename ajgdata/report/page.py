@@ -10,17 +10,19 @@ from urllib.parse import quote
 
 from ajgdata.paths import INDEX, Paths
 from ajgdata.report.answer import best_sentence, compared_sentence
-from ajgdata.report.comparison import SIGNS, PaperComparison, evidence, tally, tally_text
+from ajgdata.report.comparison import SIGNS, PaperComparison, Reason, evidence, tally, tally_text
 from ajgdata.report.forest import TICKS, model_rows, paper_rows, place
 from ajgdata.report.format import DASH
 from ajgdata.report.navigation import FIXED, PAPER_PAGE, Group, experiment_link
 from ajgdata.report.render import Picture, render, web_link
 from ajgdata.report.report_data import ExperimentPage, Illustration, Report, TaskSection
+from ajgdata.types import FeatureSettings
 
 #: End of the name of a task's figure of error against run time.
 RUN_TIME = "--run-time"
-#: Findings that a page lists; the file that it links has all of them.
-MAX_FINDINGS = 2000
+#: Recordings that a page names for a kind of issue (the linked file has all), and characters of
+#: the description of a data set.
+MAX_NAMED, MAX_DESCRIPTION = 3, 300
 #: Figures of a page that are not folded, and rows of a table that is not folded.
 MAX_OPEN_FIGURES, MAX_OPEN_ROWS = 4, 6
 
@@ -59,7 +61,8 @@ def render_pages(
         "report": report,
         "nav": nav,
         "published": published,
-        "max_findings": MAX_FINDINGS,
+        "max_named": MAX_NAMED,
+        "max_description": MAX_DESCRIPTION,
         "max_open_rows": MAX_OPEN_ROWS,
         "DASH": DASH,
         "SIGNS": SIGNS,
@@ -68,6 +71,7 @@ def render_pages(
         "quarantine_link": lambda name: link_from_report(places, places.quarantine(name)),
         "spectra_name": spectra_name,
         "web_link": web_link,
+        "feature_settings": _feature_settings(report),
         "run_time_link": run_time_link(report),
         "ticks": TICKS,
         "place": place,
@@ -92,6 +96,21 @@ def render_pages(
     }
 
 
+def _feature_settings(report: Report) -> list[tuple[str, FeatureSettings]]:
+    """Return the feature settings with the data sets that have them; the most frequent ones
+    without names."""
+    titles: dict[str, list[str]] = {}
+    settings = {d.features.model_dump_json(): d.features for d in report.datasets}
+    for d in report.datasets:
+        titles.setdefault(d.features.model_dump_json(), []).append(d.title)
+    ordered = sorted(titles, key=lambda key: -len(titles[key]))
+    rest = "All other data sets" if len(ordered) > 1 else "All data sets"
+    return [
+        (", ".join(titles[key]) if n or len(titles[key]) == 1 else rest, settings[key])
+        for n, key in enumerate(ordered)
+    ]
+
+
 def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
     """Return the values of the template of a page on an experiment, by name."""
     link = experiment_link(page.name)
@@ -112,6 +131,7 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
         "headlines": headlines,
         "answer": _page_answer(comparisons, sections, headlines),
         "comparisons": comparisons,
+        "causes": _causes(comparisons),
         "paper_rows": paper_rows(comparisons),
         "verdicts": next(iter(counts)) if len(counts) == 1 else tally_text(counts),
         "n_rows": sum(len(section.rows) for section in sections),
@@ -119,6 +139,23 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
         "methods": dict.fromkeys((p.experiment, p.title) for _, p in parts if p.text),
         "datasets": [d for d in report.datasets if d.name in names],
     }
+
+
+def _causes(comparisons: Sequence[PaperComparison]) -> list[tuple[bool, Reason, str]]:
+    """Return each tested cause once, supported ones first: whether it is, and the names of its
+    results, "" for all that differ."""
+    differing = [row for row in comparisons if row.differs]
+    names: dict[tuple[bool, str], list[str]] = {}
+    reasons: dict[tuple[bool, str], Reason] = {}
+    for row in differing:
+        for reason in row.reasons:
+            key = (reason in row.why, reason.claim)
+            names.setdefault(key, []).append(row.name)
+            reasons.setdefault(key, reason)
+    return [
+        (key[0], reasons[key], "" if len(names[key]) == len(differing) else "; ".join(names[key]))
+        for key in sorted(names, key=lambda key: not key[0])
+    ]
 
 
 def _page_answer(
