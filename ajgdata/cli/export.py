@@ -93,7 +93,7 @@ def scene(
 ) -> None:
     """Draw the virtual gripper on an object of a recipe.
 
-    Draws the cross-section of the object's first grasp as SVG, PNG and PDF files.
+    Draws the cross-section of the object's first grasp as SVG and PDF files.
     """
     from ajgdata.acquire.recipe import plan_session, session_names
     from ajgdata.gripper import Scene

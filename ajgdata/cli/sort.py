@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,34 +17,23 @@ if TYPE_CHECKING:
     from ajgdata.live.events import EventLog
     from ajgdata.live.steps import Control
 
-_DASHBOARD = "dashboard"
-
 
 def sort(
     plan: Annotated[Path, typer.Argument(help="sorting plan, PLAN.yaml")],
     dashboard: Annotated[
-        bool,
-        typer.Option(
-            "--dashboard", help="also show the run in a browser", rich_help_panel=_DASHBOARD
-        ),
+        bool, typer.Option("--dashboard", help="also show the run in a browser")
     ] = False,
-    port: Annotated[
-        int,
-        typer.Option(
-            min=0, max=65_535, help="port of the page; 0: any free port", rich_help_panel=_DASHBOARD
-        ),
-    ] = 0,
 ) -> None:
     """Sort objects into bins by their sound.
 
     Each object is grasped, recorded, classified and placed. If a run ends early, the robot halts,
     and the command names the held object. Exit code 3 if it stopped at an uncertain object.
     """
-    raise typer.Exit(_sort(plan, port if dashboard else None))
+    raise typer.Exit(_sort(plan, dashboard))
 
 
-def _sort(file: Path, port: int | None) -> int:
-    """Run a plan, with a dashboard if there is a `port`; return the exit code."""
+def _sort(file: Path, is_shown: bool) -> int:
+    """Run a plan, with a dashboard if it `is_shown`; return the exit code."""
     from ajgdata.acquire.signals import ended_by_signals
     from ajgdata.live.steps import Control
     from ajgdata.live.terminal import SortTerminal
@@ -61,7 +50,7 @@ def _sort(file: Path, port: int | None) -> int:
         open_run(
             find_project(), plan, confirm=terminal.confirm, control=control, listen=terminal.tell
         ) as sorter,
-        _shown(sorter.log, control, port),
+        _dashboard(sorter.log, control) if is_shown else nullcontext(),
     ):  # fmt: skip
         try:
             state = sorter.run()
@@ -78,14 +67,11 @@ def _sort(file: Path, port: int | None) -> int:
 
 
 @contextmanager
-def _shown(log: EventLog, control: Control, port: int | None) -> Iterator[None]:
-    """Serve the dashboard during the block, if there is a `port`."""
-    if port is None:
-        yield
-        return
+def _dashboard(log: EventLog, control: Control) -> Iterator[None]:
+    """Serve the dashboard of a run during the block."""
     from ajgdata.live.dashboard import dashboard
 
-    with dashboard(control, port=port) as served:
+    with dashboard(control) as served:
         log.listen(served.feed.tell)
         warn(f"dashboard: {escape(served.address)}")
         yield

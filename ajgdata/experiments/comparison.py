@@ -274,12 +274,12 @@ def plot_of(results: TaskResults, result: Result) -> Plot:
 def range_title(plot: Plot, results: TaskResults) -> str:
     """Return the value of the first model with the reference, and the range of other variants."""
     points = points_for(results, plot)
-    reference, *others = (p for p in points if p.panel == points[0].panel)
+    reference, *variants = (p for p in points if p.panel == points[0].panel)
     axis, unit = axis_of(results, plot)
     value = value_range([reference.score.mean], unit)
-    varied = value_range([point.score.mean for point in others], unit)
+    varied = value_range([point.score.mean for point in variants], unit)
     name = reference.series or reference.x
-    return f"{reference.panel}: {axis} {value} with {name}, {varied} with {len(others)} others"
+    return f"{reference.panel}: {axis} {value} with {name}, {varied} with other variants"
 
 
 def plots(results: TaskResults) -> list[Plot]:

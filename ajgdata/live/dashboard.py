@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import hmac
 import json
-import os
 import secrets
 import socket
 import threading
@@ -30,7 +29,6 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from ajgdata.live.events import Event, RunState
 from ajgdata.live.steps import Control
-from ajgdata.types import DataError
 
 HOST = "127.0.0.1"
 #: Header with the token of a run.
@@ -76,7 +74,7 @@ def dashboard(control: Control, *, port: int = 0) -> Iterator[Dashboard]:
     """Serve the page of a run during the block; its button calls `control.stop`.
 
     Begin before the first event. `port` 0 is any free port. Templates are those of the
-    working folder, else those of the package. Raises DataError if the port is not free.
+    working folder, else those of the package. Raises OSError if the port is not free.
     """
     from ajgdata.report.render import render
 
@@ -86,7 +84,7 @@ def dashboard(control: Control, *, port: int = 0) -> Iterator[Dashboard]:
         for route, (template, kind) in _FILES.items()
     }
     app = _app(files, feed, control, token)
-    listener = _listener(port)
+    listener = socket.create_server((HOST, port), backlog=128)
     server = uvicorn.Server(
         uvicorn.Config(
             app, http="h11", ws="none", lifespan="off", access_log=False, log_config=None,
@@ -105,16 +103,6 @@ def dashboard(control: Control, *, port: int = 0) -> Iterator[Dashboard]:
         server.should_exit = True
         thread.join()
         listener.close()
-
-
-def _listener(port: int) -> socket.socket:
-    """Return a socket that listens on a port of this computer. Raises DataError."""
-    try:
-        return socket.create_server((HOST, port), backlog=128)
-    except OSError as error:
-        problem = f"the port is not available ({os.strerror(error.errno or 0)})"
-        fix = "use another port, or no port for any free one"
-        raise DataError(f"port {port}", problem, fix) from None
 
 
 class Feed:

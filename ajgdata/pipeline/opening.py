@@ -72,7 +72,8 @@ def build_opening(paths: Paths, *, store: Path, tables: Path, audio: AudioSettin
     except NotPossibleError as error:
         about = {"skipped": str(error)}
     else:
-        save_figure(opening_figure(opening), paths.opening.with_suffix(""))
+        # PNG for README
+        save_figure(opening_figure(opening), paths.opening.with_suffix(""), ("svg", "pdf", "png"))
         about = {"alt": alt_text(opening), "recording": opening.recording}
     write_bytes(paths.opening, json_bytes(about))
 

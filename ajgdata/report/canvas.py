@@ -84,20 +84,11 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     def wrapper(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with matplotlib.style.context(["default", STYLE]):
             figure = draw(*args, **kwargs)
-            _lay_out(figure)
+            figure.draw_without_rendering()
             figure.set_layout_engine(None)  # not "none", with which each save would draw twice
         return figure
 
     return wrapper
-
-
-def _lay_out(figure: Figure) -> None:
-    """Put everything but labels in its place; drawing it all for that would take twice as long."""
-    engine = figure.get_layout_engine()
-    if engine and figure.axes:
-        engine.execute(figure)
-    else:
-        figure.draw_without_rendering()
 
 
 def draw(illustration: Illustration) -> Figure:
@@ -167,9 +158,9 @@ def encode(figure: Figure, suffix: str) -> bytes:
     return buffer.getvalue()
 
 
-def save_figure(figure: Figure, stem: Path) -> list[Path]:
-    """Write `stem`.svg and .pdf, each in one step; return them in this order."""
-    files = [stem.with_name(f"{stem.name}.{suffix}") for suffix in FIGURE_FORMATS]
-    for suffix, file in zip(FIGURE_FORMATS, files, strict=True):
+def save_figure(figure: Figure, stem: Path, formats: Sequence[str] = FIGURE_FORMATS) -> list[Path]:
+    """Write `stem`.svg and so on, each in one step; return them in the order of `formats`."""
+    files = [stem.with_name(f"{stem.name}.{suffix}") for suffix in formats]
+    for suffix, file in zip(formats, files, strict=True):
         write_bytes(file, encode(figure, suffix))
     return files

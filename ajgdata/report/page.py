@@ -12,10 +12,10 @@ from ajgdata.paths import INDEX, Paths
 from ajgdata.report.answer import best_sentence, compared_sentence
 from ajgdata.report.comparison import SIGNS, PaperComparison, Reason, evidence, tally, tally_text
 from ajgdata.report.forest import TICKS, model_rows, paper_rows, place
-from ajgdata.report.format import DASH
+from ajgdata.report.format import DASH, sentence
 from ajgdata.report.navigation import FIXED, PAPER_PAGE, Group, experiment_link
 from ajgdata.report.render import Picture, render, web_link
-from ajgdata.report.report_data import ExperimentPage, Illustration, Report, TaskSection
+from ajgdata.report.report_data import ExperimentPage, Illustration, Part, Report, TaskSection
 from ajgdata.types import FeatureSettings
 
 #: End of the name of a task's figure of error against run time.
@@ -97,18 +97,11 @@ def render_pages(
 
 
 def _feature_settings(report: Report) -> list[tuple[str, FeatureSettings]]:
-    """Return the feature settings with the data sets that have them; the most frequent ones
-    without names."""
-    titles: dict[str, list[str]] = {}
-    settings = {d.features.model_dump_json(): d.features for d in report.datasets}
+    """Return each of the feature settings with the names of the data sets that have it."""
+    names: dict[FeatureSettings, list[str]] = {}
     for d in report.datasets:
-        titles.setdefault(d.features.model_dump_json(), []).append(d.title)
-    ordered = sorted(titles, key=lambda key: -len(titles[key]))
-    rest = "All other data sets" if len(ordered) > 1 else "All data sets"
-    return [
-        (", ".join(titles[key]) if n or len(titles[key]) == 1 else rest, settings[key])
-        for n, key in enumerate(ordered)
-    ]
+        names.setdefault(d.features, []).append(d.name)
+    return [(", ".join(named), settings) for settings, named in names.items()]
 
 
 def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
@@ -122,14 +115,18 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
         ((section, part) for section in sections for part in section.parts),
         key=lambda pair: (pair[0].dataset, pair[0].task, pair[1].experiment) not in first,
     )
-    headlines = [(section.title, part.headline) for section, part in parts if part.headline]
+    headlines: dict[str, list[str]] = {}
+    for section, part in parts:
+        if part.headline:
+            title, _, task = section.title.partition(" · ")
+            headlines.setdefault(title, []).append(f"{task}, {part.headline}")
     counts = tally(comparisons)
     return {
         "page": page,
         "sections": sections,
         "open": [part.figures[0] for _, part in parts if part.figures][:MAX_OPEN_FIGURES],
-        "headlines": headlines,
-        "answer": _page_answer(comparisons, sections, headlines),
+        "headlines": list(headlines.items()),
+        "answer": _page_answer(comparisons, parts),
         "comparisons": comparisons,
         "causes": _causes(comparisons),
         "paper_rows": paper_rows(comparisons),
@@ -141,34 +138,26 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
     }
 
 
-def _causes(comparisons: Sequence[PaperComparison]) -> list[tuple[bool, Reason, str]]:
-    """Return each tested cause once, supported ones first: whether it is, and the names of its
-    results, "" for all that differ."""
-    differing = [row for row in comparisons if row.differs]
-    names: dict[tuple[bool, str], list[str]] = {}
-    reasons: dict[tuple[bool, str], Reason] = {}
-    for row in differing:
-        for reason in row.reasons:
-            key = (reason in row.why, reason.claim)
-            names.setdefault(key, []).append(row.name)
-            reasons.setdefault(key, reason)
-    return [
-        (key[0], reasons[key], "" if len(names[key]) == len(differing) else "; ".join(names[key]))
-        for key in sorted(names, key=lambda key: not key[0])
-    ]
+def _causes(comparisons: Sequence[PaperComparison]) -> list[tuple[Reason, list[str]]]:
+    """Return each tested cause once, with the names of the results for which it is supported;
+    those come first."""
+    causes: dict[str, tuple[Reason, list[str]]] = {}
+    for row in comparisons:
+        for reason in row.reasons if row.differs else ():
+            names = causes.setdefault(reason.claim, (reason, []))[1]
+            names += [row.name] if reason in row.why else []
+    return sorted(causes.values(), key=lambda cause: not cause[1])
 
 
 def _page_answer(
-    comparisons: Sequence[PaperComparison],
-    sections: Sequence[TaskSection],
-    headlines: Sequence[tuple[str, str]],
+    comparisons: Sequence[PaperComparison], parts: Sequence[tuple[TaskSection, Part]]
 ) -> str:
     """Return the first sentence of a page: on the paper's result, the best model or the figure."""
     compared = filter(None, map(compared_sentence, comparisons))
     best = (
-        best_sentence(section, row) for section in sections for row in section.rows if row.answer
+        best_sentence(section, row) for section, part in parts for row in part.rows if row.answer
     )
-    titles = (f"{text}." for _, text in headlines)
+    titles = (f"{sentence(part.headline)}." for _, part in parts if part.headline)
     return next((text for texts in (compared, best, titles) for text in texts), "")
 
 

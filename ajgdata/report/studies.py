@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -41,8 +40,6 @@ def render_study(
         provenance=provenance,
         tables=tables,
         numeric=numeric,
-        sentences=sentences,
-        shared=shared_sentences(tables),
         passed=passed,
         holds=holds,
         shown_rows=shown_rows,
@@ -50,18 +47,6 @@ def render_study(
         nav=nav,
         here=f"{name}.html",
     )
-
-
-def sentences(table: Table) -> list[str]:
-    """Return the sentences of the note of a table."""
-    return re.split(r"(?<=\.) (?=[A-Z])", table.note) if table.note else []
-
-
-def shared_sentences(tables: Sequence[Table]) -> list[str]:
-    """Return the sentences that several tables all have in their notes: a page says them once."""
-    if len(tables) < 2:
-        return []
-    return [text for text in sentences(tables[0]) if all(text in sentences(t) for t in tables)]
 
 
 def shown_rows(table: Table) -> list[dict[str, Any]]:

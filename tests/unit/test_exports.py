@@ -6,11 +6,8 @@ import dataclasses
 from report_samples import PAPER, sample_report
 from result_samples import two_tasks
 
-from ajgdata.pipeline.exports import (
-    table_files,
-    write_csv,
-    write_exports,
-)
+from ajgdata.experiments.base import TaskResults
+from ajgdata.pipeline.exports import table_files, write_csv, write_exports
 from ajgdata.report.comparison import Cost, PaperComparison
 from ajgdata.types.table import table_of
 
@@ -33,19 +30,28 @@ def test_numbers_keep_every_digit_and_columns_their_units(tmp_path):
     assert (row["model"], row["on"]) == ("a, b", "")
 
 
-def test_tables_of_all_models_are_one_file():
-    sizes, kinds = two_tasks()
+def with_pairs(results: TaskResults) -> TaskResults:
+    """Return results whose table `predictions` has another name."""
+    models = []
+    for result in results.results:
+        pairs = dataclasses.replace(result.tables["predictions"], name="pairs")
+        models.append(dataclasses.replace(result, tables={**result.tables, "pairs": pairs}))
+    return dataclasses.replace(results, results=tuple(models))
+
+
+def test_tables_of_all_models_are_one_file_and_predictions_are_elsewhere():
+    sizes, kinds = map(with_pairs, two_tasks())
     files = table_files(sizes)
     base = "cross-validation--size--edge"
-    assert list(files) == [base, f"{base}--predictions"]
+    assert list(files) == [base, f"{base}--pairs"]
     scores = files[base].rows
     found = {(r["model"], r["part"], r["metric"], r["statistic"]): r["value"] for r in scores}
     assert found["cnn", "grouped", "rmse", "fold 1"] == 2.5
     assert found["knn", "grouped", "rmse", "mean"] == 4.0
     assert found["cnn", "cost of grouped", "train_s", "measured"] == 3.2
-    assert files[f"{base}--predictions"].column("model") == ["cnn"] * 12 + ["knn"] * 12
-    predictions = table_files(kinds)["cross-validation--stones--kind--predictions"]
-    assert "model" not in [column.key for column in predictions.columns]
+    assert files[f"{base}--pairs"].column("model") == ["cnn"] * 12 + ["knn"] * 12
+    pairs = table_files(kinds)["cross-validation--stones--kind--pairs"]
+    assert "model" not in [column.key for column in pairs.columns]
 
 
 def test_a_report_is_written_whole(tmp_path):

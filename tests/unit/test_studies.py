@@ -1,5 +1,6 @@
 """Studies become files, and files pages: nothing is lost, nothing is unescaped."""
 
+import dataclasses
 import sys
 import types
 
@@ -13,6 +14,7 @@ from ajgdata.pipeline.report import build_page
 from ajgdata.pipeline.studies import run_study
 from ajgdata.report.format import DASH
 from ajgdata.report.navigation import LEADS, navigation
+from ajgdata.report.studies import render_study
 from ajgdata.store.tables import read_tables, write_tables
 from ajgdata.types.table import Column, Table
 
@@ -109,5 +111,12 @@ def test_figures_are_drawn_linked_and_embedded(tmp_path):
     (image,) = shown.all("img")
     assert image["src"] == "verification/convergence.svg" and len(image["alt"]) > 40
     links = [a["href"] for a in shown.all("a")]
-    assert len(links) == 4
+    assert len(links) == 3
     assert all((paths.report.parent / link).is_file() for link in links)
+
+
+def test_sentences_that_notes_share_are_shown_once(tmp_path):
+    notes = "About A. Mean over 5.5 s.", "About B. Mean over 5.5 s."
+    tables = [dataclasses.replace(DRAWN, name=note[6], note=note) for note in notes]
+    text = " ".join(Page(render_study("verification", MADE, tables, {})).words)
+    assert text.count("Mean over 5.5 s.") == 1 and text.count("About B.") == 1
