@@ -2,6 +2,7 @@
 
 import doctest
 import importlib
+import json
 import math
 import runpy
 from pathlib import Path
@@ -205,3 +206,14 @@ def test_every_example_is_shown_and_tested():
     for path in FOLDER.glob("*.py"):
         assert f'--8<-- "docs/examples/{path.name}"' in shown
         assert f'run("{path.stem}")' in tested or f"docs/examples/{path.name}" in tested
+
+
+def test_the_notebook_runs_and_has_no_stored_output(monkeypatch):
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    cells = json.loads((FOLDER / "explore_sample.ipynb").read_text(encoding="utf-8"))["cells"]
+    programs = [cell for cell in cells if cell["cell_type"] == "code"]
+    assert not any(cell["outputs"] or cell["execution_count"] for cell in programs)
+    names: dict[str, object] = {}
+    exec("\n".join("".join(cell["source"]) for cell in programs), names)
+    assert len(names["y"]) == 256
+    assert all(share > 2 / 16 for share in names["accuracy"].values())  # twice the chance level
