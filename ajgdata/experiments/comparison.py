@@ -26,7 +26,14 @@ from ajgdata.experiments.base import (
     fold_scores,
     score_table,
 )
-from ajgdata.experiments.plots import Plot, axis_of, points_for, value_range
+from ajgdata.experiments.plots import (
+    Plot,
+    axis_of,
+    conclusion,
+    points_for,
+    value_name,
+    value_range,
+)
 from ajgdata.report.format import column_title, words
 from ajgdata.types import (
     DEFAULT_EXCITATION,
@@ -43,8 +50,6 @@ from ajgdata.types.table import Table, table_of
 
 TITLE = "Comparison"
 COST = "feature_s_per_recording"
-#: Units at the end of keys that are the axis of a comparison.
-AXIS_UNITS = ("s", "ms", "mm")
 #: Variants that a figure lists by name; more are shown over their cost.
 MAX_ROWS = 6
 
@@ -233,8 +238,8 @@ def _level_title(levels: Iterable[Level | None]) -> str:
 
 def _axis_title(key: str) -> str:
     """Return the title of the axis of a key: `excitation.length_s` -> length, in s."""
-    name, _, unit = key.rpartition(".")[2].rpartition("_")
-    return column_title(name.capitalize(), unit) if unit in AXIS_UNITS else words(key)
+    name, _, unit = (last := key.rpartition(".")[2]).rpartition("_")
+    return column_title(name.capitalize(), unit) if unit == "s" else words(last)
 
 
 def _folds(results: TaskResults, table: Table) -> Iterator[dict[str, float | str]]:
@@ -272,14 +277,18 @@ def plot_of(results: TaskResults, result: Result) -> Plot:
 
 
 def range_title(plot: Plot, results: TaskResults) -> str:
-    """Return the value of the first model with the reference, and the range of other variants."""
-    points = points_for(results, plot)
-    reference, *variants = (p for p in points if p.panel == points[0].panel)
+    """Return the value of the first model with the reference, and the range of other variants; the
+    default title if a value is missing. `plot` has no title."""
+    reference = results.settings.comparisons[plot.name].all_variants[0].name.rpartition(":")[2]
+    points, name = points_for(results, plot), value_name(results, reference)
+    values = {p.series or p.x: p.score.mean for p in points if p.panel == points[0].panel}
+    if name not in values or len(values) < 2:
+        return conclusion(results, plot)
     axis, unit = axis_of(results, plot)
-    value = value_range([reference.score.mean], unit)
-    varied = value_range([point.score.mean for point in variants], unit)
-    name = reference.series or reference.x
-    return f"{reference.panel}: {axis} {value} with {name}, {varied} with other variants"
+    value = value_range([values.pop(name)], unit)
+    varied = "other variants" if len(values) > 1 else next(iter(values))
+    values_text = value_range([*values.values()], unit)
+    return f"{points[0].panel}: {axis} {value} with {name}, {values_text} with {varied}"
 
 
 def plots(results: TaskResults) -> list[Plot]:

@@ -255,7 +255,8 @@ PLOTS = (
 
 
 def rows(results: TaskResults) -> Iterator[ResultRow]:
-    """Yield a row for each model on the grouped split, then on each further part."""
+    """Yield a row for each model on the grouped split, then on each further part; known and
+    withheld values together, and the random split, only if the paper reports them."""
     models = models_of(results)
     top = best_of(models)
     for model in models:
@@ -276,6 +277,8 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
     for part in dict.fromkeys(part for model in models for part, _ in model.parts[1:]):
         name = part.removeprefix("on:")
         key, heading = PARTS.get(part) or (name, f"tested on {results.other_sets[name].title}")
+        if part in (RANDOM, OVERALL) and key not in results.papers:
+            continue
         for model in (model for model in models if model.has(part)):
             yield ResultRow(
                 model.label,

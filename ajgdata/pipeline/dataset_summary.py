@@ -16,7 +16,7 @@ from ajgdata.store.features import FeatureRows
 from ajgdata.store.findings import read_findings
 from ajgdata.store.provenance import settings_digest
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
-from ajgdata.types import DatasetSpec, FeatureSettings
+from ajgdata.types import DatasetSpec, FeatureSettings, Recording, Session
 
 #: Largest number of mean spectra in one figure.
 MAX_SPECTRA = 8
@@ -38,7 +38,6 @@ def summary(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> DatasetSumma
         url=spec.url,
         features=FeatureSettings(**settings["features"]),
         provenance=dict(
-            version=str(store.attrs["ajgdata_version"]),
             commit=str(store.attrs["git_commit"]),
             config_hash=settings_digest(spec.audio, spec.features, *spec.tasks.values()),
             inputs_hash=str(store.attrs["inputs_sha256"]),
@@ -65,16 +64,17 @@ def samples(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> Iterator[tup
     """Yield label and link (from the report) of the first recording of each class or bin."""
 
     @cache
-    def files(session: str) -> dict[str, Path]:
+    def read(session: str) -> tuple[Path, Session, dict[str, Recording]]:
         folder = paths.session(spec.name, session)
-        about, (rows, _) = read_session(folder), read_recordings(folder)
-        return {row.recording_id: audio_path(folder, about, row) for row in rows}
+        rows = {row.recording_id: row for row in read_recordings(folder)[0]}
+        return folder, read_session(folder), rows
 
     for label, rows in rows_by_label(store, spec)[1].items():
         name = str(store.columns["recording"].values[np.flatnonzero(rows)[0]])
         session, _, recording_id = name.partition("/")
-        if file := files(session).get(recording_id):
-            yield label, link_from_report(paths, file)
+        folder, about, recordings = read(session)
+        if row := recordings.get(recording_id):
+            yield label, link_from_report(paths, audio_path(folder, about, row))
 
 
 def mean_spectra(store: FeatureRows, spec: DatasetSpec) -> Spectra | None:

@@ -13,10 +13,8 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-#: CPU time of the calibration at speed 1. We chose this round value once.
-REFERENCE_S = 1.0
 #: Fourier transforms of 2^14 complex numbers, products of matrices of 256 x 256, and additions in
-#: Python: each kind takes about a third of REFERENCE_S.
+#: Python: each kind takes about a third of a second at speed 1.
 TRANSFORMS, PRODUCTS, ADDITIONS = 1162, 397, 8_333_333
 CPU_INFO = Path("/proc/cpuinfo")  #: on Linux
 
@@ -25,7 +23,7 @@ def machine_line() -> str:
     """Return the machine's cores, processor and speed as a line of the summary."""
     spent_s = calibrate()
     return (
-        f"machine: {os.cpu_count()} cores, {cpu_name()}, {REFERENCE_S / spent_s:.2f} times the "
+        f"machine: {os.cpu_count()} cores, {cpu_name()}, {1 / spent_s:.2f} times the "
         f"reference speed (calibration {spent_s:.2f} s)"
     )
 

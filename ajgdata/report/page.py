@@ -20,10 +20,7 @@ from ajgdata.types import FeatureSettings
 
 #: End of the name of a task's figure of error against run time.
 RUN_TIME = "--run-time"
-#: Recordings that a page names for a kind of issue (the linked file has all), and characters of
-#: the description of a data set.
-MAX_NAMED, MAX_DESCRIPTION = 3, 300
-#: Figures of a page that are not folded, and rows of a table that is not folded.
+#: Figures of a page that are not folded, and rows of a table, or lines, that are not folded.
 MAX_OPEN_FIGURES, MAX_OPEN_ROWS = 4, 6
 
 
@@ -61,8 +58,6 @@ def render_pages(
         "report": report,
         "nav": nav,
         "published": published,
-        "max_named": MAX_NAMED,
-        "max_description": MAX_DESCRIPTION,
         "max_open_rows": MAX_OPEN_ROWS,
         "DASH": DASH,
         "SIGNS": SIGNS,
@@ -118,7 +113,7 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
     headlines: dict[str, list[str]] = {}
     for section, part in parts:
         if part.headline:
-            title, _, task = section.title.partition(" · ")
+            title, _, task = section.title.rpartition(" · ")
             headlines.setdefault(title, []).append(f"{task}, {part.headline}")
     counts = tally(comparisons)
     return {
@@ -138,15 +133,14 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
     }
 
 
-def _causes(comparisons: Sequence[PaperComparison]) -> list[tuple[Reason, list[str]]]:
-    """Return each tested cause once, with the names of the results for which it is supported;
-    those come first."""
-    causes: dict[str, tuple[Reason, list[str]]] = {}
+def _causes(comparisons: Sequence[PaperComparison]) -> list[tuple[bool, Reason, list[str]]]:
+    """Return whether each tested cause is supported, the cause, and the names of its results;
+    supported ones come first."""
+    names: dict[tuple[bool, Reason], list[str]] = {}
     for row in comparisons:
         for reason in row.reasons if row.differs else ():
-            names = causes.setdefault(reason.claim, (reason, []))[1]
-            names += [row.name] if reason in row.why else []
-    return sorted(causes.values(), key=lambda cause: not cause[1])
+            names.setdefault((reason in row.why, reason), []).append(row.name)
+    return sorted(((*key, of) for key, of in names.items()), key=lambda cause: not cause[0])
 
 
 def _page_answer(

@@ -69,7 +69,7 @@ class Spectra:
 class DatasetSummary:
     """One data set: what the report and the dataset card show of it.
 
-    `provenance`: `version` and `commit` of the code, `config_hash` of settings, `inputs_hash`.
+    `provenance`: `commit` of the code, `config_hash` of settings, `inputs_hash`.
     """
 
     name: str

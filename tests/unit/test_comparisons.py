@@ -2,14 +2,15 @@
 
 import numpy as np
 import pytest
+from result_samples import sizes
 from worlds import AUDIO as SMALL_AUDIO
 from worlds import RATE_HZ
 
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.experiments import EXPERIMENTS, requested_experiments
-from ajgdata.experiments.base import Inputs
-from ajgdata.experiments.comparison import Settings, check, features_of, measure
+from ajgdata.experiments.base import Inputs, Result, TaskResults, score_table
+from ajgdata.experiments.comparison import Settings, check, errors, features_of, measure
 from ajgdata.features.spectrum import spectrum
 from ajgdata.pipeline.recipes import acquire_virtual, renderer
 from ajgdata.pipeline.recordings import RecordingReader
@@ -186,3 +187,55 @@ def test_variants_that_cannot_be_are_refused():
     wrong = Comparison(**one, vary={"features.window": [128, 512]}, variants=[])
     with pytest.raises(ValueError, match="comparison s, window 128: hop 256 exceeds window 128"):
         check(Settings(comparisons={"s": wrong}), "regression", FeatureSettings(hop=256))
+
+
+# Titles
+
+
+def compared(axis="", **values: tuple[float, ...]) -> TaskResults:
+    """Return a comparison of variants by k-NN: the values of two folds each."""
+    rows = [
+        ("knn", part, "rmse", statistic, value)
+        for part, folds in values.items()
+        for statistic, value in {
+            **{f"fold {n}": v for n, v in enumerate(folds)},
+            "chance": 9,
+        }.items()
+    ]
+    variants = [{"name": name, "x": n} for n, name in enumerate(("a", "b", "c"))]
+    vary = {"vary": {axis: [1, 2]}, "axis": axis} if axis else {"variants": variants}
+    comparison = Comparison(title="T", question="Q", train="d", task="t", **vary)
+    about = {"parts": {}}
+    result = Result(
+        "s", "T", about, {"scores": score_table(rows, "T")}, {"scores": score_table((), "T")}
+    )
+    settings = Settings(comparisons={"s": comparison})
+    return sizes(result, settings=settings, experiment="comparison")
+
+
+@pytest.mark.parametrize(
+    ("values", "title"),
+    [
+        ({"a": (1, 3), "b": (3, 3), "c": (4, 6)},
+         "k-NN: RMSE 2 mm with a, 3 to 5 mm with other variants"),
+        ({"a": (1, 3), "b": (3, 3)}, "k-NN: RMSE 2 mm with a, 3 mm with b"),
+        ({"b": (3, 3), "c": (4, 6)}, "RMSE: 3 to 5 mm in 2 cases"),
+        ({"a": (1, 3)}, "k-NN, a: RMSE 2 mm"),
+    ],
+    ids=["all", "two", "without the reference", "the reference only"],
+)  # fmt: skip
+def test_the_title_has_the_reference_and_the_range_of_the_variants(values, title):
+    (figure,) = EXPERIMENT.figures(compared(**values))
+    assert figure.title == title
+
+
+def test_the_axis_is_named_by_the_end_of_its_key():
+    titles = {key: errors_title(key) for key in ("excitation.length_s", "features.hop")}
+    assert titles == {"excitation.length_s": ("Length", "s"), "features.hop": ("hop", "")}
+
+
+def errors_title(key: str) -> tuple[str, str]:
+    """Return title and unit of the axis in the table of a comparison over `key`."""
+    results = compared(key)
+    table = errors(results.results[0], results)
+    return next((column.title, column.unit) for column in table.columns if column.key == "x")

@@ -170,30 +170,45 @@ def test_links_from_the_report_are_percent_encoded(tmp_path):
     )
 
 
-def test_issues_of_a_kind_are_counted_and_three_recordings_are_named():
+def test_issues_of_a_kind_are_counted_with_one_example():
     report = sample_report()
     stones = next(d for d in report.datasets if d.findings)
-    quiet = dataclasses.replace(stones.findings[0], code="quiet", level="warning")
+    quiet = dataclasses.replace(
+        stones.findings[0], code="quiet", level="warning", fix="convert it to WAV"
+    )
     findings = tuple(dataclasses.replace(quiet, recording_id=f"r{n}") for n in range(9))
     datasets = (dataclasses.replace(stones, findings=findings),)
     html = render(dataclasses.replace(report, datasets=datasets, sections=()))["datasets.html"]
-    assert "<code>quiet</code>, 9 recordings" in html
-    assert "/r2</code>" in html and "/r3</code>" not in html
+    assert "9 × <code>quiet</code>" in html and "Convert it to WAV." in html
+    assert "/r0:" in html and "/r1" not in html
 
 
-def test_a_cause_of_several_results_is_listed_once_and_supported_ones_come_first():
+def test_a_cause_has_the_evidence_and_names_of_its_results_and_supported_ones_come_first():
     """Ours 0.7 mm, the paper 2.6 mm: a cause is supported if its change increases the error."""
-    raised = Change("no scatter", "CNN", 0.7, 1.4, True)
-    reasons = tuple(
-        Reason(("size",), claim, "ablations.html#x", (change,))
-        for claim, change in (
-            ("noise", dataclasses.replace(raised, supported=False)),
-            ("scatter", raised),
-        )
+
+    def reason(claim: str, before: float, supported: bool = True) -> Reason:
+        change = Change("no scatter", "CNN", before, 2 * before, supported)
+        return Reason(("size",), claim, "ablations.html#x", (change,))
+
+    noise, first, second = reason("noise", 1, False), reason("scatter", 0.7), reason("scatter", 0.8)
+    rows = (
+        dataclasses.replace(FOUND, reasons=(noise, first)),
+        dataclasses.replace(FOUND, reasons=(noise, second), label="grouped"),
     )
-    row = dataclasses.replace(FOUND, reasons=reasons)
-    rows = (row, dataclasses.replace(row, label="grouped"))
     report = dataclasses.replace(sample_report(), comparisons=rows, paper=(PAPER,))
-    texts = Page(render(report)["experiments/size.html"]).words
-    causes = [text for text in texts if text in ("Supported", "Not supported:")]
-    assert causes == ["Supported", "Not supported:"]
+    html = render(report)["experiments/size.html"]
+    section = html[html.index('id="why"') : html.index('id="details"')]
+    items = [re.sub(r"<[^>]+>", "", item) for item in re.findall(r"<li>(.*?)</li>", section)]
+    one, other = rows[0].name, rows[1].name
+    assert items == [
+        f"Supported ({one}): scatter: no scatter (CNN 0.7 → 1.4).",
+        f"Supported ({other}): scatter: no scatter (CNN 0.8 → 1.6).",
+        f"Not supported ({one}; {other}): noise.",
+    ]
+
+
+def test_equal_feature_settings_are_one_row(pages):
+    report = sample_report()
+    names = ", ".join(d.name for d in report.datasets)
+    settings = {d.features for d in report.datasets}
+    assert len(settings) == 1 and Page(pages["run.html"]).row([names])
