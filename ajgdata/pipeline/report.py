@@ -213,7 +213,7 @@ def _read(
     """Return all results on tasks, and what could not be measured."""
     read = [read_results(paths, request, specs, paper) for request in requests]
     skipped = (
-        f"{task.dataset} · {words(task.task)}, {_lower(EXPERIMENTS[task.experiment].title)}"
+        f"{task.dataset} · {words(task.task)}, {EXPERIMENTS[task.experiment].title.lower()}"
         f"{f' · {label}' if label else ''}: {reason}"
         for task, reasons in read
         for label, reason in reasons
@@ -237,10 +237,6 @@ def _opening(path: Path, folder: Path) -> dict[str, str] | None:
         return None
     image = path.with_name("opening.svg").relative_to(folder).as_posix()
     return {"image": image, "alt": about["alt"]}
-
-
-def _lower(title: str) -> str:
-    return title[0].lower() + title[1:]
 
 
 def _studies(pages: Mapping[str, Sequence[Path]]) -> dict[str, Any]:

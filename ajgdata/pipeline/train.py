@@ -7,6 +7,7 @@ import json
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from shutil import copytree
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,8 +22,8 @@ from ajgdata.evaluate.embedding_data import (
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, task_data
 from ajgdata.models.device import device_facts
 from ajgdata.store.features import FeatureRows, Latents, read_store, write_latents
-from ajgdata.store.files import json_bytes, write_bytes
-from ajgdata.store.models import write_about, write_estimator, write_guard
+from ajgdata.store.files import json_bytes, read_json, write_bytes
+from ajgdata.store.models import ABOUT_FILE, write_about, write_estimator, write_guard
 from ajgdata.store.tables import plain
 from ajgdata.types import MODELS, Embedding, Kind, NotPossibleError
 
@@ -34,15 +35,18 @@ def train_models(
     store: Path, *, tasks: Mapping[str, Mapping[str, Any]], seed: int, folder: Path
 ) -> None:
     """Fit every model of every task, see `DatasetSpec.trainings`, and write each into
-    `folder`/task/model."""
-    table = read_store(store)
+    `folder`/task/model. Tasks with equal settings share a training."""
+    table, trained = read_store(store), dict[str, Path]()
     pairs = [(task, model) for task, declared in tasks.items() for model in declared["models"]]
     for task, model in pairs:
         print(f"{task}: {model}")
-        settings = tasks[task]["settings"]
-        train_model(
-            table, **settings, task=task, model=model, seed=seed, folder=folder / task / model
-        )
+        settings, own = tasks[task]["settings"], folder / task / model
+        if same := trained.get(key := json.dumps([settings, model], sort_keys=True)):
+            copytree(same, own)
+            write_about(own, read_json(own / ABOUT_FILE) | {"task": task})
+            continue
+        train_model(table, **settings, task=task, model=model, seed=seed, folder=own)
+        trained[key] = own
 
 
 def train_model(

@@ -7,7 +7,7 @@ import pytest
 
 from ajgdata.loading import read_model
 from ajgdata.models import chosen, fit_model, make_model
-from ajgdata.pipeline.train import train_model
+from ajgdata.pipeline.train import train_model, train_models
 from ajgdata.store.features import Column, FeatureRows, read_store, text_column, write_store
 from ajgdata.types import DataError, NotPossibleError
 
@@ -114,3 +114,25 @@ def test_a_model_of_some_classes_knows_no_others(store):
                      folder=store.parent / "none")  # fmt: skip
     with pytest.raises(DataError, match="classes: no recording has the kind 'd'"):
         read_model(store.parent / "none")
+
+
+@pytest.mark.usefixtures("uncalibrated")
+def test_tasks_with_equal_settings_share_a_training(store, monkeypatch):
+    trained = []
+    monkeypatch.setattr(
+        "ajgdata.pipeline.train.train_model",
+        lambda *args, **settings: (
+            trained.append(settings["task"]),
+            train_model(*args, **settings),
+        ),
+    )
+    same = {"target": "edge_mm", "kind": "regression", "unit": "", "groups": "grasp_id"}
+    declared = {"a": same, "b": same, "c": same | {"min_groups": 1}}
+    tasks = {name: {"models": ["linear_plain"], "settings": s} for name, s in declared.items()}
+    folder = store.parent / "models"
+    train_models(store, tasks=tasks, seed=3, folder=folder)
+    assert trained == ["a", "c"]
+    (first, _), (copy, about) = (read_model(folder / name / "linear_plain") for name in "ab")
+    assert about["task"] == "b"
+    rows = read_store(store).feature
+    assert np.array_equal(first.predict(rows), copy.predict(rows))
