@@ -84,7 +84,8 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     def wrapper(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with matplotlib.style.context(["default", STYLE]):
             figure = draw(*args, **kwargs)
-            figure.draw_without_rendering()
+            if (engine := figure.get_layout_engine()) and figure.axes:
+                engine.execute(figure)  # half the time of drawing
             figure.set_layout_engine(None)  # not "none", with which each save would draw twice
         return figure
 
