@@ -225,7 +225,7 @@ def conclusion(results: TaskResults, plot: Plot) -> str:
         return _trend(results, plot, points)
     spread = value_range([point.score.mean for point in points], unit)
     if len(points) == 1:
-        return f"{_case(results, plot, points[0])}: {axis} {spread}"
+        return f"{_case(_place_of(results, plot), points[0])}: {axis} {spread}"
     return f"{sentence(axis)}: {spread} in {len(points)} cases"
 
 
@@ -241,7 +241,7 @@ def _trend(results: TaskResults, plot: Plot, points: Sequence[Point]) -> str:
     ends = []
     for index in (0, -1):
         values = value_range([line[index].score.mean for line in lines], unit)
-        ends.append(f"{values} ({_place_text(results, plot, lines[0][index])})")
+        ends.append(f"{values} ({_place_text(_place_of(results, plot), lines[0][index])})")
     columns = {column.key: column.title for column in table_for(results, plot).columns}
     count = f" (range over {len(lines)} {_lowered(columns[plot.panel])}s)" if len(lines) > 1 else ""
     return f"{f'{name}: ' if name else ''}{axis} {', '.join(ends)}{count}"
@@ -253,15 +253,15 @@ def value_range(values: Sequence[float], unit: str) -> str:
     return with_unit(low if low == high else f"{low} to {high}", unit)
 
 
-def _case(results: TaskResults, plot: Plot, point: Point) -> str:
+def _case(place: tuple[str, str], point: Point) -> str:
     """Return panel, series and place of a point in words."""
-    return ", ".join(filter(None, (point.panel, point.series, _place_text(results, plot, point))))
+    return ", ".join(filter(None, (point.panel, point.series, _place_text(place, point))))
 
 
-def _place_text(results: TaskResults, plot: Plot, point: Point) -> str:
+def _place_text(place: tuple[str, str], point: Point) -> str:
     from ajgdata.report.marks import place_text
 
-    title, unit = _place_of(results, plot)
+    title, unit = place
     if not title or isinstance(point.x, str):
         return str(point.x or "")
     return f"{title} {place_text(point.x, unit)}"
@@ -319,9 +319,9 @@ def _spread(plot: Plot) -> str:
 
 
 def _caption(results: TaskResults, plot: Plot) -> Caption:
-    unit = axis_of(results, plot)[1]
+    unit, place = axis_of(results, plot)[1], _place_of(results, plot)
     listed = [
-        f"{_case(results, plot, point)}: {mean_sd(point.score, unit)}"
+        f"{_case(place, point)}: {mean_sd(point.score, unit)}"
         for point in listed_points(results, plot)
     ]
     levels = (with_unit(number(v), unit) for v in chance_for(results, plot).values())
@@ -346,7 +346,7 @@ def result_rows(results: TaskResults, plots: Sequence[Plot]) -> Iterator[ResultR
             text = mean_sd(point.score, unit)
             if math.isfinite(guess):
                 text = results.with_chance_note(text, point.score.mean, guess)
-            place = _place_text(results, plot, point)
+            place = _place_text(_place_of(results, plot), point)
             yield ResultRow(
                 point.series or place,
                 ", ".join(filter(None, (axis, point.panel, place if point.series else ""))),

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from ajgdata.pipeline.machine import REFERENCE, relative_speed
+from ajgdata.pipeline import machine
 from ajgdata.store.benchmarks import read_costs
 
 HEAD = "s\th:m:s\tmax_rss\tmax_vms\tmax_uss\tmax_pss\tio_in\tio_out\tmean_load\tcpu_time\n"
@@ -35,8 +35,6 @@ def test_the_cost_by_rule_leaves_out_what_was_not_measured(folder):
     assert math.isnan(rows["merge"].peak_mb)
 
 
-def test_the_reference_has_speed_one_and_each_kind_has_the_same_weight():
-    assert relative_speed(REFERENCE) == pytest.approx(1)
-    assert relative_speed({name: 2 * rate for name, rate in REFERENCE.items()}) == pytest.approx(2)
-    for name, rate in REFERENCE.items():
-        assert relative_speed({**REFERENCE, name: 8 * rate}) == pytest.approx(2)
+def test_a_machine_of_speed_two_needs_half_a_second(monkeypatch):
+    monkeypatch.setattr(machine, "calibrate", lambda: 0.5)
+    assert "2.00 times the reference speed (calibration 0.50 s)" in machine.machine_line()
