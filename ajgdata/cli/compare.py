@@ -12,6 +12,7 @@ from rich.markup import escape
 from ajgdata.cli.console import ATTENTION, warn
 from ajgdata.paths import Paths
 from ajgdata.store.files import read_csv
+from ajgdata.types import DataError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,7 +50,7 @@ def compare(old: FolderArgument, new: FolderArgument) -> None:
 def read_metrics(folder: Path) -> pd.DataFrame:
     """Return the rows of metrics.csv without costs: the columns of KEYS and `value`, as text.
 
-    Raises DataError if the table is missing.
+    Raises DataError if the table is missing, or if two rows have the same keys.
     """
     import pandas as pd
 
@@ -60,7 +61,11 @@ def read_metrics(folder: Path) -> pd.DataFrame:
         for row in read_csv(table, required=(*KEYS, "value"))[1]
         if not row["part"].startswith(COST)
     ]
-    return pd.DataFrame(rows, columns=[*KEYS, "value"], dtype=str)
+    metrics = pd.DataFrame(rows, columns=[*KEYS, "value"], dtype=str)
+    if metrics.duplicated(KEYS).any():
+        doubled = " ".join(metrics.loc[metrics.duplicated(KEYS), KEYS].iloc[0])
+        raise DataError(table, f"has two rows for {doubled!r}", "run `snakemake` again")
+    return metrics
 
 
 def compare_metrics(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:

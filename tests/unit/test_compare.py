@@ -78,3 +78,9 @@ def test_costs_and_provenance_are_not_compared(compare):
     made = [{"commit": "a"}, cost | {"value": "3"}], [{"commit": "b"}, cost | {"value": "4"}]
     code, rows, summary = compare(*made)
     assert (code, rows) == (0, []) and "1 rows in old" in summary
+
+
+def test_two_rows_of_one_result_are_an_error(compare):
+    code, rows, message = compare([{}, {"value": "3"}], [{}])
+    assert (code, rows) == (1, [])
+    assert "has two rows for 'size edge cnn grouped rmse mean'" in message
