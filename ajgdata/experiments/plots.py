@@ -231,7 +231,7 @@ def conclusion(results: TaskResults, plot: Plot) -> str:
 
 def _trend(results: TaskResults, plot: Plot, points: Sequence[Point]) -> str:
     """Return the values of the first series at its first and last place, over panels."""
-    axis, unit = axis_of(results, plot)
+    (axis, unit), place = axis_of(results, plot), _place_of(results, plot)
     name = points[0].series
     panels: dict[str, list[Point]] = {}
     for point in sorted(points, key=lambda point: float(point.x)):
@@ -241,7 +241,7 @@ def _trend(results: TaskResults, plot: Plot, points: Sequence[Point]) -> str:
     ends = []
     for index in (0, -1):
         values = value_range([line[index].score.mean for line in lines], unit)
-        ends.append(f"{values} ({_place_text(_place_of(results, plot), lines[0][index])})")
+        ends.append(f"{values} ({_place_text(place, lines[0][index])})")
     columns = {column.key: column.title for column in table_for(results, plot).columns}
     count = f" (range over {len(lines)} {_lowered(columns[plot.panel])}s)" if len(lines) > 1 else ""
     return f"{f'{name}: ' if name else ''}{axis} {', '.join(ends)}{count}"
@@ -340,13 +340,13 @@ def result_rows(results: TaskResults, plots: Sequence[Plot]) -> Iterator[ResultR
     """Yield the points of plots that are `listed`."""
     for plot in (plot for plot in plots if plot.listed):
         axis, unit = axis_of(results, plot)
-        chance = chance_for(results, plot)
+        chance, at = chance_for(results, plot), _place_of(results, plot)
         for point in points_for(results, plot):
             guess = chance.get(point.panel, math.nan)
             text = mean_sd(point.score, unit)
             if math.isfinite(guess):
                 text = results.with_chance_note(text, point.score.mean, guess)
-            place = _place_text(_place_of(results, plot), point)
+            place = _place_text(at, point)
             yield ResultRow(
                 point.series or place,
                 ", ".join(filter(None, (axis, point.panel, place if point.series else ""))),
