@@ -60,7 +60,7 @@ with errors_in_one_line():
     MEASURED = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
     MEASURED += [(name, one) for name, spec in SPECS.items() for one in spec.embeddings]
     REQUESTS = Declared(
-        {key: one for one in requests_for(SPECS, MEASURED) for key in one.keys}
+        {job: one for one in requests_for(SPECS, MEASURED) for job in one.jobs}
     )
     SIMULATED = [name for name, one in PLANS.items() if one.virtual]
     PAGES = [*STUDIES, ABLATIONS_PAGE] if config["pages"] is None else config["pages"]
@@ -73,6 +73,10 @@ with errors_in_one_line():
 # Results of the first target: those of the paper. All are, if no task has a published value.
 PAPER = {} if config["alone"] else of_paper(SPECS, REQUESTS)
 FIRST = PAPER or REQUESTS
+FIRST_RESULTS, RESULTS = (
+    list(dict.fromkeys(key for one in jobs.values() for key in one.keys))
+    for jobs in (FIRST, REQUESTS)
+)
 FIRST_DATASETS = list(
     dict.fromkeys(name for one in FIRST.values() for name in (one.dataset, *one.other_sets))
     if PAPER
@@ -81,7 +85,7 @@ FIRST_DATASETS = list(
 TRAINED = [
     name
     for name, spec in SPECS.items()
-    if any(task.models for task in spec.tasks.values())
+    if spec.final_models and any(task.models for task in spec.tasks.values())
 ]
 
 

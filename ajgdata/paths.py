@@ -102,8 +102,8 @@ class Paths:
     #: Hashes of session.yaml and recordings.csv: files of unchanged sessions are not read again.
     session_hashes = Places("results/features/{dataset}.sessions.csv")
     quarantine = Places("results/quarantine/{dataset}.csv")
-    #: Tables of one experiment; `kind` is its name, and that of the model if each is measured by
-    #: itself: `learning_curve-cnn`. The same bytes for the same inputs, but for the cost.
+    #: Tables of one experiment; `kind` is the name of its job: `reflected_energy`, or
+    #: `learning_curve-cnn`. The same bytes for the same inputs, but for the cost.
     experiment = Places("results/tasks/{dataset}/{task}/{kind}.json")
     experiment_cost = Places("results/tasks/{dataset}/{task}/{kind}.cost.json")
     training_cost = Places("results/embed/{dataset}/{embedding}/cost.json")

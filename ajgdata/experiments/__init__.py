@@ -23,7 +23,7 @@ from ajgdata.experiments.base import Experiment
 from ajgdata.models import model_label
 from ajgdata.store.files import line_of
 from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec, Kind, describe, location
-from ajgdata.types.registry import Registry
+from ajgdata.types.registry import PLAIN_MODELS, Registry
 
 FOLDER = Path(__file__).parent
 #: Modules of this package that only draw: an edit of them changes no result.
@@ -70,23 +70,42 @@ class Request:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Return the names of its jobs: `learning_curve-cnn`, or `reflected_energy`."""
-        name = self.experiment.name
-        return tuple(f"{name}-{model}" if model else name for model in self.models)
+        """Return the names of its measurements: `learning_curve-cnn`, or `reflected_energy`."""
+        return tuple(measurement_name(self.experiment.name, model) for model in self.models)
 
     @property
     def keys(self) -> list[tuple[str, str, str]]:
-        """Return data set, task and name of each of its jobs."""
+        """Return data set, task and name of each of its measurements."""
         return [(self.dataset, self.task, kind) for kind in self.kinds]
 
-    def job_settings(self, kind: str) -> dict[str, Any]:
-        """Return the settings of the job `kind` as in JSON; `models` has only its own model."""
-        # A new model then repeats no other job.
-        model = kind.partition("-")[2]
-        only = self.settings.only(model) if hasattr(self.settings, "only") else self.settings
+    @property
+    def jobs(self) -> list[tuple[str, str, str]]:
+        """Return data set, task and name of each of its jobs: one for all plain models."""
+        return [*dict.fromkeys((*key[:2], job_of(key[2])) for key in self.keys)]
+
+    def job_models(self, job: str) -> list[str]:
+        """Return the models that the job `job` measures."""
+        return [m for m, kind in zip(self.models, self.kinds, strict=True) if job_of(kind) == job]
+
+    def job_settings(self, job: str) -> dict[str, Any]:
+        """Return the settings of the job `job` as in JSON; `models` has only its own models."""
+        # A new network then repeats no other job.
+        models = self.job_models(job)
+        only = self.settings.only(models[0]) if hasattr(self.settings, "only") else self.settings
         settings = only.model_dump(mode="json", exclude={"optional"})
-        own = {"models": [model]} if self.experiment.by_model and "models" in settings else {}
+        own = {"models": models} if self.experiment.by_model and "models" in settings else {}
         return settings | own
+
+
+def measurement_name(experiment: str, model: str) -> str:
+    """Return the name of a measurement; `model` is "" if it has all models."""
+    return f"{experiment}-{model}" if model else experiment
+
+
+def job_of(kind: str) -> str:
+    """Return the name of the job that makes a measurement: plain models of a task share one."""
+    name, _, model = kind.partition("-")
+    return f"{name}-plain" if model in PLAIN_MODELS else kind
 
 
 class SettingsError(ValueError):

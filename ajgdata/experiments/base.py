@@ -234,7 +234,7 @@ class Experiment:
     `summary` stands above the figures of a task, `advice` under the next steps.
     `measure(inputs, settings, model)` raises NotPossibleError for a task that lacks what it needs.
     `test_on` of the settings model, if it has one, names further data sets; its `models`, if
-    `by_model`, are measured in jobs of their own.
+    `by_model`, are measured one by one (`Request.jobs`).
     `check(settings, kind, features)` raises ValueError for settings that the task cannot have.
 
     Experiments `of_embedding` have their own page. Their settings are the declaration of the

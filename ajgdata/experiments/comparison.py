@@ -1,4 +1,4 @@
-"""Comparisons: variants of features, played sound or split, with the same models, grasps and folds.
+"""Comparisons: variants of features or played sound, with the same models, grasps and folds.
 
 Each is a file `reports/comparisons/<name>.yaml` of the project. The first variant is the reference.
 """
@@ -120,18 +120,16 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     scores, costs = [], []
     for at, variant in enumerate(comparison.all_variants):
         own, (feature, seconds) = data[""], spectra[""][at]
-        grouped = variant.split == "grouped"
         extra = {
             name: data[name]._replace(feature=spectra[name][at].feature) for name in comparison.test
         }
         cost = f"cost of {variant.name}"
         if np.isfinite(seconds):
             costs.append(("", cost, COST, "measured", seconds))
-        for name in variant.models or comparison.models:
+        for name in comparison.models:
             result = cross_validate(
-                feature, own.value, own.group if grouped else None,
-                model=name, extra_tests=extra if grouped else None, **inputs.split,
-            )  # fmt: skip
+                feature, own.value, own.group, model=name, extra_tests=extra, **inputs.split
+            )
             scores += list(fold_scores(name, variant.name, result.scores))
             for other, tested in result.extra_tests.items():
                 scores += list(fold_scores(name, f"{variant.name} on:{other}", tested.scores))

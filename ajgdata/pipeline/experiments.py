@@ -6,20 +6,20 @@ Called while Snakemake parses, too: light imports only.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ajgdata.experiments import EXPERIMENTS, Request, requested_experiments
-from ajgdata.experiments.base import Experiment, Inputs, Other, Result, TaskResults
+from ajgdata.experiments import EXPERIMENTS, Request, measurement_name, requested_experiments
+from ajgdata.experiments.base import Experiment, Inputs, Other, Outcome, Result, TaskResults
 from ajgdata.features.spectrum import differing_axes
 from ajgdata.models.device import device_facts
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tell
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_json
-from ajgdata.store.tables import read_tables, write_tables
+from ajgdata.store.tables import read_measurements, write_measurements
 from ajgdata.types import (
     CROSS_VALIDATION,
     AudioSettings,
@@ -27,6 +27,7 @@ from ajgdata.types import (
     DatasetSpec,
     FeatureSettings,
     NotPossibleError,
+    Strict,
 )
 
 if TYPE_CHECKING:
@@ -35,7 +36,15 @@ if TYPE_CHECKING:
     from ajgdata.types.table import Table
 
 TaskKey = tuple[str, str]  #: data set, and task or embedding
-JobKey = tuple[str, str, str]  #: data set, task or embedding, and name of the job
+Key = tuple[str, str, str]  #: data set, task or embedding, and name of a measurement or job
+
+
+class Measurement(NamedTuple):
+    """What an experiment measured of a task, with one model: facts, tables, and tables of cost."""
+
+    about: dict[str, Any]
+    tables: list[Table]
+    cost: list[Table]
 
 
 def requests_for(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[Request]:
@@ -44,8 +53,8 @@ def requests_for(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> 
 
 
 def of_paper(
-    specs: Mapping[str, DatasetSpec], requests: Mapping[JobKey, Request]
-) -> dict[JobKey, Request]:
+    specs: Mapping[str, DatasetSpec], requests: Mapping[Key, Request]
+) -> dict[Key, Request]:
     """Return the experiments that reproduce the paper: cross-validation and the named experiments
     of tasks with published values, and embeddings of data sets with such tasks."""
     return {key: r for key, r in requests.items() if _is_of_paper(specs[r.dataset], r)}
@@ -59,18 +68,26 @@ def _is_of_paper(spec: DatasetSpec, request: Request) -> bool:
     return name in papers or (bool(papers) and name == CROSS_VALIDATION)
 
 
-def computed(paths: Paths, requests: Sequence[Request]) -> list[Request]:
-    """Return the experiments whose results exist, each with the models that were measured."""
-    measured = []
-    for request in requests:
-        models = [
-            model
-            for model, key in zip(request.models, request.keys, strict=True)
-            if paths.experiment(*key).is_file() and paths.experiment_cost(*key).is_file()
-        ]
-        if models:
-            measured.append(replace(request, models=tuple(models)))
-    return measured
+def measurements(paths: Paths, requests: Sequence[Request]) -> dict[Key, Measurement]:
+    """Return the existing measurements of experiments."""
+    available = {}
+    for job in (job for request in requests for job in request.jobs):
+        files = paths.experiment(*job), paths.experiment_cost(*job)
+        if all(file.is_file() for file in files):
+            results, costs = map(read_measurements, files)
+            for (about, tables), (_, cost) in zip(results, costs, strict=True):
+                kind = measurement_name(about["experiment"], about["model"])
+                available[*job[:2], kind] = Measurement(about, tables, cost)
+    return available
+
+
+def computed(requests: Sequence[Request], available: Collection[Key]) -> list[Request]:
+    """Return the experiments that have measurements among `available`, each with their models."""
+    pairs = ((r, zip(r.models, r.keys, strict=True)) for r in requests)
+    with_models = [
+        (r, tuple(model for model, key in named if key in available)) for r, named in pairs
+    ]
+    return [replace(request, models=models) for request, models in with_models if models]
 
 
 def page_of(request: Request, spec: DatasetSpec) -> str:
@@ -84,6 +101,7 @@ def run_experiment(
     store: Path,
     *,
     kind: str,
+    models: Sequence[str],
     dataset: str,
     task: str,
     settings: Mapping[str, Any],
@@ -98,15 +116,15 @@ def run_experiment(
     encoders: Sequence[Path] = (),
     rendered: str = "",
 ) -> None:
-    """Measure the experiment `kind` (name, or name and model) on a task and write its tables.
+    """Measure an experiment on a task with each of `models` ("": all at once); write the tables.
 
-    `split` are the settings of the task (`DatasetSpec.task_settings`), `encoders` the latents and
-    training cost of an embedding. If `rendered` is not empty, sounds are simulated by the recipe of
-    the data set. A task that lacks what the experiment needs is written as skipped, with reason.
+    `kind` is the name of the job (`Request.jobs`). `split` are the settings of the task
+    (`DatasetSpec.task_settings`), `encoders` the latents and training cost of an embedding. If
+    `rendered` is not empty, sounds are simulated by the recipe of the data set. A task that lacks
+    what the experiment needs is written as skipped, with reason.
     """
-    name, _, model = kind.partition("-")
-    experiment, table = EXPERIMENTS[name], read_store(store)
-    about = {"experiment": name, "dataset": dataset, "task": task, "model": model, "seed": seed}
+    experiment, table = EXPERIMENTS[kind.partition("-")[0]], read_store(store)
+    about = {"experiment": experiment.name, "dataset": dataset, "task": task, "seed": seed}
     about |= {**split, "settings": settings, "provenance": dict(table.attrs), **device_facts()}
     compared = {other: _comparable(store, table, paths.features(other)) for other in other_sets}
     read_too = compared if experiment.reads_recordings else {}
@@ -115,26 +133,24 @@ def run_experiment(
         audio=audio, features=features, **_encoded(*encoders),
         **_sounds(paths, dataset, audio, read_too, rendered),
     )  # fmt: skip
-    results, costs = _measure(experiment, inputs, settings, about)
-    if "skipped" in about:
-        tell(f"skipped   {dataset}/{task}, {kind}: {about['skipped']}")
-    write_tables(cost, costs)
-    write_tables(tables, results, **about)
+    checked = experiment.settings.model_validate(settings)
+    outcomes = [_measure(experiment, inputs, checked, about | {"model": m}) for m in models]
+    write_measurements(cost, [({}, outcome.cost) for outcome in outcomes])
+    write_measurements(tables, [(outcome.about, outcome.tables) for outcome in outcomes])
 
 
 def _measure(
-    experiment: Experiment, inputs: Inputs, settings: Mapping[str, Any], about: dict[str, Any]
-) -> tuple[Sequence[Table], Sequence[Table]]:
-    """Return tables of results and of cost; add facts, or why there are none, to `about`."""
+    experiment: Experiment, inputs: Inputs, settings: Strict, about: Mapping[str, Any]
+) -> Outcome:
+    """Return tables of results and of cost, and `about` with more facts, or why there are none."""
     try:
-        about["left_out"] = dict(inputs.classes_of_task[1])
-        checked = experiment.settings.model_validate(settings)
-        outcome = experiment.measure(inputs, checked, about["model"])
+        left_out = {"left_out": dict(inputs.classes_of_task[1])}
+        outcome = experiment.measure(inputs, settings, about["model"])
     except NotPossibleError as error:
-        about["skipped"] = str(error)
-        return (), ()
-    about |= outcome.about
-    return outcome.tables, outcome.cost
+        name = measurement_name(experiment.name, about["model"])
+        tell(f"skipped   {about['dataset']}/{about['task']}, {name}: {error}")
+        return Outcome((), (), {**about, "skipped": str(error)})
+    return replace(outcome, about={**about, **left_out, **outcome.about})
 
 
 def _comparable(store: Path, table: FeatureRows, path: Path) -> FeatureRows:
@@ -179,18 +195,17 @@ def _encoded(latents: Path | None = None, training_cost: Path | None = None) -> 
 
 
 def read_results(
-    paths: Paths,
+    available: Mapping[Key, Measurement],
     request: Request,
     specs: Mapping[str, DatasetSpec],
     paper: Mapping[str, PaperFigure],
 ) -> tuple[TaskResults, list[tuple[str, str]]]:
-    """Return the results of an experiment on a task, and the label of each model that was skipped,
-    with the reason."""
+    """Return the results of an experiment on a task among those available, and the label of each
+    model that was skipped, with the reason."""
     spec, results, skipped = specs[request.dataset], [], []
     split, source = spec.task_settings(request.task), "recorded"
-    for model, kind in zip(request.models, request.kinds, strict=True):
-        about, tables = read_tables(paths.experiment(request.dataset, request.task, kind))
-        _, costs = read_tables(paths.experiment_cost(request.dataset, request.task, kind))
+    for model, key in zip(request.models, request.keys, strict=True):
+        about, tables, costs = available[key]
         label = request.label(model or about["model"], split["kind"])
         source = about["provenance"]["source"]
         if "skipped" in about:

@@ -12,12 +12,11 @@ from ajgdata.evaluate.agreement import why_undefined
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import SCORES, TaskResults
 from ajgdata.paths import TABLES, Paths
-from ajgdata.pipeline.experiments import JobKey
+from ajgdata.pipeline.experiments import Key, Measurement
 from ajgdata.report.comparison import PaperComparison
 from ajgdata.report.render import Picture
 from ajgdata.report.report_data import Report
 from ajgdata.store.files import csv_bytes, replacing_folder, write_bytes
-from ajgdata.store.tables import read_tables
 from ajgdata.types.table import Column, Table, table_of
 
 #: Table of the comparison with the paper.
@@ -127,8 +126,8 @@ def paper_table(rows: Sequence[PaperComparison]) -> Table:
     return table_of(PAPER_TABLE, "Comparison with the paper", cells, **columns)
 
 
-def collect(paths: Paths, documents: Sequence[JobKey]) -> list[dict[str, Any]]:
-    """Write the results `documents` together; returns what is known about each.
+def collect(paths: Paths, measured: Mapping[Key, Measurement]) -> list[dict[str, Any]]:
+    """Write all measurements together; returns what is known about each.
 
     `metrics.csv` has a row for each number: a metric of a part of an experiment (`grouped`,
     `random`, `withheld`, `overall`, `on:<data set>`, `curve:<grasps per class>`,
@@ -138,9 +137,7 @@ def collect(paths: Paths, documents: Sequence[JobKey]) -> list[dict[str, Any]]:
     `predictions.csv` has a row for each recording, split and fold.
     """
     collected, numbers, predicted = [], [], []
-    for dataset, task, kind in documents:
-        about, tables = read_tables(paths.experiment(dataset, task, kind))
-        costs = read_tables(paths.experiment_cost(dataset, task, kind))[1]
+    for (_, _, kind), (about, tables, costs) in measured.items():
         named = {table.name: table for table in tables}
         if held_out := named.get(PREDICTIONS):
             where = {key: about[key] for key in ("dataset", "task", "model")}

@@ -14,7 +14,15 @@ from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import training_cost
 from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths
 from ajgdata.pipeline.dataset_summary import summary
-from ajgdata.pipeline.experiments import JobKey, TaskKey, computed, read_results, requests_for
+from ajgdata.pipeline.experiments import (
+    Key,
+    Measurement,
+    TaskKey,
+    computed,
+    measurements,
+    read_results,
+    requests_for,
+)
 from ajgdata.pipeline.exports import collect, with_tables, write_csv, write_exports
 from ajgdata.pipeline.machine import cpu_name
 from ajgdata.pipeline.run_summary import run_cost
@@ -60,7 +68,7 @@ def build_report(
     *,
     datasets: Sequence[str],
     tasks: Sequence[TaskKey],
-    requested: Sequence[JobKey],
+    requested: Sequence[Key],
     studies: Sequence[str] = (),
     ablations: Sequence[str] = (),
     published: Sequence[str] = (),
@@ -72,14 +80,15 @@ def build_report(
     that the target did not request: they are of an earlier run and may be outdated.
     """
     specs = {name: read_dataset(paths, name) for name in datasets}
-    requests = computed(paths, expected := requests_for(specs, tasks))
-    keys = [key for request in requests for key in request.keys]
+    available = measurements(paths, expected := requests_for(specs, tasks))
+    requests = computed(expected, available)
+    measured = {key: available[key] for request in requests for key in request.keys}
     existing = {name: spec for name, spec in specs.items() if paths.features(name).is_file()}
     present = [name for name in published if paths.published_sums(name).is_file()]
     pages, paper = _pages(paths, studies, ablations), published_values(paths)
-    results, skipped = _read(paths, specs, requests, paper)
+    results, skipped = _read(measured, specs, requests, paper)
     missing = {
-        "experiments": sum(len(request.keys) for request in expected) - len(keys),
+        "experiments": sum(len(request.keys) for request in expected) - len(measured),
         "simulation studies": len({*studies} - pages.keys()),
         "ablations": len(ablations) - len(pages.get(ABLATIONS_PAGE, [])),
         "published data sets": len(published) - len(present),
@@ -88,7 +97,7 @@ def build_report(
         _assembled(paths, existing, requests, results, paper, pages.get(ABLATIONS_PAGE, [])),
         skipped=skipped,
         missing=tuple(f"{noun} ({count})" for noun, count in missing.items() if count),
-        earlier=len({*keys} - {*requested}),
+        earlier=len({*measured} - {*requested}),
         run_cost=tuple(run_cost(paths, [*existing], everything=bool(pages or present))),
         machine=f"{cpu_name()}, {os.cpu_count()} cores",
         **_studies(pages),
@@ -98,7 +107,7 @@ def build_report(
     )
     _write(paths, report, results, pages, present)
     about = {"datasets": [*existing], "pages": [*pages], "published": present}
-    write_bytes(paths.runs, json_bytes(about | _contents(report, collect(paths, keys))))
+    write_bytes(paths.runs, json_bytes(about | _contents(report, collect(paths, measured))))
 
 
 def _write(
@@ -205,26 +214,26 @@ def _assembled(
 
 
 def _read(
-    paths: Paths,
+    measured: Mapping[Key, Measurement],
     specs: Mapping[str, DatasetSpec],
     requests: Sequence[Request],
     paper: Mapping[str, PaperFigure],
 ) -> tuple[list[TaskResults], tuple[str, ...]]:
     """Return all results on tasks, and what could not be measured."""
-    read = [read_results(paths, request, specs, paper) for request in requests]
+    read = [read_results(measured, request, specs, paper) for request in requests]
     skipped = (
         f"{task.dataset} · {words(task.task)}, {EXPERIMENTS[task.experiment].title.lower()}"
         f"{f' · {label}' if label else ''}: {reason}"
         for task, reasons in read
         for label, reason in reasons
     )
-    measured = [result for result, _ in read if result.results]
+    shown = [result for result, _ in read if result.results]
     pages: dict[tuple[str, str], list[TaskResults]] = {}
-    for result in measured:
+    for result in shown:
         pages.setdefault((result.experiment, result.page), []).append(result)
     return [
         dataclasses.replace(result, same_page=tuple(pages[result.experiment, result.page]))
-        for result in measured
+        for result in shown
     ], tuple(skipped)
 
 

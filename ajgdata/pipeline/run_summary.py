@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.experiments import JobKey
+from ajgdata.pipeline.experiments import Key
 from ajgdata.pipeline.machine import machine_line
 from ajgdata.report.comparison import tally_text
 from ajgdata.store.benchmarks import RuleCost, read_costs
@@ -52,7 +52,7 @@ def modified_ns(path: Path) -> int:
 def complete(
     paths: Paths,
     datasets: Sequence[str],
-    requested: Sequence[JobKey],
+    requested: Sequence[Key],
     trained: Sequence[str],
     optional: Sequence[str],
     summary: Path,

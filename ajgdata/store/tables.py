@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,14 +18,27 @@ _INFINITE = {"inf": math.inf, "-inf": -math.inf}
 
 def write_tables(path: Path, tables: Sequence[Table], **about: Any) -> None:
     """Write `tables`, and facts `about` them by key, to `path` (JSON), atomically."""
-    write_bytes(path, json_bytes(plain({**about, "tables": [as_json(t) for t in tables]})))
+    write_measurements(path, [(about, tables)])
 
 
 def read_tables(path: Path) -> tuple[dict[str, Any], list[Table]]:
     """Return `about` and the tables of a file that `write_tables` wrote."""
-    content = read_json(path)
-    tables = [_from_json(table) for table in content.pop("tables")]
-    return content, tables
+    (result,) = read_measurements(path)
+    return result
+
+
+def write_measurements(
+    path: Path, results: Iterable[tuple[Mapping[str, Any], Sequence[Table]]]
+) -> None:
+    """Write several `about` with their tables to one file, see `write_tables`."""
+    contents = [{**about, "tables": [as_json(t) for t in tables]} for about, tables in results]
+    write_bytes(path, json_bytes(plain(contents)))
+
+
+def read_measurements(path: Path) -> list[tuple[dict[str, Any], list[Table]]]:
+    """Return each `about` and its tables of a file that `write_measurements` wrote."""
+    contents = read_json(path)
+    return [(about, [_from_json(t) for t in about.pop("tables")]) for about in contents]
 
 
 def as_json(table: Table) -> dict[str, Any]:

@@ -38,12 +38,6 @@ class Variant(Strict):
     excitation: dict[str, JsonValue] = Field(
         {}, description="another played sound, simulated data sets only: kind, length_s, ..."
     )
-    split: Literal["grouped", "random"] = Field(
-        "grouped", description="grouped: by the groups of the task; random: by recording"
-    )
-    models: tuple[ModelName, ...] = Field(
-        (), description="models of this variant; default: those of the comparison"
-    )
     x: float | None = Field(None, description="position on a numeric axis")
     series: str = Field("", description="line of a figure over a numeric axis")
 
@@ -101,8 +95,6 @@ class Comparison(Evaluation):
             raise ValueError("variants: give at least two, each with a name of its own")
         if self.axis and self.axis not in self.vary:
             raise ValueError(f"axis: {self.axis!r} is not a key of vary")
-        if self.test and any(variant.split == "random" for variant in self.all_variants):
-            raise ValueError("test: a random split has no further data sets")
         return self
 
 

@@ -87,6 +87,9 @@ class DatasetSpec(Strict):
     embeddings: dict[Name, Embedding] = Field(
         {}, description="what is embedded by contrast, by name"
     )
+    final_models: bool = Field(
+        True, description="train models for new recordings; false if it only tests a hypothesis"
+    )
     level: Level | None = Field(
         None, description="where it stands among the data sets that a task is tested on"
     )

@@ -15,6 +15,7 @@ import pytest
 from sklearn.metrics import accuracy_score, root_mean_squared_error
 
 import ajgdata
+from ajgdata.experiments import job_of
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
 from ajgdata.report.studies import holds
@@ -28,7 +29,7 @@ from ajgdata.store.sessions import (
     read_recordings,
     read_session,
 )
-from ajgdata.store.tables import read_tables
+from ajgdata.store.tables import read_measurements, read_tables
 from ajgdata.types import DataError
 from ajgdata.types.table import Table
 
@@ -105,7 +106,8 @@ def test_every_recording_is_in_the_store_or_in_the_quarantine(path):
 
 
 def evaluation(dataset: str, task: str, kind: str) -> tuple[dict, dict[str, Table]]:
-    about, tables = read_tables(PATHS.experiment(dataset, task, kind))
+    made = read_measurements(PATHS.experiment(dataset, task, job_of(kind)))
+    about, tables = next(one for one in made if one[0]["model"] == kind.partition("-")[2])
     return about, {table.name: table for table in tables}
 
 

@@ -124,8 +124,8 @@ def run(stores: dict[str, Path], asked: Request, folder: Path) -> tuple[dict, di
     model = MODELS.get(name, MODEL) if asked.experiment.by_model else ""
     tables, cost = folder / "tables.json", folder / "cost.json"
     run_experiment(
-        stores[asked.dataset], kind=f"{name}-{model}" if model else name, dataset=asked.dataset,
-        task=asked.task, settings=settings, split=spec.task_settings(asked.task),
+        stores[asked.dataset], kind=name, models=[model], dataset=asked.dataset, task=asked.task,
+        settings=settings, split=spec.task_settings(asked.task),
         other_sets=list(asked.other_sets), audio=spec.audio,
         features=spec.features, paths=Paths(stores[asked.dataset].parents[2]), seed=0,
         tables=tables, cost=cost,

@@ -12,15 +12,16 @@ import pytest
 import yaml
 from recorded import make_features
 
-from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments import EXPERIMENTS, measurement_name
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import requests_for, run_experiment
 from ajgdata.pipeline.report import build_report
 from ajgdata.pipeline.train import train_embedding, train_model
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.features import read_store
-from ajgdata.store.files import read_csv, read_json
+from ajgdata.store.files import read_csv
 from ajgdata.store.sessions import read_dataset, write_session
+from ajgdata.store.tables import read_measurements
 from ajgdata.types import AudioSettings, Recording, Session
 
 RATE_HZ = 44_100
@@ -124,17 +125,23 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
         {"little": spec}, [("little", t) for t in (*spec.tasks, *spec.embeddings)]
     ):
         encoders = [paths.latents("little", one.task), paths.training_cost("little", one.task)]
-        for kind in one.kinds:
+        for *_, kind in one.jobs:
             tables = paths.experiment("little", one.task, kind)
             run_experiment(
-                paths.features("little"), kind=kind, dataset="little", task=one.task,
-                settings=one.job_settings(kind), split=spec.task_settings(one.task),
+                paths.features("little"), kind=kind, models=one.job_models(kind),
+                dataset="little", task=one.task, settings=one.job_settings(kind),
+                split=spec.task_settings(one.task),
                 other_sets=list(one.other_sets), rendered="x" if one.experiment.renders else "",
                 audio=AudioSettings(sample_rate_hz=RATE_HZ), features=spec.features,
                 paths=paths, encoders=encoders if one.experiment.of_embedding else [], seed=0,
                 tables=tables, cost=paths.experiment_cost("little", one.task, kind),
             )  # fmt: skip
-            told[one.task, kind] = read_json(tables).get("skipped", "")
+            for model, (about, _) in zip(
+                one.job_models(kind), read_measurements(tables), strict=True
+            ):
+                told[one.task, measurement_name(one.experiment.name, model)] = about.get(
+                    "skipped", ""
+                )
     return told
 
 

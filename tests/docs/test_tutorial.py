@@ -20,7 +20,7 @@ from ajgdata.cli import main
 from ajgdata.paths import Paths
 from ajgdata.pipeline import acquire_live
 from ajgdata.store.features import read_store
-from ajgdata.store.tables import read_tables
+from ajgdata.store.tables import read_measurements
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
@@ -119,7 +119,8 @@ def test_the_tutorial(tmp_path, monkeypatch, capfd, bench):
     # 18 grasps and 2 references.
     assert store.feature.shape == (20, 1025)
     assert set(store.columns["label"].values.tolist()) == {"cube", "ball", "bar", ""}
-    about, tables = read_tables(paths.experiment("mine", "label", "cross_validation-linear"))
+    made = read_measurements(paths.experiment("mine", "label", "cross_validation-plain"))
+    about, tables = next(one for one in made if one[0]["model"] == "linear")
     assert about["parts"]["grouped"]["recordings"] == 18
     scores = tables[0].where(part="grouped", metric="accuracy")
     reached, chance = (scores.where(statistic=s).numbers("value")[0] for s in ("mean", "chance"))

@@ -7,8 +7,8 @@ import pytest
 from ajgdata.evaluate.agreement import why_undefined
 from ajgdata.experiments.base import score_table
 from ajgdata.paths import Paths
+from ajgdata.pipeline.experiments import Measurement
 from ajgdata.pipeline.exports import collect
-from ajgdata.store.tables import write_tables
 from ajgdata.types.table import table_of
 
 MADE_BY = {"provenance": {"source": "simulated", "git_commit": "abc1234"}, "seed": 7}
@@ -43,11 +43,12 @@ def collected(tmp_path_factory):
         ),
         ("d", "poses", "embedding_distances"): ([], [], {"model": "", "skipped": "one grasp only"}),
     }
+    measured = {}
     for (dataset, task, kind), (tables, cost, about) in found.items():
         where = {"experiment": kind.partition("-")[0], "dataset": dataset, "task": task}
-        write_tables(paths.experiment(dataset, task, kind), tables, **where, **about, **MADE_BY)
-        write_tables(paths.experiment_cost(dataset, task, kind), cost)
-    about = collect(paths, list(found))
+        made = where | about | MADE_BY
+        measured[dataset, task, kind] = Measurement(made, tables, cost)
+    about = collect(paths, measured)
     with paths.metrics_table.open(encoding="utf-8", newline="") as stream:
         numbers = list(csv.DictReader(stream))
     with paths.predictions.open(encoding="utf-8", newline="") as stream:

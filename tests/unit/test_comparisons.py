@@ -163,7 +163,7 @@ def test_the_errors_are_those_of_features_made_alone(echoes):
 
 def declare(project, **changes):
     content = {"title": "T", "question": "Q?", "train": "d", "task": "edge", "models": "[knn]"}
-    content |= {"variants": "[{name: a}, {name: b, split: random}]"} | changes
+    content |= {"variants": "[{name: a}, {name: b, features: {window: 512}}]"} | changes
     folder = project.paths.comparisons
     folder.mkdir(parents=True, exist_ok=True)
     text = "".join(f"{key}: {value}\n" for key, value in content.items())

@@ -66,8 +66,8 @@ def test_stores_that_do_not_compare_are_refused_when_they_are_read(tmp_path):
     asked = EXPERIMENTS["cross_validation"].settings(models=["ridge"], test_on=["b"])
     with pytest.raises(DataError, match="do not compare") as caught:
         run_experiment(
-            Paths(tmp_path).features("a"), kind="cross_validation-ridge", dataset="a", task="t",
-            settings=asked.model_dump(mode="json"), other_sets=["b"],
+            Paths(tmp_path).features("a"), kind="cross_validation-plain", models=["ridge"],
+            dataset="a", task="t", settings=asked.model_dump(mode="json"), other_sets=["b"],
             split={"target": "object", "kind": "classification", "unit": "", "groups": "grasp_id",
                    "folds": 3},
             audio=AudioSettings(), features=FeatureSettings(), paths=Paths(tmp_path), seed=0,

@@ -8,7 +8,7 @@ from experiment_samples import small_store
 
 from ajgdata.experiments import Request
 from ajgdata.paths import Paths
-from ajgdata.pipeline.experiments import read_results, requests_for, run_experiment
+from ajgdata.pipeline.experiments import measurements, read_results, requests_for, run_experiment
 from ajgdata.pipeline.exports import collect
 from ajgdata.store.features import write_store
 from ajgdata.types import DatasetSpec
@@ -35,10 +35,10 @@ SPEC = DatasetSpec.model_validate(
 
 
 def run(paths: Paths, request: Request, **changes) -> None:
-    for kind in request.kinds:
+    for *_, kind in request.jobs:
         values = {
-            "kind": kind, "dataset": "d", "task": "t", "split": SPLIT,
-            "settings": request.settings.model_dump(mode="json"), "other_sets": [],
+            "kind": kind, "models": request.job_models(kind), "dataset": "d", "task": "t",
+            "split": SPLIT, "settings": request.settings.model_dump(mode="json"), "other_sets": [],
             "audio": SPEC.audio, "features": SPEC.features, "paths": paths, "seed": 3,
             "tables": paths.experiment("d", "t", kind),
             "cost": paths.experiment_cost("d", "t", kind),
@@ -57,8 +57,7 @@ def paths(tmp_path_factory):
 
 def collected(paths: Paths) -> tuple[list[dict], list[dict[str, str]], list[dict[str, str]]]:
     requests = requests_for({"d": SPEC}, [("d", "t")])
-    documents = [("d", "t", kind) for request in requests for kind in request.kinds]
-    about = collect(paths, documents)
+    about = collect(paths, measurements(paths, requests))
     rows = [
         list(csv.DictReader(path.read_text().splitlines()))
         for path in (paths.metrics_table, paths.predictions)
@@ -68,7 +67,7 @@ def collected(paths: Paths) -> tuple[list[dict], list[dict[str, str]], list[dict
 
 def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(paths):
     *_, curve = (one for one in requests_for({"d": SPEC}, [("d", "t")]) if "curve" in one.kinds[0])
-    results, skipped = read_results(paths, curve, {"d": SPEC}, {})
+    results, skipped = read_results(measurements(paths, [curve]), curve, {"d": SPEC}, {})
     assert results.results == ()
     ((label, reason),) = skipped
     assert label == "k-NN"

@@ -59,14 +59,14 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
         found = read_tables(paths.experiment("tones", "pitch", kind))[1]
         return {table.name: table for table in found}
 
-    scores = tables("cross_validation-knn")["scores"]
+    scores = tables("cross_validation-plain")["scores"]
     there, here = (
         scores.where(part=part, statistic="mean").column("value") for part in ("on:copy", "grouped")
     )
     assert there == here
-    curve = tables("learning_curve-knn")["curve"].where(metric="accuracy")
+    curve = tables("learning_curve-plain")["curve"].where(metric="accuracy")
     assert len(curve.rows) == 6
-    folds = tables("cross_gripper-knn")["folds"].where(grasps=0)
+    folds = tables("cross_gripper-plain")["folds"].where(grasps=0)
     assert folds.rows and folds.column("home") == folds.column("value")
     pages = sorted(paths.report.parent.rglob("*.html"))
     text = "".join(page.read_text() for page in pages)

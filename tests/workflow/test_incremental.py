@@ -134,7 +134,7 @@ def test_an_edited_report_file_makes_the_pages_anew_and_nothing_else(project):
 
 def test_same_inputs_give_the_same_bytes(project):
     store = project.paths.features("tones")
-    tables = project.paths.experiment("tones", "pitch", "cross_validation-knn")
+    tables = project.paths.experiment("tones", "pitch", "cross_validation-plain")
     before = store.read_bytes(), tables.read_bytes()
     time.sleep(1.1)  # HDF5 would store whole seconds
     project.snakemake(str(tables.relative_to(project.root)), "--forceall")
@@ -197,7 +197,7 @@ def test_each_study_is_a_job_of_its_own(project):
 def test_the_first_target_makes_the_results_of_the_paper_and_deletes_no_others(project):
     other = PITCH | {"models": ["linear"]}
     redeclare(project, tasks={"pitch": PITCH | {"paper": "ycb"}, "other": other})
-    beyond = "experiment", "tones", "other", "cross_validation-linear"
+    beyond = "experiment", "tones", "other", "cross_validation-plain"
     assert beyond not in project.jobs_of() and "train" not in project.planned()
     project.snakemake()
     page = project.paths.report

@@ -12,7 +12,7 @@ rule complete:
     params:
         function="run_summary:complete",
         datasets=FIRST_DATASETS,
-        requested=list(FIRST),
+        requested=FIRST_RESULTS,
         trained=[] if PAPER else TRAINED,
         run=PATHS.run,
         optional=[
@@ -37,5 +37,5 @@ use rule complete as complete_everything with:
         str(PATHS.log("complete_everything")),
     params:
         datasets=list(PLANS),
-        requested=list(REQUESTS),
+        requested=RESULTS,
         trained=TRAINED,

@@ -33,7 +33,7 @@ rule report:
         declared=[settings_digest(one.spec) for one in PLANS.values()],
         code=layer_hash("report"),
         texts=REPORT_FILES,
-        requested=list(FIRST),
+        requested=FIRST_RESULTS,
     message:
         "Report"
     script:
@@ -58,6 +58,6 @@ use rule report as report_everything with:
     benchmark:
         str(PATHS.benchmark("report_everything"))
     params:
-        requested=list(REQUESTS),
+        requested=RESULTS,
     message:
         "Report on all results"
