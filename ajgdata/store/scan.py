@@ -209,6 +209,10 @@ def _columns(texts: Mapping[str, str], settings: ImportSettings, result: Scan) -
         names = [name for name, meaning in columns.items() if meaning == doubled[0]]
         problem = f"columns {names} would all be {doubled[0]!r}"
         raise DataError(settings.table or "--pattern", problem, "rename all but one")
+    if "sample" in meanings and not (settings.grasp or {"grasp", "grasp_id"} & set(meanings)):
+        problem = "names `sample` without `grasp`: recordings of a grasp would be different grasps"
+        fix = "name the grasp; if each file is one grasp, add --grasp with columns that identify it"
+        raise DataError(settings.table or "--pattern", problem, fix)
     roles = set(ROLES.values())
     stored = {
         name: meaning

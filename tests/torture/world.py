@@ -27,7 +27,7 @@ from ajgdata.store.audio import write_pcm24
 RATE_HZ = 44_100
 MATERIALS, TAKES = ("Ceramic", "Marble", "Wood"), 4
 SNAKEFILE = Path(__file__).resolve().parents[2] / "Snakefile"
-PATTERN = r"(?P<material>[^/]+)/(?P<sample>\d+)\.wav"
+PATTERN = r"(?P<material>[^/]+)/(?P<clip>\d+)\.wav"
 DECLARATION = {
     "name": "knock",
     "description": "Knocks on materials, to be tortured.",

@@ -3,7 +3,7 @@
 import csv
 
 import pytest
-from worlds import write_tone
+from worlds import assert_one_line, write_tone
 
 TABLE = ("--table", "t.csv", "--file", "{name}.wav", "--target", "form")
 GRASPS = r"(?P<label>[a-z]+)_g(?P<grasp>\d+)_(?P<sample>[ab])\.wav"
@@ -58,7 +58,7 @@ def test_columns_of_the_data_model_are_used_as_such(ajgdata, folder, rows):
         "w0,pl,day1,first,2,box,ok\nw1,pt,day1,second,3,ball,REJECT\n"
         "w2,pl,day2,first,0,box,Clipped\nw3,pt,day2,second,1,ball,\n",
     )
-    code, out, _ = ajgdata("import", folder, "--dataset", "e", *TABLE)
+    code, out, _ = ajgdata("import", folder, "--dataset", "e", *TABLE, "--grasp", "{name}")
     assert code == 0
     assert "4 added, 0 changed, 0 unchanged in 2 session(s) of e" in out
     columns = ("sample", "object", "quality", "form", "name")
@@ -96,6 +96,16 @@ def test_grasps_with_two_objects_or_target_values_are_a_warning(ajgdata, folder)
     code, out, _ = ajgdata("check", "e")
     assert code == 3
     assert "3 of 3 grasps have more than one value of label" in out
+
+
+def test_a_pattern_with_samples_names_their_grasps(ajgdata, folder, project):
+    write(folder, *(f"{o}_g1_{s}.wav" for o in ("box", "ball") for s in "ab"))
+    options = ("import", folder, "--dataset", "e", "--pattern")
+    code, _, err = ajgdata(*options, r"(?P<label>[a-z]+)_g1_(?P<Sample>[ab])\.wav")
+    assert code == 1
+    assert_one_line(err, "--pattern: names `sample` without `grasp`")
+    assert not project.paths.dataset("e").exists()
+    assert ajgdata(*options, GRASPS)[0] == 0
 
 
 def test_one_class_is_no_task(ajgdata, folder):

@@ -69,7 +69,7 @@ def test_regular_expression_with_roles(tmp_path):
 )
 def test_the_number_of_a_repeat_as_spreadsheets_write_it(tmp_path, said, sample):
     table(files(tmp_path, "a.wav"), f'name,sample\na,"{said}"\n')
-    (one,) = scanned(tmp_path, table="t.csv", file="{name}.wav").files
+    (one,) = scanned(tmp_path, table="t.csv", file="{name}.wav", grasp="{name}").files
     assert one.cells["sample"] == sample
 
 
