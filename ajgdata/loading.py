@@ -85,7 +85,7 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
         fix = f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata record`"
         raise DataError(paths.sessions(name), "holds no recording that can be used", fix)
     _warn_of(issues, name)
-    is_simulated = "virtual" in recordings.source.values
+    is_simulated = bool({"virtual", "virtual-import"} & set(recordings.source.values))
     attrs = {"data_set": name, "source": "simulated" if is_simulated else "recorded"}
     return recordings.assign_attrs(attrs, sample_rate_hz=spec.audio.sample_rate_hz)
 

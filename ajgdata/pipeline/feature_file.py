@@ -216,7 +216,7 @@ def _with_attributes(
         SETTINGS_ATTRIBUTE: digest,
         **software(),
         "data_set": dataset,
-        "source": "simulated" if "virtual" in sources else "recorded",
+        "source": "simulated" if sources & {"virtual", "virtual-import"} else "recorded",
         "inputs_sha256": inputs,
     }
     return replace(table, attrs=attrs)

@@ -12,7 +12,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tracked
 from ajgdata.store.audio import file_sha256, inspect_audio
 from ajgdata.store.files import BRINGING, alone
-from ajgdata.store.importing import Contents, Imported, import_sessions
+from ajgdata.store.importing import Contents, Imported, are_simulated, import_sessions
 from ajgdata.store.labels import number
 from ajgdata.store.scan import Scan, scan, slug
 from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset, write_dataset
@@ -58,11 +58,12 @@ def import_folder(
     """
     folder, path = Path(folder), paths.dataset(checked_name(dataset))
     declared = read_dataset(paths, dataset) if path.is_file() else None
-    if declared:
-        check_one_kind(paths, declared, list_sessions(paths, dataset), adding=False)
     chosen = _chosen(settings, declared)
     scanned = scan(folder, chosen, name=slug(folder.resolve().name))
     contents = _read(scanned)
+    scanned.is_simulated = are_simulated(scanned, contents)
+    if declared:
+        check_one_kind(paths, declared, list_sessions(paths, dataset), scanned.is_simulated)
     spec = declared or declare(dataset, scanned, contents, chosen, targets)
     _note_columns(paths, spec, scanned, targets)
     with alone(paths.recordings(dataset), BRINGING):

@@ -58,13 +58,14 @@ class AudioError(DataError):
 
 @dataclass(frozen=True)
 class AudioInfo:
-    """Container, encoding (libsndfile's names), rate, channels and length of an audio file."""
+    """Container, encoding (libsndfile's names), rate, channels, length and comment of a file."""
 
     format: str
     subtype: str
     sample_rate_hz: int
     channels: int
     frames: int
+    comment: str = ""
 
 
 @dataclass(frozen=True)
@@ -95,8 +96,7 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
 
     >>> from pathlib import Path
     >>> import numpy as np
-    >>> from ajgdata.store.audio import read_audio, write_pcm24
-    >>> from ajgdata.types import AudioSettings
+    >>> from ajgdata.store.audio import AudioSettings, read_audio, write_pcm24
     >>> write_pcm24(Path("click.wav"), np.array([0.0, 0.5, -0.25]), 44_100)
     >>> read_audio(Path("click.wav"), AudioSettings()).samples  # (n,), full scale ±1
     array([ 0.  ,  0.5 , -0.25], dtype=float32)
@@ -164,7 +164,7 @@ def _info(path: Path, file: soundfile.SoundFile) -> AudioInfo:
         problem += f"possible are {LOWEST_RATE_HZ} to {HIGHEST_RATE_HZ} Hz, {MAX_CHANNELS} "
         problem += f"channels and {MAX_DURATION_S} s"
         raise AudioError(path, "implausible", problem, "correct its header, or cut it")
-    return AudioInfo(file.format, file.subtype, rate, file.channels, file.frames)
+    return AudioInfo(file.format, file.subtype, rate, file.channels, file.frames, file.comment)
 
 
 def _truncated(path: Path, held: int, declared: int, unit: str) -> AudioError:

@@ -56,13 +56,21 @@ class Imported:
         return not any(self.remarks[kind] for kind in ("failed", "unreadable", "kept"))
 
 
+def are_simulated(scanned: Scan, contents: Contents) -> bool:
+    """Return True if the comments in the files begin with *simulated*; DataError for a mixture."""
+    marks = {p: i.comment.lower().startswith("simulated") for p, (_, i) in contents.items() if i}
+    simulated = [path.as_posix() for path, is_marked in marks.items() if is_marked]
+    if 0 < len(simulated) < len(marks):
+        problem = f"{len(simulated)} of {len(marks)} files are simulated, e.g. {simulated[0]}"
+        fix = "move them to another folder and import that folder into a data set of its own"
+        raise DataError(scanned.folder, problem, fix)
+    if simulated:
+        scanned.remarks["note"].append(("simulated", "the comments in the files state this"))
+    return bool(simulated)
+
+
 def import_sessions(
-    paths: Paths,
-    dataset: str,
-    scanned: Scan,
-    contents: Contents,
-    copy: bool,
-    on_change: OnChange,
+    paths: Paths, dataset: str, scanned: Scan, contents: Contents, copy: bool, on_change: OnChange
 ) -> Imported:
     """Write the sessions of `scanned` into `dataset`.
 
@@ -88,10 +96,11 @@ class _SessionImport:
         self.files = [file for file in scanned.files if file.session == target.name]
         root = None if copy else str(self.folder.absolute())
         is_old = (target / SESSION_FILE).is_file()
-        self.declared = read_session(target) if is_old else _new_session(target, self.folder, root)
+        new = _new_session(target, scanned, root)
+        self.declared = read_session(target) if is_old else new
         self.rows = _rows(target)
         self.original_files = {row.file for row in self.rows.values()}
-        if self.declared.source != "import" or self.declared.audio_root != root:
+        if self.declared.source != new.source or self.declared.audio_root != root:
             held = self.declared.audio_root
             problem = f"this session's source is {self.declared.source}, "
             problem += f"its recordings are in {held}" if held else "with copies of its recordings"
@@ -223,13 +232,13 @@ def _new_id(file: ScannedFile, used: Collection[str]) -> str:
     return name
 
 
-def _new_session(target: Path, folder: Path, root: str | None) -> Session:
+def _new_session(target: Path, scanned: Scan, root: str | None) -> Session:
     return Session(
         session_id=target.name,
-        source="import",
+        source="virtual-import" if scanned.is_simulated else "import",
         audio_root=root,
         software=f"ajgdata {software()['ajgdata_version']}",
-        notes=f"imported from a folder named {folder.name!r}",
+        notes=f"imported from a folder named {scanned.folder.name!r}",
     )
 
 

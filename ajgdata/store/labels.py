@@ -22,7 +22,7 @@ MEANINGS = {
     "sample": "number of the repeat within the grasp",
     "object": "what was held",
     "quality": "ok or clipped",
-    "source": "virtual (simulated), soundcard or import",
+    "source": "virtual or virtual-import (simulated), soundcard or import",
     "gripper": "gripper",
     "medium": "granular medium in the gripper",
 }

@@ -62,6 +62,7 @@ class Scan:
     folder: Path
     files: list[ScannedFile] = field(default_factory=list)
     remarks: Remarks = field(default_factory=lambda: defaultdict(list))
+    is_simulated: bool = False
 
     def label_columns(self) -> list[str]:
         """Return the columns that are labels of recordings."""
@@ -154,9 +155,8 @@ def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Sca
     except re.error as error:
         raise DataError("--pattern", f"not a regular expression ({error})", "correct it") from None
     if not pattern.groupindex:
-        raise DataError(
-            "--pattern", "has no named group", r"name the label, e.g. (?P<label>[^/]+), in it"
-        )
+        fix = r"name the label, e.g. (?P<label>[^/]+), in it"
+        raise DataError("--pattern", "has no named group", fix)
     rows = {}
     for path in audio:
         match = pattern.fullmatch(path.as_posix())
@@ -235,11 +235,7 @@ def _filled(option: str, template: str, cells: Mapping[str, str]) -> str:
 
 
 def _scanned(
-    path: Path,
-    texts: Mapping[str, str],
-    columns: Mapping[str, str],
-    settings: ImportSettings,
-    name: str,
+    path: Path, texts: dict[str, str], columns: dict[str, str], settings: ImportSettings, name: str
 ) -> ScannedFile:
     """Return the recording of a row. A grasp number counts within its object."""
     texts = {column: plain_text(text) for column, text in texts.items()}

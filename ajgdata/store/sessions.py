@@ -180,7 +180,7 @@ def check_one_kind(
             source = read_session(paths.session(spec.name, name)).source
         except DataError:
             continue
-        kinds.setdefault(source == "virtual", f"session {name}")
+        kinds.setdefault(source.startswith("virtual"), f"session {name}")
     if adding is not None:
         kinds.setdefault(adding, "what is to be added")
     if len(kinds) > 1:

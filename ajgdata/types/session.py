@@ -51,8 +51,8 @@ class Session(Strict):
     """session.yaml: one uninterrupted acquisition with one gripper."""
 
     session_id: Name
-    source: Literal["virtual", "soundcard", "import"] = Field(
-        description="what made it; virtual is simulated"
+    source: Literal["virtual", "virtual-import", "soundcard", "import"] = Field(
+        description="what made it; virtual and virtual-import are simulated"
     )
     gripper: str = Field("unknown", description="name of the gripper")
     medium: str = Field("unknown", description="what the gripper is filled with")

@@ -2,7 +2,8 @@
 
     python docs/examples/make_takes.py takes
 
-For those without a gripper at hand. Real ones replace this folder and nothing else.
+For those without a gripper at hand. Real ones replace this folder and nothing else. The comment in
+each file begins with *simulated*, so that the import calls the data set simulated.
 """
 
 import sys
@@ -31,5 +32,8 @@ for label, shape in OBJECTS.items():
         placed = {"angle_deg": 10 * grasp - 25, "offset_x_mm": grasp - 2.5}
         scene = Scene.model_validate({"object": shape, "grasp": placed, "numerics": QUICK})
         samples = record(simulate(scene), sweep, seed=number).samples
-        soundfile.write(folder / f"{number}_{label}.wav", samples, SAMPLE_RATE_HZ, subtype="PCM_24")
+        path = folder / f"{number}_{label}.wav"
+        with soundfile.SoundFile(path, "w", SAMPLE_RATE_HZ, 1, "PCM_24") as file:
+            file.comment = "simulated by the virtual gripper of ajgdata"
+            file.write(samples)
 print(f"{number} recordings of {len(OBJECTS)} objects in {folder}")

@@ -21,7 +21,9 @@ takes.mkdir()
 time_s = np.arange(RATE_HZ) / RATE_HZ
 for number, (label, ring_hz) in enumerate({"wood": 1500, "metal": 6000}.items(), start=1):
     ringing = 0.5 * np.exp(-5 * time_s) * np.sin(2 * np.pi * ring_hz * time_s)
-    soundfile.write(takes / f"{number}_{label}.wav", ringing, RATE_HZ, subtype="PCM_24")
+    with soundfile.SoundFile(takes / f"{number}_{label}.wav", "w", RATE_HZ, 1, "PCM_24") as file:
+        file.comment = "simulated"  # real recordings need no comment
+        file.write(ringing)
 
 (project / "datasets").mkdir()
 import_folder(Paths(project), "mine", takes, settings=None)

@@ -114,6 +114,7 @@ def test_the_tutorial(tmp_path, monkeypatch, capfd, bench):
     assert "20 recordings checked: 0 errors, 0 warnings" in said["ajgdata check mine"]
     assert said["python docs/examples/make_takes.py takes"].startswith("18 recordings of 3 objects")
     assert "18 added" in said["ajgdata import takes --dataset earlier"]
+    assert "note simulated:" in said["ajgdata import takes --dataset earlier"]
     assert "18 recordings checked: 0 errors, 0 warnings" in said["ajgdata check earlier"]
     store = read_store(paths.features("mine"))
     # 18 grasps and 2 references.

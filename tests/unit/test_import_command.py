@@ -3,7 +3,11 @@
 import csv
 
 import pytest
-from worlds import assert_one_line, write_tone
+import soundfile
+from worlds import RATE_HZ, assert_one_line, tone, write_tone
+
+import ajgdata as library
+from ajgdata.types import Target
 
 TABLE = ("--table", "t.csv", "--file", "{name}.wav", "--target", "form")
 GRASPS = r"(?P<label>[a-z]+)_g(?P<grasp>\d+)_(?P<sample>[ab])\.wav"
@@ -106,6 +110,31 @@ def test_a_pattern_with_samples_names_their_grasps(ajgdata, folder, project):
     assert_one_line(err, "--pattern: names `sample` without `grasp`")
     assert not project.paths.dataset("e").exists()
     assert ajgdata(*options, GRASPS)[0] == 0
+
+
+def write_simulated(folder, *names):
+    write(folder, *names)
+    for number, name in enumerate(names):
+        with soundfile.SoundFile(folder / name, "w", RATE_HZ, 1, "PCM_24") as file:
+            file.comment = "Simulated by a program"
+            file.write(tone(300 + 50 * number))
+
+
+def test_files_with_the_comment_simulated_are_simulated(ajgdata, folder, project):
+    write_simulated(folder, "1_box.wav", "2_ball.wav")
+    project.declare(targets={"label": {"kind": "classification"}})
+    code, out, _ = ajgdata("import", folder, "--dataset", "d")
+    assert code == 0
+    assert "note simulated: the comments in the files state this\n" in out
+    project.build("recordings", targets={"label": Target(kind="classification")})
+    assert project.store().attrs["source"] == "simulated"
+    assert library.load_recordings("d", project.root).attrs["source"] == "simulated"
+    write_simulated(folder, "1_box.wav", "2_ball.wav", "3_box.wav")
+    assert "1 added, 0 changed, 2 unchanged" in ajgdata("import", folder, "--dataset", "d")[1]
+    write(folder, "4_box.wav")
+    code, _, err = ajgdata("import", folder, "--dataset", "d")
+    assert code == 1
+    assert_one_line(err, "recordings: 3 of 4 files are simulated, e.g. 1_box.wav. Move them to")
 
 
 def test_one_class_is_no_task(ajgdata, folder):
