@@ -20,6 +20,7 @@ from typing import Any, TypeVar
 
 import yaml
 from pydantic import BaseModel, ValidationError
+from yaml.composer import Composer
 
 from ajgdata.types import DataError, describe, location
 
@@ -124,9 +125,8 @@ def read_text(path: Path) -> str:
     except UnicodeDecodeError as error:
         raise DataError(path, f"not UTF-8 text at byte {error.start}", "save it as UTF-8") from None
     except OSError as error:
-        raise DataError(
-            path, f"cannot be read ({error.strerror})", "check the file and its permissions"
-        ) from None
+        problem = f"cannot be read ({error.strerror})"
+        raise DataError(path, problem, "check the file and its permissions") from None
     if "\0" in text:  # UTF-16 without its mark, or no text at all
         raise DataError(path, "holds NUL characters", "save it as UTF-8")
     return text
@@ -135,11 +135,16 @@ def read_text(path: Path) -> str:
 def plain_text(text: str) -> str:
     """Return text in Unicode form NFC, with single spaces and without invisible characters."""
     words = " ".join(unicodedata.normalize("NFC", text).split())
-    return "".join(c for c in words if unicodedata.category(c) not in ("Cf", "Cc")).strip()
+    visible = (c for c in words if unicodedata.category(c) not in ("Cf", "Cc"))
+    return words if words.isprintable() else "".join(visible).strip()
 
 
-class _Loader(yaml.SafeLoader):
-    """The safe loader (the loader in C crashes on deep nesting). It rejects repeated keys."""
+class _Loader(Composer, yaml.CSafeLoader):
+    """The safe loader: C parses, Python composes (C crashes on deep nesting). No repeated keys."""
+
+    def __init__(self, stream: str) -> None:
+        yaml.CSafeLoader.__init__(self, stream)
+        Composer.__init__(self)
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         keys = set()
@@ -167,9 +172,8 @@ def read_yaml(path: Path) -> dict[str, Any]:
         mark = getattr(error, "problem_mark", None)
         reason = " ".join(str(getattr(error, "problem", None) or error).split())
         place = f"{path}:{mark.line + 1}" if mark else path
-        raise DataError(
-            place, f"not valid YAML ({reason})", "correct the indentation or quoting"
-        ) from None
+        problem = f"not valid YAML ({reason})"
+        raise DataError(place, problem, "correct the indentation or quoting") from None
     if not isinstance(content, dict):
         raise DataError(path, "holds no keys", "write it as `key: value` lines")
     return content
@@ -215,9 +219,8 @@ def read_json(path: Path) -> Any:
     try:
         return json.loads(read_text(path))
     except json.JSONDecodeError as error:
-        raise DataError(
-            f"{path}:{error.lineno}", "not valid JSON", "delete it and run again"
-        ) from None
+        where = f"{path}:{error.lineno}"
+        raise DataError(where, "not valid JSON", "delete it and run again") from None
 
 
 def json_bytes(content: Any) -> bytes:

@@ -37,6 +37,7 @@ def test_a_failing_writer_leaves_the_old_file_and_nothing_else(tmp_path):
         (b"a: 1\nb: 2\na: 3\n", ":3: not valid YAML (key 'a' stands twice)"),
         (b"a: !!python/object/apply:os.system [x]\n", "not valid YAML (could not determine"),
         (b"- 1\n- 2\n", "holds no keys"),
+        pytest.param(b"a: " + b"[" * 100_000, "(maximum recursion depth exceeded", id="deep"),
         (b"a: caf\xe9\n", "not UTF-8 text at byte 6. Save it as UTF-8"),
     ],
 )
