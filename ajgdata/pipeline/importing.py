@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tracked
-from ajgdata.store.audio import file_sha256, inspect_audio
+from ajgdata.store.audio import AudioError, hash_and_inspect
 from ajgdata.store.files import BRINGING, alone
 from ajgdata.store.importing import Contents, Imported, are_simulated, import_sessions
 from ajgdata.store.labels import number
@@ -89,18 +89,15 @@ def _read(scanned: Scan) -> Contents:
     """Return sha256 and header of every file that can be read; problems become remarks."""
     contents: Contents = {}
     for file in tracked(scanned.files, "reading"):
-        path, info = scanned.folder / file.path, None
         try:
-            digest = file_sha256(path)
-        except DataError as error:
+            digest, info = hash_and_inspect(scanned.folder / file.path)
+        except AudioError as error:
             reason = f"{error.problem}; {error.fix}"
             scanned.remarks["failed"].append((file.path.as_posix(), reason))
             continue
-        try:
-            info = inspect_audio(path)
-        except DataError as error:
-            scanned.remarks["unreadable"].append((file.path.as_posix(), error.problem))
-        contents[file.path] = digest, info
+        if isinstance(info, AudioError):
+            scanned.remarks["unreadable"].append((file.path.as_posix(), info.problem))
+        contents[file.path] = digest, None if isinstance(info, AudioError) else info
     return contents
 
 

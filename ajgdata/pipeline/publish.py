@@ -171,9 +171,8 @@ def _write_sessions(
             target = Tree.excitation(name, source.suffix.lower())
             if file_sha256(source) != played.sha256:
                 problem = f"is not the sound that session {name} names"
-                raise DataError(
-                    source, problem, "restore it, or correct its sha256 in session.yaml"
-                )
+                fix = "restore it, or correct its sha256 in session.yaml"
+                raise DataError(source, problem, fix)
             _write(tree, target, source.read_bytes())
             changed["excitation"] = played.model_copy(update={"file": Path(target).name})
         recordings = []

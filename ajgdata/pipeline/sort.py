@@ -69,9 +69,8 @@ def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:
     where = f"plan for {spec.name}"
     if plan.task not in spec.tasks:
         known = ", ".join(spec.tasks) or "none"
-        raise DataError(
-            paths.dataset(spec.name), f"there is no task {plan.task!r}", f"use one of {known}"
-        )
+        problem = f"there is no task {plan.task!r}"
+        raise DataError(paths.dataset(spec.name), problem, f"use one of {known}")
     predictor = load_predictor(spec.name, plan.task, plan.model, paths.root)
     if predictor.kind != "classification" or not predictor.has_probabilities:
         fix = "sort by a task of classes, with a model such as cnn or linear"

@@ -24,7 +24,7 @@ from ajgdata.types import AudioSettings, DataError
 from ajgdata.types.settings import HIGHEST_RATE_HZ, LOWEST_RATE_HZ
 
 if TYPE_CHECKING:
-    from io import BufferedReader
+    from io import FileIO
 
     import soundfile
 
@@ -85,8 +85,20 @@ class Audio:
 
 def inspect_audio(path: Path) -> AudioInfo:
     """Return the header of an audio file. Raises AudioError (a DataError) as `read_audio` does."""
-    with _open(path) as file:
+    with _bytes(path) as stream, _decoded(path, stream) as file:
         return _info(path, file)
+
+
+def hash_and_inspect(path: Path) -> tuple[str, AudioInfo | AudioError]:
+    """Return SHA-256 and header of a file, or AudioError instead of the header if the file is not
+    usable audio. Raises AudioError for a file that cannot be read."""
+    with _bytes(path) as stream:
+        digest = hashlib.file_digest(stream, "sha256").hexdigest()
+        try:
+            with _decoded(path, stream) as file:
+                return digest, _info(path, file)
+        except AudioError as error:
+            return digest, error
 
 
 def read_audio(path: Path, audio: AudioSettings) -> Audio:
@@ -101,7 +113,7 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
     >>> read_audio(Path("click.wav"), AudioSettings()).samples  # (n,), full scale ±1
     array([ 0.  ,  0.5 , -0.25], dtype=float32)
     """
-    with _open(path) as file:
+    with _bytes(path) as stream, _decoded(path, stream) as file:
         info = _info(path, file)
         check_layout(path, info, audio)
         channels: Float32 = file.read(dtype="float32", always_2d=True)
@@ -119,16 +131,16 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
 
 
 @contextmanager
-def _open(path: Path) -> Iterator[soundfile.SoundFile]:
-    """Open a file by libsndfile; its errors, and those of the system, become AudioError."""
+def _decoded(path: Path, stream: FileIO) -> Iterator[soundfile.SoundFile]:
+    """Decode an open file by libsndfile, whose errors become AudioError."""
     import soundfile
 
+    if not stream.seek(0, io.SEEK_END):
+        raise AudioError(path, "empty", "the file is empty", _AGAIN)
+    stream.seek(0)
     try:
-        with _bytes(path) as stream:
-            if not path.stat().st_size:
-                raise AudioError(path, "empty", "the file is empty", _AGAIN)
-            with soundfile.SoundFile(stream) as file:
-                yield file
+        with soundfile.SoundFile(stream.fileno(), closefd=False) as file:
+            yield file
     except soundfile.LibsndfileError as error:
         reason = error.error_string.rstrip(".") or f"libsndfile error {error.code}"
         problem = f"cannot be decoded: damaged, or no audio that libsndfile reads ({reason})"
@@ -137,13 +149,13 @@ def _open(path: Path) -> Iterator[soundfile.SoundFile]:
 
 
 @contextmanager
-def _bytes(path: Path) -> Iterator[BufferedReader]:
-    """Open a file. A named pipe is not opened: reading it would wait for ever."""
+def _bytes(path: Path) -> Iterator[FileIO]:
+    """Open a file, unbuffered. A named pipe is not opened: reading it would wait for ever."""
     if not path.is_file():
         problem = "no such file, or a broken link"
         raise AudioError(path, "missing", problem, "restore it or remove its row")
     try:
-        with path.open("rb") as stream:
+        with path.open("rb", buffering=0) as stream:
             yield stream
     except OSError as error:
         problem = f"cannot be read ({error.strerror})"

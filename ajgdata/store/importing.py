@@ -10,7 +10,7 @@ import os
 import shutil
 from collections import defaultdict
 from collections.abc import Collection
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -78,9 +78,12 @@ def import_sessions(
     DataError, before anything is written, for a session that cannot be added to.
     """
     result = Imported(remarks=scanned.remarks)
+    files = defaultdict(list)
+    for file in scanned.files:
+        files[file.session].append(file)
     sessions = [
-        _SessionImport(paths.session(dataset, name), scanned, copy, on_change)
-        for name in sorted({file.session for file in scanned.files})
+        _SessionImport(paths.session(dataset, name), replace(scanned, files=own), copy, on_change)
+        for name, own in sorted(files.items())
     ]
     for session in sessions:
         session.run(contents, result)
@@ -91,9 +94,8 @@ class _SessionImport:
     """One session: its declaration, its rows by recording_id, and the folder that is imported."""
 
     def __init__(self, target: Path, scanned: Scan, copy: bool, on_change: OnChange) -> None:
-        self.target, self.folder = target, scanned.folder
+        self.target, self.folder, self.files = target, scanned.folder, scanned.files
         self.copy, self.on_change, self.remarks = copy, on_change, scanned.remarks
-        self.files = [file for file in scanned.files if file.session == target.name]
         root = None if copy else str(self.folder.absolute())
         is_old = (target / SESSION_FILE).is_file()
         new = _new_session(target, scanned, root)
@@ -126,7 +128,8 @@ class _SessionImport:
             self.declared = self.declared.model_copy(update=update)
         finally:
             if self.rows:
-                os.sync()  # the audio is on the disk before a table names it
+                if self.copy:
+                    os.sync()  # the audio is on the disk before a table names it
                 rows = sorted(self.rows.values(), key=lambda row: row.recording_id)
                 write_session(self.target, self.declared, rows)
         for name in obsolete if self.copy else ():
@@ -172,8 +175,7 @@ class _SessionImport:
             problem = describe(error, file.path)
             self.remarks["failed"].append((problem.where, f"{problem.problem}; {problem.fix}"))
             return
-        is_there = old is not None and old.sha256 == digest and (self.target / old.file).is_file()
-        if self.copy and not is_there:
+        if self.copy and not (old and old.sha256 == digest and (self.target / old.file).is_file()):
             self._copy(file.path, new.file)
         if old:
             new = self._merged(old, new, has_quality=bool(file.cells["quality"]))

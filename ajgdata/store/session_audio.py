@@ -50,10 +50,8 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
     except DataError as error:
         file = Path(error.where.split(":")[0]).name
         problem = f"{file}: {error.problem}"
-        issue = Finding(
-            folder.name, WHOLE_SESSION, file, "error", "bad_session", problem, error.fix
-        )
-        result.findings = [issue]
+        names = (folder.name, WHOLE_SESSION, file)
+        result.findings = [Finding(*names, "error", "bad_session", problem, error.fix)]
         return result
     for grasp, reason in session.skipped.items():
         problem, _, fix = reason.rpartition("; ")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -123,8 +124,7 @@ def overridden(base: dict[str, Any], by: dict[str, Any]) -> dict[str, Any]:
 def write_dataset(paths: Paths, spec: DatasetSpec) -> Path:
     """Write a declaration, without what equals the defaults."""
     path = paths.dataset(spec.name)
-    content = spec.model_dump(mode="json", exclude_defaults=True)
-    write_if_changed(path, yaml_bytes(content))
+    write_if_changed(path, yaml_bytes(spec.model_dump(mode="json", exclude_defaults=True)))
     return path
 
 
@@ -176,11 +176,9 @@ def check_one_kind(
     """
     kinds = {True: "its recipe"} if spec.recipe else {}
     for name in sorted(sessions):
-        try:
+        with suppress(DataError):
             source = read_session(paths.session(spec.name, name)).source
-        except DataError:
-            continue
-        kinds.setdefault(source.startswith("virtual"), f"session {name}")
+            kinds.setdefault(source.startswith("virtual"), f"session {name}")
     if adding is not None:
         kinds.setdefault(adding, "what is to be added")
     if len(kinds) > 1:
@@ -204,9 +202,8 @@ def read_session(folder: Path) -> Session:
         raise DataError(path, "there is no such file", "finish the import or acquisition")
     session = read_model(path, Session)
     if session.session_id != folder.name:
-        raise DataError(
-            path, f"session_id = {session.session_id!r}", f"use its folder's, {folder.name!r}"
-        )
+        problem = f"session_id = {session.session_id!r}"
+        raise DataError(path, problem, f"use its folder's, {folder.name!r}")
     return session
 
 
@@ -218,12 +215,9 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
     name that the feature store cannot take).
     """
     path = folder / RECORDINGS_FILE
-    required = ("recording_id", "file", "grasp_id")
-    header, rows = numbered_rows(path, required)
+    header, rows = numbered_rows(path, ("recording_id", "file", "grasp_id"))
     extra = [column for column in header if column not in RECORDING_COLUMNS]
-    if unusable := [
-        column for column in extra if is_reserved(column) or not NAME.fullmatch(column)
-    ]:
+    if unusable := [c for c in extra if is_reserved(c) or not NAME.fullmatch(c)]:
         fix = "rename it (letters, digits, _ and -; not the name of a standard column)"
         raise DataError(path, f"no label can have the name {unusable[0]!r}", fix)
     recordings, findings = [], []
@@ -251,10 +245,7 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
 def write_recordings(folder: Path, recordings: Sequence[Recording]) -> None:
     """Write recordings.csv if its content changed."""
     columns = sorted({column for r in recordings for column in r.labels})
-    rows = [
-        {**r.model_dump(exclude={"labels"}), **{c: r.labels.get(c, "") for c in columns}}
-        for r in recordings
-    ]
+    rows = ({**r.model_dump(exclude={"labels"}), **r.labels} for r in recordings)
     write_if_changed(folder / RECORDINGS_FILE, csv_bytes([*RECORDING_COLUMNS, *columns], rows))
 
 
