@@ -56,19 +56,13 @@ class PortAudioLine:
         child.close()
         self.opened = self._answer(OPEN_S)  #: description of the device, or the list of all devices
 
-    @property
-    def pid(self) -> int | None:
-        """Process id of the child."""
-        return self._process.pid
-
     def play(self, sound: NDArray[np.float32], frames: int) -> Recorded:
         """Play `sound` (n,) once and record `frames` from its first frame on. Raises CardError."""
         try:
             self._connection.send((sound.astype(np.float32), frames))
         except OSError:
             raise CardError(self._name, "its process has ended", "start again") from None
-        samples, flags = self._answer(STALLED_S + SLOWEST * frames / self._rate_hz + SLACK_S)
-        return samples, flags
+        return self._answer(STALLED_S + SLOWEST * frames / self._rate_hz + SLACK_S)
 
     def describe(self) -> Mapping[str, Any]:
         """Return API and driver."""
@@ -247,11 +241,6 @@ class Duplex:
         self._job = _Job(sound, buffer, 0)
         self._wait()
         return buffer, tuple(self._flags)
-
-    def close(self) -> None:
-        """End the stream."""
-        self._stream.abort()
-        self._stream.close()
 
     def _wait(self) -> None:
         """Wait until the job is done, as long as frames come."""

@@ -7,7 +7,6 @@ under another id. One process at a time records into a session, always with the 
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import shutil
@@ -45,14 +44,26 @@ class LiveSession:
 
     def __init__(self, folder: Path, setup: Mapping[str, Any]) -> None:
         self.folder = folder
-        content = json.dumps(setup, sort_keys=True).encode()
-        self._setup = hashlib.sha256(content).hexdigest()
+        self._setup = sha256_of(json.dumps(setup, sort_keys=True).encode())
         self._rate_hz = read_session(folder).sample_rate_hz or 0
 
     @property
     def recordings(self) -> list[Recording]:
-        """Every row of the table, which may be edited by hand during the session."""
-        return _table(self.folder)
+        """Every row of the table, which may be edited by hand during the session.
+
+        Raises DataError for an invalid row: writing would lose it.
+        """
+        rows, findings = read_recordings(self.folder)
+        if findings:
+            first = findings[0]
+            raise DataError(self.folder / RECORDINGS_FILE, first.problem, first.fix)
+        for row in rows:
+            number = row.labels.get(ATTEMPT, "")
+            if row.labels.get(PLANNED) and not number.isdecimal():
+                problem = f"{row.recording_id}: {ATTEMPT} = {number!r}"
+                fix = "write the number of the attempt"
+                raise DataError(self.folder / RECORDINGS_FILE, problem, fix)
+        return rows
 
     @property
     def latency_samples(self) -> int | None:
@@ -89,7 +100,7 @@ class LiveSession:
         *,
         quality: str,
         labels: Mapping[str, str],
-    ) -> Recording:
+    ) -> None:
         """Write one recording (n,) in [-1, 1] and its row. DataError if the file exists."""
         row = self._planned(grasp, attempt)[sample]
         path = self.folder / row.file
@@ -99,7 +110,6 @@ class LiveSession:
         changes = {"quality": quality, "labels": {**row.labels, **labels}}
         row = row.model_copy(update={**changes, "sha256": file_sha256(path)})
         write_recordings(self.folder, [*self.recordings, row])
-        return row
 
     def accept(self, grasp: PlannedGrasp, attempt: int) -> None:
         """Accept the recordings of one attempt, also clipped ones."""
@@ -273,17 +283,3 @@ def _check_setup(folder: Path, setup: Mapping[str, Any]) -> None:
         played = folder / session.excitation.file
         if file_sha256(played) != session.excitation.sha256:
             raise DataError(played, "is not the played sound (sha256 differs)", "restore it")
-
-
-def _table(folder: Path) -> list[Recording]:
-    """Return the rows of the table. DataError for an invalid row: writing would lose it."""
-    rows, findings = read_recordings(folder)
-    if findings:
-        first = findings[0]
-        raise DataError(folder / RECORDINGS_FILE, first.problem, first.fix)
-    for row in rows:
-        number = row.labels.get(ATTEMPT, "")
-        if row.labels.get(PLANNED) and not number.isdecimal():
-            problem = f"{row.recording_id}: {ATTEMPT} = {number!r}"
-            raise DataError(folder / RECORDINGS_FILE, problem, "write the number of the attempt")
-    return rows

@@ -71,7 +71,7 @@ def test_whoever_stalls_in_real_time_the_take_that_is_kept_is_exact(rig, who):
     expected = np.convolve(SWEEP.astype(float), RESPONSE)[: len(SWEEP)].astype(np.float32)
     with open_card(started.settings) as card, clock() as (control, missed):
         card.resume(PERIOD)
-        pid = card._line.pid if who == "recorder" else started.jackd
+        pid = card._line._process.pid if who == "recorder" else started.jackd
 
         def stall() -> None:
             missed.clear()
@@ -91,7 +91,7 @@ def test_whoever_is_killed_is_missed_without_another_attempt(rig, who):
     with open_card(started.settings) as card:
         with freewheeling():
             card.take(SWEEP)
-        pid = card._line.pid if who == "recorder" else started.jackd
+        pid = card._line._process.pid if who == "recorder" else started.jackd
         kill = started.at_next_sound(lambda: os.kill(pid, signal.SIGKILL))
         with pytest.raises(CardError) as raised, kill:
             card.take(SWEEP)

@@ -82,9 +82,6 @@ class _Stream:
         self._stopped = True
         self._thread.join()
 
-    def close(self) -> None:
-        self.active = False
-
     def _run(self) -> None:
         done = turn = 0
         delayed = np.zeros(self._of.latency, dtype=np.float32)
