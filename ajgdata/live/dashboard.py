@@ -199,9 +199,6 @@ def _app(files: Mapping[str, Response], feed: Feed, control: Control, token: str
     async def file(request: Request) -> Response:
         return files[request.url.path]
 
-    async def state(request: Request) -> Response:
-        return Response(feed.text, media_type="application/json")
-
     async def events(request: Request) -> Response:
         return EventSourceResponse(
             feed.updates(), send_timeout=PATIENCE_S, ping=HEARTBEAT_S,
@@ -216,8 +213,7 @@ def _app(files: Mapping[str, Response], feed: Feed, control: Control, token: str
         return Response(status_code=204)
 
     routes = [Route(route, file) for route in files]
-    routes += [Route("/state", state), Route("/events", events)]
-    routes += [Route("/stop", stop, methods=["POST"])]
+    routes += [Route("/events", events), Route("/stop", stop, methods=["POST"])]
     hosts = [HOST, "localhost"]  # a foreign name may lead here (DNS rebinding)
     trusted = Middleware(TrustedHostMiddleware, allowed_hosts=hosts, www_redirect=False)
     app = Starlette(routes=routes, middleware=[Middleware(Guard), trusted])

@@ -18,6 +18,7 @@ class Client:
     """Asks a dashboard as a browser would that is at its page; `headers` differ from that."""
 
     def __init__(self, shown):
+        self.feed = shown.feed
         self.port = int(shown.watching.rsplit(":", 1)[1].strip("/"))
         self.token = shown.address.rsplit("#", 1)[1]
         self.own = {"Host": f"127.0.0.1:{self.port}"}
@@ -41,7 +42,7 @@ class Client:
         return self.ask("POST", path, **(own | headers))[0]
 
     def state(self):
-        return json.loads(self.ask("GET", "/state")[2])
+        return json.loads(self.feed.text)
 
 
 @pytest.fixture
@@ -103,7 +104,7 @@ def test_who_may_not_ask_is_refused(client, control):
 
 def test_foreign_pages_cannot_even_read(client):
     for status, headers in (BAD["foreign name"], BAD["foreign origin"]):
-        for path in ("/", "/state", "/events"):
+        for path in ("/", "/events"):
             assert (path, client.ask("GET", path, **headers)[0]) == (path, status)
 
 
