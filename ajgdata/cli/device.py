@@ -16,13 +16,13 @@ device = typer.Typer(
     help="List sound cards, or check one before recording.",
 )
 
-_CARD = "sound card"
+CARD_PANEL = "sound card"
 _AGAIN = "run the same command again to resume"
 OutputChannel = Annotated[
-    int, typer.Option(min=1, help="output channel of the speaker", rich_help_panel=_CARD)
+    int, typer.Option(min=1, help="output channel of the speaker", rich_help_panel=CARD_PANEL)
 ]
 InputChannel = Annotated[
-    int, typer.Option(min=1, help="input channel of the microphone", rich_help_panel=_CARD)
+    int, typer.Option(min=1, help="input channel of the microphone", rich_help_panel=CARD_PANEL)
 ]
 
 

@@ -14,16 +14,17 @@ from ajgdata.types import DataError, NotPossibleError
 
 if TYPE_CHECKING:
     from ajgdata.live.predictor import Predictor
-    from ajgdata.paths import Paths
+
+OutFolder = Annotated[
+    Path | None, typer.Option("--out", help="folder to write; default: results/exported")
+]
 
 
 def export(
     dataset: Annotated[str, typer.Argument(help="data set")],
     task: Annotated[str, typer.Argument(help="task that the model was trained for")],
     model: Annotated[str, typer.Argument(help="cnn or cnn_one_scale")] = "cnn",
-    folder: Annotated[
-        Path | None, typer.Option("--out", help="folder to write; default: results/exported")
-    ] = None,
+    folder: OutFolder = None,
 ) -> None:
     """Write a trained CNN as one ONNX file.
 
@@ -31,35 +32,24 @@ def export(
     """
     from ajgdata.loading import load_predictor
     from ajgdata.paths import find_project
-
-    paths = find_project()
-    predictor = load_predictor(dataset, task, model, paths.root)
-    file = export_model(paths, predictor, folder or paths.exported)
-    say(escape(f"{file}: {file.stat().st_size / 1e3:.0f} kB"))
-
-
-def export_model(paths: Paths, predictor: Predictor, folder: Path) -> Path:
-    """Write a trained network into `folder`; return the file.
-
-    Raises DataError for other models, and if a package is missing.
-    """
     from ajgdata.store.files import write_bytes
     from ajgdata.store.models import read_about
 
+    paths = find_project()
+    predictor = load_predictor(dataset, task, model, paths.root)
     for package in ("onnx", "onnxscript"):
         if find_spec(package) is None:
             raise DataError(package, "is not installed", "run `pip install 'ajgdata[export]'`")
     from ajgdata.export import onnx_bytes
 
-    names = (predictor.dataset, predictor.task, predictor.model)
-    trained = paths.model(*names)
+    trained = paths.model(dataset, task, model)
     try:
         content = onnx_bytes(predictor, _description(predictor, read_about(trained)))
     except NotPossibleError as error:
         raise DataError(trained, str(error), "export cnn or cnn_one_scale") from None
-    file = folder / f"{'-'.join(names)}.onnx"
+    file = (folder or paths.exported) / f"{dataset}-{task}-{model}.onnx"
     write_bytes(file, content)
-    return file
+    say(escape(f"{file}: {len(content) / 1e3:.0f} kB"))
 
 
 def _description(predictor: Predictor, trained: dict[str, Any]) -> dict[str, Any]:
@@ -87,9 +77,7 @@ def _description(predictor: Predictor, trained: dict[str, Any]) -> dict[str, Any
 def scene(
     dataset: Annotated[str, typer.Argument(help="data set with a recipe")],
     held: Annotated[str, typer.Argument(metavar="OBJECT", help="object of the recipe")],
-    folder: Annotated[
-        Path | None, typer.Option("--out", help="folder to write; default: results/exported")
-    ] = None,
+    folder: OutFolder = None,
 ) -> None:
     """Draw the virtual gripper on an object of a recipe.
 

@@ -15,7 +15,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ajgdata.cli.console import out, say
-from ajgdata.cli.device import InputChannel, OutputChannel
+from ajgdata.cli.device import CARD_PANEL, InputChannel, OutputChannel
 from ajgdata.types import DataError
 
 if TYPE_CHECKING:
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from ajgdata.acquire.virtual import Card
     from ajgdata.live.predictor import Prediction, Predictor
 
-_CARD = "sound card"
 _VIRTUAL = "virtual gripper"
 #: Least probability that sorting needs (paper).
 THRESHOLD = 0.6
@@ -49,7 +48,7 @@ def sense(
     source: Annotated[str, typer.Option(help="soundcard, or virtual (no hardware)")] = "soundcard",
     watch: Annotated[bool, typer.Option("--watch", help="repeat until Ctrl-C")] = False,
     device: Annotated[
-        str, typer.Option(help="exact name in `ajgdata device list`", rich_help_panel=_CARD)
+        str, typer.Option(help="exact name in `ajgdata device list`", rich_help_panel=CARD_PANEL)
     ] = "",
     input_channel: InputChannel = 1,
     output_channel: OutputChannel = 1,
