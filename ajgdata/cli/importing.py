@@ -33,6 +33,12 @@ Pattern = Annotated[
     typer.Option(help="'starter-kit' (<n>_<label>.wav), or a regular expression with named groups"),
 ]
 TableOption = Annotated[str, typer.Option(help="table of labels in the folder, one row per file")]
+ObjectOption = Annotated[
+    str, typer.Option("--object", help="object, or its template, e.g. '{stone}'")
+]
+TargetOption = Annotated[
+    list[str] | None, typer.Option(help="label to predict, or `object`; repeatable")
+]
 All = Annotated[bool, typer.Option("--all", help="list all, not only a few of each kind")]
 Choice = Annotated[
     OnChange, typer.Option(help="importing again: differences to take from the folder")
@@ -47,12 +53,8 @@ def import_command(
     file: Annotated[str, typer.Option(help="template of a row's file, e.g. 'wav/{name}.wav'")] = "",
     grasp: Annotated[str, typer.Option(help="template of grasp_id, e.g. '{stone}'")] = "",
     session: Annotated[str, typer.Option(help="session, or its template, e.g. '{day}'")] = "",
-    object_: Annotated[
-        str, typer.Option("--object", help="object, or its template, e.g. '{stone}'")
-    ] = "",
-    target: Annotated[
-        list[str] | None, typer.Option(help="label to predict, or `object`; repeatable")
-    ] = None,
+    object_: ObjectOption = "",
+    target: TargetOption = None,
     reference: Annotated[
         bool, typer.Option("--reference", help="leave the audio in the folder")
     ] = False,
@@ -69,14 +71,15 @@ def import_command(
     from ajgdata.pipeline.importing import import_folder
     from ajgdata.types import checked_name
 
-    options = {"pattern": pattern, "table": table, "file": file}
-    options |= {"grasp": grasp, "session": session, "object": object_}
     paths = find_project()
     known = paths.dataset(checked_name(dataset)).is_file()
     if not (known or pattern or table):
         show_file_names(folder)
+    settings = _import_settings(
+        pattern=pattern, table=table, file=file, grasp=grasp, session=session, object=object_
+    )
     spec, result = import_folder(
-        paths, dataset, folder, settings=_import_settings(options), targets=target or [],
+        paths, dataset, folder, settings=settings, targets=target or [],
         copy=not reference, on_change=on_change,
     )  # fmt: skip
     show_import(result, dataset, everything=everything)
@@ -113,7 +116,8 @@ def show_file_names(folder: Path) -> None:
     raise DataError(folder, "file names are not <n>_<label>.wav", "add a --pattern, or --table")
 
 
-def _import_settings(options: dict[str, str]) -> ImportSettings | None:
+def _import_settings(**options: str) -> ImportSettings | None:
+    """Return the settings of the options that are not empty; None if all are empty."""
     chosen = {key: value for key, value in options.items() if value}
     return checked(ImportSettings, "ajgdata import", chosen) if chosen else None
 
