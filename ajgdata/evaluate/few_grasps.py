@@ -152,41 +152,42 @@ def cross_gripper(
     Without added groups, grippers with the same training rows of `own` share one training. Raises
     NotPossibleError if a class has too few groups for a size.
     """
-    fit = partial(fit_named_model, model, kind, seed=seed, period=period)
+
+    def fit(rows: TaskData) -> BaseEstimator:
+        columns = (rows.feature, rows.value, rows.group)
+        return fit_named_model(model, kind, *columns, seed=seed, period=period)
 
     @cache
     def fitted_on_own(tested: bytes) -> BaseEstimator:
-        known = own.where(~np.frombuffer(tested, bool))
-        return fit(known.feature, known.value, known.group)
+        return fit(own.where(~np.frombuffer(tested, bool)))
 
     def points_on(other: TaskData) -> Iterator[CrossGripperPoint]:
-        classes = other.value.astype(str)
-        splits = grouped_folds(classes, other.group, "classification", folds, seed)
-        for fold, (train, test) in enumerate(splits):
-            pool, tests = other.where(train), other.where(test)
+        for size, fold, added, tests in _calibrations(other, sizes, folds, seed):
             tested = np.isin(own.group, tests.group)
-            orders = _ordered_groups(
-                classes[train], pool.group, np.random.default_rng([seed, fold])
-            )
-            _refuse_few(orders, max(sizes))
-            for size in sizes:
-                added = pool.where(_first(orders, size, pool.group))
-                known = own.where(~tested).joined(added)
-                if size:
-                    fitted = fit(known.feature, known.value, known.group)
-                else:
-                    fitted = fitted_on_own(tested.tobytes())
-                home: dict[str, float] = {}
-                if tested.any() and not size:
-                    home = _scores(fitted, known.value, own.where(tested), kind, period)[0]
-                scores = _scores(fitted, known.value, tests, kind, period)
-                yield CrossGripperPoint(size, fold, len(added.value), *scores, home)
+            known = own.where(~tested).joined(added)
+            fitted = fit(known) if size else fitted_on_own(tested.tobytes())
+            home: dict[str, float] = {}
+            if tested.any() and not size:
+                home = _scores(fitted, known.value, own.where(tested), kind, period)[0]
+            scores = _scores(fitted, known.value, tests, kind, period)
+            yield CrossGripperPoint(size, fold, len(added.value), *scores, home)
 
     with threadpool_limits(limits=1):
         return {name: list(points_on(other)) for name, other in grippers.items()}
 
 
-def _refuse_few(orders: Sequence[np.ndarray], count: int) -> None:
-    if count > (fewest := min(map(len, orders))):
-        problem = f"{count} calibration grasps: a class has {fewest} that are not tested"
-        raise NotPossibleError(f"{problem}; lower calibrate.grasps, or record more")
+def _calibrations(
+    other: TaskData, sizes: Sequence[int], folds: int, seed: int
+) -> Iterator[tuple[int, int, TaskData, TaskData]]:
+    """Yield each size and fold of a gripper, with its calibration grasps and its tested rows."""
+    classes = other.value.astype(str)
+    splits = grouped_folds(classes, other.group, "classification", folds, seed)
+    for fold, (train, test) in enumerate(splits):
+        pool, tests = other.where(train), other.where(test)
+        orders = _ordered_groups(classes[train], pool.group, np.random.default_rng([seed, fold]))
+        count, fewest = max(sizes), min(map(len, orders))
+        if count > fewest:
+            problem = f"{count} calibration grasps: a class has {fewest} that are not tested"
+            raise NotPossibleError(f"{problem}; lower calibrate.grasps, or record more")
+        for size in sizes:
+            yield size, fold, pool.where(_first(orders, size, pool.group)), tests
