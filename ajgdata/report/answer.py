@@ -25,7 +25,7 @@ def answer(report: Report) -> list[str]:
     rows = {row.paper.id: row for row in reversed(report.comparisons)}
     order = dict.fromkeys([*FIRST, *(row.paper.id for row in report.comparisons)])
     compared = [*filter(None, (compared_sentence(rows[id_]) for id_ in order if id_ in rows))]
-    best = [best_sentence(section, row) for section, row in report.answers]
+    best = [best_sentence(s, row) for s in report.sections for row in s.rows if row.answer]
     return (compared or best)[:MAX_SENTENCES]
 
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from ajgdata.evaluate.agreement import Verdict
 from ajgdata.report.comparison import Mark, PaperComparison, Role
 from ajgdata.report.format import Source, number
+from ajgdata.report.navigation import experiment_link
 from ajgdata.report.report_data import TaskSection
 
 #: Ends of the axis; marks below it are drawn as an arrow at its left end.
@@ -64,14 +65,14 @@ def paper_rows(comparisons: Sequence[PaperComparison]) -> list[ForestRow]:
     return rows
 
 
-def model_rows(sections: Sequence[TaskSection], links: Mapping[str, str]) -> list[ForestRow]:
-    """Return one row per task and model; `links` are the pages of the sections by anchor."""
+def model_rows(sections: Sequence[TaskSection]) -> list[ForestRow]:
+    """Return one row per task and model."""
     rows = []
     for section in sections:
         for row in (row for row in section.rows if row.marks):
             positions, alt = _placed({mark.role: mark for mark in row.marks}, row.unit)
             name, texts = f"{section.title}: {row.label}", (row.chance, row.value, row.metric)
-            link = links[section.anchor]
+            link = experiment_link(section.parts[0].page)
             rows.append(ForestRow(name, link, section.source, positions, *texts, None, alt))
     return rows
 

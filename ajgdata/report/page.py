@@ -53,31 +53,10 @@ def render_pages(
     `figures` are those of `illustrations(report)`, drawn, by name; `published` are data sets whose
     published folders are linked. Raises jinja2.UndefinedError if a figure is missing.
     """
-    places = project or Paths()
-    shared = {
-        "report": report,
-        "nav": nav,
-        "published": published,
-        "max_open_rows": MAX_OPEN_ROWS,
-        "DASH": DASH,
-        "SIGNS": SIGNS,
-        "evidence": evidence,
-        "published_link": lambda name: link_from_report(places, places.published(name)),
-        "quarantine_link": lambda name: link_from_report(places, places.quarantine(name)),
-        "spectra_name": spectra_name,
-        "web_link": web_link,
-        "feature_settings": _feature_settings(report),
-        "run_time_link": run_time_link(report),
-        "ticks": TICKS,
-        "place": place,
-        "texts": dict.fromkeys(
-            (p.experiment, p.title, p.text) for s in report.sections for p in s.parts if p.text
-        ),
-    }
-    links = {section.anchor: experiment_link(section.parts[0].page) for section in report.sections}
+    shared = {"nav": nav, "published": published, **_shared(report, project or Paths())}
     first = {
         "paper_rows": paper_rows(report.comparisons),
-        "model_rows": model_rows(report.sections, links),
+        "model_rows": model_rows(report.sections),
     }
     own = {
         INDEX: ("index.html.j2", first),
@@ -88,6 +67,28 @@ def render_pages(
     return {
         name: render(template, figures, here=name, project=project, **(shared | values))
         for name, (template, values) in own.items()
+    }
+
+
+def _shared(report: Report, project: Paths) -> dict[str, Any]:
+    """Return the values of the templates of all pages, by name."""
+    return {
+        "report": report,
+        "max_open_rows": MAX_OPEN_ROWS,
+        "DASH": DASH,
+        "SIGNS": SIGNS,
+        "evidence": evidence,
+        "published_link": lambda name: link_from_report(project, project.published(name)),
+        "quarantine_link": lambda name: link_from_report(project, project.quarantine(name)),
+        "spectra_name": spectra_name,
+        "web_link": web_link,
+        "feature_settings": _feature_settings(report),
+        "run_time_link": run_time_link(report),
+        "ticks": TICKS,
+        "place": place,
+        "texts": dict.fromkeys(
+            (p.experiment, p.title, p.text) for s in report.sections for p in s.parts if p.text
+        ),
     }
 
 

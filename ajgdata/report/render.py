@@ -15,7 +15,7 @@ from markdown_it import MarkdownIt
 from markupsafe import Markup
 
 from ajgdata.paths import FIGURE_FORMATS, Paths
-from ajgdata.report.format import DASH, Caption, mean_sd, number, sentence, value, words
+from ajgdata.report.format import DASH, Caption, number, sentence, value, words
 from ajgdata.report.report_data import Illustration
 from ajgdata.store.report_files import template_folders
 
@@ -83,7 +83,6 @@ def environment(project: Paths | None = None) -> Environment:
         number=number,
         words=words,
         markdown=render_markdown,
-        mean_sd=mean_sd,
         sentence=sentence,
         setting=setting,
         value=value,

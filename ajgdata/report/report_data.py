@@ -212,12 +212,6 @@ class Report:
         return tally_text(tally(self.comparisons))
 
     @property
-    def answers(self) -> list[tuple[TaskSection, ResultRow]]:
-        """Return the best model of each task that has one."""
-        rows = ((section, row) for section in self.sections for row in section.rows)
-        return [(section, row) for section, row in rows if row.answer]
-
-    @property
     def recordings_by_source(self) -> dict[Source, int]:
         """Return the number of recordings of each source that features were made of."""
         counts = Counter[Source]()
