@@ -99,11 +99,7 @@ def build_report(
         missing=tuple(f"{noun} ({count})" for noun, count in missing.items() if count),
         earlier=len({*measured} - {*requested}),
         run_cost=tuple(run_cost(paths, [*existing], everything=bool(pages or present))),
-        machine=f"{cpu_name()}, {os.cpu_count()} cores",
         **_studies(pages),
-    )
-    report = dataclasses.replace(
-        report, answer=tuple(answer(report)), practice=tuple(_practice(paths, report))
     )
     _write(paths, report, results, pages, present)
     about = {"datasets": [*existing], "pages": [*pages], "published": present}
@@ -198,7 +194,7 @@ def _assembled(
     tables = [table for file in ablations for table in read_tables(file)[1]]
     reasons = reasons_of(with_verdicts(tables), ABLATIONS_PAGE)
     rows = tuple(comparisons(results, paper, reasons))
-    return Report(
+    report = Report(
         title=TITLE if rows else ", ".join(spec.title or name for name, spec in specs.items()),
         version=software()["ajgdata_version"],
         commit=software()["git_commit"],
@@ -210,6 +206,10 @@ def _assembled(
         comparisons=rows,
         paper=tuple(paper.values()),
         opening=_opening(paths.opening, paths.report.parent),
+        machine=f"{cpu_name()}, {os.cpu_count()} cores",
+    )
+    return dataclasses.replace(
+        report, answer=tuple(answer(report)), practice=tuple(_practice(paths, report))
     )
 
 
