@@ -106,16 +106,30 @@ def build_feature_file(
         parts.append(_part(session, rows, computed, targets))
     table, copies = without_copies(_joined(parts, audio, features, targets), [*targets])
     issues = [*copies, *(issue for part in parts for issue in part.issues)]
-    hashes.unlink(missing_ok=True)  # it is valid for the old store only
-    write_store(store, _with_attributes(table, dataset, audio, features, digest))
-    write_findings(quarantine, issues)
-    lines = [dict(zip(HASH_COLUMNS, pair, strict=True)) for pair in tables.items()]
-    write_bytes(hashes, csv_bytes(HASH_COLUMNS, lines))
+    table = _with_attributes(table, dataset, audio, features, digest)
+    _write(store, table, quarantine, issues, hashes, tables)
     if excluded := left_out(issues):
         tell(f"left out  {len(excluded)} of {dataset}: {quarantine} says why")
     computed, reused = sum(part.computed for part in parts), sum(part.reused for part in parts)
     print(f"{computed} recordings read, {reused} features reused")
     return computed, reused
+
+
+def _write(
+    store: Path,
+    table: FeatureRows,
+    quarantine: Path,
+    issues: Sequence[Finding],
+    hashes: Path,
+    tables: Mapping[str, str],
+) -> None:
+    """Write a feature file, its issues, and last the hashes of tables, which are only valid for
+    this feature file."""
+    hashes.unlink(missing_ok=True)
+    write_store(store, table)
+    write_findings(quarantine, issues)
+    lines = [dict(zip(HASH_COLUMNS, pair, strict=True)) for pair in tables.items()]
+    write_bytes(hashes, csv_bytes(HASH_COLUMNS, lines))
 
 
 def _rows(
