@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -66,23 +66,14 @@ def complete(
     the last line begins with INCOMPLETE.
     """
     about_report = read_json(paths.runs)
-    keys = ("dataset", "task", "kind")
     results = [
         about
         for about in about_report["measurements"]
-        if tuple(about[key] for key in keys) in {*requested}
+        if (about["dataset"], about["task"], about["kind"]) in requested
     ]
-    lines = _excluded_lines(paths, datasets)
-    lines += dict.fromkeys(
-        f"left out  classes of {task_name(about)} with fewer groups than min_groups: "
-        + ", ".join(about["left_out"])
-        for about in results
-        if about.get("left_out")
-    )
     skipped = _skipped(paths, trained, results)
-    for (task, reason), parts in sorted(skipped.items()):
-        word = "optional" if task in optional else "skipped "
-        lines.append(f"{word}  {task}, {', '.join(parts)}: {reason}")
+    lines = [*_excluded_lines(paths, datasets), *_rare_class_lines(results)]
+    lines += _skipped_lines(skipped, optional)
     lines += about_report["answer"]
     if agreements := about_report["agreements"]:
         lines.append(f"comparison with the paper: {tally_text(agreements)}")
@@ -123,6 +114,15 @@ def _skipped(
     return {(task, reason): parts for (task, reason), parts in skipped.items() if reason}
 
 
+def _skipped_lines(
+    skipped: Mapping[tuple[str, str], Sequence[str]], optional: Sequence[str]
+) -> Iterator[str]:
+    """Yield each skipped or optional task with its parts and the reason."""
+    for (task, reason), parts in sorted(skipped.items()):
+        word = "optional" if task in optional else "skipped "
+        yield f"{word}  {task}, {', '.join(parts)}: {reason}"
+
+
 def _excluded_lines(paths: Paths, names: Sequence[str]) -> list[str]:
     """Return where the excluded recordings of each data set are listed."""
     counts = {name: len(left_out(read_findings(paths.quarantine(name)))) for name in names}
@@ -131,6 +131,16 @@ def _excluded_lines(paths: Paths, names: Sequence[str]) -> list[str]:
         for name, count in counts.items()
         if count
     ]
+
+
+def _rare_class_lines(results: Sequence[Mapping[str, Any]]) -> Iterable[str]:
+    """Return the classes of each task that are excluded because they have too few groups."""
+    return dict.fromkeys(
+        f"left out  classes of {task_name(about)} with fewer groups than min_groups: "
+        + ", ".join(about["left_out"])
+        for about in results
+        if about.get("left_out")
+    )
 
 
 def _used_line(paths: Paths, names: Sequence[str]) -> str:
