@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.types import ExcitationSpec, LinearSweep, LogSweep, MaximumLengthSequence
+from ajgdata.types import ExcitationSpec, LogSweep, MaximumLengthSequence
 
 Real = NDArray[np.float64]
 
@@ -59,27 +59,15 @@ def _faded(unit: Real, declared: Any, sample_rate_hz: int) -> Real:
     return np.asarray(declared.amplitude * unit * np.sin(np.pi / 2 * edge) ** 2)
 
 
-def _log_phase(low_hz: float, high_hz: float, length_s: float, time: Real) -> Real:
-    """Phase of a sweep with f(t) = low (high/low)^(t/T): 2π low T/ln(high/low) (f(t)/low - 1).
+def _log_sweep(declared: LogSweep, count: int, rate: int) -> Real:
+    """A sweep with f(t) = low (high/low)^(t/T) and phase 2π low T/ln(high/low) (f(t)/low - 1).
 
     A. Farina, "Simultaneous measurement of impulse response and distortion with a swept-sine
     technique", 108th AES Convention (2000), equation 7.
     """
-    octaves = np.log(high_hz / low_hz)
-    return np.asarray(2 * np.pi * low_hz * length_s / octaves * np.expm1(time / length_s * octaves))
-
-
-def _log_sweep(declared: LogSweep, count: int, rate: int) -> Real:
-    time = np.arange(count) / rate
-    phase = _log_phase(declared.low_hz, declared.high_hz, declared.length_s, time)
-    return _faded(np.sin(phase), declared, rate)
-
-
-def _linear_sweep(declared: LinearSweep, count: int, rate: int) -> Real:
-    """A sweep with f(t) = low + (high - low) t/T."""
-    time = np.arange(count) / rate
-    growth = (declared.high_hz - declared.low_hz) / declared.length_s
-    phase = 2 * np.pi * time * (declared.low_hz + growth * time / 2)
+    time, octaves = np.arange(count) / rate, np.log(declared.high_hz / declared.low_hz)
+    scale = 2 * np.pi * declared.low_hz * declared.length_s / octaves
+    phase = scale * np.expm1(time / declared.length_s * octaves)
     return _faded(np.sin(phase), declared, rate)
 
 
@@ -96,8 +84,4 @@ def _sequence(declared: MaximumLengthSequence, count: int, rate: int) -> Real:
     return _faded(np.resize(2 * bits - 1, count), declared, rate)
 
 
-_MAKERS: dict[str, Callable[[Any, int, int], Real]] = {
-    "log_sweep": _log_sweep,
-    "linear_sweep": _linear_sweep,
-    "mls": _sequence,
-}
+_MAKERS: dict[str, Callable[[Any, int, int], Real]] = {"log_sweep": _log_sweep, "mls": _sequence}

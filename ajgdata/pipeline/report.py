@@ -26,7 +26,7 @@ from ajgdata.pipeline.experiments import (
 from ajgdata.pipeline.exports import collect, with_tables, write_csv, write_exports
 from ajgdata.pipeline.machine import cpu_name
 from ajgdata.pipeline.run_summary import run_cost
-from ajgdata.pipeline.site import navigation_of, pages_of
+from ajgdata.pipeline.site import pages_of
 from ajgdata.pipeline.studies import ABLATIONS_PAGE, STUDIES
 from ajgdata.report.answer import answer
 from ajgdata.report.comparison import (
@@ -38,7 +38,7 @@ from ajgdata.report.comparison import (
     tally,
 )
 from ajgdata.report.format import number, words
-from ajgdata.report.navigation import LEADS, Group, experiment_link
+from ajgdata.report.navigation import LEADS, Group, Link, experiment_link, navigation
 from ajgdata.report.report_data import Part, Report, TaskSection
 from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
@@ -118,7 +118,8 @@ def _write(
     from ajgdata.report.render import draw_figures
 
     folder, compares = paths.report.parent, bool(report.comparisons)
-    nav = navigation_of(report.pages, list(pages), compares=compares)
+    links = [Link(experiment_link(page.name), page.title, page.about) for page in report.pages]
+    nav = navigation(links, list(pages), compares=compares)
     (folder / EXPERIMENT_PAGES).mkdir(parents=True, exist_ok=True)  # also if it stays empty
     drawn = draw_figures(illustrations(report), folder / FIGURES)
     tables = write_exports(report, results, folder / TABLES)

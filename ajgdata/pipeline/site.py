@@ -1,4 +1,4 @@
-"""Pages of a report: which there are, what they ask, and the navigation."""
+"""Pages of a report on experiments: which there are, and what they ask."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from ajgdata.experiments import Request
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import page_of
 from ajgdata.report.comparison import parse_paper
-from ajgdata.report.navigation import Group, Link, experiment_link, navigation
 from ajgdata.report.report_data import ExperimentPage
 from ajgdata.store.report_files import read_experiment_text, read_page_text, read_paper
 from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec
@@ -28,8 +27,9 @@ def pages_of(
         grouped.setdefault(page_of(request, specs[request.dataset]), []).append(request)
     ids = list(parse_paper(read_paper(paths)))
     places = {name: _place(some, specs, ids) for name, some in grouped.items()}
+    rest = BEYOND if any(place < len(ids) for place in places.values()) else TASKS
     return [
-        _page(paths, name, grouped[name], specs, places[name] < len(ids))
+        _page(paths, name, grouped[name], specs, PAPERS if places[name] < len(ids) else rest)
         for name in sorted(grouped, key=lambda name: places[name])
     ]
 
@@ -50,7 +50,7 @@ def _page(
     name: str,
     requests: Sequence[Request],
     specs: Mapping[str, DatasetSpec],
-    in_paper: bool,
+    group: str,
 ) -> ExperimentPage:
     """Return a page with its words: its own, if a task names it, or those on its experiment.
 
@@ -72,7 +72,7 @@ def _page(
         title=title or first.experiment.title,
         question=section_of(text, "Question"),
         command=f"ajgdata run {' '.join(dict.fromkeys(request.dataset for request in requests))}",
-        about=PAPERS if in_paper else BEYOND,
+        about=group,
     )
 
 
@@ -87,17 +87,3 @@ def section_of(markdown: str, title: str) -> str:
     parts = re.split(r"^## +(.+?)\s*$", markdown, flags=re.MULTILINE)
     named = dict(zip(parts[1::2], parts[2::2], strict=True))
     return named.get(title, "").strip()
-
-
-def navigation_of(
-    pages: Sequence[ExperimentPage], studies: Sequence[str], *, compares: bool
-) -> list[Group]:
-    """Return the navigation of a report: the same on all its pages.
-
-    `compares`: results are compared with published values.
-    """
-    links = [
-        Link(experiment_link(page.name), page.title, page.about if compares else TASKS)
-        for page in pages
-    ]
-    return navigation(links, studies, compares=compares)

@@ -24,9 +24,7 @@ from ajgdata.types.base import (
 from ajgdata.types.dataset import DatasetSpec, ImportSettings, OnChange
 from ajgdata.types.excitation import (
     DEFAULT_EXCITATION,
-    ExcitationKind,
     ExcitationSpec,
-    LinearSweep,
     LogSweep,
     MaximumLengthSequence,
 )

@@ -49,39 +49,21 @@ class _Played(Strict):
         return self
 
 
-class _Banded(_Played):
-    """Base of every excitation with a band."""
-
-    low_hz: float = Field(20.0, gt=0, description="lowest frequency")
-    high_hz: float = Field(20_000.0, gt=0, description="highest; below half the rate")
-
-    @model_validator(mode="after")
-    def _ordered(self) -> _Banded:
-        if self.low_hz >= self.high_hz:
-            raise ValueError(f"low_hz {self.low_hz:g} must be below high_hz {self.high_hz:g}")
-        return self
-
-    @property
-    def _band(self) -> str:
-        return f"{self.low_hz:g} to {self.high_hz:g} Hz"
-
-
-class LogSweep(_Banded):
+class LogSweep(_Played):
     """Sweep whose frequency grows by the same factor in equal times (Farina 2000; the paper's)."""
 
     kind: Literal["log_sweep"] = Field("log_sweep", description="what it is")
+    low_hz: float = Field(20.0, gt=0, description="lowest frequency")
+    high_hz: float = Field(20_000.0, gt=0, description="highest; below half the rate")
 
     def _said(self) -> str:
-        return f"logarithmic sweep, {self._band}"
+        return f"logarithmic sweep, {self.low_hz:g} to {self.high_hz:g} Hz"
 
-
-class LinearSweep(_Banded):
-    """Sweep whose frequency grows by the same amount in equal times."""
-
-    kind: Literal["linear_sweep"] = Field("linear_sweep", description="what it is")
-
-    def _said(self) -> str:
-        return f"linear sweep, {self._band}"
+    @model_validator(mode="after")
+    def _ordered(self) -> LogSweep:
+        if self.low_hz >= self.high_hz:
+            raise ValueError(f"low_hz {self.low_hz:g} must be below high_hz {self.high_hz:g}")
+        return self
 
 
 class MaximumLengthSequence(_Played):
@@ -98,9 +80,6 @@ class MaximumLengthSequence(_Played):
         return f"maximum-length sequence{order}"
 
 
-ExcitationSpec = Annotated[
-    LogSweep | LinearSweep | MaximumLengthSequence, Field(discriminator="kind")
-]
-ExcitationKind = Literal["log_sweep", "linear_sweep", "mls"]
+ExcitationSpec = Annotated[LogSweep | MaximumLengthSequence, Field(discriminator="kind")]
 #: The paper's: one second, logarithmic.
 DEFAULT_EXCITATION = LogSweep()

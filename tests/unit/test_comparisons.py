@@ -21,7 +21,7 @@ from ajgdata.types import (
     AudioSettings,
     DataError,
     FeatureSettings,
-    LinearSweep,
+    LogSweep,
 )
 from ajgdata.types.comparison import Comparison
 
@@ -92,7 +92,7 @@ def test_other_sounds_are_played_in_the_same_scenes(recorded):
 
 
 FEATURES = FeatureSettings(window=256, hop=64)
-SWEEP = LinearSweep(length_s=0.5, low_hz=100, high_hz=3_500, amplitude=0.4)
+SWEEP = LogSweep(length_s=0.5, low_hz=100, high_hz=3_500, amplitude=0.4)
 QUANTITIES = Settings(
     comparisons={
         "quantities": Comparison(
