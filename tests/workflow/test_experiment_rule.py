@@ -1,6 +1,5 @@
 """Experiments as the one rule makes them: each only where a task asks for it."""
 
-import csv
 import json
 import shutil
 
@@ -8,6 +7,7 @@ import pytest
 import yaml
 from conftest import DECLARATION, EMBEDDING, SESSIONS
 
+from ajgdata.store.files import read_csv
 from ajgdata.store.tables import read_tables
 
 TASK = {
@@ -34,9 +34,17 @@ VARIANTS = {
 }
 
 
-@pytest.mark.slow
-def test_each_experiment_is_run_where_a_task_asks_for_it(project):
-    """`copy` holds the same recordings of the same grasps as `tones`."""
+FIGURES = (
+    "cross-gripper--tones--pitch",
+    "learning-curve--tones--pitch",
+    "comparison--tones--pitch--stft",
+    "sorting--tones--pitch",
+    "embedding-knn--tones--tones",
+)
+
+
+def declare(project) -> None:
+    """Add `copy`, which holds the same recordings of the same grasps as `tones`."""
     paths = project.paths
     for session in SESSIONS:
         shutil.copytree(project.folder(session), paths.session("copy", session))
@@ -50,54 +58,47 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     for name, variants in VARIANTS.items():
         file = paths.comparisons / f"{name}.yaml"
         file.write_text(yaml.safe_dump(COMPARED | {"variants": variants}))
-    page = ("results/report/index.html", "results/metrics.csv")
-    new = {"features": 1, "experiment": 9, "embed": 1}
-    assert project.planned(*page) == {**new, "report": 1}
-    project.snakemake(*page)
 
-    def tables(kind):
-        found = read_tables(paths.experiment("tones", "pitch", kind))[1]
-        return {table.name: table for table in found}
 
-    scores = tables("cross_validation-plain")["scores"]
-    there, here = (
-        scores.where(part=part, statistic="mean").column("value") for part in ("on:copy", "grouped")
-    )
-    assert there == here
-    curve = tables("learning_curve-plain")["curve"].where(metric="accuracy")
-    assert len(curve.rows) == 6
-    folds = tables("cross_gripper-plain")["folds"].where(grasps=0)
-    assert folds.rows and folds.column("home") == folds.column("value")
-    pages = sorted(paths.report.parent.rglob("*.html"))
-    text = "".join(page.read_text() for page in pages)
-    assert "tested on Second microphone" in text
-    assert "it needs a virtual data set: other sounds are played in its scenes" in text
-    for name in (
-        "cross-gripper--tones--pitch",
-        "learning-curve--tones--pitch",
-        "comparison--tones--pitch--stft",
-        "sorting--tones--pitch",
-        "embedding-knn--tones--tones",
-    ):
-        assert f'id="{name}"' in text
-    assert project.planned(*page) == {}
-    with paths.metrics_table.open(newline="") as stream:
-        rows = list(csv.DictReader(stream))
+def check_metrics(paths, scores) -> None:
+    rows = read_csv(paths.metrics_table)[1]
     values = {(r["model"], r["part"], r["metric"], r["statistic"]): r["value"] for r in rows}
-    assert len(values) == len(rows)
+    assert len(values) == len(rows) and {r["source"] for r in rows} == {"recorded"}
+    on_copy = scores.where(part="on:copy", metric="accuracy")
     for fold in range(3):
-        (accuracy,) = scores.where(
-            part="on:copy", metric="accuracy", statistic=f"fold {fold}"
-        ).column("value")
+        (accuracy,) = on_copy.where(statistic=f"fold {fold}").column("value")
         assert float(values["knn", "on:copy", "accuracy", f"fold {fold}"]) == accuracy
     assert float(values["knn", "curve:5", "accuracy", "draw 2"]) <= 1
     assert float(values["", "cost of training", "cpu_s", "measured"]) > 0
     assert float(values["knn", "cost of stft:512/512", "train_s", "measured"]) > 0
     assert int(values["linear", "sorting, plain", "sorts_in_a_row", "run 0"]) >= 0
     assert float(values["knn", "transfer:copy:1", "accuracy", "fold 0"]) <= 1
-    assert {r["source"] for r in rows} == {"recorded"}
+
+
+@pytest.mark.slow
+def test_each_experiment_is_run_where_a_task_asks_for_it(project):
+    paths = project.paths
+    declare(project)
+    page = ("results/report/index.html", "results/metrics.csv")
+    assert project.planned(*page) == {"features": 1, "experiment": 9, "embed": 1, "report": 1}
+    project.snakemake(*page)
+
+    def table(kind, name):
+        tables = read_tables(paths.experiment("tones", "pitch", kind))[1]
+        return next(table for table in tables if table.name == name)
+
+    scores = table("cross_validation-plain", "scores")
+    means = scores.where(statistic="mean").split_by("part")
+    assert means["on:copy"].column("value") == means["grouped"].column("value")
+    assert len(table("learning_curve-plain", "curve").where(metric="accuracy").rows) == 6
+    folds = table("cross_gripper-plain", "folds").where(grasps=0)
+    assert folds.rows and folds.column("home") == folds.column("value")
+    text = "".join(page.read_text() for page in sorted(paths.report.parent.rglob("*.html")))
+    assert "tested on Second microphone" in text
+    assert "it needs a virtual data set: other sounds are played in its scenes" in text
+    assert all(f'id="{name}"' in text for name in FIGURES)
+    assert project.planned(*page) == {}
+    check_metrics(paths, scores)
     measured = {one["experiment"] for one in json.loads(paths.runs.read_text())["measurements"]}
     assert measured >= {"cross_validation", "comparison", *TASK["experiments"]}
-    with paths.predictions.open(newline="") as stream:
-        predicted = list(csv.DictReader(stream))
-    assert {row["split"] for row in predicted} == {"grouped", "on:copy"}
+    assert {row["split"] for row in read_csv(paths.predictions)[1]} == {"grouped", "on:copy"}
