@@ -100,7 +100,7 @@ def _record_missing(
 
 def _record(folder: Path, source: VirtualGripper, grasp: Grasp, row: Recording) -> Recording:
     take = source.take(grasp, row.sample)
-    write_pcm24(folder / row.file, take.samples, source.sample_rate_hz)
+    write_pcm24(folder / row.file, take.samples, source.sample_rate_hz, "simulated by ajgdata")
     quality = "clipped" if take.clipped else "ok"
     digest = file_sha256(folder / row.file)
     return row.model_copy(update={"sha256": digest, "quality": quality})

@@ -220,7 +220,7 @@ def resample(samples: Float32, from_hz: int, to_hz: int) -> Float32:
     return resample_poly(samples, to_hz // common, from_hz // common).astype(np.float32)
 
 
-def write_pcm24(path: Path, samples: NDArray[Any], sample_rate_hz: int) -> None:
+def write_pcm24(path: Path, samples: NDArray[Any], sample_rate_hz: int, comment: str = "") -> None:
     """Write mono samples (n,) within ±1 as a 24-bit WAV, atomically and always the same bytes.
 
     Raises ValueError for NaN and for samples beyond full scale: nothing is clipped silently.
@@ -231,17 +231,19 @@ def write_pcm24(path: Path, samples: NDArray[Any], sample_rate_hz: int) -> None:
     peak = float(np.abs(samples).max())
     if not peak <= 1:
         raise ValueError(f"{path}: peak {peak:g} exceeds full scale 1; scale the samples down")
-    write_bytes(path, pcm24_bytes(samples, sample_rate_hz))
+    write_bytes(path, pcm24_bytes(samples, sample_rate_hz, comment))
 
 
-def pcm24_bytes(samples: NDArray[Any], sample_rate_hz: int) -> bytes:
+def pcm24_bytes(samples: NDArray[Any], sample_rate_hz: int, comment: str = "") -> bytes:
     """Return a mono 24-bit WAV of samples (n,) within ±1, rounded to the nearest code."""
     import soundfile
 
     codes = np.rint(samples.astype(np.float64) * 2**23).clip(-(2**23), 2**23 - 1)
     stream = io.BytesIO()
-    # libsndfile takes the upper 24 of 32 bits
-    soundfile.write(stream, codes.astype(np.int32) << 8, sample_rate_hz, "PCM_24", format="WAV")
+    with soundfile.SoundFile(stream, "w", sample_rate_hz, 1, "PCM_24", format="WAV") as file:
+        if comment:
+            file.comment = comment
+        file.write(codes.astype(np.int32) << 8)  # libsndfile takes the upper 24 of 32 bits
     return stream.getvalue()
 
 
