@@ -26,6 +26,7 @@ from ajgdata.types import (
     NotPossibleError,
     checked_name,
 )
+from ajgdata.types.session import SIMULATED_SOURCES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,7 +86,7 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
         fix = f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata record`"
         raise DataError(paths.sessions(name), "holds no recording that can be used", fix)
     _warn_of(issues, name)
-    is_simulated = bool({"virtual", "virtual-import"} & set(recordings.source.values))
+    is_simulated = bool(SIMULATED_SOURCES & set(recordings.source.values))
     attrs = {"data_set": name, "source": "simulated" if is_simulated else "recorded"}
     return recordings.assign_attrs(attrs, sample_rate_hz=spec.audio.sample_rate_hz)
 
@@ -167,8 +168,9 @@ def _model_folder(paths: Paths, name: str, task: str, model: str) -> Path:
     none."""
     names = checked_name(name), checked_name(task, "task"), checked_name(model, "model")
     if not (folder := paths.model(*names)).is_dir():
-        tasks = read_dataset(paths, name).tasks.items()
-        known = "; ".join(f"{key}: {', '.join(spec.models)}" for key, spec in tasks) or "none"
+        spec = read_dataset(paths, name)
+        tasks = spec.tasks.items() if spec.final_models else ()  # see `final_models`
+        known = "; ".join(f"{key}: {', '.join(task.models)}" for key, task in tasks) or "none"
         raise DataError(folder, "there is no such model", f"`ajgdata run {name}` trains {known}")
     return folder
 

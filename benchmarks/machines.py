@@ -18,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -35,7 +36,7 @@ from ajgdata.store.files import write_bytes, yaml_bytes
 from ajgdata.store.provenance import software
 from ajgdata.store.report_files import SPREAD
 from ajgdata.store.sessions import read_dataset
-from ajgdata.store.tables import read_tables
+from ajgdata.store.tables import read_measurements
 from ajgdata.types import FeatureSettings
 
 HERE = Path(__file__).resolve().parents[1]
@@ -86,16 +87,19 @@ def measured(paths: Paths, dataset: str, task: str, kind: str, random: bool) -> 
     spec = read_dataset(paths, dataset)
     split = spec.task_settings(task)
     (asked,) = (one for one in requested_experiments(spec, task) if kind in one.kinds)
-    settings = asked.job_settings(kind)
+    model = kind.partition("-")[2]
+    (only,) = replace(asked, models=(model,)).job_models
+    settings = replace(asked, models=(model,)).job_settings(only)
     settings |= {"compare_random": random} if "compare_random" in settings else {}
     with tempfile.TemporaryDirectory() as folder:
         tables = Path(folder, "tables.json")
         run_experiment(
-            paths.features(dataset), kind=kind, dataset=dataset, task=task, settings=settings,
-            split=split, other_sets=asked.other_sets, audio=spec.audio, features=spec.features,
-            paths=paths, seed=0, tables=tables, cost=Path(folder, "cost.json"),
+            paths.features(dataset), kind=only, models=[model], dataset=dataset, task=task,
+            settings=settings, split=split, other_sets=asked.other_sets, audio=spec.audio,
+            features=spec.features, paths=paths, seed=0, tables=tables,
+            cost=Path(folder, "cost.json"),
         )  # fmt: skip
-        (scores, *_), content = read_tables(tables)[1], tables.read_bytes()
+        (scores, *_), content = read_measurements(tables)[0][1], tables.read_bytes()
     rows = scores.where(metric="rmse" if split["kind"] == "regression" else "accuracy").rows
     values = {f"{row['part']} {row['statistic']}": row["value"] for row in rows}
     scale, unit = (1, split["unit"]) if split["kind"] == "regression" else (100, "%")

@@ -30,7 +30,7 @@ from ajgdata.acquire.protocol import (
 )
 from ajgdata.acquire.writer import SETUP_COLUMN, recording_alone
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE
-from ajgdata.store.audio import file_sha256, pcm24_bytes, write_pcm24
+from ajgdata.store.audio import SIMULATED, file_sha256, pcm24_bytes, write_pcm24
 from ajgdata.store.files import replacing_folder, sha256_of
 from ajgdata.store.provenance import software
 from ajgdata.store.sessions import read_recordings, read_session, write_recordings, write_session
@@ -106,7 +106,8 @@ class LiveSession:
         path = self.folder / row.file
         if path.exists():
             raise DataError(path, "exists already", "move it away; nothing is overwritten")
-        write_pcm24(path, samples, self._rate_hz)
+        is_simulated = read_session(self.folder).is_simulated
+        write_pcm24(path, samples, self._rate_hz, SIMULATED if is_simulated else "")
         changes = {"quality": quality, "labels": {**row.labels, **labels}}
         row = row.model_copy(update={**changes, "sha256": file_sha256(path)})
         write_recordings(self.folder, [*self.recordings, row])

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from ajgdata.acquire.recipe import Grasp
 from ajgdata.acquire.virtual import GraspError, VirtualGripper
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE
-from ajgdata.store.audio import file_sha256, write_pcm24
+from ajgdata.store.audio import SIMULATED, file_sha256, write_pcm24
 from ajgdata.store.files import alone
 from ajgdata.store.provenance import software
 from ajgdata.store.sessions import read_recordings, write_recordings, write_session
@@ -100,7 +100,7 @@ def _record_missing(
 
 def _record(folder: Path, source: VirtualGripper, grasp: Grasp, row: Recording) -> Recording:
     take = source.take(grasp, row.sample)
-    write_pcm24(folder / row.file, take.samples, source.sample_rate_hz, "simulated by ajgdata")
+    write_pcm24(folder / row.file, take.samples, source.sample_rate_hz, SIMULATED)
     quality = "clipped" if take.clipped else "ok"
     digest = file_sha256(folder / row.file)
     return row.model_copy(update={"sha256": digest, "quality": quality})

@@ -13,9 +13,7 @@ inputs and seed; `Cost` is measured, so it differs between runs.
 
 from __future__ import annotations
 
-import resource
 import statistics
-import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -85,20 +83,18 @@ class Tested(NamedTuple):
 
 @dataclass(frozen=True)
 class Cost:
-    """Times and memory of a cross-validation, one thread, on whatever machine this was.
+    """Times of a cross-validation, one thread, on whatever machine this was.
 
     `train_s` is wall time and `train_cpu_s` processor time of fitting; the latter tells whether
     something else was using the machine. `inference_s_per_recording`: a whole test part
     predicted at once; `latency_s`: one recording predicted alone; both the median over repeats,
-    then over folds. `peak_rss_mb` (1e6 bytes) is the largest resident memory that the process
-    ever had, libraries and features included.
+    then over folds.
     """
 
     train_s: float
     train_cpu_s: float
     inference_s_per_recording: float
     latency_s: float
-    peak_rss_mb: float
 
 
 @dataclass(frozen=True)
@@ -209,7 +205,8 @@ def _collected(
     scores, predictions = tested.pop("")
     used = tuple(fold.used for fold in folds)
     thinned = used if any(some < every for some, every in used) else ()
-    cost = _total_cost([fold.cost for fold in folds])
+    wall, cpu, together, alone = zip(*(fold.cost for fold in folds), strict=True)
+    cost = Cost(sum(wall), sum(cpu), statistics.median(together), statistics.median(alone))
     return CrossValidation(scores, predictions, cost, tested, thinned)
 
 
@@ -263,13 +260,6 @@ def _predicting_s(estimator: Any, rows: np.ndarray) -> float:
         estimator.predict(rows)
         times.append(time.perf_counter() - start)
     return statistics.median(times)
-
-
-def _total_cost(folds: Sequence[tuple[float, ...]]) -> Cost:
-    wall, cpu, together, alone = zip(*folds, strict=True)
-    unit = 1 if sys.platform == "darwin" else 1024
-    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
-    return Cost(sum(wall), sum(cpu), statistics.median(together), statistics.median(alone), peak_mb)
 
 
 def _predict(

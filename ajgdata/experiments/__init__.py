@@ -64,7 +64,7 @@ class Request:
         return tuple(getattr(self.settings, "test_on", ()))
 
     def label(self, model: str, kind: Kind) -> str:
-        """Return the name of what one job measures, for people: a model, or a comparison."""
+        """Return the name of a measurement for people: a model, or a comparison."""
         titles = getattr(self.settings, "titles", {})
         return titles.get(model) or (model_label(model, kind) if model else "")
 
@@ -79,18 +79,25 @@ class Request:
         return [(self.dataset, self.task, kind) for kind in self.kinds]
 
     @property
-    def jobs(self) -> list[tuple[str, str, str]]:
-        """Return data set, task and name of each of its jobs: one for all plain models."""
-        return [*dict.fromkeys((*key[:2], job_of(key[2])) for key in self.keys)]
+    def job_models(self) -> dict[str, list[str]]:
+        """Return the models of each of its jobs, by name: all plain models share one."""
+        jobs: dict[str, list[str]] = {}
+        for model, kind in zip(self.models, self.kinds, strict=True):
+            is_shared = model in PLAIN_MODELS and not hasattr(self.settings, "only")
+            jobs.setdefault(f"{self.experiment.name}-plain" if is_shared else kind, []).append(
+                model
+            )
+        return jobs
 
-    def job_models(self, job: str) -> list[str]:
-        """Return the models that the job `job` measures."""
-        return [m for m, kind in zip(self.models, self.kinds, strict=True) if job_of(kind) == job]
+    @property
+    def jobs(self) -> list[tuple[str, str, str]]:
+        """Return data set, task and name of each of its jobs."""
+        return [(self.dataset, self.task, job) for job in self.job_models]
 
     def job_settings(self, job: str) -> dict[str, Any]:
         """Return the settings of the job `job` as in JSON; `models` has only its own models."""
         # A new network then repeats no other job.
-        models = self.job_models(job)
+        models = self.job_models[job]
         only = self.settings.only(models[0]) if hasattr(self.settings, "only") else self.settings
         settings = only.model_dump(mode="json", exclude={"optional"})
         own = {"models": models} if self.experiment.by_model and "models" in settings else {}
@@ -100,12 +107,6 @@ class Request:
 def measurement_name(experiment: str, model: str) -> str:
     """Return the name of a measurement; `model` is "" if it has all models."""
     return f"{experiment}-{model}" if model else experiment
-
-
-def job_of(kind: str) -> str:
-    """Return the name of the job that makes a measurement: plain models of a task share one."""
-    name, _, model = kind.partition("-")
-    return f"{name}-plain" if model in PLAIN_MODELS else kind
 
 
 class SettingsError(ValueError):

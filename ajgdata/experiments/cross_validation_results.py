@@ -267,7 +267,6 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
             model.shown(Score(model.chance(), 0.0)),
             number(model.cost.train_s),
             number(model.cost.inference_ms_per_recording),
-            number(model.measured["peak_rss_mb"]),
             best=model is top,
             paper=results.papers.get(PARTS[GROUPED][0]),
             answer=model.shown(model.with_interval(), GROUPED) if model is top else "",

@@ -144,13 +144,13 @@ def _measure(
 ) -> Outcome:
     """Return tables of results and of cost, and `about` with more facts, or why there are none."""
     try:
-        left_out = {"left_out": dict(inputs.classes_of_task[1])}
+        about = {**about, "left_out": dict(inputs.classes_of_task[1])}
         outcome = experiment.measure(inputs, settings, about["model"])
     except NotPossibleError as error:
         name = measurement_name(experiment.name, about["model"])
         tell(f"skipped   {about['dataset']}/{about['task']}, {name}: {error}")
         return Outcome((), (), {**about, "skipped": str(error)})
-    return replace(outcome, about={**about, **left_out, **outcome.about})
+    return replace(outcome, about={**about, **outcome.about})
 
 
 def _comparable(store: Path, table: FeatureRows, path: Path) -> FeatureRows:

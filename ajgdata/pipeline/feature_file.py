@@ -28,6 +28,7 @@ from ajgdata.store.labels import bad_labels, label_columns, without_copies
 from ajgdata.store.provenance import settings_digest, software
 from ajgdata.store.session_audio import AudioFile, SessionAudio, check_session, tables_sha256
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding, Target, left_out
+from ajgdata.types.session import SIMULATED_SOURCES
 
 SETTINGS_ATTRIBUTE = "settings_digest"
 #: Columns of the list of sessions: the hash is that of their files of metadata and labels.
@@ -230,7 +231,7 @@ def _with_attributes(
         SETTINGS_ATTRIBUTE: digest,
         **software(),
         "data_set": dataset,
-        "source": "simulated" if sources & {"virtual", "virtual-import"} else "recorded",
+        "source": "simulated" if sources & SIMULATED_SOURCES else "recorded",
         "inputs_sha256": inputs,
     }
     return replace(table, attrs=attrs)

@@ -62,6 +62,8 @@ def import_folder(
     scanned = scan(folder, chosen, name=slug(folder.resolve().name))
     contents = _read(scanned)
     scanned.is_simulated = are_simulated(scanned, contents)
+    if declared and declared.recipe:
+        raise DataError(path, "has a recipe, which makes its sessions", "choose another data set")
     if declared:
         check_one_kind(paths, declared, list_sessions(paths, dataset), scanned.is_simulated)
     spec = declared or declare(dataset, scanned, contents, chosen, targets)

@@ -228,6 +228,6 @@ def _provenance(spec: DatasetSpec, store: FeatureRows, grippers: Sequence[str]) 
         "digest of the feature settings": attrs["settings_digest"],
         "digest of the recordings": attrs["inputs_sha256"],
     }
-    if attrs["source"] == "simulated":
+    if spec.recipe:
         facts["digest of the code of the virtual gripper"] = layer_hash("gripper")
     return {topic: str(text) for topic, text in facts.items()}

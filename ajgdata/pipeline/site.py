@@ -27,9 +27,9 @@ def pages_of(
         grouped.setdefault(page_of(request, specs[request.dataset]), []).append(request)
     ids = list(parse_paper(read_paper(paths)))
     places = {name: _place(some, specs, ids) for name, some in grouped.items()}
-    rest = BEYOND if any(place < len(ids) for place in places.values()) else TASKS
+    second = BEYOND if any(place < len(ids) for place in places.values()) else TASKS
     return [
-        _page(paths, name, grouped[name], specs, PAPERS if places[name] < len(ids) else rest)
+        _page(paths, name, grouped[name], specs, PAPERS if places[name] < len(ids) else second)
         for name in sorted(grouped, key=lambda name: places[name])
     ]
 

@@ -46,7 +46,6 @@ class ResultRow:
     chance: str = ""
     train_s: str = ""
     inference_ms: str = ""
-    peak_memory_mb: str = ""
     best: bool = False
     part: str = ""  #: heading of the rows that it stands among
     paper: PaperFigure | None = None

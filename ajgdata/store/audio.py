@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 Float32 = NDArray[np.float32]
 
+#: Comment of files whose samples were simulated.
+SIMULATED = "simulated by ajgdata"
 #: Beyond these a header is taken for damaged: reading would ask for memory that nobody has.
 MAX_CHANNELS, MAX_DURATION_S = 256, 3600
 #: Lengths in libsndfile's log (WAV, RF64, AIFF, AU) that differ from the size of the file.

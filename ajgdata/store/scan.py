@@ -142,9 +142,9 @@ def _stop(error: OSError) -> None:
 
 def _copies_of_wavs(audio: Iterable[Path]) -> set[Path]:
     """Return files whose name differs from that of a WAV by its suffix only."""
-    others = {path for path in audio if path.suffix.lower() != ".wav"}
-    names = {path.with_suffix("") for path in audio if path not in others} if others else ()
-    return {path for path in others if path.with_suffix("") in names}
+    not_wav = {path for path in audio if path.suffix.lower() != ".wav"}
+    names = {path.with_suffix("") for path in audio if path not in not_wav} if not_wav else ()
+    return {path for path in not_wav if path.with_suffix("") in names}
 
 
 def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Scan) -> Rows:

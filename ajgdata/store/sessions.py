@@ -177,8 +177,8 @@ def check_one_kind(
     kinds = {True: "its recipe"} if spec.recipe else {}
     for name in sorted(sessions):
         with suppress(DataError):
-            source = read_session(paths.session(spec.name, name)).source
-            kinds.setdefault(source.startswith("virtual"), f"session {name}")
+            is_simulated = read_session(paths.session(spec.name, name)).is_simulated
+            kinds.setdefault(is_simulated, f"session {name}")
     if adding is not None:
         kinds.setdefault(adding, "what is to be added")
     if len(kinds) > 1:

@@ -18,13 +18,13 @@ _INFINITE = {"inf": math.inf, "-inf": -math.inf}
 
 def write_tables(path: Path, tables: Sequence[Table], **about: Any) -> None:
     """Write `tables`, and facts `about` them by key, to `path` (JSON), atomically."""
-    write_measurements(path, [(about, tables)])
+    write_bytes(path, json_bytes(plain({**about, "tables": [as_json(t) for t in tables]})))
 
 
 def read_tables(path: Path) -> tuple[dict[str, Any], list[Table]]:
     """Return `about` and the tables of a file that `write_tables` wrote."""
-    (result,) = read_measurements(path)
-    return result
+    about = read_json(path)
+    return about, [_from_json(table) for table in about.pop("tables")]
 
 
 def write_measurements(
@@ -32,12 +32,12 @@ def write_measurements(
 ) -> None:
     """Write several `about` with their tables to one file, see `write_tables`."""
     contents = [{**about, "tables": [as_json(t) for t in tables]} for about, tables in results]
-    write_bytes(path, json_bytes(plain(contents)))
+    write_bytes(path, json_bytes(plain({"measurements": contents})))
 
 
 def read_measurements(path: Path) -> list[tuple[dict[str, Any], list[Table]]]:
-    """Return each `about` and its tables of a file that `write_measurements` wrote."""
-    contents = read_json(path)
+    """Return each `about` and its tables of a file; none of a file that another function wrote."""
+    contents = read_json(path).get("measurements", ())
     return [(about, [_from_json(t) for t in about.pop("tables")]) for about in contents]
 
 

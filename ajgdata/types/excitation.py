@@ -27,17 +27,12 @@ class _Played(Strict):
     )
 
     @property
-    def level_dbfs(self) -> float:
-        """Peak level in decibels of full scale."""
-        return 20 * math.log10(self.amplitude)
-
-    @property
     def description(self) -> str:
         """Return what it is, for people."""
         silence = f", then {self.silence_s:g} s of silence" if self.silence_s else ""
         fades = f", fades of {1e3 * self.fade_s:g} ms" if self.fade_s else ""
         head = f"{self._said()}, {self.length_s:g} s{fades}"
-        return f"{head}, peak {self.level_dbfs:.2f} dBFS{silence}"
+        return f"{head}, peak {20 * math.log10(self.amplitude):.2f} dBFS{silence}"
 
     def _said(self) -> str:
         raise NotImplementedError

@@ -47,6 +47,10 @@ class Acquisition(Strict):
     level_dbfs: float | None = Field(None, description="peak of the played sound")
 
 
+#: Values of `source` of sessions whose recordings were simulated.
+SIMULATED_SOURCES = {"virtual", "virtual-import"}
+
+
 class Session(Strict):
     """session.yaml: one uninterrupted acquisition with one gripper."""
 
@@ -67,6 +71,11 @@ class Session(Strict):
     skipped: dict[str, str] = Field({}, description="grasps that could not be made, and why")
     notes: str = Field("", description="what the operator noted")
     acquisition: Acquisition | None = Field(None, description="null unless a real gripper's")
+
+    @property
+    def is_simulated(self) -> bool:
+        """Whether a simulation made its recordings."""
+        return self.source in SIMULATED_SOURCES
 
 
 def checked_quality(text: str) -> str:

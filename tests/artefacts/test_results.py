@@ -15,7 +15,6 @@ import pytest
 from sklearn.metrics import accuracy_score, root_mean_squared_error
 
 import ajgdata
-from ajgdata.experiments import job_of
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
 from ajgdata.report.studies import holds
@@ -31,6 +30,7 @@ from ajgdata.store.sessions import (
 )
 from ajgdata.store.tables import read_measurements, read_tables
 from ajgdata.types import DataError
+from ajgdata.types.registry import PLAIN_MODELS
 from ajgdata.types.table import Table
 
 pytestmark = pytest.mark.artefact
@@ -106,8 +106,10 @@ def test_every_recording_is_in_the_store_or_in_the_quarantine(path):
 
 
 def evaluation(dataset: str, task: str, kind: str) -> tuple[dict, dict[str, Table]]:
-    made = read_measurements(PATHS.experiment(dataset, task, job_of(kind)))
-    about, tables = next(one for one in made if one[0]["model"] == kind.partition("-")[2])
+    model = kind.partition("-")[2]
+    job = "cross_validation-plain" if model in PLAIN_MODELS else kind
+    made = read_measurements(PATHS.experiment(dataset, task, job))
+    about, tables = next(one for one in made if one[0]["model"] == model)
     return about, {table.name: table for table in tables}
 
 

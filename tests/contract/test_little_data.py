@@ -128,7 +128,7 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
         for *_, kind in one.jobs:
             tables = paths.experiment("little", one.task, kind)
             run_experiment(
-                paths.features("little"), kind=kind, models=one.job_models(kind),
+                paths.features("little"), kind=kind, models=one.job_models[kind],
                 dataset="little", task=one.task, settings=one.job_settings(kind),
                 split=spec.task_settings(one.task),
                 other_sets=list(one.other_sets), rendered="x" if one.experiment.renders else "",
@@ -137,7 +137,7 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
                 tables=tables, cost=paths.experiment_cost("little", one.task, kind),
             )  # fmt: skip
             for model, (about, _) in zip(
-                one.job_models(kind), read_measurements(tables), strict=True
+                one.job_models[kind], read_measurements(tables), strict=True
             ):
                 told[one.task, measurement_name(one.experiment.name, model)] = about.get(
                     "skipped", ""

@@ -35,7 +35,7 @@ def illustration(name: str) -> Illustration:
 
 
 def row(label: str, value: str, **changes) -> ResultRow:
-    return ResultRow(label, "RMSE", value, "8.2 mm", "3.2", "0.21", "512", **changes)
+    return ResultRow(label, "RMSE", value, "8.2 mm", "3.2", "0.21", **changes)
 
 
 def part(rows: tuple[ResultRow, ...], **changes) -> Part:
@@ -57,7 +57,7 @@ def sections() -> tuple[TaskSection, ...]:
         row("k-NN", "4.00 ± 0.40 mm", paper=PAPER),
         row("CNN", "3.50 ± 0.40 mm", part="values withheld from training"),
     )
-    kinds = (ResultRow("CNN", "accuracy", "70.0 ± 5.0 %", "60 %", "3", "0.2", "512", best=True),)
+    kinds = (ResultRow("CNN", "accuracy", "70.0 ± 5.0 %", "60 %", "3", "0.2", best=True),)
     return (
         TaskSection("size", "edge", "Cube size · edge", "simulated", (part(sizes),)),
         TaskSection(

@@ -167,7 +167,7 @@ def declare(project, **changes):
     folder = project.paths.comparisons
     folder.mkdir(parents=True, exist_ok=True)
     text = "".join(f"{key}: {value}\n" for key, value in content.items())
-    (folder / "splits.yaml").write_text(text)
+    (folder / "knn.yaml").write_text(text)
 
 
 def test_a_comparison_is_one_file(project):
@@ -175,8 +175,11 @@ def test_a_comparison_is_one_file(project):
     project.declare(tasks=tasks)
     declare(project)
     asked = requested_experiments(read_dataset(project.paths, "d"), "edge")[-1]
-    assert asked.kinds == ("comparison-splits",) and asked.label("splits", "regression") == "T"
-    assert list(asked.job_settings("comparison-splits")["comparisons"]) == ["splits"]
+    # its name is not that of the model
+    assert (
+        asked.jobs == [("d", "edge", "comparison-knn")] and asked.label("knn", "regression") == "T"
+    )
+    assert list(asked.job_settings("comparison-knn")["comparisons"]) == ["knn"]
     declare(project, task="none")
     with pytest.raises(DataError, match="there is no task 'none'"):
         read_dataset(project.paths, "d")

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from experiment_samples import small_store
 
-from ajgdata.experiments import Request
+from ajgdata.experiments import EXPERIMENTS, Request
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import measurements, read_results, requests_for, run_experiment
 from ajgdata.pipeline.exports import collect
 from ajgdata.store.features import write_store
+from ajgdata.store.tables import write_tables
 from ajgdata.types import DatasetSpec
 
 SPLIT = {
@@ -37,7 +38,7 @@ SPEC = DatasetSpec.model_validate(
 def run(paths: Paths, request: Request, **changes) -> None:
     for *_, kind in request.jobs:
         values = {
-            "kind": kind, "models": request.job_models(kind), "dataset": "d", "task": "t",
+            "kind": kind, "models": request.job_models[kind], "dataset": "d", "task": "t",
             "split": SPLIT, "settings": request.settings.model_dump(mode="json"), "other_sets": [],
             "audio": SPEC.audio, "features": SPEC.features, "paths": paths, "seed": 3,
             "tables": paths.experiment("d", "t", kind),
@@ -63,6 +64,24 @@ def collected(paths: Paths) -> tuple[list[dict], list[dict[str, str]], list[dict
         for path in (paths.metrics_table, paths.predictions)
     ]
     return about, *rows
+
+
+def test_plain_models_share_a_job_and_others_have_one_each():
+    settings = EXPERIMENTS["cross_validation"].settings(models=("cnn", "linear", "svm", "knn"))
+    request = Request(EXPERIMENTS["cross_validation"], "d", "t", settings, settings.models)
+    shared = {"cross_validation-plain": ["linear", "knn"]}
+    own = {f"cross_validation-{model}": [model] for model in ("cnn", "svm")}
+    assert request.job_models == shared | own
+    assert request.job_settings("cross_validation-plain")["models"] == ["linear", "knn"]
+
+
+def test_results_of_earlier_versions_are_not_read(paths, tmp_path):
+    (request,) = requests_for({"d": SPEC}, [("d", "t")])[:1]
+    earlier = Paths(tmp_path)
+    write_tables(earlier.experiment(*request.jobs[0]), [], model="linear_plain")
+    write_tables(earlier.experiment_cost(*request.jobs[0]), [])
+    assert measurements(earlier, [request]) == {}
+    assert [*measurements(paths, [request])] == request.keys
 
 
 def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(paths):

@@ -85,11 +85,11 @@ def test_each_task_says_simulated_or_recorded_and_has_the_published_value(pages)
     page = Page(pages["experiments/size.html"])
     assert page.row(["Cube size · edge"])[-1] == "simulated"
     assert page.row(["CNN", "RMSE"]) == [
-        "CNN", "RMSE", "2.20 ± 0.30 mm", "8.2 mm", "3.2", "0.21", "512",
+        "CNN", "RMSE", "2.20 ± 0.30 mm", "8.2 mm", "3.2", "0.21",
         "RMSE 2.6 mm overall", "cubes; arXiv 2603.00351",
     ]  # fmt: skip
     assert page.row(["k-NN", "RMSE"]) == [
-        "k-NN", "RMSE", "4.00 ± 0.40 mm", "8.2 mm", "3.2", "0.21", "512",
+        "k-NN", "RMSE", "4.00 ± 0.40 mm", "8.2 mm", "3.2", "0.21",
     ]  # fmt: skip
     page = Page(pages["experiments/stones.html"])
     assert page.row([f"{SCRIPT} · kind"])[-1] == "recorded"

@@ -19,7 +19,7 @@ rule experiment:
         "../../environment.yml"
     params:
         function="experiments:run_experiment",
-        models=lambda wildcards: requested(wildcards).job_models(wildcards.kind),
+        models=lambda wildcards: requested(wildcards).job_models[wildcards.kind],
         settings=lambda wildcards: requested(wildcards).job_settings(wildcards.kind),
         split=lambda wildcards: SPECS[wildcards.dataset].task_settings(wildcards.task),
         other_sets=lambda wildcards: list(requested(wildcards).other_sets),
