@@ -20,7 +20,7 @@ from ajgdata.pipeline.experiments import requests_for, run_experiment
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.store.features import Column, FeatureRows, text_column, write_store
 from ajgdata.store.sessions import list_datasets, read_dataset
-from ajgdata.store.tables import read_tables
+from ajgdata.store.tables import read_measurements
 from ajgdata.types.table import Table
 
 PATHS = Paths(Path(__file__).resolve().parents[2])
@@ -130,7 +130,7 @@ def run(stores: dict[str, Path], asked: Request, folder: Path) -> tuple[dict, di
         features=spec.features, paths=Paths(stores[asked.dataset].parents[2]), seed=0,
         tables=tables, cost=cost,
     )  # fmt: skip
-    about, found = read_tables(tables)
+    about, found = read_measurements(tables)[0]
     return about, {table.name: table for table in found}
 
 

@@ -8,7 +8,7 @@ import yaml
 from conftest import DECLARATION, EMBEDDING, SESSIONS
 
 from ajgdata.store.files import read_csv
-from ajgdata.store.tables import read_tables
+from ajgdata.store.tables import read_measurements
 
 TASK = {
     "target": "pitch",
@@ -84,7 +84,7 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     project.snakemake(*page)
 
     def table(kind, name):
-        tables = read_tables(paths.experiment("tones", "pitch", kind))[1]
+        ((_, tables),) = read_measurements(paths.experiment("tones", "pitch", kind))
         return next(table for table in tables if table.name == name)
 
     scores = table("cross_validation-plain", "scores")

@@ -15,7 +15,7 @@ from ajgdata.paths import RECORDINGS_FILE, Paths
 from ajgdata.pipeline.studies import REQUESTED_STUDIES, STUDIES
 from ajgdata.store import provenance
 from ajgdata.store.features import read_store
-from ajgdata.store.tables import read_tables
+from ajgdata.store.tables import read_measurements
 
 #: What follows from a changed store.
 PITCH = DECLARATION["tasks"]["pitch"]
@@ -139,7 +139,7 @@ def test_same_inputs_give_the_same_bytes(project):
     time.sleep(1.1)  # HDF5 would store whole seconds
     project.snakemake(str(tables.relative_to(project.root)), "--forceall")
     assert (store.read_bytes(), tables.read_bytes()) == before
-    assert read_tables(tables)[1][0].where(metric="accuracy", statistic="mean").rows
+    assert read_measurements(tables)[0][1][0].where(metric="accuracy", statistic="mean").rows
 
 
 def test_failed_features_are_computed_again(project):
