@@ -20,7 +20,7 @@ from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.store.audio import read_audio
 from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.sessions import inside, read_dataset, read_session
-from ajgdata.store.tables import read_tables
+from ajgdata.store.tables import read_measurements
 from ajgdata.types import (
     CROSS_VALIDATION,
     AudioSettings,
@@ -88,7 +88,7 @@ def _opening(paths: Paths, shard: FeatureRows, tables: Path, audio: AudioSetting
     from ajgdata.models import model_label
     from ajgdata.report.opening import Opening
 
-    about, results = read_tables(tables)
+    about, results = read_measurements(tables)[0]
     if "skipped" in about:
         raise NotPossibleError(about["skipped"])
     setups = _planned_setups(paths, about["dataset"])
