@@ -169,7 +169,7 @@ def _model_folder(paths: Paths, name: str, task: str, model: str) -> Path:
     names = checked_name(name), checked_name(task, "task"), checked_name(model, "model")
     if not (folder := paths.model(*names)).is_dir():
         spec = read_dataset(paths, name)
-        tasks = spec.tasks.items() if spec.final_models else ()  # see `final_models`
+        tasks = spec.tasks.items() if spec.final_models else ()
         known = "; ".join(f"{key}: {', '.join(task.models)}" for key, task in tasks) or "none"
         raise DataError(folder, "there is no such model", f"`ajgdata run {name}` trains {known}")
     return folder

@@ -86,16 +86,16 @@ def measured(paths: Paths, dataset: str, task: str, kind: str, random: bool) -> 
     """Return the digest of the result of an experiment, and its values by part and statistic."""
     spec = read_dataset(paths, dataset)
     split = spec.task_settings(task)
-    (asked,) = (one for one in requested_experiments(spec, task) if kind in one.kinds)
-    model = kind.partition("-")[2]
-    (only,) = replace(asked, models=(model,)).job_models
-    settings = replace(asked, models=(model,)).job_settings(only)
+    (request,) = (one for one in requested_experiments(spec, task) if kind in one.kinds)
+    request = replace(request, models=(kind.partition("-")[2],))
+    ((job, models),) = request.job_models.items()
+    settings = request.job_settings(job)
     settings |= {"compare_random": random} if "compare_random" in settings else {}
     with tempfile.TemporaryDirectory() as folder:
         tables = Path(folder, "tables.json")
         run_experiment(
-            paths.features(dataset), kind=only, models=[model], dataset=dataset, task=task,
-            settings=settings, split=split, other_sets=asked.other_sets, audio=spec.audio,
+            paths.features(dataset), kind=job, models=models, dataset=dataset, task=task,
+            settings=settings, split=split, other_sets=request.other_sets, audio=spec.audio,
             features=spec.features, paths=paths, seed=0, tables=tables,
             cost=Path(folder, "cost.json"),
         )  # fmt: skip

@@ -45,7 +45,9 @@ class LiveSession:
     def __init__(self, folder: Path, setup: Mapping[str, Any]) -> None:
         self.folder = folder
         self._setup = sha256_of(json.dumps(setup, sort_keys=True).encode())
-        self._rate_hz = read_session(folder).sample_rate_hz or 0
+        session = read_session(folder)
+        self._rate_hz = session.sample_rate_hz or 0
+        self._comment = SIMULATED if session.is_simulated else ""
 
     @property
     def recordings(self) -> list[Recording]:
@@ -106,8 +108,7 @@ class LiveSession:
         path = self.folder / row.file
         if path.exists():
             raise DataError(path, "exists already", "move it away; nothing is overwritten")
-        is_simulated = read_session(self.folder).is_simulated
-        write_pcm24(path, samples, self._rate_hz, SIMULATED if is_simulated else "")
+        write_pcm24(path, samples, self._rate_hz, self._comment)
         changes = {"quality": quality, "labels": {**row.labels, **labels}}
         row = row.model_copy(update={**changes, "sha256": file_sha256(path)})
         write_recordings(self.folder, [*self.recordings, row])

@@ -84,9 +84,8 @@ class Request:
         jobs: dict[str, list[str]] = {}
         for model, kind in zip(self.models, self.kinds, strict=True):
             is_shared = model in PLAIN_MODELS and not hasattr(self.settings, "only")
-            jobs.setdefault(f"{self.experiment.name}-plain" if is_shared else kind, []).append(
-                model
-            )
+            job = f"{self.experiment.name}-plain" if is_shared else kind
+            jobs.setdefault(job, []).append(model)
         return jobs
 
     @property
@@ -96,7 +95,6 @@ class Request:
 
     def job_settings(self, job: str) -> dict[str, Any]:
         """Return the settings of the job `job` as in JSON; `models` has only its own models."""
-        # A new network then repeats no other job.
         models = self.job_models[job]
         only = self.settings.only(models[0]) if hasattr(self.settings, "only") else self.settings
         settings = only.model_dump(mode="json", exclude={"optional"})

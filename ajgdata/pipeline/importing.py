@@ -58,12 +58,12 @@ def import_folder(
     """
     folder, path = Path(folder), paths.dataset(checked_name(dataset))
     declared = read_dataset(paths, dataset) if path.is_file() else None
+    if declared and declared.recipe:
+        raise DataError(path, "has a recipe, which makes its sessions", "choose another data set")
     chosen = _chosen(settings, declared)
     scanned = scan(folder, chosen, name=slug(folder.resolve().name))
     contents = _read(scanned)
     scanned.is_simulated = are_simulated(scanned, contents)
-    if declared and declared.recipe:
-        raise DataError(path, "has a recipe, which makes its sessions", "choose another data set")
     if declared:
         check_one_kind(paths, declared, list_sessions(paths, dataset), scanned.is_simulated)
     spec = declared or declare(dataset, scanned, contents, chosen, targets)

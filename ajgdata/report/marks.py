@@ -103,7 +103,9 @@ def illustration(name: str, mark: MarkName, picture: Picture, text: str) -> Illu
 
 
 def draw(mark: MarkName, picture: Picture) -> Figure:
-    """Return the figure of a mark. Raises ValueError without points."""
+    """Return the figure of a mark. Raises ValueError for an unknown mark, and without points."""
+    if mark not in MARKS:
+        raise ValueError(f"there is no mark {mark!r}: use one of {', '.join(MARKS)}")
     if not picture.points:
         raise ValueError(f"{picture.title}: there are no points to draw")
     return MARKS[mark](picture)

@@ -110,7 +110,8 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
 
     >>> from pathlib import Path
     >>> import numpy as np
-    >>> from ajgdata.store.audio import AudioSettings, read_audio, write_pcm24
+    >>> from ajgdata.store.audio import read_audio, write_pcm24
+    >>> from ajgdata.types import AudioSettings
     >>> write_pcm24(Path("click.wav"), np.array([0.0, 0.5, -0.25]), 44_100)
     >>> read_audio(Path("click.wav"), AudioSettings()).samples  # (n,), full scale ±1
     array([ 0.  ,  0.5 , -0.25], dtype=float32)

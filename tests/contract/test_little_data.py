@@ -120,7 +120,7 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
             paths.features("little"), settings=settings, seed=0,
             latents=paths.latents("little", name), cost=paths.training_cost("little", name),
         )  # fmt: skip
-    told = {}
+    skipped = {}
     for one in requests_for(
         {"little": spec}, [("little", t) for t in (*spec.tasks, *spec.embeddings)]
     ):
@@ -139,10 +139,10 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
             for model, (about, _) in zip(
                 one.job_models[kind], read_measurements(tables), strict=True
             ):
-                told[one.task, measurement_name(one.experiment.name, model)] = about.get(
+                skipped[one.task, measurement_name(one.experiment.name, model)] = about.get(
                     "skipped", ""
                 )
-    return told
+    return skipped
 
 
 def report(paths: Paths) -> dict[str, str]:
