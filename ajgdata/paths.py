@@ -51,7 +51,7 @@ class Place:
 class Places(Place):
     """Files of which there are several: called with what stands in the braces of the pattern."""
 
-    def __get__(  # type: ignore[override]
+    def __get__(  # type: ignore[override]  # several files: a function, not one path
         self, paths: Paths, owner: type[Paths] | None = None
     ) -> Callable[..., Path]:
         folder, names = getattr(paths, self.below), re.findall(r"{(\w+)}", self.pattern)

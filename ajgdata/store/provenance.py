@@ -93,10 +93,11 @@ def commit_date() -> str:
 
 def _git(*arguments: str) -> str:
     """Return what git prints about the repository of this package; empty if it is in none."""
-    options = {"cwd": PACKAGE, "capture_output": True, "text": True, "timeout": 20}
     try:  # an installed package may be below somebody else's repository
         for words in (("ls-files", "--error-unmatch", "paths.py"), arguments):
-            done = subprocess.run(["git", *words], check=True, **options)  # type: ignore[call-overload]
+            done = subprocess.run(
+                ["git", *words], cwd=PACKAGE, capture_output=True, text=True, timeout=20, check=True
+            )
     except (OSError, subprocess.SubprocessError):
         return ""
     return str(done.stdout).strip()
