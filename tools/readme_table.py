@@ -29,7 +29,7 @@ PROJECT = Paths(Path(__file__).resolve().parents[1])
 README = PROJECT.root / "README.md"
 BEGIN, END = "<!-- results -->\n", "<!-- /results -->\n"
 KEY = ("dataset", "task", "model", "part", "metric", "statistic")
-HEAD = ("CNN, held-out grasps", "simulated (95 % interval)", "paper", "chance level", "verdict")
+HEAD = ("CNN", "simulated (95 % interval)", "paper", "chance level", "verdict")
 
 
 class Row(NamedTuple):
@@ -75,7 +75,7 @@ def readme_table(metrics: bytes) -> str:
     table = "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
     commits = ", ".join(sorted({row["commit"][:10] for row in reader}))
     digest = hashlib.sha256(metrics).hexdigest()[:10]
-    return f"\n{table}\nRun of commit {commits}, results {digest}.\n\n"
+    return f"\n{table}\nCommit {commits}; SHA-256 of `metrics.csv`: {digest}.\n\n"
 
 
 def _cells(row: Row, known: Mapping[tuple[str, ...], str], paper: PaperFigure) -> tuple[str, ...]:

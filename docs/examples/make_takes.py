@@ -1,9 +1,9 @@
-"""Recordings as a gripper's operator has them: takes/<n>_<label>.wav, made by the virtual gripper.
+"""Write recordings of the virtual gripper, takes/<n>_<label>.wav, as an example for the import.
 
     python docs/examples/make_takes.py takes
 
-For those without a gripper at hand. Real ones replace this folder and nothing else. The comment in
-each file begins with *simulated*, so that the import calls the data set simulated.
+For readers without a gripper. Real recordings replace this folder; all other steps stay the same.
+The comment in each file begins with *simulated*, so that the import calls the data set simulated.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""Train a model of one's own on one fold of the evaluation, and score it like the others."""
+"""Train your own model on one fold of the evaluation, and compute its error."""
 
 import torch
 from torch.utils.data import DataLoader, TensorDataset

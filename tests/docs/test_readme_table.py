@@ -33,4 +33,4 @@ def test_five_results_next_to_the_published_values():
         " not better than chance | 3.5 mm | 6.4 mm | worse |",
     ]
     assert len(lines[3:-3]) == 5 and lines[5].endswith("| — | 85.6 % | — | — |")
-    assert re.fullmatch(r"Run of commit c0ffee1234, results [0-9a-f]{10}\.", lines[-2])
+    assert re.fullmatch(r"Commit c0ffee1234; SHA-256 of `metrics.csv`: [0-9a-f]{10}\.", lines[-2])
