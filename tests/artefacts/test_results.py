@@ -15,7 +15,9 @@ import pytest
 from sklearn.metrics import accuracy_score, root_mean_squared_error
 
 import ajgdata
+from ajgdata.experiments import requested_experiments
 from ajgdata.paths import Paths, Tree
+from ajgdata.pipeline.experiments import measurements
 from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
 from ajgdata.report.studies import holds
 from ajgdata.store.audio import read_audio
@@ -28,9 +30,8 @@ from ajgdata.store.sessions import (
     read_recordings,
     read_session,
 )
-from ajgdata.store.tables import read_measurements, read_tables
+from ajgdata.store.tables import read_tables
 from ajgdata.types import DataError
-from ajgdata.types.registry import PLAIN_MODELS
 from ajgdata.types.table import Table
 
 pytestmark = pytest.mark.artefact
@@ -106,11 +107,9 @@ def test_every_recording_is_in_the_store_or_in_the_quarantine(path):
 
 
 def evaluation(dataset: str, task: str, kind: str) -> tuple[dict, dict[str, Table]]:
-    model = kind.partition("-")[2]
-    job = "cross_validation-plain" if model in PLAIN_MODELS else kind
-    made = read_measurements(PATHS.experiment(dataset, task, job))
-    about, tables = next(one for one in made if one[0]["model"] == model)
-    return about, {table.name: table for table in tables}
+    requests = requested_experiments(read_dataset(PATHS, dataset), task)
+    measurement = measurements(PATHS, requests)[dataset, task, kind]
+    return measurement.about, {table.name: table for table in measurement.tables}
 
 
 @pytest.mark.parametrize("key", EVALUATED, ids="-".join)
