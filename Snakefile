@@ -1,5 +1,5 @@
 # From recordings to the report. `snakemake` makes the results of the paper, and the studies of
-# error against run time, stability and omissions; `snakemake everything` makes all others, too.
+# error against run time, stability and omissions; `snakemake everything` makes all results.
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -53,16 +53,20 @@ REPORT_FILES = report_files_digest(PATHS)
 with errors_in_one_line():
     # Jobs use what the main process has checked.
     PLANS = Declared(plan(PATHS, config["datasets"], check=workflow.is_main_process))
-    SPECS = Declared({name: one.spec for name, one in PLANS.items()})
+    SPECS = Declared({name: item.spec for name, item in PLANS.items()})
     SESSION_FILES = session_files(PATHS, PLANS)
     PUBLISHED = published(PLANS, config["publish"])
     # Tasks and embeddings, as data set and name.
     MEASURED = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
-    MEASURED += [(name, one) for name, spec in SPECS.items() for one in spec.embeddings]
+    MEASURED += [
+        (name, embedding)
+        for name, spec in SPECS.items()
+        for embedding in spec.embeddings
+    ]
     REQUESTS = Declared(
-        {job: one for one in requests_for(SPECS, MEASURED) for job in one.jobs}
+        {job: item for item in requests_for(SPECS, MEASURED) for job in item.jobs}
     )
-    SIMULATED = [name for name, one in PLANS.items() if one.virtual]
+    SIMULATED = [name for name, item in PLANS.items() if item.virtual]
     PAGES = [*STUDIES, ABLATIONS_PAGE] if config["pages"] is None else config["pages"]
     ABLATED = {}
     if ABLATIONS_PAGE in PAGES and not config["quick"]:
@@ -74,11 +78,13 @@ with errors_in_one_line():
 PAPER = {} if config["alone"] else of_paper(SPECS, REQUESTS)
 FIRST = PAPER or REQUESTS
 FIRST_RESULTS, RESULTS = (
-    list(dict.fromkeys(key for one in jobs.values() for key in one.keys))
+    list(dict.fromkeys(key for request in jobs.values() for key in request.keys))
     for jobs in (FIRST, REQUESTS)
 )
 FIRST_DATASETS = list(
-    dict.fromkeys(name for one in FIRST.values() for name in (one.dataset, *one.other_sets))
+    dict.fromkeys(
+        name for item in FIRST.values() for name in (item.dataset, *item.other_sets)
+    )
     if PAPER
     else PLANS
 )

@@ -105,16 +105,16 @@ def normalised(transform: NDArray[np.complexfloating], axis: int) -> NDArray[np.
 
 
 def routes() -> dict[str, Route]:
-    found: dict[str, Route] = {
+    available: dict[str, Route] = {
         "ours, 1 thread": ours,
         "ours, 2 threads": ours_two_threads,
         "ours, 2 processes": ours_two_processes,
     }
     if importlib.util.find_spec("librosa"):
-        found["librosa.load + librosa.stft"] = by_librosa
-    found["soundfile + scipy.signal.stft"] = by_scipy_stft
-    found["soundfile + scipy ShortTimeFFT"] = by_short_time_fft
-    return found
+        available["librosa.load + librosa.stft"] = by_librosa
+    available["soundfile + scipy.signal.stft"] = by_scipy_stft
+    available["soundfile + scipy ShortTimeFFT"] = by_short_time_fft
+    return available
 
 
 def make_recordings(folder: Path, count: int, subtype: str) -> list[Path]:

@@ -86,7 +86,7 @@ def measured(paths: Paths, dataset: str, task: str, kind: str, random: bool) -> 
     """Return the digest of the result of an experiment, and its values by part and statistic."""
     spec = read_dataset(paths, dataset)
     split = spec.task_settings(task)
-    (request,) = (one for one in requested_experiments(spec, task) if kind in one.kinds)
+    (request,) = (item for item in requested_experiments(spec, task) if kind in item.kinds)
     request = replace(request, models=(kind.partition("-")[2],))
     ((job, models),) = request.job_models.items()
     settings = request.job_settings(job)
@@ -111,22 +111,22 @@ def in_process(project: Path, variant: str, names: Iterable[str]) -> dict[str, A
     """Return the results by experiment, and digests of the steps, of a process of its own."""
     print(f"measuring: {variant}", file=sys.stderr)
     arguments = ["--project", str(project), "--names", ",".join(names)]
-    environment = os.environ | dict(one.split("=", 1) for one in variant.split() if "=" in one)
+    environment = os.environ | dict(word.split("=", 1) for word in variant.split() if "=" in word)
     command = [sys.executable, __file__, *arguments, "--variant", variant]
     done = subprocess.run(command, check=True, env=environment, stdout=subprocess.PIPE)
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def compared(row: tuple[str, ...], found: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """Return the value of a row on this computer, and its range over variants; `found` are results
+def compared(row: tuple[str, ...], runs: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Return the value of a row on this computer, and its range over variants; `runs` are results
     by variant."""
-    name, base = "/".join(row[1:4]), found[HERE_RUN]["/".join(row[1:4])]
-    results = {variant: one[name] for variant, one in found.items() if name in one}
-    values = [base["scale"] * one["values"][row[4]] for one in results.values()]
+    name, base = "/".join(row[1:4]), runs[HERE_RUN]["/".join(row[1:4])]
+    results = {variant: result[name] for variant, result in runs.items() if name in result}
+    values = [base["scale"] * result["values"][row[4]] for result in results.values()]
     low, high = min(values), max(values)
     named = {"figure": row[0], "experiment": name, "part": row[4], "unit": base["unit"]}
     numbers = {"value": values[0], "smallest": low, "largest": high, "spread": high - low}
-    changed = [variant for variant, one in results.items() if one["digest"] != base["digest"]]
+    changed = [variant for variant, result in results.items() if result["digest"] != base["digest"]]
     return {**named, **numbers, "variants": len(values) - 1, "changed_by": changed}
 
 
@@ -157,23 +157,23 @@ def main(
                 results["/".join(key)] = measured(paths, *key, has_random)
         print(json.dumps(results))
         return
-    found = {one: in_process(project, one, PROBE) for one in VARIANTS}
-    if found.pop(AGAIN) != (base := found[HERE_RUN].copy()):
+    runs = {name: in_process(project, name, PROBE) for name in VARIANTS}
+    if runs.pop(AGAIN) != (base := runs[HERE_RUN].copy()):
         raise SystemExit("two unchanged runs differ: no difference is due to a variant")
-    others = dict.fromkeys(row[0] for row in ROWS if row[0] not in PROBE)
-    for one, results in found.items():
-        if one == HERE_RUN or results != base:
-            results.update(in_process(project, one, others))
+    remaining = dict.fromkeys(row[0] for row in ROWS if row[0] not in PROBE)
+    for name, results in runs.items():
+        if name == HERE_RUN or results != base:
+            results.update(in_process(project, name, remaining))
     changed = {
-        step: [variant for variant, one in found.items() if one["steps"][step] != digest]
-        for step, digest in found[HERE_RUN]["steps"].items()
+        step: [name for name, results in runs.items() if results["steps"][step] != digest]
+        for step, digest in runs[HERE_RUN]["steps"].items()
     }
     about = Path("/proc/cpuinfo").read_text(encoding="utf-8")
     known = re.findall(r"^(?:cpu family|model|model name)\s*: (.*)$", about, re.MULTILINE)
     cpu = "family {}, model {}, {}".format(*known)
     content = {"commit": software()["git_commit"], "date": f"{datetime.now(UTC):%Y-%m-%d}"}
     content |= {"cpu": cpu, "variants": list(VARIANTS[2:]), "steps": changed}
-    content["rows"] = [compared(row, found) for row in ROWS]
+    content["rows"] = [compared(row, runs) for row in ROWS]
     write_bytes(HERE / "reports" / SPREAD, yaml_bytes(content))
     print(markdown(content))
 

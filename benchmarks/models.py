@@ -49,7 +49,7 @@ def repeated(store: Path, target: str, count: int) -> tuple[np.ndarray, np.ndarr
     return features, column[rows], shard.columns["grasp_id"].values.astype(str)[rows]
 
 
-def one(store: Path, target: str, model: str, count: int, limited: bool) -> dict[str, float]:
+def cost_of(store: Path, target: str, model: str, count: int, limited: bool) -> dict[str, float]:
     """Return s of training, s of predicting a thousand, and the largest memory in MB."""
     features, y, grasp = repeated(store, target, count)
     most = REGISTRY[model].most_recordings if limited else None
@@ -62,10 +62,10 @@ def one(store: Path, target: str, model: str, count: int, limited: bool) -> dict
         fitted = fit_model(unfitted, features, y, grasp, most)
         trained = time.process_time()
         fitted.predict(features[:REQUESTS])
-        asked = time.process_time()
+        predicted = time.process_time()
     return {
         "train_s": trained - begun,
-        "predict_s": asked - trained,
+        "predict_s": predicted - trained,
         "memory_mb": peak_mb() - before,
         "used": min(count, most or count),
     }
@@ -84,19 +84,19 @@ def rows_of(
     free: dict[int, float] = {}
     rows = []
     for count in sizes:
-        found = apart(store, target, model, count, "limited")
-        used = int(found["used"])
+        cost = apart(store, target, model, count, "limited")
+        used = int(cost["used"])
         expected = extrapolated(free, count)
         chosen = count > getattr(make_model(model, "classification"), "choosing", sys.maxsize)
         if used == count and not chosen:
-            free[count], without = found["train_s"], ""
+            free[count], without = cost["train_s"], ""
         elif expected is None or expected <= most_s:
             free[count] = apart(store, target, model, count, "free")["train_s"]
             without = f"{free[count]:.3g}"
         else:
             without = f"~{expected:.2g}"
-        told = (f"{found['train_s']:.3g}", f"{found['predict_s']:.2g}", f"{found['memory_mb']:.0f}")
-        rows.append((model, f"{count:,}", f"{used:,}", *told, without))
+        texts = (f"{cost['train_s']:.3g}", f"{cost['predict_s']:.2g}", f"{cost['memory_mb']:.0f}")
+        rows.append((model, f"{count:,}", f"{used:,}", *texts, without))
     return rows
 
 
@@ -118,7 +118,7 @@ def main(
 ) -> None:
     if alone:
         path, target, model, count, limited = json.loads(alone)
-        print(json.dumps(one(Path(path), target, model, int(count), limited == "limited")))
+        print(json.dumps(cost_of(Path(path), target, model, int(count), limited == "limited")))
         return
     if store is None:
         raise typer.BadParameter("name the file of features")

@@ -34,11 +34,11 @@ AGREE = 1e-4
 MEMORY_CELLS = 24_000_000
 
 
-def best_times(made: dict[str, Callable[[], object]], repeats: int) -> dict[str, float]:
+def best_times(programs: dict[str, Callable[[], object]], repeats: int) -> dict[str, float]:
     """Smallest process time of each, interleaved."""
-    seconds = dict.fromkeys(made, np.inf)
+    seconds = dict.fromkeys(programs, np.inf)
     for _ in range(repeats):
-        for name, run in made.items():
+        for name, run in programs.items():
             begun = process_time()
             run()
             seconds[name] = min(seconds[name], process_time() - begun)
@@ -73,15 +73,15 @@ def bounds(given: Problem) -> dict[str, tuple[Callable[[], object], int]]:
     }
 
 
-def report(given: Problem, made: dict[str, Route], steps: int, repeats: int) -> Table:
+def report(given: Problem, programs: dict[str, Route], steps: int, repeats: int) -> Table:
     """Cell updates per second of each route and of the bounds."""
     limits = bounds(given)
     runs: dict[str, Callable[[], object]] = {
-        **{name: functools.partial(route, steps) for name, route in made.items()},
+        **{name: functools.partial(route, steps) for name, route in programs.items()},
         **{name: stream for name, (stream, _) in limits.items()},
     }
     seconds = best_times(runs, repeats)
-    rate = {name: given.cells * steps / seconds[name] for name in made}
+    rate = {name: given.cells * steps / seconds[name] for name in programs}
     rate |= {name: cells / seconds[name] for name, (_, cells) in limits.items()}
     ours = next(iter(rate.values()))
     table = Table(title="cell updates")
@@ -101,8 +101,8 @@ def main() -> None:
     arguments = parser.parse_args()
     console = Console(width=100)
     given = problem(arguments.dx)
-    made, missing = routes(given)
-    for name, difference in disagreement(made, arguments.steps).items():
+    programs, missing = routes(given)
+    for name, difference in disagreement(programs, arguments.steps).items():
         if difference > AGREE:
             raise SystemExit(f"{name} differs by {difference:.1e} of the largest pressure")
     span = given.system.span
@@ -112,7 +112,7 @@ def main() -> None:
         f"{arguments.steps} steps, best of {arguments.repeats}, one core, load "
         f"{os.getloadavg()[0]:.1f}; all pressures agree within {AGREE:g}"
     )
-    console.print(report(given, made, arguments.steps, arguments.repeats))
+    console.print(report(given, programs, arguments.steps, arguments.repeats))
     for line in missing:
         console.print(f"left out: {line}")
 

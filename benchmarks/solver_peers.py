@@ -134,23 +134,23 @@ def by_devito(given: Problem) -> Route:
 
 def routes(given: Problem) -> tuple[dict[str, Route], list[str]]:
     """What can run here, and what cannot and why."""
-    made, missing = {"ours (numba)": ours(given)}, []
+    programs, missing = {"ours (numba)": ours(given)}, []
     if shutil.which("cc"):
-        made[f"C (cc {' '.join(FLAGS[:2])})"] = by_c(given)
+        programs[f"C (cc {' '.join(FLAGS[:2])})"] = by_c(given)
     else:
         missing.append("C: no compiler (cc) here")
     if importlib.util.find_spec("devito"):
-        made["Devito"] = by_devito(given)
+        programs["Devito"] = by_devito(given)
     else:
         missing.append("Devito: not installed (pip install devito)")
-    return made, missing
+    return programs, missing
 
 
-def disagreement(made: dict[str, Route], steps: int) -> dict[str, float]:
+def disagreement(programs: dict[str, Route], steps: int) -> dict[str, float]:
     """Largest difference of each route's pressures from the first's, of their largest."""
-    results = {name: route(steps) for name, route in made.items()}
+    results = {name: route(steps) for name, route in programs.items()}
     first = next(iter(results.values()))
     return {
-        name: float(np.abs(found - first).max() / np.abs(first).max())
-        for name, found in results.items()
+        name: float(np.abs(pressure - first).max() / np.abs(first).max())
+        for name, pressure in results.items()
     }

@@ -41,9 +41,9 @@ def missing(**modules: str) -> str:
 
 
 class Traffic(NamedTuple):
-    """Addresses that were asked for, and those of them that did not come, with the reason."""
+    """Requested addresses, and those that failed with the reason."""
 
-    asked: list[str]
+    requested: list[str]
     failed: list[str]
 
 
@@ -110,34 +110,34 @@ class Browser:
         return base64.b64decode(self.do("Page.printToPDF", **size)["data"])
 
     def complaints(self) -> list[str]:
-        """Return what the console said since it was asked last."""
+        """Return the messages of the console since the last call."""
         return [entry["message"] for entry in self.driver.get_log("browser")]
 
     def traffic(self) -> Traffic:
-        """Return what was asked for since it was asked last."""
-        asked: dict[str, str] = {}
+        """Return the requests since the last call."""
+        requested: dict[str, str] = {}
         failed = []
         for entry in self.driver.get_log("performance"):
             message = json.loads(entry["message"])["message"]
             event, given = message["method"], message["params"]
             if event == "Network.requestWillBeSent":
                 if not given["request"]["url"].startswith("data:"):
-                    asked[given["requestId"]] = given["request"]["url"]
+                    requested[given["requestId"]] = given["request"]["url"]
             elif event == "Network.loadingFailed" and not given.get("canceled"):
-                failed.append(f"{asked.get(given['requestId'], '?')}: {given['errorText']}")
+                failed.append(f"{requested.get(given['requestId'], '?')}: {given['errorText']}")
             elif event == "Network.responseReceived" and given["response"]["status"] >= 400:
                 failed.append(f"{given['response']['url']}: {given['response']['status']}")
-        return Traffic(list(asked.values()), failed)
+        return Traffic(list(requested.values()), failed)
 
 
 @contextmanager
 def browser() -> Iterator[Browser]:
     """Start a browser, and end it."""
-    one = Browser()
+    window = Browser()
     try:
-        yield one
+        yield window
     finally:
-        one.close()
+        window.close()
 
 
 class _Quiet(SimpleHTTPRequestHandler):

@@ -72,9 +72,9 @@ def nested(roots: Mapping[str, Model]) -> Iterator[tuple[str, Model]]:
         known.add(model)
         yield title, model
         inner = [
-            (f"{model.__name__}: `{key}`" if title not in roots else f"`{key}`", one)
+            (f"{model.__name__}: `{key}`" if title not in roots else f"`{key}`", part)
             for key, field in model.model_fields.items()
-            for one in models_in(field.annotation)
+            for part in models_in(field.annotation)
         ]
         waiting = [(f"{t} ({m.__name__})", m) for t, m in inner] + waiting
 
@@ -84,7 +84,7 @@ def kind_of(field: FieldInfo) -> str:
     if models := models_in(field.annotation):
         several = "mapping of " if typing.get_origin(field.annotation) is dict else ""
         return several + " or ".join(dict.fromkeys(m.__name__ for m in models))
-    return _named(field.metadata) or _said(field.annotation)
+    return _named(field.metadata) or _type_text(field.annotation)
 
 
 PLAIN: dict[object, str] = {
@@ -96,24 +96,24 @@ PLAIN: dict[object, str] = {
 }
 
 
-def _said(annotation: object) -> str:
+def _type_text(annotation: object) -> str:
     parts = typing.get_args(annotation)
     match typing.get_origin(annotation):
         case typing.Literal:
-            said = ", ".join(f"`{one}`" for one in parts)
+            text = ", ".join(f"`{part}`" for part in parts)
         case typing.Annotated:
-            said = _named(parts[1:]) or _said(parts[0])
+            text = _named(parts[1:]) or _type_text(parts[0])
         case builtins.dict:
-            said = f"mapping to {_said(parts[1])}"
+            text = f"mapping to {_type_text(parts[1])}"
         case builtins.tuple if parts[-1] is Ellipsis:
-            said = f"list of {_said(parts[0])}"
+            text = f"list of {_type_text(parts[0])}"
         case builtins.tuple:
-            said = f"list of {len(parts)}: {', '.join(map(_said, parts))}"
+            text = f"list of {len(parts)}: {', '.join(map(_type_text, parts))}"
         case None:
-            said = PLAIN.get(annotation, "any")
+            text = PLAIN.get(annotation, "any")
         case _:
-            said = " or ".join(dict.fromkeys(map(_said, parts)))
-    return said
+            text = " or ".join(dict.fromkeys(map(_type_text, parts)))
+    return text
 
 
 def _named(metadata: Sequence[object]) -> str:
@@ -165,8 +165,8 @@ def workflow_table() -> list[str]:
     schema = yaml.safe_load((ROOT / "workflow/schemas/config.schema.yaml").read_text())
     defaults = yaml.safe_load((ROOT / "workflow/config/default.yaml").read_text())
     rows = ["| key | default | meaning |", "|---|---|---|"]
-    for key, one in schema["properties"].items():
-        default, meaning = json.dumps(defaults[key]), " ".join(one["description"].split())
+    for key, setting in schema["properties"].items():
+        default, meaning = json.dumps(defaults[key]), " ".join(setting["description"].split())
         rows.append(f"| `{key}` | `{default}` | {meaning} |")
     return rows
 
@@ -189,8 +189,8 @@ def page() -> str:
     for roots, level in ((FILES, 2), (MEASURED, 2), (SCENES, 2)):
         for title, model in nested(roots):
             heading = "#" * (level if title in roots else level + 1)
-            said = " ".join((model.__doc__ or "").split("\n\n")[0].split())
-            lines += ["", f"{heading} {title}", "", *([said, ""] if said else []), *table(model)]
+            text = " ".join((model.__doc__ or "").split("\n\n")[0].split())
+            lines += ["", f"{heading} {title}", "", *([text, ""] if text else []), *table(model)]
     return "\n".join(lines) + "\n"
 
 

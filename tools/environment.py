@@ -11,8 +11,8 @@ CPU_INDEX = "https://download.pytorch.org/whl/cpu"
 
 def pins(lock: str) -> dict[str, str]:
     """Package -> exact version, of the lines without an environment marker."""
-    found = (re.match(r"([A-Za-z0-9._-]+)==([^ ;]+)", line) for line in lock.splitlines())
-    return {match[1].lower(): match[2] for match in found if match}
+    matches = (re.match(r"([A-Za-z0-9._-]+)==([^ ;]+)", line) for line in lock.splitlines())
+    return {match[1].lower(): match[2] for match in matches if match}
 
 
 def environment(project: dict, lock: str) -> str:

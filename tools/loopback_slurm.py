@@ -79,14 +79,14 @@ def free_ports(number: int) -> list[int]:
     """Return ports of the loopback that nobody listens on."""
     with ExitStack() as stack:
         sockets = [stack.enter_context(socket.socket()) for _ in range(number)]
-        for one in sockets:
-            one.bind(("127.0.0.1", 0))
-        return [one.getsockname()[1] for one in sockets]
+        for item in sockets:
+            item.bind(("127.0.0.1", 0))
+        return [item.getsockname()[1] for item in sockets]
 
 
 def missing() -> str:
     """Return in words why it cannot be started here; "" if it can."""
-    absent = [one for one in PROGRAMS if shutil.which(one) is None]
+    absent = [name for name in PROGRAMS if shutil.which(name) is None]
     if absent:
         return f"no {', '.join(absent)} here (Debian: slurmctld slurmd slurm-client munge)"
     if os.geteuid() != 0:
@@ -178,7 +178,7 @@ class Slurm:
 
     def active(self) -> list[dict[str, str]]:
         """Return the jobs that wait, run or end."""
-        return [one for one in self.jobs() if one["state"] not in ENDED]
+        return [job for job in self.jobs() if job["state"] not in ENDED]
 
     def control(self, *arguments: str) -> None:
         """Call `scontrol`."""

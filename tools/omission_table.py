@@ -47,7 +47,8 @@ def measured(kind: Kind, seeds: Iterable[int] = SEEDS) -> Measured:
     """Return the largest change by each part over all sizes and poses of a kind."""
     shapes, support = kind
     cases = [Case("", shape, support, seed) for shape in shapes for seed in seeds]
-    found = [changes(case) for case in cases]
+    measurements = [changes(case) for case in cases]
+    largest = {part: max(change[part]["measured"] for change in measurements) for part in PARTS}
     things = [case.plan().scene.object for case in cases[:: len(cases) // len(shapes)]]
     sizes = list(zip(*(thing.size_mm for thing in things if thing is not None), strict=True))
     return Measured(
@@ -57,7 +58,7 @@ def measured(kind: Kind, seeds: Iterable[int] = SEEDS) -> Measured:
         least_mm=tuple(map(min, sizes)),
         most_mm=tuple(map(max, sizes)),
         scenes=len(cases),
-        change={p: float(f"{max(one[p]['measured'] for one in found):.3g}") for p in PARTS},
+        change={part: float(f"{value:.3g}") for part, value in largest.items()},
     )
 
 

@@ -80,11 +80,11 @@ def readme_table(metrics: bytes) -> str:
 
 def _cells(row: Row, known: Mapping[tuple[str, ...], str], paper: PaperFigure) -> tuple[str, ...]:
     """Return the cells of a row; a dash for values that the run does not have."""
-    found = _values(row, known)
+    values = _values(row, known)
     published = paper.text if paper.value is None else with_unit(number(paper.value), paper.unit)
-    if found is None:
+    if values is None:
         return row.title, DASH, published, DASH, DASH
-    value, interval, chance, perfect, unit, scale = found
+    value, interval, chance, perfect, unit, scale = values
     low, high = (number(scale * end) for end in interval)
     result = f"{with_unit(number(scale * value), unit)} ({low} to {high})"
     if not is_better_than_chance(value, interval, chance, perfect):

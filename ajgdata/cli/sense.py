@@ -36,7 +36,7 @@ _BAR_WIDTH = 40
 _VERDICTS = {
     "known": ("green", "known"),
     "nothing": ("yellow", "nothing held"),
-    "unknown": ("red", "unlike anything known"),
+    "unknown": ("red", "novel object"),
     "not checked": ("yellow", "novelty not checked"),
 }
 

@@ -72,11 +72,11 @@ class Decision:
 def judge(prediction: Prediction, plan: SortPlan) -> Decision:
     """Return what happens to a sensed object."""
     if prediction.verdict is Verdict.NOTHING:
-        return Decision(Action(plan.nothing), "", "", "nothing is held")
+        return Decision(Action(plan.nothing), "", "", "the gripper is empty")
     best = str(prediction.value)
     if prediction.verdict is Verdict.UNKNOWN:
         best = ""
-        reason = f"unlike anything known, {prediction.novelty:.2g} times as far as grasps are"
+        reason = f"novel object: novelty {prediction.novelty:.2g}, limit 1"
         action = Action(plan.unknown)
     else:
         probability = np.array(list(prediction.probability.values()))
@@ -155,12 +155,12 @@ class Sorter:
                 if doubt := self._sort(number, thing):
                     return doubt, False
                 if len(self._state.placed) == self.plan.sorts:
-                    return "all are sorted, as planned", True
+                    return "all planned objects are sorted", True
         except EndedByPerson:
             with suppress(EndedByPerson):
                 self._steps.let_go()
-            return "ended by the person", True
-        return "nothing is left to sort", True
+            return "ended at the terminal", True
+        return "no object is left", True
 
     def _sort(self, number: int, name: str) -> str:
         """Sort one object; return the reason to stop, "" if the run continues."""

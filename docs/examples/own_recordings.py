@@ -32,8 +32,8 @@ recordings = ajgdata.load_recordings("mine", project)  # opens no file yet
 first_tenth = recordings.waveform.sel(time=slice(0, 0.1))
 settings = ajgdata.load_dataset("mine", project).spec.features
 rings_hz = {}
-for one in recordings.recording:
-    samples = recordings.waveform.sel(recording=one).values
+for recording in recordings.recording:
+    samples = recordings.waveform.sel(recording=recording).values
     peak = np.argmax(spectrum(samples, RATE_HZ, settings))
-    rings_hz[one.label.item()] = float(frequencies_hz(RATE_HZ, settings)[peak])
+    rings_hz[recording.label.item()] = float(frequencies_hz(RATE_HZ, settings)[peak])
 print(rings_hz, f"in {recordings.sizes['recording']} recordings")

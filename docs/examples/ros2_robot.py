@@ -38,7 +38,7 @@ def force_of(answer):
 def make_step(call, step, **about):
     """Make a step by `call(name, fields)`, which returns the answer's fields; return the force (N)
     of `approach`. After `halt` a person takes what is held out of the jammed gripper."""
-    make = lambda step, **fields: [call(*one) for one in calls_of(step, **fields)][-1]  # noqa: E731
+    make = lambda step, **fields: [call(*request) for request in calls_of(step, **fields)][-1]  # noqa: E731
     match step:
         case "approach" if not about["object"]:  # a reference: hang free
             return make("lift")["effort"]

@@ -5,8 +5,8 @@ from matplotlib.figure import Figure
 import ajgdata
 
 with ajgdata.load_features("size") as features:
-    heard = features.feature.sel(frequency=slice(200, 8000))  # in Hz
-    mean = heard.groupby("edge_mm").mean().load()  # (edge_mm, frequency)
+    audible = features.feature.sel(frequency=slice(200, 8000))  # in Hz
+    mean = audible.groupby("edge_mm").mean().load()  # (edge_mm, frequency)
 
 figure = Figure(figsize=(7, 4), layout="constrained")
 axes = figure.subplots()

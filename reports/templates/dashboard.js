@@ -7,9 +7,9 @@
   const token = location.hash.slice(1);
   const percent = (p) => p < 1 && p >= 0.995 ? "> 99 %" : `${(100 * p).toFixed(0)} %`;
   const words = (name) => String(name).replaceAll("_", " ");
-  let state = null, heard = 0, source = null;
+  let state = null, lastSignMs = 0, source = null;
 
-  // Only what differs is written: a reader that is spoken to hears changes, and no focus is lost.
+  // Writes only changes: screen readers announce changes, and the focus is kept.
   function write(id, text) {
     const place = byId(id);
     if (place.textContent !== text) place.textContent = text;
@@ -20,10 +20,10 @@
     return [...parent.children];
   }
   function element(tag, classes = "", ...children) {
-    const made = document.createElement(tag);
-    if (classes) made.className = classes;
-    made.append(...children);
-    return made;
+    const created = document.createElement(tag);
+    if (classes) created.className = classes;
+    created.append(...children);
+    return created;
   }
   function duration(seconds) {
     if (seconds === null || seconds === undefined) return "—";
@@ -33,15 +33,15 @@
       `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
   }
 
-  // [class, mark, what is said, what is said smaller]
+  // [class, mark, title, text below the title]
   function judged(state) {
     const { prediction, decision, plan } = state;
     const needed = plan.threshold ?? null;
     if (state.stopped) {
       const held = state.stopped.held ? `It still holds: ${words(state.stopped.held)}.` :
         "Nothing is held.";
-      const [mark, told] = state.stopped.finished ? ["✓", "finished"] : ["■", "stopped"];
-      return [state.stopped.held ? "alarm" : "", mark, told, `${state.stopped.reason} · ${held}`];
+      const [mark, title] = state.stopped.finished ? ["✓", "finished"] : ["■", "stopped"];
+      return [state.stopped.held ? "alarm" : "", mark, title, `${state.stopped.reason} · ${held}`];
     }
     if (!prediction) return ["", "…", state.grasps.length ? "listening" : "no grasp yet", ""];
     const rate = prediction.detection_rate ?? null;
@@ -51,10 +51,9 @@
     if (prediction.verdict === "nothing")
       return ["unsure", "∅", "nothing held", `it sounds like the empty gripper${then}`];
     if (prediction.verdict === "unknown")
-      return ["alarm", "!", "unlike anything known",
-        `${prediction.novelty.toFixed(1)} times as far as a new grasp may be${then}`];
+      return ["alarm", "!", "novel object", `novelty ${prediction.novelty.toFixed(1)}, limit 1${then}`];
     const [best, p] = Object.entries(prediction.probability ?? {}).reduce(
-      (most, one) => one[1] > most[1] ? one : most, [prediction.value, 0]);
+      (top, entry) => entry[1] > top[1] ? entry : top, [prediction.value, 0]);
     if (needed !== null && p < needed)
       return ["unsure", "?", "not sure",
         `best: ${words(best)} ${percent(p)}, needed ${percent(needed)}${then}`];
@@ -72,11 +71,11 @@
   }
 
   function showVerdict(state) {
-    const [look, mark, said, more] = judged(state);
+    const [look, mark, title, more] = judged(state);
     byId("verdict").className = `verdict ${look}`;
-    byId("said").parentElement.classList.toggle("long", said.length > 8);
+    byId("verdict-title").parentElement.classList.toggle("long", title.length > 8);
     write("mark", mark);
-    write("said", said);
+    write("verdict-title", title);
     write("more", more);
     const last = state.grasps.at(-1);
     write("which", last ? `grasp ${last.number}` : "");
@@ -130,22 +129,22 @@
     if (grasp.action === "wait") return ["open", "∅", "nothing held"];
     if (!grasp.outcome && !last) return ["open", "–", "not sorted"];
     if (!grasp.outcome) return ["open", "…", "in the gripper"];
-    if (grasp.outcome === UNSURE) return ["open", "?", "not sorted by itself"];
+    if (grasp.outcome === UNSURE) return ["open", "?", "not sorted automatically"];
     if (!grasp.truth) return ["", "●", "sorted, truth unknown"];
     return grasp.truth === grasp.outcome ? ["right", "✓", "right"] : ["wrong", "✗", `wrong, it was ${words(grasp.truth)}`];
   }
   function showGrasps(state) {
-    const made = () => element("li", "", element("div", "", element("span", "top", element("span"), element("b")), element("span"), element("span")));
-    const items = filled(byId("grasps"), state.grasps.length, made);
+    const newItem = () => element("li", "", element("div", "", element("span", "top", element("span"), element("b")), element("span"), element("span")));
+    const items = filled(byId("grasps"), state.grasps.length, newItem);
     items.forEach((item, i) => {
       const grasp = state.grasps[i], tile = item.firstChild;
-      const [look, mark, told] = fate(grasp, i === state.grasps.length - 1 && !state.stopped);
+      const [look, mark, result] = fate(grasp, i === state.grasps.length - 1 && !state.stopped);
       const what = grasp.value === null ? "" : words(grasp.value);
       const sure = grasp.probability === null ? "" : percent(grasp.probability);
       tile.className = look;
       tile.setAttribute("role", "img");
-      tile.setAttribute("aria-label", `Grasp ${grasp.number}: ${what} ${sure}, ${told}`);
-      tile.title = `${what} ${sure}, ${told}`;
+      tile.setAttribute("aria-label", `Grasp ${grasp.number}: ${what} ${sure}, ${result}`);
+      tile.title = `${what} ${sure}, ${result}`;
       const [top, name, more] = tile.children;
       top.children[0].textContent = grasp.number;
       top.children[1].textContent = mark;
@@ -187,20 +186,20 @@
     write("source", state.plan.source ?? "");
   }
 
-  // What a person has to know, the worst first; it stays until it is no longer so.
+  // Shows the most severe problem as long as it exists.
   let undelivered = "";
   function showNotice() {
     const connection = document.body.dataset.connection;
-    const said = undelivered ||
-      (connection === "lost" ? "Connection lost: what stands here is old, and the run may go on. Stop it at the terminal with Ctrl-C." : "") ||
+    const notice = undelivered ||
+      (connection === "lost" ? "Connection lost: this page is not up to date, and the run may continue. Stop it at the terminal with Ctrl-C." : "") ||
       (state?.drift ? `Drift: ${state.drift}` : "") ||
       (state && !token && state.mode !== "stopped" ? "Watching only. To control the run, open the whole address that the terminal shows." : "");
-    byId("notice").hidden = !said;
-    write("notice", said);
+    byId("notice").hidden = !notice;
+    write("notice", notice);
   }
 
-  function show(found) {
-    state = found;
+  function show(newState) {
+    state = newState;
     for (const part of [showControls, showVerdict, showBars, showFacts, showGrasps, showBins, showProblems])
       part(state);
     document.body.dataset.n = state.n;
@@ -210,7 +209,7 @@
   function connect() {
     source?.close();
     source = new EventSource("events");
-    const alive = () => { heard = Date.now(); connected("live"); };
+    const alive = () => { lastSignMs = Date.now(); connected("live"); };
     source.addEventListener("state", (event) => { show(JSON.parse(event.data)); alive(); });
     source.addEventListener("alive", alive);
     source.addEventListener("error", () => {
@@ -218,41 +217,41 @@
       if (state?.mode === "stopped") source.close();
     });
   }
-  const SAID = { live: "live", lost: "connection lost", ended: "the run has ended", connecting: "connecting …" };
+  const CONNECTION_TEXT = { live: "live", lost: "connection lost", ended: "the run has ended", connecting: "connecting …" };
   function connected(how) {
     const shown = state?.mode === "stopped" && how !== "connecting" ? "ended" : how;
     if (document.body.dataset.connection === shown) return;
     document.body.dataset.connection = shown;
-    write("connection", SAID[shown]);
+    write("connection", CONNECTION_TEXT[shown]);
     showNotice();
   }
   setInterval(() => {
     if (document.hidden || state?.mode === "stopped") return;
-    if (heard && Date.now() - heard > SILENT_MS) connected("lost");
+    if (lastSignMs && Date.now() - lastSignMs > SILENT_MS) connected("lost");
     if (source.readyState === EventSource.CLOSED) connect();  // refused, e.g. too many pages
   }, 1000);
-  // A browser has six connections to one server: pages that nobody sees leave theirs to others.
+  // A browser has six connections to one server, so hidden pages close their connection.
   document.addEventListener("visibilitychange", () => {
     if (document.hidden) source.close();
-    else { heard = Date.now(); connect(); }
+    else { lastSignMs = Date.now(); connect(); }
   });
 
   async function halt() {
     if (byId("halt").disabled) return;
     let problem = "";
-    // A browser has so many connections to one server: a stop that waits for one gets that of this
-    // page's stream. It is sent even if the page is closed; no answer in time is told.
+    // If all connections of the browser are in use, the stop command uses that of this page's stream.
+    // It is sent even if the page is closed. The page reports a missing answer.
     const waits = setTimeout(() => source.close(), YIELD_MS);
     try {
       const given = { keepalive: true, signal: AbortSignal.timeout(ANSWER_MS) };
       const answer = await fetch("stop", { method: "POST", headers: { "X-Ajgdata-Token": token }, ...given });
       if (!answer.ok) problem = (await answer.text()).trim();
     } catch {
-      problem = "nobody answers";
+      problem = "no answer";
     } finally {
       clearTimeout(waits);
     }
-    undelivered = problem && `stop was not done: ${problem}. Press Ctrl-C at the terminal, or the robot's own button.`;
+    undelivered = problem && `the run was not stopped: ${problem}. Press Ctrl-C at the terminal, or the robot's own button.`;
     showNotice();
   }
   byId("halt").addEventListener("click", halt);

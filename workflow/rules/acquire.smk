@@ -1,4 +1,4 @@
-VIRTUAL = sorted({session for one in PLANS.values() for session in one.virtual})
+VIRTUAL = sorted({session for item in PLANS.values() for session in item.virtual})
 
 
 rule acquire:
@@ -14,7 +14,7 @@ rule acquire:
     benchmark:
         "results/benchmarks/acquire/{dataset}.{session}.tsv"
     wildcard_constraints:
-        dataset="|".join(name for name, one in PLANS.items() if one.virtual) or "-",
+        dataset="|".join(name for name, item in PLANS.items() if item.virtual) or "-",
         session="|".join(VIRTUAL) or "-",
     conda:
         "../../environment.yml"

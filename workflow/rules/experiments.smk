@@ -14,7 +14,10 @@ rule experiment:
     benchmark:
         "results/benchmarks/experiment/{dataset}.{task}.{kind}.tsv"
     # Simulations and networks take longest: begun last, the run would wait for them.
-    priority: lambda wildcards: int(requested(wildcards).experiment.renders or "cnn" in wildcards.kind)
+    priority:
+        lambda wildcards: int(
+            requested(wildcards).experiment.renders or "cnn" in wildcards.kind
+        )
     conda:
         "../../environment.yml"
     params:

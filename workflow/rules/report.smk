@@ -9,7 +9,7 @@ rule report:
         opening=rules.opening.output.folder if OPENING else [],
     output:
         page=PATHS.report,
-        fixed=[PATHS.report.with_name(one.link) for one in FIXED.values()],
+        fixed=[PATHS.report.with_name(page.link) for page in FIXED.values()],
         runs=PATHS.runs,
         figures=directory(PATHS.report.parent / FIGURES),
         experiments=directory(PATHS.report.parent / EXPERIMENT_PAGES),
@@ -30,7 +30,7 @@ rule report:
         studies=[name for name in STUDIES if name in PAGES],
         ablations=list(ABLATED),
         published=PUBLISHED,
-        declared=[settings_digest(one.spec) for one in PLANS.values()],
+        declared=[settings_digest(item.spec) for item in PLANS.values()],
         code=layer_hash("report"),
         texts=REPORT_FILES,
         requested=FIRST_RESULTS,
