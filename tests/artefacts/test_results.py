@@ -137,14 +137,14 @@ def test_reported_errors_follow_from_the_predictions(key):
                 errors.append(accuracy_score(true, predicted))
         name = "rmse" if numbers else "accuracy"
         scores = tables["scores"].where(part=split, metric=name)
-        told = dict(zip(scores.column("statistic"), scores.numbers("value"), strict=True))
-        per_fold = [told[f"fold {n}"] for n in range(len(errors))]
+        statistics = dict(zip(scores.column("statistic"), scores.numbers("value"), strict=True))
+        per_fold = [statistics[f"fold {n}"] for n in range(len(errors))]
         # An error of nothing but rounding (k-NN that is right) is some ε of the values themselves.
         atol = 1e-12 * max(1.0, np.max(np.abs(true))) if numbers else 0.0
         near = {"rtol": 1e-9, "atol": atol}
         np.testing.assert_allclose(per_fold, errors, **near)
-        np.testing.assert_allclose(told["mean"], np.mean(errors), **near)
-        np.testing.assert_allclose(told["sd"], np.std(errors, ddof=1), **near)
+        np.testing.assert_allclose(statistics["mean"], np.mean(errors), **near)
+        np.testing.assert_allclose(statistics["sd"], np.std(errors, ddof=1), **near)
 
 
 def groups_of(dataset: str, column: str) -> dict[str, object]:
@@ -229,18 +229,18 @@ def test_a_predictor_says_of_every_recording_what_the_model_says_of_its_features
         assert "was not trained" in str(error) or "needs the played sound" in str(error)
         return
     store, waveform = read_store(PATHS.features(dataset)), samples_of(dataset)
-    asked = evenly(store.columns["recording"].values)
-    stored, rate_hz = store.feature[asked], predictor.sample_rate_hz
-    samples = [waveform[name] for name in store.columns["recording"].values[asked].tolist()]
-    feature = np.array([predictor.feature(one, rate_hz) for one in samples])
+    rows = evenly(store.columns["recording"].values)
+    stored, rate_hz = store.feature[rows], predictor.sample_rate_hz
+    samples = [waveform[name] for name in store.columns["recording"].values[rows].tolist()]
+    feature = np.array([predictor.feature(sound, rate_hz) for sound in samples])
     # rounding of a transform spreads over the bins: its error is a share of their sum
     np.testing.assert_allclose(feature, stored, rtol=1e-3, atol=1e-6 * stored.sum(axis=1).max())
     value = ajgdata.load_model(dataset, task, model, PATHS.root).predict(stored)
     assert_same(value, predictor.of_features(stored), predictor)
     together = predictor.of_features(feature)
-    alone = [predictor.predict(one, rate_hz) for one in samples]
-    assert [one.verdict for one in alone] == [one.verdict for one in together]
-    assert_same([one.value for one in alone], together, predictor)
+    alone = [predictor.predict(sound, rate_hz) for sound in samples]
+    assert [answer.verdict for answer in alone] == [answer.verdict for answer in together]
+    assert_same([answer.value for answer in alone], together, predictor)
 
 
 def assert_same(values, predictions, predictor):
@@ -263,7 +263,7 @@ def evenly(rows: np.ndarray) -> np.ndarray:
 @cache
 def samples_of(dataset: str) -> dict[str, np.ndarray]:
     """Samples (n,) of the recordings that are asked about, by name."""
-    audio, found = read_dataset(PATHS, dataset).audio, {}
+    audio, samples = read_dataset(PATHS, dataset).audio, {}
     rows = read_store(PATHS.features(dataset)).columns["recording"].values
     names = [name.partition("/") for name in rows[evenly(rows)].tolist()]
     for session in sorted({name[0] for name in names}):
@@ -273,8 +273,8 @@ def samples_of(dataset: str) -> dict[str, np.ndarray]:
         for own, _, recording in names:
             if own == session:
                 file = audio_path(folder, declared, by_id[recording])
-                found[f"{session}/{recording}"] = read_audio(file, audio).samples
-    return found
+                samples[f"{session}/{recording}"] = read_audio(file, audio).samples
+    return samples
 
 
 #: Sizes of a report on everything: words in all, words of a page on an experiment, figures that are

@@ -29,8 +29,8 @@ signal.signal(signal.SIGTERM, signal.default_int_handler)
 def browser():
     if what := browsers.missing(**PACKAGES):
         (pytest.fail if REQUIRED in os.environ else pytest.skip)(f"not installed: {what}")
-    with browsers.browser() as one:
-        yield one
+    with browsers.browser() as instance:
+        yield instance
 
 
 @pytest.fixture(scope="session")

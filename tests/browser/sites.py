@@ -58,8 +58,8 @@ class Site(NamedTuple):
         """Links of pages to a file, or a place in a page, that is not there."""
         written = self.written()
         wrong = []
-        for page, one in written.items():
-            for address in sorted(one.addresses):
+        for page, content in written.items():
+            for address in sorted(content.addresses):
                 parts = urlsplit(address)
                 if parts.scheme in ("http", "https", "data", "mailto"):
                     continue
@@ -98,9 +98,9 @@ def full_report() -> Report:
         mark_of("chance", Score(5.2, 0.0)),
     )
     page = experiment_link("size")
-    found = PaperComparison(
+    comparison = PaperComparison(
         PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", "better", Cost(7.6, 0.9),
         marks=marks, page=page,
     )  # fmt: skip
     absent = PAPER.model_copy(update={"id": "x", "where": "angles", "text": "8°"})
-    return dataclasses.replace(report, comparisons=(found,), paper=(PAPER, absent))
+    return dataclasses.replace(report, comparisons=(comparison,), paper=(PAPER, absent))

@@ -64,10 +64,10 @@ class Shown:
 
     def wait(self, script, seconds=10.0):
         end = time.monotonic() + seconds
-        while not (found := self.browser.run(script)):
+        while not (value := self.browser.run(script)):
             assert time.monotonic() < end, f"never came true: {script}"
             time.sleep(0.01)
-        return found
+        return value
 
     def texts(self):
         return self.browser.run(TEXTS)
@@ -101,7 +101,7 @@ def shown(browser, control):
         browser.driver.get("about:blank")
 
 
-def one(probability, verdict="known", **decision):
+def grasp(probability, verdict="known", **decision):
     story = Story().start().say("grasp", number=1, object="").hear(probability, verdict=verdict)
     if decision:
         story.say("decision", reason="", **decision)
@@ -113,7 +113,7 @@ DOUBT = {"marker": 0.45, "padlock": 0.3, "screw": 0.15, "strawberry": 0.1}
 
 
 def test_probabilities_and_threshold_stand_on_the_page(shown):
-    shown.tell(one(SURE, action="place", value="screw", bin="B"))
+    shown.tell(grasp(SURE, action="place", value="screw", bin="B"))
     bars = shown.browser.run(BARS)
     assert [bar["name"] for bar in bars] == CLASSES
     assert [bar["told"] for bar in bars] == ["10 %", "5 %", "✓ 75 %", "10 %"]
@@ -124,7 +124,7 @@ def test_probabilities_and_threshold_stand_on_the_page(shown):
         (False, False), (False, False), (True, True), (False, False),
     ]  # fmt: skip
     texts = shown.texts()
-    assert (texts["said"], texts["more"]) == ("screw", "75 % sure → bin B")
+    assert (texts["verdict-title"], texts["more"]) == ("screw", "75 % sure → bin B")
     assert texts["title"] == "ycb/sorting" and texts["source"] == "simulated"
 
 
@@ -227,17 +227,17 @@ def test_names_are_text_wherever_they_stand(shown):
 def test_nothing_is_asked_of_elsewhere_and_the_console_is_silent(shown):
     shown.tell(run())
     shown.open()
-    asked, failed = shown.browser.traffic()
-    assert any(address.endswith("/events") for address in asked)
-    foreign = [a for a in asked if not a.startswith((shown.served.watching, "about:"))]
+    addresses, failed = shown.browser.traffic()
+    assert any(address.endswith("/events") for address in addresses)
+    foreign = [a for a in addresses if not a.startswith((shown.served.watching, "about:"))]
     assert (foreign, failed, shown.browser.complaints()) == ([], [], [])
     blocked = """
     const done = arguments[0];
     fetch('http://127.0.0.1:9/').then(() => done('sent'), () => done('refused'))
     """
     assert shown.browser.driver.execute_async_script(blocked) == "refused"
-    told = " ".join(shown.browser.complaints())
-    assert "Content Security Policy" in told and "connect-src" in told
+    complaints = " ".join(shown.browser.complaints())
+    assert "Content Security Policy" in complaints and "connect-src" in complaints
 
 
 @pytest.mark.parametrize("many", [False, True], ids=["four", "forty"])
@@ -265,7 +265,7 @@ def test_axe_finds_nothing(shown, axe, width, dark):
     wrong = {}
     stopped = Story().start().say("problem", text="a cable").say("drift", text="colder")
     stopped.say("stopped", reason="done", held="screw", sorts=0, seconds=1.0)
-    states = {"running": run(), "in doubt": one(DOUBT), "unknown": one(SURE, verdict="unknown"),
+    states = {"running": run(), "in doubt": grasp(DOUBT), "unknown": grasp(SURE, verdict="unknown"),
               "stopped": stopped.events}  # fmt: skip
     for name, events in states.items():
         shown.tell(events)

@@ -158,10 +158,10 @@ def test_nothing_is_asked_of_elsewhere_and_all_that_is_asked_comes(browser, site
             browser.open(home + site.name(page))
             browser.run("for (const one of document.images) one.loading = 'eager'")
             broken = browser.run(BROKEN)
-            asked, failed = browser.traffic()
-            foreign = [one for one in asked if not one.startswith((allowed, "about:"))]
-            told = [*foreign, *failed, *broken, *browser.complaints()]
-            wrong[site.name(page)] = [one for one in told if "favicon.ico" not in one]
+            requests, failed = browser.traffic()
+            foreign = [url for url in requests if not url.startswith((allowed, "about:"))]
+            messages = [*foreign, *failed, *broken, *browser.complaints()]
+            wrong[site.name(page)] = [text for text in messages if "favicon.ico" not in text]
     assert_none(wrong)
 
 
@@ -177,18 +177,18 @@ def test_in_print_the_first_page_says_what_came_out(browser, site):
     said = browser.run(SAID, SCREEN_HEIGHT)
     assert len(said) >= 2
     first = letters(PdfReader(BytesIO(browser.pdf())).pages[0].extract_text())
-    assert_none(f"not on the first sheet: {one}" for one in said if letters(one) not in first)
+    assert_none(f"not on the first sheet: {text}" for text in said if letters(text) not in first)
 
 
 def assert_none(wrong: Mapping[str, Iterable[object]] | Iterable[object]) -> None:
     """Fail with all that is wrong, one line each, and the pages on which it is."""
     where: dict[str, list[str]] = {}
-    for page, found in (wrong if isinstance(wrong, Mapping) else {"": wrong}).items():
-        for one in found:
-            where.setdefault(str(one), []).append(page)
-    told = "\n".join(f"{one}\n    {', '.join(pages)}" for one, pages in where.items())
-    if told:
-        pytest.fail(f"\n{told}", pytrace=False)
+    for page, messages in (wrong if isinstance(wrong, Mapping) else {"": wrong}).items():
+        for message in messages:
+            where.setdefault(str(message), []).append(page)
+    text = "\n".join(f"{message}\n    {', '.join(pages)}" for message, pages in where.items())
+    if text:
+        pytest.fail(f"\n{text}", pytrace=False)
 
 
 def letters(text: str) -> str:

@@ -12,13 +12,13 @@ from tools.loopback_slurm import Slurm, wait_until
 PATIENCE_S = 900
 
 
-def assert_same_files(one: Path, other: Path, kind: str) -> None:
-    names, others = (
+def assert_same_files(folder: Path, other: Path, kind: str) -> None:
+    names, other_names = (
         sorted(str(path.relative_to(root)) for path in root.glob(kind) if path.is_file())
-        for root in (one, other)
+        for root in (folder, other)
     )
-    assert names == others != []
-    assert [n for n in names if (one / n).read_bytes() != (other / n).read_bytes()] == []
+    assert names == other_names != []
+    assert [n for n in names if (folder / n).read_bytes() != (other / n).read_bytes()] == []
 
 
 def metrics(root: Path) -> list[dict[str, str]]:
@@ -30,25 +30,25 @@ def metrics(root: Path) -> list[dict[str, str]]:
 def running(slurm: Slurm, run: Submitted) -> dict[str, str]:
     """The first job that runs."""
 
-    def found() -> list[dict[str, str]]:
+    def jobs() -> list[dict[str, str]]:
         assert run.process.poll() is None, run.log.read_text()
         return [job for job in slurm.jobs() if job["state"] == "RUNNING"]
 
-    wait_until(found, "a running job", PATIENCE_S)
-    return found()[0]
+    wait_until(jobs, "a running job", PATIENCE_S)
+    return jobs()[0]
 
 
 def processes_of(job: str) -> list[int]:
     """All processes of a job."""
-    found = []
+    processes = []
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             environment = (folder / "environ").read_bytes().split(b"\0")
         except OSError:  # it ended
             continue
         if f"SLURM_JOB_ID={job}".encode() in environment:
-            found.append(int(folder.name))
-    return found
+            processes.append(int(folder.name))
+    return processes
 
 
 def kill(job: str) -> None:

@@ -41,7 +41,7 @@ def test_every_grasp_of_a_recipe_is_a_scene_and_has_its_labels(name):
 @pytest.mark.parametrize(("name", "task"), WITHHOLDING)
 def test_withheld_values_are_spread_within_the_range(name, task):
     settings, recipe = SPECS[name].tasks[task], SPECS[name].recipe
-    values = sorted({made.targets[settings.target] for made in recipe.objects})
+    values = sorted({item.targets[settings.target] for item in recipe.objects})
     assert set(settings.withhold) <= set(values)
     steps = [value in settings.withhold for value in values]
     if settings.target in FROM_PLANE:  # an angle and its mirror image have nearly one value
@@ -80,16 +80,16 @@ def _drawn_for(name):
 def test_angles_from_the_mirror_plane_follow_from_the_gripper_s_geometry(name):
     recipe = SPECS[name].recipe
     plane = mirror_plane(GRIPPERS[recipe.scene.get("gripper", "default")]).angle_deg
-    assert [made.targets["angle_deg"] for made in recipe.objects] == [4.5 * n for n in range(40)]
-    for made in recipe.objects:
-        angle = made.targets["angle_deg"]
-        assert made.grasp == {"angle_deg": angle}
+    assert [item.targets["angle_deg"] for item in recipe.objects] == [4.5 * n for n in range(40)]
+    for item in recipe.objects:
+        angle = item.targets["angle_deg"]
+        assert item.grasp == {"angle_deg": angle}
         # Labels have two decimals.
         from_plane = pytest.approx(angle_from_plane(angle, plane), abs=0.01)
-        assert made.targets["angle_from_plane_deg"] == from_plane
+        assert item.targets["angle_from_plane_deg"] == from_plane
         is_of_paper = angle % 9 == 0 and angle <= 162
-        assert made.targets["grid"] == ("paper" if is_of_paper else "between")
-    assert Counter(made.targets["grid"] for made in recipe.objects)["paper"] == 19
+        assert item.targets["grid"] == ("paper" if is_of_paper else "between")
+    assert Counter(item.targets["grid"] for item in recipe.objects)["paper"] == 19
 
 
 def test_the_finer_grid_has_the_same_grasps_and_nothing_else_of_its_own():

@@ -29,25 +29,24 @@ MADE = [name for name, spec in SPECS.items() if spec.recipe]
 TASKS = [(name, task) for name in MADE for task in SPECS[name].tasks]
 #: Each experiment of each task, and those that need recordings, which are not made up here.
 ALL = requests_for(SPECS, TASKS)
-COMPARED = [one for one in ALL if one.experiment.name == "comparison"]
-REQUESTS = [one for one in ALL if one.experiment.name != "comparison"]
+COMPARED = [request for request in ALL if request.experiment.name == "comparison"]
+REQUESTS = [request for request in ALL if request.experiment.name != "comparison"]
 
 
-def _branches(one: Request) -> tuple[str, bool, bool]:
+def _branches(request: Request) -> tuple[str, bool, bool]:
     """Return the experiment, and whether it tests on other data sets or withholds values."""
-    withholds = bool(SPECS[one.dataset].tasks[one.task].withhold)
-    return one.experiment.name, bool(one.other_sets), withholds
+    withholds = bool(SPECS[request.dataset].tasks[request.task].withhold)
+    return request.experiment.name, bool(request.other_sets), withholds
 
 
 #: The first task of each experiment, and of each cross-validation with other parts.
-MEASURED = list(
-    {
-        _branches(one) if one.experiment.name == "cross_validation" else one.experiment.name: one
-        for one in reversed(REQUESTS)
-    }.values()
-)
-STORED = sorted({name for one in MEASURED for name in (one.dataset, *one.other_sets)})
-IDS = [f"{one.dataset}-{one.task}-{one.experiment.name}" for one in MEASURED]
+MEASURED = list({
+    _branches(request) if request.experiment.name == "cross_validation"
+    else request.experiment.name: request
+    for request in reversed(REQUESTS)
+}.values())  # fmt: skip
+STORED = sorted({name for request in MEASURED for name in (request.dataset, *request.other_sets)})
+IDS = [f"{request.dataset}-{request.task}-{request.experiment.name}" for request in MEASURED]
 HZ = np.linspace(0, 20_000, 24)
 #: Of the same kind of result as every other model, at a fraction of the time.
 MODEL = "ridge_plain"
@@ -116,39 +115,39 @@ SMALLER = {
 MODELS = {"sorting": "linear_plain"}
 
 
-def run(stores: dict[str, Path], asked: Request, folder: Path) -> tuple[dict, dict[str, Table]]:
+def run(stores: dict[str, Path], request: Request, folder: Path) -> tuple[dict, dict[str, Table]]:
     """Measure an experiment on a store, and return what is stored of it."""
-    name, spec = asked.experiment.name, SPECS[asked.dataset]
-    settings = asked.settings.model_dump(mode="json")
+    name, spec = request.experiment.name, SPECS[request.dataset]
+    settings = request.settings.model_dump(mode="json")
     settings |= SMALLER.get(name, lambda _: {})(settings)
-    model = MODELS.get(name, MODEL) if asked.experiment.by_model else ""
+    model = MODELS.get(name, MODEL) if request.experiment.by_model else ""
     tables, cost = folder / "tables.json", folder / "cost.json"
     run_experiment(
-        stores[asked.dataset], kind=name, models=[model], dataset=asked.dataset, task=asked.task,
-        settings=settings, split=spec.task_settings(asked.task),
-        other_sets=list(asked.other_sets), audio=spec.audio,
-        features=spec.features, paths=Paths(stores[asked.dataset].parents[2]), seed=0,
+        stores[request.dataset], kind=name, models=[model], dataset=request.dataset,
+        task=request.task, settings=settings, split=spec.task_settings(request.task),
+        other_sets=list(request.other_sets), audio=spec.audio,
+        features=spec.features, paths=Paths(stores[request.dataset].parents[2]), seed=0,
         tables=tables, cost=cost,
     )  # fmt: skip
-    about, found = read_measurements(tables)[0]
-    return about, {table.name: table for table in found}
+    about, contents = read_measurements(tables)[0]
+    return about, {table.name: table for table in contents}
 
 
-@pytest.mark.parametrize("asked", MEASURED, ids=IDS)
-def test_each_experiment_is_made_of_its_task(stores, tmp_path, asked):
-    about, tables = run(stores, asked, tmp_path)
+@pytest.mark.parametrize("case", MEASURED, ids=IDS)
+def test_each_experiment_is_made_of_its_task(stores, tmp_path, case):
+    about, tables = run(stores, case, tmp_path)
     assert "skipped" not in about
     assert tables["scores"].rows
 
 
 def test_comparisons_fit_the_recordings():
     """Recordings last a second; other sounds are played in simulated data sets only."""
-    for asked in COMPARED:
-        spec = SPECS[asked.dataset]
-        for comparison in asked.settings.comparisons.values():
+    for request in COMPARED:
+        spec = SPECS[request.dataset]
+        for comparison in request.settings.comparisons.values():
             for variant in comparison.all_variants:
-                made = features_of(variant, spec.features)
-                assert made.hop <= made.window <= spec.audio.sample_rate_hz
+                features = features_of(variant, spec.features)
+                assert features.hop <= features.window <= spec.audio.sample_rate_hz
                 if variant.excitation:
                     assert spec.audio.sample_rate_hz == SAMPLE_RATE_HZ
                     shortest = excitation_of(variant).length_s * SAMPLE_RATE_HZ

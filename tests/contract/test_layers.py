@@ -75,13 +75,13 @@ def test_imports_go_downward():
 def test_a_layer_hash_contains_all_that_its_files_import():
     simulated = {Path("store/responses.py")}  # features and models do not read it
     for layer, patterns in LAYERS.items():
-        files = {file.relative_to(PACKAGE) for one in patterns for file in PACKAGE.glob(one)}
+        files = {file.relative_to(PACKAGE) for glob in patterns for file in PACKAGE.glob(glob)}
         names = {name for file in (files & set(IMPORTS)) - simulated for name in IMPORTS[file]}
         packages = {name.split(".")[1] for name in names if name.startswith("ajgdata.")}
         missing = {
             name
             for name in packages & set(RANKS) - {"paths", "report"}  # no result is drawn
-            if not any(fnmatch(f"{name}/x.py", one.replace("**/", "")) for one in patterns)
+            if not any(fnmatch(f"{name}/x.py", glob.replace("**/", "")) for glob in patterns)
         }
         assert not missing, layer
 

@@ -82,7 +82,7 @@ def declaration(name: str) -> dict:
     } | (own if name == "little" else {})
 
 
-def made(paths: Paths, name: str, rows: list[Row]) -> None:
+def make_dataset(paths: Paths, name: str, rows: list[Row]) -> None:
     """Declare a data set, record it, and bring it to its store."""
     folder = paths.session(name, "s1")
     paths.dataset(name).parent.mkdir(parents=True)
@@ -121,25 +121,25 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
             latents=paths.latents("little", name), cost=paths.training_cost("little", name),
         )  # fmt: skip
     skipped = {}
-    for one in requests_for(
+    for item in requests_for(
         {"little": spec}, [("little", t) for t in (*spec.tasks, *spec.embeddings)]
     ):
-        encoders = [paths.latents("little", one.task), paths.training_cost("little", one.task)]
-        for *_, kind in one.jobs:
-            tables = paths.experiment("little", one.task, kind)
+        encoders = [paths.latents("little", item.task), paths.training_cost("little", item.task)]
+        for *_, kind in item.jobs:
+            tables = paths.experiment("little", item.task, kind)
             run_experiment(
-                paths.features("little"), kind=kind, models=one.job_models[kind],
-                dataset="little", task=one.task, settings=one.job_settings(kind),
-                split=spec.task_settings(one.task),
-                other_sets=list(one.other_sets), rendered="x" if one.experiment.renders else "",
+                paths.features("little"), kind=kind, models=item.job_models[kind],
+                dataset="little", task=item.task, settings=item.job_settings(kind),
+                split=spec.task_settings(item.task),
+                other_sets=list(item.other_sets), rendered="x" if item.experiment.renders else "",
                 audio=AudioSettings(sample_rate_hz=RATE_HZ), features=spec.features,
-                paths=paths, encoders=encoders if one.experiment.of_embedding else [], seed=0,
-                tables=tables, cost=paths.experiment_cost("little", one.task, kind),
+                paths=paths, encoders=encoders if item.experiment.of_embedding else [], seed=0,
+                tables=tables, cost=paths.experiment_cost("little", item.task, kind),
             )  # fmt: skip
             for model, (about, _) in zip(
-                one.job_models[kind], read_measurements(tables), strict=True
+                item.job_models[kind], read_measurements(tables), strict=True
             ):
-                skipped[one.task, measurement_name(one.experiment.name, model)] = about.get(
+                skipped[item.task, measurement_name(item.experiment.name, model)] = about.get(
                     "skipped", ""
                 )
     return skipped
@@ -158,13 +158,13 @@ def test_what_cannot_be_measured_is_told_and_the_report_comes_out(tmp_path, monk
     monkeypatch.setattr("ajgdata.report.canvas.FIGURE_FORMATS", ("svg",))  # three times as fast
     monkeypatch.setattr("ajgdata.pipeline.recipes.renderer", lambda *_: played)
     paths = Paths(tmp_path)
-    made(paths, "whole", WHOLE)
-    made(paths, "little", CASES[case])
-    told = measure_all(paths)
-    reasons = {key: why for key, why in told.items() if why}
+    make_dataset(paths, "whole", WHOLE)
+    make_dataset(paths, "little", CASES[case])
+    outcomes = measure_all(paths)
+    reasons = {key: why for key, why in outcomes.items() if why}
     assert all(len(why) > 20 and "\n" not in why for why in reasons.values())
     if case in HOPELESS:
-        assert len(reasons) == len(told)
+        assert len(reasons) == len(outcomes)
     pages = report(paths)
     section = pages["run.html"].partition("Skipped measurements")[2].partition("</ul>")[0]
     assert section.count("<li>") == len(reasons)
@@ -175,8 +175,8 @@ def test_what_cannot_be_measured_is_told_and_the_report_comes_out(tmp_path, monk
 @pytest.mark.parametrize("case", ["one recording", "one class"])
 def test_a_model_that_cannot_be_trained_says_why(tmp_path, case):
     paths = Paths(tmp_path)
-    made(paths, "whole", WHOLE)
-    made(paths, "little", CASES[case])
+    make_dataset(paths, "whole", WHOLE)
+    make_dataset(paths, "little", CASES[case])
     spec = read_dataset(paths, "little")
     for task in spec.tasks:
         for model in TRAINED:

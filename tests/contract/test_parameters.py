@@ -38,7 +38,7 @@ def numbers_of(model: BaseModel, before: str = "") -> dict[str, float | None]:
         if inner:
             numbers |= numbers_of(inner[0]() if value is None else value, f"{path}.")
         elif isinstance(value, tuple):
-            numbers |= {f"{path}.{place}": one for place, one in enumerate(value)}
+            numbers |= {f"{path}.{place}": item for place, item in enumerate(value)}
         elif "float" in str(field.annotation) or field.annotation is int:
             numbers[path] = value
     return numbers

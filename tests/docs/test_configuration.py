@@ -21,14 +21,14 @@ SETTINGS = yaml.safe_load((ROOT / "workflow/schemas/config.schema.yaml").read_te
 
 def names_read(folder: Path) -> set[str]:
     """Attributes that are looked at, and names of the arguments that settings are handed on as."""
-    found = set()
+    names = set()
     for path in folder.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Attribute):
-                found.add(node.attr)
+                names.add(node.attr)
             elif isinstance(node, ast.arg):
-                found.add(node.arg)
-    return found
+                names.add(node.arg)
+    return names
 
 
 #: `driver` and `software` of a session are for people.

@@ -86,9 +86,9 @@ def example_project(tmp_path_factory) -> Paths:
         for session in session_names(read_dataset(paths, name).recipe):
             acquire_virtual(paths, name, session)
         make_features(paths, name)
-    asked = read_dataset(paths, "size").training("size")
+    task = read_dataset(paths, "size").training("size")
     folder = paths.model("size", "size", "ridge")
-    train_model(read_store(paths.features("size")), **asked, model="ridge", seed=0, folder=folder)
+    train_model(read_store(paths.features("size")), **task, model="ridge", seed=0, folder=folder)
     return paths
 
 
@@ -112,68 +112,68 @@ def run(name: str) -> dict:
 
 def test_first_plot(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    found = run("first_plot")
-    assert found["mean"].object.values.tolist() == ["screw", "banana"]
-    assert found["mean"].frequency.values[-1] <= 6000
+    example = run("first_plot")
+    assert example["mean"].object.values.tolist() == ["screw", "banana"]
+    assert example["mean"].frequency.values[-1] <= 6000
     with Image.open("first_plot.png") as image:
         assert image.size == (700, 400)
 
 
 def test_spectrum(in_project):
-    found = run("spectrum")
-    assert found["mean"].edge_mm.values.tolist() == list(EDGES_MM)
-    assert found["loudest_hz"] == 160 * 44_100 / 2048  # a bin of the spectrum
+    example = run("spectrum")
+    assert example["mean"].edge_mm.values.tolist() == list(EDGES_MM)
+    assert example["loudest_hz"] == 160 * 44_100 / 2048  # a bin of the spectrum
     with Image.open("spectrum.png") as image:
         assert image.size == (700, 400)
 
 
 def test_own_model(in_project):
-    found = run("own_model")
+    example = run("own_model")
     train, test = ajgdata.load_dataset("size").folds("size")[0]
     away = [edge - sum(train.y) / len(train.y) for edge in test.y]
-    assert found["chance_mm"] == pytest.approx(math.hypot(*away) / math.sqrt(len(away)), rel=1e-5)
+    assert example["chance_mm"] == pytest.approx(math.hypot(*away) / math.sqrt(len(away)), rel=1e-5)
     # 600 steps in float32, whose sums differ between processors: only what they reach is known
-    assert 0 < found["rmse_mm"] < min(STEP_MM / 2, found["chance_mm"] / 4)
+    assert 0 < example["rmse_mm"] < min(STEP_MM / 2, example["chance_mm"] / 4)
 
 
 def test_two_grippers(in_project):
-    found = run("two_grippers")
+    example = run("two_grippers")
     # it reads its own gripper to half a step between cubes, and worse than that the other, which
     # still tells more than the mean edge does
     chance_mm = math.sqrt(sum((edge - 21) ** 2 for edge in EDGES_MM) / len(EDGES_MM))
-    assert 0 < found["own_mm"] < STEP_MM / 2
-    assert 1.5 * found["own_mm"] < found["other_mm"] < chance_mm
+    assert 0 < example["own_mm"] < STEP_MM / 2
+    assert 1.5 * example["own_mm"] < example["other_mm"] < chance_mm
     train, _ = ajgdata.load_dataset("size").folds("size")[0]
     with ajgdata.load_features("size_other_membrane") as other:
         there = other.feature.mean("recording").values.astype(float)
     here = train.X.astype(float).mean(axis=0)
     apart = math.sqrt(((there - here) ** 2).sum() / (here**2).sum())
-    assert found["apart"] == pytest.approx(apart, rel=1e-4) and apart > 0.05
+    assert example["apart"] == pytest.approx(apart, rel=1e-4) and apart > 0.05
 
 
 def test_own_recordings(in_project):
-    found = run("own_recordings")
+    example = run("own_recordings")
     bin_hz = 48_000 / 2048
-    assert set(found["rings_hz"]) == {"wood", "metal"}
-    assert found["rings_hz"]["wood"] == 1500  # the 64th bin
-    assert found["rings_hz"]["metal"] == 6000
+    assert set(example["rings_hz"]) == {"wood", "metal"}
+    assert example["rings_hz"]["wood"] == 1500  # the 64th bin
+    assert example["rings_hz"]["metal"] == 6000
     assert bin_hz * 64 == 1500
-    time, samples = found["first_tenth"].time.values, found["first_tenth"].values
+    time, samples = example["first_tenth"].time.values, example["first_tenth"].values
     assert samples.shape == (2, 4801)
     ringing = 0.5 * np.exp(-5 * time) * np.sin(2 * np.pi * 6000 * time)
     np.testing.assert_allclose(samples[1], ringing, atol=2.0**-23)
 
 
 def test_publishing(in_project):
-    found = run("publishing")
-    assert found["done"].recordings == 16
-    assert found["edges_mm"] == list(EDGES_MM)
+    example = run("publishing")
+    assert example["done"].recordings == 16
+    assert example["edges_mm"] == list(EDGES_MM)
     with ajgdata.load_features("size") as features:
         assert features.sizes["recording"] == 16
 
 
 def test_ros2_robot():
-    found, calls = run("ros2_robot"), []
+    example, calls = run("ros2_robot"), []
 
     def answer(name, fields):
         calls.append((name, fields))
@@ -182,7 +182,7 @@ def test_ros2_robot():
     steps = [{"step": step} for step in ("loosen", "approach", "jam", "lift", "release", "place")]
     steps[1] |= {"object": "cube", "force_n": 8.0}
     steps[-1] |= {"bin": "A"}
-    forces = [found["make_step"](answer, **step) for step in steps]
+    forces = [example["make_step"](answer, **step) for step in steps]
     assert forces == [None, 7.6, None, None, None, None]
     up = ("/gripper/press", {"position": 0.10, "max_effort": 50.0})
     off, on = (("/gripper/pump", {"data": data}) for data in (False, True))
@@ -195,7 +195,7 @@ def test_ros2_robot():
         ("/bins/A", {}), off,
     ]  # fmt: skip
     with pytest.raises(SystemExit, match=r"met nothing at 0.001 m; put the object there"):
-        found["force_of"]({"position": 0.001, "effort": 0.2, "stalled": False})
+        example["force_of"]({"position": 0.001, "effort": 0.2, "stalled": False})
 
 
 def test_every_example_is_shown_and_tested():

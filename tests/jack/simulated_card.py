@@ -50,10 +50,10 @@ class Plant:
         """Return what the microphone records (n,) while the block `played` (n,) is played."""
         if played.any():
             self.sound.set()
-        heard, self._state = lfilter(self._response, 1, played, zi=self._state)
+        recording, self._state = lfilter(self._response, 1, played, zi=self._state)
         if self._noise:
-            heard = heard + self._noise * self._random.standard_normal(len(played))
-        return np.clip(np.round(heard * 2**23), -(2**23), 2**23 - 1) / 2**23
+            recording = recording + self._noise * self._random.standard_normal(len(played))
+        return np.clip(np.round(recording * 2**23), -(2**23), 2**23 - 1) / 2**23
 
 
 @contextmanager

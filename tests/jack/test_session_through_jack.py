@@ -37,10 +37,10 @@ DECLARATION = {
 
 @pytest.fixture
 def paths(tmp_path):
-    made = Paths(tmp_path / "project")
-    made.dataset("d").parent.mkdir(parents=True)
-    made.dataset("d").write_text(yaml.safe_dump(DECLARATION))
-    return made
+    folders = Paths(tmp_path / "project")
+    folders.dataset("d").parent.mkdir(parents=True)
+    folders.dataset("d").write_text(yaml.safe_dump(DECLARATION))
+    return folders
 
 
 def acquisition(paths, rig, *arguments):

@@ -50,17 +50,17 @@ ASIDE_NAMES = ("settings.yaml",)
 TEMPORARY = (".tmp", ".new", ".old", ".empty", ".part")
 
 
-def source_folder(made: Path) -> Path:
+def source_folder(folder: Path) -> Path:
     """Return a folder `<material>/<number>.wav` of a few recordings."""
     generator = np.random.default_rng(0)
     time = np.arange(RATE_HZ) / RATE_HZ
     for number, material in enumerate(MATERIALS):
-        (made / material).mkdir(parents=True)
+        (folder / material).mkdir(parents=True)
         for take in range(TAKES):
             ring = np.sin(2 * np.pi * 700 * (number + 1) * time) * np.exp(-20 * time)
             noise = generator.normal(0, 0.01, len(time))
-            write_pcm24(made / material / f"{take}.wav", 0.5 * ring + noise, RATE_HZ)
-    return made
+            write_pcm24(folder / material / f"{take}.wav", 0.5 * ring + noise, RATE_HZ)
+    return folder
 
 
 def declare(root: Path) -> Path:
@@ -130,26 +130,26 @@ def served(folder: Path) -> Iterator[str]:
 
 def files_of(root: Path) -> dict[str, Path]:
     """Every file by its name below `root`, through linked folders, too."""
-    found = {}
+    files = {}
     for folder, _, names in os.walk(root, followlinks=True):
         for name in names:
             path = Path(folder) / name
-            found[path.relative_to(root).as_posix()] = path
-    return found
+            files[path.relative_to(root).as_posix()] = path
+    return files
 
 
 def state_of(root: Path) -> dict[str, str]:
     """The hash of every file that must be the same each time; of metrics all but what is
     measured."""
-    found = {}
+    digests = {}
     for name, path in files_of(root).items():
         own = path.name
         if name.startswith(ASIDE) or own in ASIDE_NAMES or own.endswith((".cost.json", ".lock")):
             continue
         if any(part.endswith(".tmp") for part in Path(name).parts):  # of a killed process
             continue
-        found[name] = digest_of(path)
-    return found
+        digests[name] = digest_of(path)
+    return digests
 
 
 def digest_of(path: Path) -> str:
@@ -190,14 +190,14 @@ def leftovers(root: Path) -> list[str]:
 def torn(root: Path, whole: dict[str, str]) -> list[str]:
     """Files under their final name that are not whole: audio, stores, models and archives have the
     bytes of the state `whole`; tables and documents can be read."""
-    found = []
+    names = []
     for name, path in files_of(root).items():
         hidden = any(part[0] == "." for part in Path(name).parts)
         if hidden or name.startswith(ASIDE) or not name.startswith(("data/", "results/")):
             continue
         if not _is_whole(path, whole.get(name)):
-            found.append(name)
-    return found
+            names.append(name)
+    return names
 
 
 def _is_whole(path: Path, digest: str | None) -> bool:

@@ -17,9 +17,9 @@ from ajgdata.paths import Paths, Tree
 
 @pytest.fixture
 def project(tmp_path: Path) -> Project:
-    made = Project(Paths(tmp_path / "project"))
-    made.declare()
-    return made
+    example = Project(Paths(tmp_path / "project"))
+    example.declare()
+    return example
 
 
 @pytest.fixture

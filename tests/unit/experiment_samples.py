@@ -46,8 +46,8 @@ def small_inputs(kind: Kind = "classification", **changes) -> Inputs:
 
 def measured(name: str, inputs: Inputs, model: str = "", **settings) -> Outcome:
     """What an experiment measures."""
-    one = EXPERIMENTS[name]
-    return one.measure(inputs, one.settings.model_validate(settings), model)
+    experiment = EXPERIMENTS[name]
+    return experiment.measure(inputs, experiment.settings.model_validate(settings), model)
 
 
 def task_results(

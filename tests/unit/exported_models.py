@@ -36,7 +36,7 @@ def targets(question: str, count: int) -> np.ndarray:
     number = np.arange(count) % 4
     if question in ("number", "angle"):
         return number + 0.1 * np.sin(np.arange(count))
-    return np.array([f"class {one}" for one in number // (2 if question == "two_classes" else 1)])
+    return np.array([f"class {n}" for n in number // (2 if question == "two_classes" else 1)])
 
 
 def kind_of(question: str) -> str:
@@ -97,7 +97,7 @@ def predictor_of(
 
 def features_of(recordings: np.ndarray, settings: FeatureSettings = FEATURES) -> np.ndarray:
     """The package's features (n, n_bins)."""
-    return np.array([spectrum(one, RATE_HZ, settings) for one in recordings])
+    return np.array([spectrum(samples, RATE_HZ, settings) for samples in recordings])
 
 
 def onnx_outputs(file, recordings):

@@ -50,9 +50,9 @@ class FakeLine:
             raise CardError("fake", "went away while it played", "plug it in again")
         out = np.zeros(frames)
         late = self.latency + fault.shift
-        heard = fftconvolve(sound, self.response)[: frames - late] * fault.gain
+        echo = fftconvolve(sound, self.response)[: frames - late] * fault.gain
         if not fault.silent:
-            out[late : late + len(heard)] = heard
+            out[late : late + len(echo)] = echo
         cut = fault.at + late
         if fault.delete:
             out = np.concatenate([out[:cut], out[cut + fault.delete :], out[: fault.delete] * 0])

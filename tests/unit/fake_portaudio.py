@@ -87,13 +87,13 @@ class _Stream:
         delayed = np.zeros(self._of.latency, dtype=np.float32)
         while not self._stopped and done < self._of.stops_after:
             n = self._of.blocks[turn % len(self._of.blocks)]
-            heard = np.zeros((n, self._channels[0]), dtype=np.float32)
+            capture = np.zeros((n, self._channels[0]), dtype=np.float32)
             played = np.full((n, self._channels[1]), np.nan, dtype=np.float32)
             raised = [flag for at, flag in self._of.flags.items() if done <= at < done + n]
             names = ("input_overflow", "input_underflow", "output_overflow", "output_underflow")
             status = SimpleNamespace(**{name: name in raised for name in names})
-            heard[:, 0] = delayed[:n]
-            self._callback(heard, played, n, None, status if raised else None)
+            capture[:, 0] = delayed[:n]
+            self._callback(capture, played, n, None, status if raised else None)
             delayed = np.concatenate([delayed[n:], played.mean(axis=1) * self._channels[1]])
             done, turn = done + n, turn + 1
             time.sleep(self._of.pause_s)

@@ -35,7 +35,7 @@ def declare(paths: Paths, **changes: object) -> None:
 
 
 class Scripted:
-    """An operator whose answers are known beforehand; what is asked and shown is kept.
+    """An operator whose answers are known beforehand; what is calls and shown is kept.
 
     `confirms` maps the number of a question (from 0) to a choice or an exception; `decisions` are
     used one after another.
@@ -45,14 +45,14 @@ class Scripted:
 
     def __init__(self, decisions=(), confirms=None):
         self.decisions, self.confirms = list(decisions), dict(confirms or {})
-        self.asked, self.usual_dbfs, self.announced, self.problems = [], [], [], []
+        self.calls, self.usual_dbfs, self.announced, self.problems = [], [], [], []
 
     def announce(self, grasp, done, total):
         self.announced.append((grasp.name, done, total))
 
     def confirm(self, text):
-        self.asked.append(text)
-        answer = self.confirms.get(len(self.asked) - 1)
+        self.calls.append(text)
+        answer = self.confirms.get(len(self.calls) - 1)
         if isinstance(answer, Choice):
             raise Decision(answer)
         if answer is not None:

@@ -42,6 +42,6 @@ if __name__ == "__main__":
     if sys.argv[1:] == ["forks"]:
         forks(lab)
     else:
-        faults = [Fault(**one) for one in json.loads(os.environ.get("FAULTS", "[]"))]
+        faults = [Fault(**fault) for fault in json.loads(os.environ.get("FAULTS", "[]"))]
         lab.lines = [FakeLine(response(), noise=1e-4, faults=faults)]
         main()

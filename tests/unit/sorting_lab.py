@@ -53,11 +53,11 @@ class Scripted:
     classes = CLASSES
 
     def __init__(self, *predictions: Prediction) -> None:
-        self.predictions, self.references, self.heard = list(predictions), [], []
+        self.predictions, self.references, self.received = list(predictions), [], []
 
     def predict(self, waveform, sample_rate_hz):
         assert sample_rate_hz == RATE_HZ
-        self.heard.append(waveform)
+        self.received.append(waveform)
         return self.predictions.pop(0) if len(self.predictions) > 1 else self.predictions[0]
 
     @property
@@ -108,7 +108,7 @@ class Cell:
         self.sorter: Sorter | None = None
 
     @contextmanager
-    def open(self, made: SortPlan, *predictions: Prediction, **about):
+    def open(self, sort_plan: SortPlan, *predictions: Prediction, **about):
         sound = excitation_samples(SWEEP, RATE_HZ)
         with (
             live_session(
@@ -118,18 +118,18 @@ class Cell:
             EventLog(self.log_file) as log,
         ):  # fmt: skip
             self.sorter = Sorter(
-                plan=made, senses=Scripted(*predictions), card=fake_card(self.line),
+                plan=sort_plan, senses=Scripted(*predictions), card=fake_card(self.line),
                 played=sound.astype(np.float32), robot=self.robot,
                 session=session, log=log, target="label",
                 labels=lambda name: {"label": name} if name else {}, control=self.control, **about,
             )  # fmt: skip
             yield self.sorter
 
-    def run(self, made: SortPlan, *predictions: Prediction, **about):
-        with self.open(made, *predictions, **about) as sorter:
+    def run(self, sort_plan: SortPlan, *predictions: Prediction, **about):
+        with self.open(sort_plan, *predictions, **about) as sorter:
             return sorter.run()
 
     def events(self, *kinds: str) -> list:
         """Events of the log, without what differs from run to run."""
-        found = read_events(self.log_file)
-        return [one for one in found if not kinds or one["event"] in kinds]
+        entries = read_events(self.log_file)
+        return [entry for entry in entries if not kinds or entry["event"] in kinds]

@@ -60,9 +60,9 @@ def test_variants_are_evaluations_of_the_same_grasps(tmp_path):
     rows = rows.where(np.argsort(rows.name))
 
     def right(feature, value, group, **changes) -> float:
-        found = cross_validate(feature, value, group, kind="classification", model="knn_plain",
-                               folds=3, **changes)  # fmt: skip
-        return float(np.mean(found.scores.per_fold["accuracy"]))
+        result = cross_validate(feature, value, group, kind="classification", model="knn_plain",
+                                folds=3, **changes)  # fmt: skip
+        return float(np.mean(result.scores.per_fold["accuracy"]))
 
     shares = rows.feature[:, 10:20] / rows.feature[:, 10:20].sum(axis=1, keepdims=True)
     first = np.sort(np.unique(rows.group, return_index=True)[1])
@@ -121,7 +121,7 @@ def test_reasons_are_supported_changes_towards_the_paper():
     )
     assert helps.of == ("size", "noise")
     assert helps.link == "ablations.html#noise"
-    assert [(one.model, one.supported) for one in helps.tests] == [("ridge", True)]
+    assert [(test.model, test.supported) for test in helps.tests] == [("ridge", True)]
     assert helps.explains(low=False)  # ours is too high, and the change lowers it
     assert not helps.explains(low=True)
     assert not nothing.explains(low=False)

@@ -138,23 +138,23 @@ def test_a_recipe_that_grows_changes_no_grasp():
         {"grasps_per_object": 12, "sessions": 101, "samples_per_grasp": 9},
     ):
         after = grasps(**changes)
-        for name, one in before.items():
-            assert (after[name].digest, after[name].setup) == (one.digest, one.setup)
+        for name, entry in before.items():
+            assert (after[name].digest, after[name].setup) == (entry.digest, entry.setup)
 
 
 def test_what_enters_a_grasp():
-    made = grasps()
-    for one in made.values():
-        drawn = one.setup["grasp"]
+    plan = grasps()
+    for entry in plan.values():
+        drawn = entry.setup["grasp"]
         assert drawn["force_n"] == 3
         assert -10 <= drawn["angle_deg"] <= 10
         assert 0 <= drawn["offset_x_mm"] <= 2
-        assert one.setup["numerics"] == {"dx_mm": 6}
-        assert one.setup["object"] == {"kind": "cube"}
-    assert len({g.digest for g in made.values()}) == len(made)
+        assert entry.setup["numerics"] == {"dx_mm": 6}
+        assert entry.setup["object"] == {"kind": "cube"}
+    assert len({g.digest for g in plan.values()}) == len(plan)
     recipe = Recipe.model_validate(BASE)
     other = plan_session(recipe, "d", "virtual-01", "other code")
-    assert not {g.digest for g in other} & {g.digest for g in made.values()}
+    assert not {g.digest for g in other} & {g.digest for g in plan.values()}
     fixed = grasps(vary={"angle_deg": [5, 5]})
     assert {g.setup["grasp"]["angle_deg"] for g in fixed.values()} == {5}
 
@@ -170,10 +170,10 @@ def test_several_grippers_each_with_references():
     assert [g.grasp_id for g in small[:2]] == [
         f"virtual-small-01_empty_{n:02d}" for n in (1, 2)
     ]  # fmt: skip
-    for one in small[:2]:
-        assert one.setup["object"] is None
-        assert one.targets == {}
-        assert set(one.setup["grasp"]) == {"force_n", "seed"}
+    for reference in small[:2]:
+        assert reference.setup["object"] is None
+        assert reference.targets == {}
+        assert set(reference.setup["grasp"]) == {"force_n", "seed"}
     assert all(g.setup["gripper"] == "small" and "medium" not in g.setup for g in small)
     coffee = plan_session(recipe, "d", "virtual-coffee-01", "code")
     assert all(g.setup["medium"] == {"kind": "coffee"} for g in coffee)

@@ -55,15 +55,15 @@ def test_what_a_session_holds(lab):
     name, done = lab.acquire(operator := Scripted())
     assert (name, done.recorded, done.left, done.skipped) == ("soundcard-01", 8, 0, {})
     assert operator.announced == [(name, at, 4) for at, name in enumerate(ALL)]
-    assert len(operator.asked) == 4 and "press it on cube with 8 N" in operator.asked[0]
+    assert len(operator.calls) == 4 and "press it on cube with 8 N" in operator.calls[0]
     held = rows(lab)
     assert [r.recording_id for r in held] == sorted(f"{g}_{n}" for g in ALL for n in (1, 2))
-    one = held[0]
-    assert (one.grasp_id, one.sample, one.object, one.quality) == ("ball_01", 0, "ball", "ok")
-    assert one.labels["label"] == "ball"
-    assert (one.labels["planned"], one.labels["grasp_attempt"]) == ("ball_01", "1")
-    latency = int(one.labels["latency_samples"])
-    assert 1_024 <= latency < 1_024 + len(response()) and one.labels["xruns"] == "0"
+    row = held[0]
+    assert (row.grasp_id, row.sample, row.object, row.quality) == ("ball_01", 0, "ball", "ok")
+    assert row.labels["label"] == "ball"
+    assert (row.labels["planned"], row.labels["grasp_attempt"]) == ("ball_01", "1")
+    latency = int(row.labels["latency_samples"])
+    assert 1_024 <= latency < 1_024 + len(response()) and row.labels["xruns"] == "0"
     session = read_session(lab.folder())
     assert (session.source, session.gripper, session.medium) == ("soundcard", "mine", "rice")
     assert (session.device, session.sample_rate_hz) == ("fake", 44_100)
@@ -82,13 +82,13 @@ def test_what_is_written_is_what_the_plant_answers(lab):
     audio = AudioSettings()
     played = read_audio(lab.folder() / "excitation.wav", audio).samples
     wanted = np.convolve(played, response())[: len(played)]
-    heard = read_audio(lab.folder() / rows(lab)[0].file, audio).samples
+    samples = read_audio(lab.folder() / rows(lab)[0].file, audio).samples
     # The strongest of the response's first samples is where the marker says the sound arrives.
     shift = int(rows(lab)[0].labels["latency_samples"]) - 1_500
     assert 0 <= shift < 64
     kept = slice(0, len(wanted) - shift)
     # Half a 24-bit code, and the stand-in's FFT in float32: 1e-7 times log2 of its 16,384 values.
-    np.testing.assert_allclose(heard[kept], wanted[shift:], rtol=0, atol=2**-24 + 14e-7)
+    np.testing.assert_allclose(samples[kept], wanted[shift:], rtol=0, atol=2**-24 + 14e-7)
 
 
 def test_quit_and_go_on(lab):
@@ -236,7 +236,7 @@ def test_the_table_may_be_edited_during_a_session_and_a_wrong_one_is_not_overwri
     class Editor(Scripted):
         def confirm(self, text):
             super().confirm(text)
-            if len(self.asked) == 3:
+            if len(self.calls) == 3:
                 table.write_text(table.read_text().replace("ball,ok", "ball,clipped"))
 
     lab.acquire(Editor(confirms={3: Choice.QUIT}))

@@ -34,9 +34,9 @@ def started(root, faults=()):
 
 @pytest.fixture
 def paths(tmp_path):
-    made = Paths(tmp_path)
-    declare(made, samples_per_grasp=1)
-    return made
+    layout = Paths(tmp_path)
+    declare(layout, samples_per_grasp=1)
+    return layout
 
 
 def qualities(paths):

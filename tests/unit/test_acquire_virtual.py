@@ -75,8 +75,8 @@ def test_noise_gain_and_excitation_need_no_new_response(project, solved):
     names = sorted(path.name for path in quiet.glob("*.wav"))
     assert names == sorted(path.name for path in (loud / "audio").glob("*.wav"))
     settings = AudioSettings()
-    one, two = (read_audio(f / names[0], settings).samples for f in (quiet, loud / "audio"))
-    noise = two / 10 ** (-6 / 20) - one
+    first, second = (read_audio(f / names[0], settings).samples for f in (quiet, loud / "audio"))
+    noise = second / 10 ** (-6 / 20) - first
     assert np.std(noise) > 100 * 2.0**-23
 
 
@@ -97,6 +97,6 @@ def test_a_silent_speaker_leaves_no_excitation_and_the_motor_alone(project, solv
     (grasps,) = planned_grasps(project.paths.dataset("d"), spec, ["virtual-01"])
     for grasp, recording in zip(grasps, read_recordings(folder)[0], strict=True):
         samples = read_audio(folder / recording.file, AudioSettings()).samples
-        heard = np.abs(np.fft.rfft(samples))[420 * np.arange(1, 9)] / 22_050
+        amplitudes = np.abs(np.fft.rfft(samples))[420 * np.arange(1, 9)] / 22_050
         wanted = harmonic_amplitudes(Motor(), grasp.setup["grasp"]["angle_deg"])
-        np.testing.assert_allclose(heard / heard[0], wanted / wanted[0], rtol=1e-2)
+        np.testing.assert_allclose(amplitudes / amplitudes[0], wanted / wanted[0], rtol=1e-2)

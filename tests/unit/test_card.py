@@ -46,10 +46,10 @@ def test_resonances_louder_than_the_markers_change_nothing():
         ring = np.sin(2 * np.pi * hz * time) * np.exp(-time / 0.02)
         response = 0.01 * (np.eye(1, 6_000, 20)[0] + 0.3 * np.r_[np.zeros(20), ring[:-20]])
         sound = framed(SWEEP, RATE_HZ)
-        heard = np.r_[np.zeros(1_000), fftconvolve(sound.sound, response)]
-        found = arrival(heard + 1e-5 * rng.standard_normal(len(heard)), sound)
-        assert found.lost == 0 and found.likeness > 0.99
-        assert abs(found.latency_samples - 1_020) < 40
+        recording = np.r_[np.zeros(1_000), fftconvolve(sound.sound, response)]
+        result = arrival(recording + 1e-5 * rng.standard_normal(len(recording)), sound)
+        assert result.lost == 0 and result.likeness > 0.99
+        assert abs(result.latency_samples - 1_020) < 40
 
 
 def test_clipping_is_counted_and_cut_at_full_scale():
@@ -104,5 +104,5 @@ def test_noise_alone_is_not_taken_for_markers():
     """The largest of 16,384 correlations, each with a deviation of about 1/sqrt(400)."""
     sound = framed(SWEEP[:4_410], RATE_HZ)  # the windows of a short sound meet
     rng = np.random.default_rng(0)
-    found = [arrival(rng.standard_normal(len(sound.sound) + REACH), sound) for _ in range(40)]
-    assert max(one.likeness for one in found) < 0.45 < ALIKE
+    results = [arrival(rng.standard_normal(len(sound.sound) + REACH), sound) for _ in range(40)]
+    assert max(result.likeness for result in results) < 0.45 < ALIKE

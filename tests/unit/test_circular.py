@@ -28,10 +28,10 @@ def test_models_find_their_way_across_the_seam(model):
     fitted = make_model(model, "regression", 0, period=180.0).fit(x, angle)
     new, truth = bar(200, seed=1)
     seam = (truth < 15) | (truth > 165)
-    found = fitted.predict(new[seam])
-    assert ((found >= 0) & (found < 180)).all()
+    angles = fitted.predict(new[seam])
+    assert ((angles >= 0) & (angles < 180)).all()
     # guessing errs by 52 degrees in RMSE, always saying 90 by 83 here
-    assert metrics.regression(truth[seam], found, 180.0)["rmse"] < 12
+    assert metrics.regression(truth[seam], angles, 180.0)["rmse"] < 12
 
 
 def test_predictions_stay_below_the_period():
@@ -46,20 +46,20 @@ def test_predictions_stay_below_the_period():
 
 
 def test_errors_are_the_shortest_way_round():
-    found = metrics.score(np.array([0.0, 90]), np.array([179.0, 93]), "regression", 180.0)
+    errors = metrics.score(np.array([0.0, 90]), np.array([179.0, 93]), "regression", 180.0)
     # 179 is one short of 0; the two targets are opposite: each 45 from any middle, squares 2025
-    assert (found["rmse"], found["mae"]) == pytest.approx((math.sqrt(5), 2))
+    assert (errors["rmse"], errors["mae"]) == pytest.approx((math.sqrt(5), 2))
     assert metrics.wrapped(np.array([90.0, -90, 450]), 180.0).tolist() == [-90, -90, -90]
 
 
 def test_the_middle_of_angles_around_the_seam_is_at_the_seam():
     assert metrics.middle(np.array([170.0, 10, 0]), 180.0) == pytest.approx(0, abs=1e-9)
-    found = metrics.chance(np.array([175.0, 9]), np.array([2.0, 12]), "regression", 180.0)
-    assert found["mae"] == pytest.approx(5)  # always 2
+    chance = metrics.chance(np.array([175.0, 9]), np.array([2.0, 12]), "regression", 180.0)
+    assert chance["mae"] == pytest.approx(5)  # always 2
 
 
 def test_cross_validation_judges_by_the_period():
     y = np.tile([1.0, 179.0], 10)
     ask = {"kind": "regression", "model": DummyRegressor(strategy="constant", constant=0.0)}
-    found = cross_validate(np.zeros((20, 2)), y, np.arange(20), folds=4, period=180.0, **ask)
-    assert found.scores.mean["mae"] == pytest.approx(1)
+    result = cross_validate(np.zeros((20, 2)), y, np.arange(20), folds=4, period=180.0, **ask)
+    assert result.scores.mean["mae"] == pytest.approx(1)

@@ -27,7 +27,7 @@ def collected(tmp_path_factory):
     rows = [("cnn", "grouped", "rmse", "mean", 2.5), ("cnn", "grouped", "r2", "mean", 0.9)]
     predictions = {"recording": "r1", "split": "grouped", "fold": 0, "y_true": FORMULA}
     predictions |= {"y_pred": 12.5, "probability": None}
-    found = {
+    outcomes = {
         ("d", "edge", "cross_validation-cnn"): (
             [
                 score_table(rows, "Scores"),
@@ -44,10 +44,10 @@ def collected(tmp_path_factory):
         ("d", "poses", "embedding_distances"): ([], [], {"model": "", "skipped": "one grasp only"}),
     }
     measured = {}
-    for (dataset, task, kind), (tables, cost, about) in found.items():
+    for (dataset, task, kind), (tables, cost, about) in outcomes.items():
         where = {"experiment": kind.partition("-")[0], "dataset": dataset, "task": task}
-        made = where | about | MADE_BY
-        measured[dataset, task, kind] = Measurement(made, tables, cost)
+        facts = where | about | MADE_BY
+        measured[dataset, task, kind] = Measurement(facts, tables, cost)
     about = collect(paths, measured)
     with paths.metrics_table.open(encoding="utf-8", newline="") as stream:
         numbers = list(csv.DictReader(stream))
@@ -85,8 +85,8 @@ def test_predictions_have_a_table_of_their_own(collected):
 
 def test_a_measure_that_is_undefined_says_why():
     """Silhouettes of a data set with one thing of a class: `verify` once failed a right run."""
-    told = why_undefined("silhouette", "silhouette of object", "run 3")
-    assert "fewer than two labels" in told
+    reason = why_undefined("silhouette", "silhouette of object", "run 3")
+    assert "fewer than two labels" in reason
     assert why_undefined("grouped", "r2", "fold 1") == "all true values are the same"
     assert why_undefined("grouped", "accuracy", "sd") == "one value has no deviation"
     assert why_undefined("grouped", "accuracy", "mean") == ""  # such a one is a defect

@@ -52,8 +52,8 @@ def test_removed_new_and_changed_rows_are_listed(compare):
     code, rows, summary = compare([kept | {"value": "2"}, removed], [kept | {"value": "2.5"}, new])
     assert code == 3
     assert "2 rows in old, 2 in new: 1 removed, 1 new, 1 changed" in summary
-    told = [(row["change"], row["value_old"], row["value_new"]) for row in rows]
-    assert told == [("changed", "2", "2.5"), ("new", "", "2.5"), ("removed", "2.5", "")]
+    changes = [(row["change"], row["value_old"], row["value_new"]) for row in rows]
+    assert changes == [("changed", "2", "2.5"), ("new", "", "2.5"), ("removed", "2.5", "")]
     assert float(rows[0]["relative_difference"]) == pytest.approx(0.2)  # 0.5 of 2.5
 
 
@@ -75,8 +75,8 @@ def test_values_are_equal_up_to_a_relative_difference(compare, old, new, code):
 
 def test_costs_and_provenance_are_not_compared(compare):
     cost = {"part": "cost of grouped", "metric": "train_s", "statistic": "measured"}
-    made = [{"commit": "a"}, cost | {"value": "3"}], [{"commit": "b"}, cost | {"value": "4"}]
-    code, rows, summary = compare(*made)
+    tables = [{"commit": "a"}, cost | {"value": "3"}], [{"commit": "b"}, cost | {"value": "4"}]
+    code, rows, summary = compare(*tables)
     assert (code, rows) == (0, []) and "1 rows in old" in summary
 
 

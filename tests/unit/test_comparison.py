@@ -46,8 +46,8 @@ def test_a_verdict_that_another_machine_would_change_is_inconclusive(
 ):
     paper = paper_figure("size", 2.6, spread=spread)
     value = sum(interval) / 2
-    found = judged(paper, value, Interval(*interval), 2.6, chance=8.0, perfect=0.0)
-    assert found == (verdict, remark)
+    result = judged(paper, value, Interval(*interval), 2.6, chance=8.0, perfect=0.0)
+    assert result == (verdict, remark)
 
 
 @pytest.mark.parametrize(("spread", "verdict"), [(0.9, "worse"), (1.1, "inconclusive")])
@@ -84,8 +84,8 @@ def test_reasons_must_be_supported_and_point_to_the_paper():
         ("better", LOW, [up]), ("worse", high, [down]), ("inconclusive", LOW, [up]),
         ("inconclusive", high, [down]),
     ):  # fmt: skip
-        one = row(agrees, reasons=reasons, marks=marks)
-        assert (one.differs, one.why) == (True, why)
+        entry = row(agrees, reasons=reasons, marks=marks)
+        assert (entry.differs, entry.why) == (True, why)
     assert not row("agrees", reasons=reasons).differs
     assert row("worse").differs and not row("inconclusive").differs  # no reason was tested
     assert evidence(up) == "twice the scatter (CNN 1 → 2)"
@@ -96,7 +96,7 @@ def test_rows_stand_in_the_paper_s_order_one_a_figure_and_data_set():
     first, second = paper_figure("a", 1.0), paper_figure("b", 2.0)
     given = ((second, "size"), (first, "d"), (first, "d"), (first, "e"))
     verdicts = ("agrees", "agrees", "worse", "agrees")
-    rows = [row(verdict, *one) for verdict, one in zip(verdicts, given, strict=True)]
+    rows = [row(verdict, *pair) for verdict, pair in zip(verdicts, given, strict=True)]
     ordered = in_papers_order(rows, (first, second))
     assert [(r.paper.id, r.dataset, r.agrees) for r in ordered] == [
         ("a", "d", "agrees"), ("a", "e", "agrees"), ("b", "size", "agrees"),

@@ -53,7 +53,7 @@ def recorded(project) -> Inputs:
         "grasp_id": text_column([f"virtual-01/{row.grasp_id}" for row in rows]),
         "edge_mm": Column(np.array([float(row.labels["edge_mm"]) for row in rows])),
     }
-    feature = np.array([spectrum(one, RATE, FeatureSettings()) for one in samples])
+    feature = np.array([spectrum(signal, RATE, FeatureSettings()) for signal in samples])
     attrs = {"data_set": "d", "source": "simulated", "git_commit": "", "settings": "{}"}
     shard = FeatureRows(feature, np.fft.rfftfreq(2048, 1 / RATE), columns, attrs)
     return Inputs(
@@ -87,8 +87,8 @@ def test_other_sounds_are_played_in_the_same_scenes(recorded):
     names = dict.fromkeys(scores.column("part"))
     sweeps = [f"excitation:log_sweep {n} s" for n in ("1", "0.1")]
     assert list(names) == [*sweeps, "excitation:mls 1 s", "excitation:mls 0.1 s"]
-    found = scores.where(part=sweeps[0], metric="rmse", statistic="mean")
-    assert found.column("value") == [own.scores.mean["rmse"]]
+    table = scores.where(part=sweeps[0], metric="rmse", statistic="mean")
+    assert table.column("value") == [own.scores.mean["rmse"]]
 
 
 FEATURES = FeatureSettings(window=256, hop=64)
@@ -111,7 +111,7 @@ QUANTITIES = Settings(
 NAMES = [f"s1/r{n:02d}" for n in range(24)]
 
 
-def heard(number: int, played: np.ndarray) -> np.ndarray:
+def echo(number: int, played: np.ndarray) -> np.ndarray:
     """An echo whose delay is the size that is to be read: 1 to 12 samples."""
     late = 1 + number // 2
     sound = played.copy()
@@ -123,9 +123,9 @@ def heard(number: int, played: np.ndarray) -> np.ndarray:
 def echoes(project) -> Inputs:
     """Inputs of twelve grasps of two recordings each."""
     played = excitation_samples(SWEEP, RATE_HZ)
-    rows = project.session("s1", {one.partition("/")[2]: 500.0 for one in NAMES})
+    rows = project.session("s1", {name.partition("/")[2]: 500.0 for name in NAMES})
     for n, row in enumerate(rows):
-        write_pcm24(project.folder() / row.file, heard(n, played) / 2, RATE_HZ)
+        write_pcm24(project.folder() / row.file, echo(n, played) / 2, RATE_HZ)
     rows = [row.model_copy(update={"sha256": ""}) for row in rows]
     project.write(rows, excitation=project.excitation("s1", played))
     grasp = np.arange(24) // 2
@@ -148,7 +148,7 @@ def test_the_errors_are_those_of_features_made_alone(echoes):
     for variant in QUANTITIES.comparisons["quantities"].all_variants:
         own = features_of(variant, FEATURES)
         samples = recordings.samples("d", NAMES, 256)
-        feature = np.array([spectrum(one, RATE_HZ, own) for one in samples])
+        feature = np.array([spectrum(signal, RATE_HZ, own) for signal in samples])
         alone = cross_validate(
             feature, data.value, data.group, kind="regression", model="ridge_plain", folds=3, seed=0
         )
@@ -174,20 +174,20 @@ def test_a_comparison_is_one_file(project):
     tasks = {"edge": {"target": "edge_mm", "models": []}}
     project.declare(tasks=tasks)
     declare(project)
-    asked = requested_experiments(read_dataset(project.paths, "d"), "edge")[-1]
+    entry = requested_experiments(read_dataset(project.paths, "d"), "edge")[-1]
     # its name is not that of the model
     assert (
-        asked.jobs == [("d", "edge", "comparison-knn")] and asked.label("knn", "regression") == "T"
+        entry.jobs == [("d", "edge", "comparison-knn")] and entry.label("knn", "regression") == "T"
     )
-    assert list(asked.job_settings("comparison-knn")["comparisons"]) == ["knn"]
+    assert list(entry.job_settings("comparison-knn")["comparisons"]) == ["knn"]
     declare(project, task="none")
     with pytest.raises(DataError, match="there is no task 'none'"):
         read_dataset(project.paths, "d")
 
 
 def test_variants_that_cannot_be_are_refused():
-    one = {"title": "T", "question": "Q", "train": "d", "task": "t"}
-    wrong = Comparison(**one, vary={"features.window": [128, 512]}, variants=[])
+    keys = {"title": "T", "question": "Q", "train": "d", "task": "t"}
+    wrong = Comparison(**keys, vary={"features.window": [128, 512]}, variants=[])
     with pytest.raises(ValueError, match="comparison s, window 128: hop 256 exceeds window 128"):
         check(Settings(comparisons={"s": wrong}), "regression", FeatureSettings(hop=256))
 

@@ -18,9 +18,9 @@ class Terminal(io.StringIO):
 
 
 def record(event, after_s=0.0, level=logging.INFO, msg=None, **fields):
-    made = logging.makeLogRecord({"event": event, "levelno": level, "msg": msg, **fields})
-    made.created = START_S + after_s
-    return made
+    entry = logging.makeLogRecord({"event": event, "levelno": level, "msg": msg, **fields})
+    entry.created = START_S + after_s
+    return entry
 
 
 def started(jobid, after_s=0.0, message="", **wildcards):
@@ -40,8 +40,8 @@ def lines_of(records, stream=None) -> list[str]:
     """Return what is written, with the time of day replaced by `at`."""
     stream = stream or io.StringIO()
     handler = JobLines(stream)
-    for one in records:
-        handler.handle(one)
+    for entry in records:
+        handler.handle(entry)
     handler.close()
     return re.sub(r"\d\d:\d\d:\d\d  ", "at  ", stream.getvalue()).splitlines()
 

@@ -19,7 +19,7 @@ def gripper(shift: int, names: str = "g", seed: int = 0) -> TaskData:
     return TaskData(feature, np.array(list("abcd"))[y], group, group)
 
 
-def made(own, other, **changes):
+def points_of(own, other, **changes):
     settings = {"kind": "classification", "model": "linear_plain", "sizes": (0, 1, 5), "folds": 6}
     return cross_gripper(own, {"other": other}, **settings | changes)["other"]
 
@@ -30,31 +30,31 @@ def accuracy(points, grasps):
 
 def test_the_same_gripper_needs_no_calibration_and_another_does():
     """Peaks moved by 8 bins are those of the next class: without calibration all are mistaken."""
-    assert accuracy(made(gripper(0), gripper(0)), 0) == [1] * 6
-    points = made(gripper(0), gripper(8, seed=1), sizes=(0,))
+    assert accuracy(points_of(gripper(0), gripper(0)), 0) == [1] * 6
+    points = points_of(gripper(0), gripper(8, seed=1), sizes=(0,))
     assert accuracy(points, 0) == [0] * 6
     assert [p.home["accuracy"] for p in points] == [1] * 6
-    moved = made(gripper(0), gripper(3, seed=1))
+    moved = points_of(gripper(0), gripper(3, seed=1))
     assert accuracy(moved, 5) == [1] * 6
 
 
 def test_other_grippers_share_a_training_and_have_the_points_that_each_has_alone():
-    own, others = gripper(0), {"near": gripper(3, seed=1), "far": gripper(8, seed=2)}
+    own, peers = gripper(0), {"near": gripper(3, seed=1), "far": gripper(8, seed=2)}
     settings = {"kind": "classification", "model": "linear_plain", "sizes": (0, 1), "folds": 6}
-    together = cross_gripper(own, others, **settings)
-    assert together == {name: made(own, other, sizes=(0, 1)) for name, other in others.items()}
+    together = cross_gripper(own, peers, **settings)
+    assert together == {name: points_of(own, other, sizes=(0, 1)) for name, other in peers.items()}
     assert accuracy(together["far"], 0) == [0] * 6
 
 
 def test_points_say_what_was_added_and_where_it_was_tested():
-    points = made(gripper(0), gripper(3))
+    points = points_of(gripper(0), gripper(3))
     assert [(p.fold, p.grasps, p.recordings) for p in points] == [
         (fold, n, n * CLASSES * SAMPLES) for fold in range(6) for n in (0, 1, 5)
     ]
     assert all(bool(p.home) == (p.grasps == 0) for p in points)
     assert {p.chance["accuracy"] for p in points} == {1 / CLASSES}
-    assert not any(p.home for p in made(gripper(0), gripper(3, names="other")))
-    assert made(gripper(0), gripper(3)) == points
+    assert not any(p.home for p in points_of(gripper(0), gripper(3, names="other")))
+    assert points_of(gripper(0), gripper(3)) == points
 
 
 def test_what_is_tested_is_trained_on_in_neither_gripper():
@@ -62,11 +62,11 @@ def test_what_is_tested_is_trained_on_in_neither_gripper():
     without the grasp in either gripper cannot know."""
     own = gripper(0)
     alike = np.eye(CLASSES * GRASPS)[np.unique(own.group, return_inverse=True)[1]]
-    told = own._replace(feature=alike + 0.01)
-    points = made(told, told, sizes=(0, 5))
+    tags = own._replace(feature=alike + 0.01)
+    points = points_of(tags, tags, sizes=(0, 5))
     assert max(accuracy(points, 0) + accuracy(points, 5)) < 0.6  # with the grasp it would be 1
-    leaky = told._replace(group=np.char.add("own-", told.group.astype(str)))
-    assert accuracy(made(leaky, told, sizes=(0,)), 0) == [1] * 6
+    leaky = tags._replace(group=np.char.add("own-", tags.group.astype(str)))
+    assert accuracy(points_of(leaky, tags, sizes=(0,)), 0) == [1] * 6
 
 
 def test_each_fold_draws_its_own_calibration_grasps():
@@ -78,7 +78,7 @@ def test_each_fold_draws_its_own_calibration_grasps():
     target = np.repeat(["a"] * 6 + ["b"] * 6, sizes)
     feature = np.random.default_rng(0).uniform(1, 2, (len(target), 4))
     other = TaskData(feature, target, groups, groups)
-    points = made(other, other, sizes=(1,), model="knn_plain")
+    points = points_of(other, other, sizes=(1,), model="knn_plain")
     drawn = [divmod(point.recordings, 10) for point in points]
     assert len(drawn) == 6
     assert all(len(set(numbers)) > 2 for numbers in zip(*drawn, strict=True))
@@ -86,4 +86,4 @@ def test_each_fold_draws_its_own_calibration_grasps():
 
 def test_too_few_grasps_are_said():
     with pytest.raises(ValueError, match="6 calibration grasps: a class has 5 that are not tested"):
-        made(gripper(0), gripper(3), sizes=(0, 6))
+        points_of(gripper(0), gripper(3), sizes=(0, 6))

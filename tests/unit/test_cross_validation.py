@@ -48,9 +48,9 @@ KINDS = {"target": "kind", "kind": "classification", "unit": ""}
 
 def measured(model="linear", settings=None, **changes):
     """Return the tables by name, those of cost, and what else is told."""
-    found = cross_validation.measure(inputs(**changes), settings or Settings(), model)
-    tables, cost = ({t.name: t for t in made} for made in (found.tables, found.cost))
-    return tables, cost, found.about
+    outcome = cross_validation.measure(inputs(**changes), settings or Settings(), model)
+    tables, cost = ({t.name: t for t in group} for group in (outcome.tables, outcome.cost))
+    return tables, cost, outcome.about
 
 
 def score(tables, part, metric, statistic="pooled"):
@@ -164,9 +164,9 @@ def test_other_data_sets_are_tested_without_a_grasp_on_both_sides():
     """A copy: each recording is predicted once, by the fold that holds its grasp out, hence as
     well as the original; and one with further grasps, which every fold predicts."""
     new = store(grasp_id=text_column([f"t/{n}" for n in range(40)]))
-    others = {"copy": store(), "new": new}
+    stores = {"copy": store(), "new": new}
     settings = Settings(test_on=("copy", "new"))
-    tables, _, about = measured(settings=settings, other_sets=others, withhold=[15.0])
+    tables, _, about = measured(settings=settings, other_sets=stores, withhold=[15.0])
     for metric in ("rmse", "mae"):
         there = folds_of(tables, "on:copy", metric)
         assert there == folds_of(tables, "grouped", metric)

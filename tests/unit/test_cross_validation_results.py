@@ -30,7 +30,7 @@ def nothing(experiment, dataset, task):
     return None
 
 
-def beside(results, lookup=nothing):
+def comparisons(results, lookup=nothing):
     return list(EXPERIMENT.paper_comparison(results, lookup))
 
 
@@ -47,8 +47,8 @@ def drawn_prediction(results):
 
 def markers(axes):
     """Places (n, 2) of the points of a panel, series after series."""
-    found = [c.lines[0].get_xydata() for c in axes.containers]
-    return np.concatenate([one for one in found if len(one)])
+    series = [c.lines[0].get_xydata() for c in axes.containers]
+    return np.concatenate([points for points in series if len(points)])
 
 
 def test_rows_of_a_task_stand_beside_the_paper_with_the_best_marked():
@@ -102,12 +102,12 @@ def test_a_result_that_is_not_better_than_chance_says_so():
     assert withheld.value == "54.0 ± 5.0°, not better than chance"
     assert near.value == "35.0 ± 5.0°, not better than chance"
     assert better.value == "33.0 ± 5.0°"
-    (row,) = beside(task)
+    (row,) = comparisons(task)
     assert (row.result, row.agrees) == ("54 (46.5 to 61.5)°, not better than chance", "worse")
 
 
 def test_the_paper_s_model_is_set_beside_its_figure_with_its_cost():
-    (row,) = beside(two_tasks()[0])
+    (row,) = comparisons(two_tasks()[0])
     assert (row.paper, row.model, row.agrees) == (PAPER, "CNN", "agrees")
     assert row.result == "2.2 (1.75 to 2.65) mm"  # what the verdict is about
     assert (row.dataset, row.task, row.source) == ("size", "edge", "simulated")
@@ -115,14 +115,14 @@ def test_the_paper_s_model_is_set_beside_its_figure_with_its_cost():
     assert (row.marks[0].low, row.marks[0].high) == pytest.approx((1.75, 2.65))
     marks = [(mark.role, mark.value) for mark in row.marks]
     assert marks == [("ours", 2.2), ("baseline", 4.0), ("chance", 8.2)]
-    assert beside(kinds()) == []
+    assert comparisons(kinds()) == []
     # A quarter of the distance from chance to perfect: 8.2 / 4 = 2.05 mm.
     wide = sizes(size_result(scores={"rmse": Score(2.9, 0.7, (2.4, 3.4))}))
-    assert [row.agrees for row in beside(wide)] == ["inconclusive"]
+    assert [row.agrees for row in comparisons(wide)] == ["inconclusive"]
 
 
 def test_each_part_is_set_beside_its_own_figure():
-    rows = {row.paper.id: (row.result, row.agrees) for row in beside(with_parts())}
+    rows = {row.paper.id: (row.result, row.agrees) for row in comparisons(with_parts())}
     assert rows == {
         "known": ("2.2 (1.75 to 2.65) mm", "agrees"),
         "unknown": ("3.5 (2.9 to 4.1) mm", "worse"),
@@ -134,7 +134,7 @@ def test_each_part_is_set_beside_its_own_figure():
 def test_known_values_stand_beside_the_paper_by_grasp_and_by_recording_and_each_is_judged():
     papers = {name: paper_figure("known", 1.2) for name in ("known", "known_by_recording")}
     task = sizes(size_result(parts=random_split()), papers=papers)
-    grasp, recording = beside(task)
+    grasp, recording = comparisons(task)
     assert [(row.split, row.label) for row in (grasp, recording)] == [
         ("grouped split", "grouped split"), ("random split", "random split"),
     ]  # fmt: skip
@@ -145,7 +145,7 @@ def test_known_values_stand_beside_the_paper_by_grasp_and_by_recording_and_each_
 def test_classes_are_compared_in_per_cent_and_a_figure_without_a_number_is_told_alone():
     for value, agrees in ((70.0, "inconclusive"), (78.0, "worse"), (None, "inconclusive")):
         paper = paper_figure("stones", value, unit="%")
-        assert [row.agrees for row in beside(kinds(papers={"known": paper}))] == [agrees]
+        assert [row.agrees for row in comparisons(kinds(papers={"known": paper}))] == [agrees]
 
 
 @pytest.mark.parametrize(
@@ -166,7 +166,7 @@ def test_a_lesson_is_learned_where_a_model_fails_and_silence_says_why(there, fla
         size_result(parts=parts), papers={"bar": paper}, settings=Settings(test_on=("bar",)),
         other_sets={"bar": Other("Bar turned")},
     )  # fmt: skip
-    (row,) = beside(task, lookup)
+    (row,) = comparisons(task, lookup)
     assert row.agrees == agrees
     assert row.result.startswith("2.20 ± 0.30 mm where it was trained, ")
 

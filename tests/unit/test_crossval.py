@@ -72,29 +72,29 @@ def test_a_model_learns_the_obvious_and_repeats_itself():
 def test_predictions_are_out_of_fold_and_in_the_order_of_the_rows():
     y = np.random.default_rng(0).normal(size=40)
     groups = np.random.default_rng(1).integers(0, 11, 40)
-    found = cross_validate(
+    result = cross_validate(
         np.zeros((40, 3)), y, groups, kind="regression", model=DummyRegressor(), folds=4, seed=2
     )
     parts = grouped_folds(y, groups, "regression", 4, 2)
     for number, (train, test) in enumerate(parts):
-        assert (found.predictions.fold[test] == number).all()
+        assert (result.predictions.fold[test] == number).all()
         # the dummy predicts the mean of what it was trained on: that tells exactly what it saw
-        np.testing.assert_allclose(found.predictions.y_pred[test], y[train].mean(), rtol=1e-12)
-    assert np.array_equal(found.predictions.y_true, y)
-    assert found.predictions.probability is None
-    assert found.scores.mean == pytest.approx(found.scores.chance)
+        np.testing.assert_allclose(result.predictions.y_pred[test], y[train].mean(), rtol=1e-12)
+    assert np.array_equal(result.predictions.y_true, y)
+    assert result.predictions.probability is None
+    assert result.scores.mean == pytest.approx(result.scores.chance)
     rmse = [np.sqrt(np.mean((y[test] - y[train].mean()) ** 2)) for train, test in parts]
-    assert found.scores.per_fold["rmse"] == pytest.approx(rmse)
-    assert found.scores.mean["rmse"] == pytest.approx(np.sum(rmse) / 4)
+    assert result.scores.per_fold["rmse"] == pytest.approx(rmse)
+    assert result.scores.mean["rmse"] == pytest.approx(np.sum(rmse) / 4)
     deviation = np.array(rmse) - np.mean(rmse)
-    assert found.scores.sd["rmse"] == pytest.approx(np.sqrt(np.sum(deviation**2) / 3))
-    pooled = np.sqrt(np.mean((y - found.predictions.y_pred) ** 2))
-    assert found.scores.pooled["rmse"] == pytest.approx(pooled)
+    assert result.scores.sd["rmse"] == pytest.approx(np.sqrt(np.sum(deviation**2) / 3))
+    pooled = np.sqrt(np.mean((y - result.predictions.y_pred) ** 2))
+    assert result.scores.pooled["rmse"] == pytest.approx(pooled)
 
 
 def test_a_fold_with_one_target_value_leaves_r2_to_the_pooled_predictions():
     x, y, _ = spectra()
-    found = cross_validate(x, y, y, kind="regression", model="linear", folds=2).scores
-    assert math.isnan(found.mean["r2"])
-    assert math.isfinite(found.pooled["r2"])
-    assert found.classes == ()
+    scores = cross_validate(x, y, y, kind="regression", model="linear", folds=2).scores
+    assert math.isnan(scores.mean["r2"])
+    assert math.isfinite(scores.pooled["r2"])
+    assert scores.classes == ()

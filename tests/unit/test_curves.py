@@ -7,13 +7,13 @@ from ajgdata.evaluate.task_data import TaskData
 
 
 def grasps(
-    classes: int = 3, groups: int = 10, spread: float = 1.0, told: float = 1.0, seed: int = 0
+    classes: int = 3, groups: int = 10, spread: float = 1.0, distance: float = 1.0, seed: int = 0
 ) -> TaskData:
-    """Two recordings of each of `groups` grasps a class; `told`: how far apart classes are."""
+    """Two recordings of each of `groups` grasps a class; `distance`: how far apart classes are."""
     rng = np.random.default_rng(seed)
     group = np.repeat(np.arange(classes * groups), 2)
     y = group % classes
-    centre = told * rng.normal(size=(classes, 30))
+    centre = distance * rng.normal(size=(classes, 30))
     x = centre[y] + spread * rng.normal(size=(classes * groups, 30))[group]
     x += 0.01 * rng.normal(size=x.shape)
     return TaskData(np.exp(x).astype(np.float32), np.array(["a", "b", "c"])[y], group, group)
@@ -39,6 +39,6 @@ def test_a_size_that_fails_leaves_the_others():
     data = grasps()
     ask = {"kind": "classification", "model": "knn_plain", "repeats": 2, "seed": 1}
     whole = learning_curve(data, sizes=(1, 8), **ask)
-    found = learning_curve(data, sizes=(1, 8, 9), **ask)
-    assert found.points == whole.points and whole.skipped == {}
-    assert list(found.skipped) == [9] and "a class has 8" in found.skipped[9]
+    curve = learning_curve(data, sizes=(1, 8, 9), **ask)
+    assert curve.points == whole.points and whole.skipped == {}
+    assert list(curve.skipped) == [9] and "a class has 8" in curve.skipped[9]

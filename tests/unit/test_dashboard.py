@@ -72,7 +72,7 @@ def test_the_page_loads_only_its_own_files(client):
     assert headers["X-Content-Type-Options"] == "nosniff"
     assert client.token not in text
     page = Page(text)
-    assert [one["href"] for one in page.all("link")] == ["data:,", "tokens.css", "dashboard.css"]
+    assert [tag["href"] for tag in page.all("link")] == ["data:,", "tokens.css", "dashboard.css"]
     assert page.all("script") == [{"src": "dashboard.js"}]
     assert not page.all("style") and not re.search(r"<[^>]* (style|on\w+)=", text)
     files = {"tokens.css": "css", "dashboard.css": "css", "dashboard.js": "javascript"}

@@ -47,8 +47,8 @@ def task(**keys) -> dict:
 )
 def test_mistakes_of_a_declaration_are_found_by_validate_and_by_a_run(tmp_path, keys, said):
     paths = declare(Paths(tmp_path), "a", "s1", "s2", **keys)
-    found = validate_dataset(paths, "a")[1]
-    (wrong,) = (f for f in found if f.code == "declaration")
+    findings = validate_dataset(paths, "a")[1]
+    (wrong,) = (f for f in findings if f.code == "declaration")
     assert (wrong.level, wrong.session_id) == ("error", "dataset.yaml")
     assert wrong.problem.startswith(said) and wrong.fix
     with pytest.raises(DataError, match=r"dataset\.yaml: .*\. [A-Z]") as caught:
@@ -60,14 +60,14 @@ def test_stores_that_do_not_compare_are_refused_when_they_are_read(tmp_path):
     """Also those of a project that nobody planned."""
     shard = small_store()
     for name, rate_hz in (("a", 44_100), ("b", 48_000)):
-        told = {"audio": {"sample_rate_hz": rate_hz}, "features": {}}
-        attrs = {**shard.attrs, "settings": json.dumps(told)}
+        content = {"audio": {"sample_rate_hz": rate_hz}, "features": {}}
+        attrs = {**shard.attrs, "settings": json.dumps(content)}
         write_store(Paths(tmp_path).features(name), replace(shard, attrs=attrs))
-    asked = EXPERIMENTS["cross_validation"].settings(models=["ridge"], test_on=["b"])
+    settings = EXPERIMENTS["cross_validation"].settings(models=["ridge"], test_on=["b"])
     with pytest.raises(DataError, match="do not compare") as caught:
         run_experiment(
             Paths(tmp_path).features("a"), kind="cross_validation-plain", models=["ridge"],
-            dataset="a", task="t", settings=asked.model_dump(mode="json"), other_sets=["b"],
+            dataset="a", task="t", settings=settings.model_dump(mode="json"), other_sets=["b"],
             split={"target": "object", "kind": "classification", "unit": "", "groups": "grasp_id",
                    "folds": 3},
             audio=AudioSettings(), features=FeatureSettings(), paths=Paths(tmp_path), seed=0,

@@ -29,10 +29,10 @@ LOUD = {"name": "loud", "from": "base", "recipe": {"signal": {"external_noise_db
 
 @pytest.fixture
 def paths(tmp_path):
-    made = Paths(tmp_path)
+    layout = Paths(tmp_path)
     for content in (BASE, LOUD):
-        declare(made, content)
-    return made
+        declare(layout, content)
+    return layout
 
 
 def declare(paths, content):

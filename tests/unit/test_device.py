@@ -24,7 +24,7 @@ QUICK = {"epochs": 1, "min_steps": 20}
 def trained() -> list[np.ndarray]:
     """Weights of a classifier, and latents of two encoders."""
     weights = cnn.CnnClassifier(**QUICK).fit(ROWS, LABEL).__getstate__()["module_"]
-    return [*weights.values(), *(one.encode(ROWS) for one in encoders())]
+    return [*weights.values(), *(network.encode(ROWS) for network in encoders())]
 
 
 def encoders() -> list[encoder.Encoder]:

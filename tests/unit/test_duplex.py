@@ -25,8 +25,8 @@ def test_every_frame_is_there_once_however_the_driver_cuts_them():
     expected = np.zeros(7_001, dtype=np.float32)
     expected[1_024:6_024] = SOUND
     for _ in range(3):
-        heard, flags = stream.play(SOUND, 7_001)
-        np.testing.assert_array_equal(heard, expected)
+        recording, flags = stream.play(SOUND, 7_001)
+        np.testing.assert_array_equal(recording, expected)
         assert flags == ()
     stream._stream.abort()
 

@@ -57,7 +57,7 @@ def shard() -> FeatureRows:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory) -> Path:
+def output(tmp_path_factory) -> Path:
     """A folder with the latents of one embedding, and what training took."""
     folder = tmp_path_factory.mktemp("embed")
     train(folder, shard())
@@ -85,45 +85,45 @@ def measured(folder: Path, name: str) -> Outcome:
 
 
 def table(outcome: Outcome, name: str):
-    return next(one for one in (*outcome.tables, *outcome.cost) if one.name == name)
+    return next(item for item in (*outcome.tables, *outcome.cost) if item.name == name)
 
 
 def of_scores(outcome: Outcome) -> dict:
     """Values of the table of scores by space, part, metric and statistic: no two say the same."""
     rows = [tuple(row.values()) for row in table(outcome, "scores").rows]
-    found = {row[:4]: row[4] for row in rows}
-    assert len(found) == len(rows)
-    return found
+    values = {row[:4]: row[4] for row in rows}
+    assert len(values) == len(rows)
+    return values
 
 
 def read(folder: Path, name: str) -> dict:
     return json.loads((folder / f"{name}.json").read_text())
 
 
-def train(folder: Path, made: FeatureRows) -> Latents:
+def train(folder: Path, rows: FeatureRows) -> Latents:
     store, path = folder / "store.nc", folder / "latents.nc"
-    write_store(store, made)
+    write_store(store, rows)
     train_embedding(store, settings=SETTINGS, seed=0, latents=path, cost=folder / "cost.json")
     return read_latents(path)
 
 
-def test_latents_of_every_recording_by_every_network(made):
-    found = read_latents(made / "latents.nc")
+def test_latents_of_every_recording_by_every_network(output):
+    latents = read_latents(output / "latents.nc")
     rows = 2 * THINGS * GRASPS * 2
-    assert {d: z.shape for d, z in found.latent.items()} == {
+    assert {d: z.shape for d, z in latents.latent.items()} == {
         2: (2, 2, rows, 2), 3: (2, 2, rows, 3),
     }  # fmt: skip
-    grasp, thing = found.columns["grasp_id"].values, found.columns["object"].values
+    grasp, thing = latents.columns["grasp_id"].values, latents.columns["object"].values
     for fold in range(2):  # no grasp on both sides, every thing on both
-        new = found.validation_fold == fold
+        new = latents.validation_fold == fold
         assert not set(grasp[new]) & set(grasp[~new])
         assert set(thing[new]) == set(thing[~new])
-    cost = read(made, "cost")
+    cost = read(output, "cost")
     assert cost["networks"] == 2 * 2 * 2
     assert cost["cpu_s"] > 0
 
 
-def test_classes_are_not_looked_at(made, tmp_path):
+def test_classes_are_not_looked_at(output, tmp_path):
     """Class labels, and every other column but the log's, may say anything: nothing changes."""
     plain, rng = shard(), np.random.default_rng(5)
     columns = {
@@ -134,55 +134,55 @@ def test_classes_are_not_looked_at(made, tmp_path):
     }
     assert (columns["kind"].values != plain.columns["kind"].values).any()
     shuffled = train(tmp_path, dataclasses.replace(plain, columns=columns))
-    before = read_latents(made / "latents.nc")
+    before = read_latents(output / "latents.nc")
     for dimension in before.latent:
         assert shuffled.latent[dimension].tobytes() == before.latent[dimension].tobytes()
     assert np.array_equal(shuffled.validation_fold, before.validation_fold)
 
 
-def test_distances_are_of_the_things_that_there_are(made):
-    found = measured(made, "embedding_distances")
+def test_distances_are_of_the_things_that_there_are(output):
+    result = measured(output, "embedding_distances")
     keys = ("space", "first", "second")
-    scores = scores_by(table(found, "categories"), keys, "distance")
-    told = of_scores(found)
+    scores = scores_by(table(result, "categories"), keys, "distance")
+    values = of_scores(result)
     assert len(scores) == 2 * 3  # spaces, pairs of classes
     for space, runs in (("latent", 4), ("raw", 2)):
         score = scores[space, "high", "low"]
         assert len(score.per_fold) == runs
         named = (space, "distances", "high to low")
-        assert told[*named, "mean"] == pytest.approx(score.mean)
-        assert told[*named, "sd"] == pytest.approx(score.sd)
-        assert told[*named, "run 1"] == score.per_fold[1]
+        assert values[*named, "mean"] == pytest.approx(score.mean)
+        assert values[*named, "sd"] == pytest.approx(score.sd)
+        assert values[*named, "run 1"] == score.per_fold[1]
 
 
 @pytest.mark.usefixtures("without_umap")
-def test_neighbours_and_what_they_cost(made):
-    found = measured(made, "embedding_knn")
-    scores = scores_by(table(found, "knn"), ("space", "dimension"), "accuracy")
+def test_neighbours_and_what_they_cost(output):
+    result = measured(output, "embedding_knn")
+    scores = scores_by(table(result, "knn"), ("space", "dimension"), "accuracy")
     methods = ("latent", "pca", "umap")
     assert list(scores) == [("raw", None), *((m, d) for m in methods for d in (2, 3))]
-    times = table(found, "times")
+    times = table(result, "times")
     assert [(row["space"], row["dimension"]) for row in times.rows] == list(scores)
-    assert found.about["chance"] == 0.5
-    told, raw = of_scores(found), scores["raw", None].mean
+    assert result.about["chance"] == 0.5
+    values, raw = of_scores(result), scores["raw", None].mean
     assert raw == scores["pca", 3].mean == scores["umap", 3].mean == 1.0
     for (space, dimension), score in scores.items():
         named = (space, f"knn:{dimension}" if dimension else "knn")
-        assert told[*named, "accuracy", "mean"] == score.mean
-        assert told[*named, "accuracy", "run 0"] == score.per_fold[0]
-        assert told[*named, "accuracy", "chance"] == 0.5
-    spent = read(made, "cost")
+        assert values[*named, "accuracy", "mean"] == score.mean
+        assert values[*named, "accuracy", "run 0"] == score.per_fold[0]
+        assert values[*named, "accuracy", "chance"] == 0.5
+    spent = read(output, "cost")
     assert times.rows[1]["fit_s"] == pytest.approx(spent["cpu_s"] / 8)
-    cost = {tuple(row.values())[:4]: row["value"] for row in found.cost[0].rows}
+    cost = {tuple(row.values())[:4]: row["value"] for row in result.cost[0].rows}
     assert cost["", "cost of training", "cpu_s", "measured"] == spent["cpu_s"]
     assert cost["latent", "cost of knn:2", "fit_s", "measured"] == times.rows[1]["fit_s"]
     assert cost["raw", "cost of knn", "query_s", "measured"] == times.rows[0]["query_s"]
 
 
 @pytest.mark.usefixtures("without_umap")
-def test_projections_are_of_one_run_and_know_their_recordings(made):
-    found, latents = measured(made, "embedding_projections"), read_latents(made / "latents.nc")
-    recordings, points = table(found, "recordings"), table(found, "points")
+def test_projections_are_of_one_run_and_know_their_recordings(output):
+    result, latents = measured(output, "embedding_projections"), read_latents(output / "latents.nc")
+    recordings, points = table(result, "recordings"), table(result, "points")
     assert recordings.column("recording") == latents.columns["recording"].values.tolist()
     assert recordings.column("training") == (latents.validation_fold != 0).tolist()
     flat = points.where(space="latent", method="plane")

@@ -10,10 +10,10 @@ def test_mean_distances_by_hand():
     space = np.array([[0.0], [3.0], [4.0], [10.0]])
     label, names = np.array(["x", "x", "x", "y"]), np.array(["x", "y"])
     grasp = np.array([1, 2, 2, 3])
-    found = mean_distances(space, label, names, grasp)
-    assert found[0, 0] == (3 + 4) / 2  # not between the second and third: one grasp
-    assert found[0, 1] == found[1, 0] == pytest.approx((10 + 7 + 6) / 3)
-    assert np.isnan(found[1, 1])  # there is one of y
+    distances = mean_distances(space, label, names, grasp)
+    assert distances[0, 0] == (3 + 4) / 2  # not between the second and third: one grasp
+    assert distances[0, 1] == distances[1, 0] == pytest.approx((10 + 7 + 6) / 3)
+    assert np.isnan(distances[1, 1])  # there is one of y
 
 
 def test_silhouette_of_far_clusters_is_nearly_1():

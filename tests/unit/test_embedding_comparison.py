@@ -74,14 +74,14 @@ def figure(value=None):
     return PaperFigure(id="x", metric="", value=value, unit="", text="as told", where="there")
 
 
-def row(one, measured):
+def row(result, measured):
     """The one comparison of results, of a run in which k-NN was measured."""
-    (found,) = EXPERIMENTS[one.experiment].paper_comparison(one, lambda *_: measured)
-    return found
+    (outcome,) = EXPERIMENTS[result.experiment].paper_comparison(result, lambda *_: measured)
+    return outcome
 
 
 @pytest.mark.parametrize(
-    ("runs", "told", "agrees"),
+    ("runs", "text", "agrees"),
     [
         # raw: 0.4 and 0.6 in two folds with one initialisation each. Relative gains of 25 and
         # 26 %: variance 0.5; t(0.975, 1) = 12.706, times the root of (1/2 + 1) 0.5: 11
@@ -93,13 +93,13 @@ def row(one, measured):
         ([0.5, 0.6, 0.7, 0.8], "30 ± 12 % higher", "inconclusive"),
     ],
 )
-def test_the_gain_is_that_of_each_run_over_its_fold(runs, told, agrees):
+def test_the_gain_is_that_of_each_run_over_its_fold(runs, text, agrees):
     measured = knn(runs, figure(26.6))
-    found = row(measured, measured)
-    assert found.result.startswith(f"{told} (")
+    outcome = row(measured, measured)
+    assert outcome.result.startswith(f"{text} (")
     gain = 100 * (np.mean(runs) - 0.5)
-    assert f"{gain:.3g} percentage points) at 4 dimensions; exploratory" in found.result
-    assert (found.agrees, found.cost, found.model) == (agrees, COST, "k-NN on the latent")
+    assert f"{gain:.3g} percentage points) at 4 dimensions; exploratory" in outcome.result
+    assert (outcome.agrees, outcome.cost, outcome.model) == (agrees, COST, "k-NN on the latent")
 
 
 @pytest.mark.parametrize(
@@ -111,14 +111,14 @@ def test_the_gain_is_that_of_each_run_over_its_fold(runs, told, agrees):
     ],
 )
 def test_categories_lie_together_or_do_not(within, agrees):
-    found = row(distances(figure(), **within), knn())
-    assert found.cost == COST
-    assert found.agrees == agrees
-    assert f"spherical {within['spherical']} within" in found.result
+    outcome = row(distances(figure(), **within), knn())
+    assert outcome.cost == COST
+    assert outcome.agrees == agrees
+    assert f"spherical {within['spherical']} within" in outcome.result
 
 
 def test_gaps_are_to_the_mean_of_the_others():
-    found = categories_of(distances(cylindrical=1, other=2, spherical=1), "latent")
-    assert found["spherical"].gap.mean == pytest.approx(2)
-    assert found["cylindrical"].gap.mean == pytest.approx(2.05)
-    assert found["cylindrical"].gap.sd == pytest.approx(0.1 / 2**0.5)
+    categories = categories_of(distances(cylindrical=1, other=2, spherical=1), "latent")
+    assert categories["spherical"].gap.mean == pytest.approx(2)
+    assert categories["cylindrical"].gap.mean == pytest.approx(2.05)
+    assert categories["cylindrical"].gap.sd == pytest.approx(0.1 / 2**0.5)

@@ -57,8 +57,8 @@ def test_networks_side_by_side_are_each_what_they_were(spectra):
     z = torch.from_numpy(spectra[0][:12])
     pairs = pair_weights(spectra[1][:12] % 2, spectra[2][:12])
     together = StackedEncoders(networks)
-    for alone, beside in zip(networks, together(z), strict=True):
-        torch.testing.assert_close(beside, alone.trunk(z), rtol=1e-5, atol=1e-5)
+    for alone, output in zip(networks, together(z), strict=True):
+        torch.testing.assert_close(output, alone.trunk(z), rtol=1e-5, atol=1e-5)
     descent = Descent(together, 1, peak=3e-3, weight_decay=0.1)
     loss = torch.stack([contrastive_loss(x, pairs, 1.0) for x in together(z)]).sum()
     loss.backward(retain_graph=True)
@@ -72,8 +72,8 @@ def test_networks_side_by_side_are_each_what_they_were(spectra):
     expected = [x.detach() for x in together.eval()(z)]  # by what it saw of means and variances
     together.give_back()
     for network, latent in zip(networks, expected, strict=True):
-        found = network.eval().trunk(z).detach()
-        torch.testing.assert_close(found, latent, rtol=1e-5, atol=1e-5)
+        result = network.eval().trunk(z).detach()
+        torch.testing.assert_close(result, latent, rtol=1e-5, atol=1e-5)
 
 
 def test_nothing_to_learn_is_said():

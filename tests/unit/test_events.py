@@ -17,7 +17,7 @@ def test_events_are_written_line_by_line_and_passed_to_listeners(tmp_path):
         with pytest.raises(ValueError, match="JSON compliant"):
             log.say("take", peak_dbfs=float("nan"))
     assert read_events(path) == passed
-    assert [(one["n"], one["event"]) for one in passed] == [(0, "start"), (1, "stopped")]
+    assert [(event["n"], event["event"]) for event in passed] == [(0, "start"), (1, "stopped")]
 
 
 def folded(events) -> RunState:

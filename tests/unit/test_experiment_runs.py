@@ -49,11 +49,11 @@ def run(paths: Paths, request: Request, **changes) -> None:
 
 @pytest.fixture(scope="module")
 def paths(tmp_path_factory):
-    made = Paths(tmp_path_factory.mktemp("project"))
-    write_store(made.features("d"), small_store())
+    layout = Paths(tmp_path_factory.mktemp("project"))
+    write_store(layout.features("d"), small_store())
     for request in requests_for({"d": SPEC}, [("d", "t")]):
-        run(made, request)
-    return made
+        run(layout, request)
+    return layout
 
 
 def collected(paths: Paths) -> tuple[list[dict], list[dict[str, str]], list[dict[str, str]]]:
@@ -85,7 +85,7 @@ def test_results_of_earlier_versions_are_not_read(paths, tmp_path):
 
 
 def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(paths):
-    *_, curve = (one for one in requests_for({"d": SPEC}, [("d", "t")]) if "curve" in one.kinds[0])
+    *_, curve = (job for job in requests_for({"d": SPEC}, [("d", "t")]) if "curve" in job.kinds[0])
     results, skipped = read_results(measurements(paths, [curve]), curve, {"d": SPEC}, {})
     assert results.results == ()
     ((label, reason),) = skipped
@@ -108,5 +108,5 @@ def test_every_number_has_a_row_with_its_seed_and_what_made_it(paths):
     assert len(once) == 60
     right = np.mean([p["y_true"] == p["y_pred"] for p in once])
     assert right == pytest.approx(values["pooled"])
-    kinds = {one["experiment"] for one in about}
+    kinds = {entry["experiment"] for entry in about}
     assert kinds == {"cross_validation", "learning_curve"}

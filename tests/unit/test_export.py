@@ -114,4 +114,4 @@ def test_novelty_and_verdict(references):
     predictor = predictor_of(CLASSES, guard=guard, novelty_threshold=threshold)
     outputs = in_torch(predictor)
     assert_agrees(predictor, outputs, X)
-    assert {int(one["verdict"]) for one in outputs} == {0, 2} | ({1} if references else set())
+    assert {int(output["verdict"]) for output in outputs} == {0, 2} | ({1} if references else set())

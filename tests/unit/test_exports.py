@@ -45,20 +45,20 @@ def test_tables_of_all_models_are_one_file_and_predictions_are_elsewhere():
     base = "cross-validation--size--edge"
     assert list(files) == [base, f"{base}--pairs"]
     scores = files[base].rows
-    found = {(r["model"], r["part"], r["metric"], r["statistic"]): r["value"] for r in scores}
-    assert found["cnn", "grouped", "rmse", "fold 1"] == 2.5
-    assert found["knn", "grouped", "rmse", "mean"] == 4.0
-    assert found["cnn", "cost of grouped", "train_s", "measured"] == 3.2
+    values = {(r["model"], r["part"], r["metric"], r["statistic"]): r["value"] for r in scores}
+    assert values["cnn", "grouped", "rmse", "fold 1"] == 2.5
+    assert values["knn", "grouped", "rmse", "mean"] == 4.0
+    assert values["cnn", "cost of grouped", "train_s", "measured"] == 3.2
     assert files[f"{base}--pairs"].column("model") == ["cnn"] * 12 + ["knn"] * 12
     pairs = table_files(kinds)["cross-validation--stones--kind--pairs"]
     assert "model" not in [column.key for column in pairs.columns]
 
 
 def test_a_report_is_written_whole(tmp_path):
-    beside = PaperComparison(
+    comparison = PaperComparison(
         PAPER, "size", "edge", "simulated", "2.2 ± 0.3 mm", "CNN", "no: lower", Cost(3.2, 0.21),
     )  # fmt: skip
-    report = dataclasses.replace(sample_report(), comparisons=(beside,))
+    report = dataclasses.replace(sample_report(), comparisons=(comparison,))
     tables = tmp_path / "report" / "tables"
     tables.mkdir(parents=True)
     (tables / "of-before.csv").touch()

@@ -89,11 +89,11 @@ def test_warnings_survive_reuse(project):
     write_pcm24(project.folder() / "audio" / "b.wav", samples, RATE_HZ)
     project.write([r.model_copy(update={"sha256": ""}) for r in rows])
     assert project.build() == (3, 0)
-    found = project.quarantine()
-    assert [(f.recording_id, f.level, f.code) for f in found] == [("b", "warning", "clipped")]
+    findings = project.quarantine()
+    assert [(f.recording_id, f.level, f.code) for f in findings] == [("b", "warning", "clipped")]
     assert project.store().columns["flags"].values.tolist() == ["", "clipped", ""]
     assert project.build() == (0, 3)
-    assert project.quarantine() == found
+    assert project.quarantine() == findings
 
 
 def test_broken_recordings_are_findings(project):
@@ -109,12 +109,12 @@ def test_broken_recordings_are_findings(project):
     (audio / "g.wav").unlink()
     project.write([r.model_copy(update={"sha256": ""}) for r in rows])
     assert project.build() == (7, 0)
-    told = {f.recording_id: f for f in project.quarantine()}
-    assert {name: f.code for name, f in told.items()} == {
+    findings = {f.recording_id: f for f in project.quarantine()}
+    assert {name: f.code for name, f in findings.items()} == {
         "a": "empty", "b": "truncated", "c": "silent", "d": "other_rate", "e": "too_short",
         "f": "damaged", "g": "missing",
     }  # fmt: skip
-    assert all(f.level == "error" and f.fix and f.session_id == "s1" for f in told.values())
+    assert all(f.level == "error" and f.fix and f.session_id == "s1" for f in findings.values())
     store = project.store()
     assert store.columns["recording"].values.tolist() == ["s1/h"]
     assert np.isfinite(store.feature).all()
@@ -165,8 +165,8 @@ def test_a_column_that_one_session_lacks(two):
     two.write(rows, "s2")
     kind = Target(kind="classification", missing=("?",))
     targets = {"edge_mm": EDGE, "hardness": Target(kind="regression"), "kind": kind}
-    store, found = built(two, "s1", "s2", targets=targets)
-    assert found == []
+    store, findings = built(two, "s1", "s2", targets=targets)
+    assert findings == []
     np.testing.assert_array_equal(store.columns["edge_mm"].values, [500, 750, 1000] + [np.nan] * 2)
     np.testing.assert_array_equal(store.columns["hardness"].values, [np.nan] * 3 + [3, 3])
     assert store.columns["note"].values.tolist() == ["", "", "", "ü", "ü"]
@@ -176,9 +176,9 @@ def test_a_column_that_one_session_lacks(two):
 def test_nothing_usable_at_all(project):
     project.session()
     (project.folder() / "session.yaml").unlink()
-    store, found = built(project, "s1")
+    store, findings = built(project, "s1")
     assert store.feature.shape == (0, 129)
-    assert [f.code for f in found] == ["bad_session"]
+    assert [f.code for f in findings] == ["bad_session"]
     with ajgdata.load_features("d", project.root) as features:
         assert features.sizes == {"recording": 0, "frequency": 129}
 

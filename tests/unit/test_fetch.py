@@ -31,7 +31,7 @@ class Handler(http.server.SimpleHTTPRequestHandler):
     def do_GET(self):
         path = Path(self.translate_path(self.path))
         name = path.relative_to(self.directory).as_posix()
-        self.server.asked.append(name)
+        self.server.requests.append(name)
         if not path.is_file():
             self.send_error(404)
             return
@@ -48,12 +48,12 @@ class Handler(http.server.SimpleHTTPRequestHandler):
 @pytest.fixture
 def server(tree):
     handler = partial(Handler, directory=str(tree.root))
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as made:
-        made.asked, made.cut = [], {}
-        thread = threading.Thread(target=made.serve_forever, args=(0.02,))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as host:
+        host.requests, host.cut = [], {}
+        thread = threading.Thread(target=host.serve_forever, args=(0.02,))
         thread.start()
-        yield made
-        made.shutdown()
+        yield host
+        host.shutdown()
         thread.join()
 
 
@@ -62,8 +62,8 @@ def address(server) -> str:
 
 
 def test_the_same_features_on_another_machine(world, server, elsewhere):
-    told = fetch(elsewhere.paths, address(server))
-    assert (told.name, told.recordings, told.sessions) == ("d", 12, 2)
+    result = fetch(elsewhere.paths, address(server))
+    assert (result.name, result.recordings, result.sessions) == ("d", 12, 2)
     original = world[0]
     assert not elsewhere.paths.features("d").exists()
     remake(elsewhere)  # from the recordings that were fetched
@@ -109,11 +109,11 @@ def test_a_cut_download_keeps_complete_files(tree, server, elsewhere):
     server.cut["audio.zip"] = (tree / tree.ARCHIVE).stat().st_size // 2
     with pytest.raises(DataError, match=r"audio.zip: cannot be fetched .*complete files are kept"):
         fetch(elsewhere.paths, address(server))
-    first = list(server.asked)
-    server.asked.clear()
+    first = list(server.requests)
+    server.requests.clear()
     fetch(elsewhere.paths, address(server))
     assert first.index("audio.zip") > 1  # what came before it was complete
-    assert not set(first[1 : first.index("audio.zip")]) & set(server.asked)
+    assert not set(first[1 : first.index("audio.zip")]) & set(server.requests)
     assert len(list(elsewhere.root.glob("data/**/audio/*.wav"))) == 12
     assert list(elsewhere.paths.fetched.glob("[!.]*")) == []  # but for its lock
 
@@ -123,7 +123,7 @@ def test_nothing_there_is_replaced_or_downloaded_again(tree, server, elsewhere, 
     before = snapshot(elsewhere.paths.data)
     with pytest.raises(DataError, match=r"already exists. Choose another name with --name"):
         fetch(elsewhere.paths, address(server))
-    assert server.asked == ["SHA256SUMS", "dataset.yaml"]
+    assert server.requests == ["SHA256SUMS", "dataset.yaml"]
     assert snapshot(elsewhere.paths.data) == before
     elsewhere.paths.dataset("d").unlink()
     with pytest.raises(DataError, match="already has recordings"):
@@ -192,7 +192,7 @@ def test_sums_are_not_believed(tree, server, elsewhere, line, said):
         sums.write(line.format("0" * 64) + "\n")
     with pytest.raises(DataError, match=said):
         fetch(elsewhere.paths, address(server))
-    assert set(server.asked) == {tree.SUMS}
+    assert set(server.requests) == {tree.SUMS}
 
 
 def test_what_is_no_published_data_set_is_one_line(elsewhere, tmp_path):

@@ -70,15 +70,15 @@ NAMES = [f"hits/{n}_{label}.wav" for n, label in enumerate(("metal", "desk") * 3
 @pytest.fixture
 def paths(tmp_path, monkeypatch):
     monkeypatch.setenv("AJGDATA_CACHE", str(tmp_path / "cache"))
-    made = Paths(tmp_path / "project")
-    made.dataset("hits").parent.mkdir(parents=True)
+    folders = Paths(tmp_path / "project")
+    folders.dataset("hits").parent.mkdir(parents=True)
     declared = {
         "name": "hits", "licence": "none stated", "url": ADDRESS,
         "audio": {"sample_rate_hz": 8000}, "targets": {"label": {"kind": "classification"}},
         "tasks": {"label": {"target": "label"}}, "imports": {"pattern": "starter-kit"},
     }  # fmt: skip
-    made.dataset("hits").write_text(yaml.safe_dump(declared))
-    return made
+    folders.dataset("hits").write_text(yaml.safe_dump(declared))
+    return folders
 
 
 @pytest.fixture
@@ -103,8 +103,8 @@ def of_git(paths: Paths, *parts: dict) -> None:
 def held(paths: Paths) -> dict[str, bytes]:
     """The bytes of what is brought, by name."""
     root = brought("hits")
-    found = (path for path in root.rglob("*") if path.is_file() and path.name[0] != ".")
-    return {path.relative_to(root).as_posix(): path.read_bytes() for path in found}
+    members = (path for path in root.rglob("*") if path.is_file() and path.name[0] != ".")
+    return {path.relative_to(root).as_posix(): path.read_bytes() for path in members}
 
 
 @pytest.fixture

@@ -26,9 +26,9 @@ def test_label_grasp_and_sample_are_guessed():
         ("text", 2), ("number", 3), ("text", 2)
     ]  # fmt: skip
     assert form.other_files == (Path("notes final.wav"),)
-    found = groups([*GRASPS, "notes final.wav"])
-    assert len(found) == 12
-    assert found[0] == {"label": "box", "grasp": "01", "sample": "a"}
+    rows = groups([*GRASPS, "notes final.wav"])
+    assert len(rows) == 12
+    assert rows[0] == {"label": "box", "grasp": "01", "sample": "a"}
     assert groups(GRASPS, 1)[0] == {"label": "box"}
 
 

@@ -138,8 +138,8 @@ def test_what_people_wrote_into_a_session_stays(paths, kit):
 
 def test_recordings_do_not_go_into_a_simulated_data_set(paths, kit, snapshot):
     write_dataset(paths, DatasetSpec(name="d"))
-    made = Recording(recording_id="1", file="audio/1.wav", grasp_id="1")
-    write_session(paths.session("d", "s1"), Session(session_id="s1", source="virtual"), [made])
+    recording = Recording(recording_id="1", file="audio/1.wav", grasp_id="1")
+    write_session(paths.session("d", "s1"), Session(session_id="s1", source="virtual"), [recording])
     before = snapshot(paths.root)
     with pytest.raises(DataError, match="session s1 is simulated, what is to be added is recorded"):
         run(paths, kit)

@@ -19,12 +19,12 @@ def test_residuals_of_a_constant_prediction_give_the_half_width():
     """Equal spectra: each fold predicts the mean of the others. 19 grasps at 0, one at 1: the
     residual of each 0 is at most 1/16, that of the 1 is 1; 90 % need 19 of 21 weights."""
     y = np.append(np.zeros(19), 1.0)
-    made = calibration(
+    result = calibration(
         np.ones((20, 8)), y, np.arange(20), np.arange(20), model="ridge", kind="regression"
     )
-    assert made.half_width == pytest.approx(1 / 16, abs=1e-12)
-    assert made.novelty_threshold is None
-    assert "features are equal" in made.problems["novelty_threshold"]
+    assert result.half_width == pytest.approx(1 / 16, abs=1e-12)
+    assert result.novelty_threshold is None
+    assert "features are equal" in result.problems["novelty_threshold"]
 
 
 def test_what_cannot_be_calibrated_says_why():
@@ -75,10 +75,10 @@ def test_false_alarms_come_as_often_as_stated():
         grasp = np.repeat(np.arange(60), 2)
         features = spectra(np.repeat(generator.uniform(1, 4, 60), 2), generator, bins=12)
         known = grasp < 40
-        found = alarm(features[known], grasp[known], grasp[known], false_alarm=rate)
-        assert found.false_alarm == rate
+        result = alarm(features[known], grasp[known], grasp[known], false_alarm=rate)
+        assert result.false_alarm == rate
         away = Guard.of(features[known], grasp[known]).distance(features[~known])
-        flagged.append((away > found.threshold).mean())
+        flagged.append((away > result.threshold).mean())
     # of 20 worlds of 40 and 20 grasps each: sd of the mean <= sqrt(.1 * .9 * (1/40 + 1/20) / 20)
     assert np.mean(flagged) < rate + 3 * np.sqrt(0.09 * 0.075 / 20)
     assert np.mean(flagged) > 0.02
@@ -99,9 +99,9 @@ def test_a_model_in_use_stores_the_rate_at_its_own_threshold():
     edge = np.repeat([1.0, 3.0, 5.0, 7.0], 10)
     features = spectra(edge, np.random.default_rng(6))
     objects, grasp = edge.astype(str), np.arange(40)
-    found = calibration(
+    result = calibration(
         features, objects, grasp, grasp, model="linear_plain", kind="classification",
         objects=objects,
     )  # fmt: skip
-    expected = detection_rate(features, grasp, objects, found.novelty_threshold)
-    assert found.detection_rate == expected > 0.5
+    expected = detection_rate(features, grasp, objects, result.novelty_threshold)
+    assert result.detection_rate == expected > 0.5

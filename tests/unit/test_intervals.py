@@ -21,10 +21,10 @@ def test_one_recording_per_grasp_is_the_plain_bootstrap():
     of 20,000 resamples a quantile at 2.5 % has a standard error of about 1 % of the width."""
     value = np.random.default_rng(1).gamma(2.0, 1.0, 60)
     expected = bootstrap((value,), np.mean, n_resamples=20_000, method="percentile", rng=2)
-    found = mean_interval(value, np.arange(60), resamples=20_000)
-    width = found.high - found.low
-    assert found.low == pytest.approx(expected.confidence_interval.low, abs=0.05 * width)
-    assert found.high == pytest.approx(expected.confidence_interval.high, abs=0.05 * width)
+    interval = mean_interval(value, np.arange(60), resamples=20_000)
+    width = interval.high - interval.low
+    assert interval.low == pytest.approx(expected.confidence_interval.low, abs=0.05 * width)
+    assert interval.high == pytest.approx(expected.confidence_interval.high, abs=0.05 * width)
 
 
 def test_the_statistic_is_the_mean_over_folds():
@@ -39,12 +39,12 @@ def test_the_statistic_is_the_mean_over_folds():
 def test_a_grasp_that_all_folds_predict_is_drawn_once_for_all():
     """Five folds that predict the same: no narrower than one fold alone."""
     error, grasp = np.random.default_rng(5).normal(size=40), np.arange(40)
-    one = metric_interval(np.zeros(40), error, np.zeros(40, int), grasp, kind="regression")
+    single = metric_interval(np.zeros(40), error, np.zeros(40, int), grasp, kind="regression")
     five = metric_interval(
         np.zeros(200), np.tile(error, 5), np.repeat(range(5), 40), np.tile(grasp, 5),
         kind="regression",
     )  # fmt: skip
-    assert five == pytest.approx(one, rel=1e-12)
+    assert five == pytest.approx(single, rel=1e-12)
 
 
 def test_a_target_with_a_period_errs_the_short_way_round():
@@ -80,8 +80,8 @@ def test_all_right_or_all_wrong_is_the_exact_interval_of_grasps(right, low, high
     y_true = np.ones(40, int)
     y_pred = np.full(40, int(right > 0))
     grasp = np.repeat(np.arange(20), 2)
-    found = metric_interval(y_true, y_pred, np.arange(40) // 8, grasp, kind="classification")
-    assert found == pytest.approx((low, high), abs=1e-4)
+    interval = metric_interval(y_true, y_pred, np.arange(40) // 8, grasp, kind="classification")
+    assert interval == pytest.approx((low, high), abs=1e-4)
 
 
 def test_exact_intervals_are_those_of_the_beta_distribution():
@@ -89,8 +89,8 @@ def test_exact_intervals_are_those_of_the_beta_distribution():
 
 
 def test_an_error_without_variance_has_no_interval():
-    found = metric_interval(np.ones(60), np.ones(60), ONE_FOLD, np.arange(60), kind="regression")
-    assert not found.is_defined
+    interval = metric_interval(np.ones(60), np.ones(60), ONE_FOLD, np.arange(60), kind="regression")
+    assert not interval.is_defined
     single = metric_interval(
         np.zeros(4), np.arange(4.0), np.zeros(4, int), np.zeros(4), kind="regression"
     )

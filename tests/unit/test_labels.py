@@ -32,8 +32,8 @@ def test_cells(text, target, value):
 
 
 def test_cells_that_are_no_values_are_named():
-    told = bad_labels("s1", "b", row(edge_mm="1,5"), {"edge_mm": SIZE})
-    assert [(f.session_id, f.recording_id, f.level, f.problem) for f in told] == [
+    findings = bad_labels("s1", "b", row(edge_mm="1,5"), {"edge_mm": SIZE})
+    assert [(f.session_id, f.recording_id, f.level, f.problem) for f in findings] == [
         ("s1", "b", "warning", "edge_mm = '1,5' is not a finite number: no task of edge_mm uses it")
     ]
     for cell in ("1", "n/a", ""):
@@ -42,11 +42,11 @@ def test_cells_that_are_no_values_are_named():
 
 def test_copies():
     names = ["s1/a", "s1/b", "s2/a", "s2/b", "s2/c"]
-    told = copies(names, ["1", "2", "1", "3", "3"], [("x",), ("x",), ("x",), ("x",), ("y",)])
-    assert {index: (f.recording_id, f.level, f.code) for index, f in told.items()} == {
+    findings = copies(names, ["1", "2", "1", "3", "3"], [("x",), ("x",), ("x",), ("x",), ("y",)])
+    assert {index: (f.recording_id, f.level, f.code) for index, f in findings.items()} == {
         2: ("a", "warning", "copy"),
         3: ("b", "error", "two_labels"),
         4: ("c", "error", "two_labels"),
     }
-    assert told[2].problem == "the same bytes as s1/a (2 recordings); left out"
-    assert told[3].problem == "the same bytes as s2/c (2 recordings), labelled otherwise"
+    assert findings[2].problem == "the same bytes as s1/a (2 recordings); left out"
+    assert findings[3].problem == "the same bytes as s2/c (2 recordings), labelled otherwise"

@@ -52,9 +52,9 @@ def test_beyond_its_limit_a_model_learns_from_some_of_each_group(monkeypatch):
     np.testing.assert_array_equal(fitted[-1]._fit_X, x[thinned(group, 16, y)])
     few = replace(MODELS["knn_plain"], most_recordings=16)
     monkeypatch.setitem(MODELS, "knn_plain", few)
-    found = cross_validate(x, y, group, kind="classification", model="knn_plain", folds=5)
-    assert found.thinned == ((16, 48),) * 5
-    assert found.scores.recordings == 60  # all are predicted
+    result = cross_validate(x, y, group, kind="classification", model="knn_plain", folds=5)
+    assert result.thinned == ((16, 48),) * 5
+    assert result.scores.recordings == 60  # all are predicted
 
 
 def test_a_tuned_model_is_chosen_on_some_and_learns_from_all():

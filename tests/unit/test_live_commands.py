@@ -94,7 +94,7 @@ def run(trained, tmp_path, monkeypatch):
         (root / name).symlink_to(trained.root / name)
     monkeypatch.chdir(root)
     monkeypatch.setenv("AJGDATA_ROOT", str(root))
-    return lambda *arguments: RUNNER.invoke(app, [str(one) for one in arguments])
+    return lambda *arguments: RUNNER.invoke(app, [str(argument) for argument in arguments])
 
 
 def plan(**changes):
@@ -221,10 +221,10 @@ case "$asked" in *'"jam"'*) sleep 30;; esac
 
 def test_sigterm_in_the_middle_of_a_step_halts_the_robot(run):
     """The robot's program sleeps while it jams: it is ended, and `halt` is its next step."""
-    made = plan(objects=["screw"], robot={"command": ["sh", "-c", ROBOT]}, references=None)
+    file = plan(objects=["screw"], robot={"command": ["sh", "-c", ROBOT]}, references=None)
     log = Path("robot.log")
     log.touch()
-    program = [sys.executable, "-c", "from ajgdata.cli import main; main()", "sort", made]
+    program = [sys.executable, "-c", "from ajgdata.cli import main; main()", "sort", file]
     process = subprocess.Popen(
         program, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )

@@ -31,8 +31,8 @@ def test_recordings_are_the_samples_with_time_in_seconds(project):
     assert (loaded.time.attrs["units"], loaded.waveform.attrs["units"]) == ("s", "1")
     assert loaded.attrs == {"data_set": "d", "source": "recorded", "sample_rate_hz": RATE_HZ}
     for name, hz in {"s1/a": 500, "s1/b": 750, "s2/a": 1000}.items():
-        one = loaded.waveform.sel(recording=name)
-        np.testing.assert_allclose(one, tone(hz), atol=STEP)
+        waveform = loaded.waveform.sel(recording=name)
+        np.testing.assert_allclose(waveform, tone(hz), atol=STEP)
     # the phase of a sine at a time in seconds does not depend on how samples are numbered
     part = loaded.waveform.sel(recording="s2/a", time=slice(0.1, 0.11))
     np.testing.assert_allclose(part, 0.5 * np.sin(2 * np.pi * 1000 * part.time), atol=STEP)
@@ -78,7 +78,7 @@ def test_what_cannot_be_used_is_excluded_or_missing(project):
     project.write([*rows[:2], bad, rejected])
     with pytest.warns(UserWarning, match=r"of d: ") as warned:
         loaded = load(project)
-    excluded, used = (str(one.message) for one in warned)
+    excluded, used = (str(warning.message) for warning in warned)
     assert excluded.startswith("recordings of d: 1 excluded; s1/b: sampled at 16000 Hz")
     assert used.startswith("recordings of d: 1 used with an issue; s1/c: edge_mm = 'large' is not")
     assert loaded.recording.values.tolist() == ["s1/a", "s1/c"]

@@ -16,9 +16,9 @@ def result(digest: str, value: float) -> dict:
 
 
 def test_the_range_is_over_all_variants_that_were_measured():
-    found = {HERE_RUN: result("a", 0.775), "A=1": result("b", 0.7625), "B=1": result("a", 0.775)}
-    found |= {"C=1": result("c", 0.78125), "D=1": {"steps": {}}}
-    row = compared(ROW, found)
+    runs = {HERE_RUN: result("a", 0.775), "A=1": result("b", 0.7625), "B=1": result("a", 0.775)}
+    runs |= {"C=1": result("c", 0.78125), "D=1": {"steps": {}}}
+    row = compared(ROW, runs)
     assert row == {
         "figure": "ycb", "experiment": NAME, "part": "grouped mean", "unit": "%",
         "value": 77.5, "smallest": 76.25, "largest": 78.125, "spread": 1.875,

@@ -11,16 +11,16 @@ from ajgdata.pipeline.opening import field_of
 def test_sound_is_at_the_object_and_at_the_microphone_when_it_is_said_to_be(monkeypatch):
     monkeypatch.setattr(adapter, "FIELD_MM", 3.0)
     scene = Scene.model_validate({"object": "golf_ball"})
-    found = field_of(scene)
-    moments = 1e3 * found.times_s
-    assert found.frames.shape[0] == 3 and list(moments) == sorted(moments)
+    field = field_of(scene)
+    moments = 1e3 * field.times_s
+    assert field.frames.shape[0] == 3 and list(moments) == sorted(moments)
     # 345 m/s: from (-35, 45) mm to the top of the ball, some 22 mm below the rim, and to (34, 45)
     assert moments[1] == pytest.approx(np.hypot(35, 67) / 345, rel=0.05)
     assert moments[2] == pytest.approx((np.hypot(35, 67) + np.hypot(34, 67)) / 345, rel=0.05)
 
     def loudest(index, x_mm, z_mm):
-        near = np.abs(found.across_m - x_mm / 1e3)[None] + np.abs(found.up_m - z_mm / 1e3)[:, None]
-        return np.abs(found.frames[index])[near < 8e-3].max() / np.abs(found.frames[0]).max()
+        near = np.abs(field.across_m - x_mm / 1e3)[None] + np.abs(field.up_m - z_mm / 1e3)[:, None]
+        return np.abs(field.frames[index])[near < 8e-3].max() / np.abs(field.frames[0]).max()
 
     at_object, at_microphone = [[loudest(n, *at) for n in range(3)] for at in ((0, -18), (34, 42))]
     assert at_object[0] < 0.01 < at_object[1]

@@ -36,7 +36,7 @@ def test_only_what_has_sessions_or_a_recipe_is_run(tmp_path):
     declare(paths, "made", recipe=RECIPE)
     hold(paths, "imported", "day1")
     plans = plan(paths)
-    assert {name: one.sessions for name, one in plans.items()} == {
+    assert {name: entry.sessions for name, entry in plans.items()} == {
         "imported": ("day1",),
         "made": ("virtual-01", "virtual-02"),
     }
@@ -118,9 +118,9 @@ def test_a_session_follows_from_its_part_of_the_recipe(tmp_path):
 
     def hashes(**changes):
         declare(paths, "made", **{**spec, **changes})
-        made = read_dataset(paths, "made")
-        names = session_names(made.recipe)
-        return {name: recipe_hash(made.recipe, name, made.excitation) for name in names}
+        dataset = read_dataset(paths, "made")
+        names = session_names(dataset.recipe)
+        return {name: recipe_hash(dataset.recipe, name, dataset.excitation) for name in names}
 
     first = hashes()
     more = hashes(recipe={**spec["recipe"], "sessions": 3})

@@ -98,15 +98,15 @@ def test_every_recording_gives_the_numbers_of_the_workflow(trained, task, model)
     for row, name in enumerate(names):
         feature = predictor.feature(samples[name], RATE_HZ)
         np.testing.assert_array_equal(feature, store.feature[row])  # bit for bit
-        one = predictor.predict(samples[name], RATE_HZ)
-        assert one == predictor.predict_file(files[name])
-        assert (one.value, one.verdict) == (together[row].value, together[row].verdict)
-        assert one.value == expected[row]
-        assert one.novelty == together[row].novelty
-        assert list(one.probability) == (["a", "b", "c"] if model == "linear" else [])
-        assert one.probability == pytest.approx(together[row].probability, abs=1e-12)
-        assert json.loads(json.dumps(one.plain()))["value"] == one.value
-        assert one.verdict is (Verdict.KNOWN if row % 26 < 24 else Verdict.NOTHING)
+        answer = predictor.predict(samples[name], RATE_HZ)
+        assert answer == predictor.predict_file(files[name])
+        assert (answer.value, answer.verdict) == (together[row].value, together[row].verdict)
+        assert answer.value == expected[row]
+        assert answer.novelty == together[row].novelty
+        assert list(answer.probability) == (["a", "b", "c"] if model == "linear" else [])
+        assert answer.probability == pytest.approx(together[row].probability, abs=1e-12)
+        assert json.loads(json.dumps(answer.plain()))["value"] == answer.value
+        assert answer.verdict is (Verdict.KNOWN if row % 26 < 24 else Verdict.NOTHING)
 
 
 def test_probabilities_are_scaled_by_the_stored_temperature(trained):
@@ -116,8 +116,8 @@ def test_probabilities_are_scaled_by_the_stored_temperature(trained):
     store = read_store(trained.paths.features("d"))
     log_p = np.log(estimator.predict_proba(store.feature[:5])) / about["calibration"]["temperature"]
     by_hand = np.exp(log_p) / np.exp(log_p).sum(axis=1, keepdims=True)
-    found = [list(p.probability.values()) for p in predictor.of_features(store.feature[:5])]
-    np.testing.assert_allclose(found, by_hand, atol=1e-9)
+    shares = [list(p.probability.values()) for p in predictor.of_features(store.feature[:5])]
+    np.testing.assert_allclose(shares, by_hand, atol=1e-9)
     assert about["calibration"]["folds"] == 2
     assert about["classes"] == ["a", "b", "c"]
     assert about["audio"]["sample_rate_hz"] == RATE_HZ
@@ -166,11 +166,11 @@ UNUSABLE = {
 def test_what_the_workflow_refuses_is_refused_in_its_words(trained, tmp_path, samples):
     soundfile.write(tmp_path / "x.wav", samples, RATE_HZ, subtype="FLOAT")
     predictor = load(trained, "what", "linear")
-    found = examine(tmp_path / "x.wav", predictor.audio, predictor.features.window)
-    assert found.samples is None
+    result = examine(tmp_path / "x.wav", predictor.audio, predictor.features.window)
+    assert result.samples is None
     with pytest.raises(DataError) as refused:
         predictor.predict(samples, RATE_HZ)
-    assert (refused.value.problem, refused.value.fix) == found.remarks[-1][2:]
+    assert (refused.value.problem, refused.value.fix) == result.remarks[-1][2:]
 
 
 def test_another_rate_or_channel_is_refused_but_in_files_that_the_data_set_converts(

@@ -49,14 +49,14 @@ def test_rounds_go_round_the_objects():
 
 
 def test_a_random_order_is_one_of_each_round_and_the_same_again():
-    asked = protocol(order="random", grasps_per_object=30)
-    plan = [g.object for g in plan_protocol(asked, "s1")]
+    spec = protocol(order="random", grasps_per_object=30)
+    plan = [g.object for g in plan_protocol(spec, "s1")]
     rounds = [tuple(plan[at : at + 3]) for at in range(0, 90, 3)]
-    assert all(sorted(one) == ["ball", "bar", "cube"] for one in rounds)
+    assert all(sorted(names) == ["ball", "bar", "cube"] for names in rounds)
     assert len(set(rounds)) == 6  # 3! orders; that one of them is missing: 6 (5/6)^30 = 2.5 %
-    assert plan == [g.object for g in plan_protocol(asked, "s1")]
-    assert plan != [g.object for g in plan_protocol(asked, "s2")]
-    assert plan != [g.object for g in plan_protocol(asked.model_copy(update={"seed": 1}), "s1")]
+    assert plan == [g.object for g in plan_protocol(spec, "s1")]
+    assert plan != [g.object for g in plan_protocol(spec, "s2")]
+    assert plan != [g.object for g in plan_protocol(spec.model_copy(update={"seed": 1}), "s1")]
 
 
 def test_references_stand_before_every_nth_grasp():

@@ -50,15 +50,15 @@ def test_both_descriptions_say_what_was_declared(world):
     assert croissant["creator"] == {"@type": "sc:Person", "name": "A. Nobody"}
     assert croissant["datePublished"] == commit_date()
     assert croissant["license"] == package["licenses"][0]["path"]
-    described = {one["name"]: one["description"] for one in croissant["recordSet"][0]["field"]}
+    described = {item["name"]: item["description"] for item in croissant["recordSet"][0]["field"]}
     assert described["edge_mm"] == "length of the edge (mm)"
-    fields = {one["name"]: one for one in package["resources"][0]["schema"]["fields"]}
+    fields = {item["name"]: item for item in package["resources"][0]["schema"]["fields"]}
     assert fields["edge_mm"]["unit"] == "mm"
     assert fields["recording"]["constraints"] == {"required": True, "unique": True}
-    for one in (*croissant["distribution"][:3], *package["resources"]):
-        path = tree / one.get("contentUrl", one.get("path"))
+    for item in (*croissant["distribution"][:3], *package["resources"]):
+        path = tree / item.get("contentUrl", item.get("path"))
         size = path.stat().st_size
-        assert one.get("contentSize", f"{one.get('bytes')} B") == f"{size} B"
+        assert item.get("contentSize", f"{item.get('bytes')} B") == f"{size} B"
 
 
 def test_the_card_says_what_was_left_out_and_is_no_html(world):

@@ -54,8 +54,8 @@ def test_half_the_amplitude_is_a_quarter_of_the_energy_and_the_band_selects():
     """Sines within and outside the band; Hann leaks below 1e-9 of its power 20 bins away."""
     time = np.arange(44_100) / 44_100
     low, high = np.sin(2 * np.pi * 1_000 * time), np.sin(2 * np.pi * 9_000 * time)
-    made = [spectrum(s, 44_100, POWER) for s in (low + high, 0.5 * low + high, low)]
-    power, frequency = np.stack(made), np.fft.rfftfreq(2048, 1 / 44_100)
+    spectra = [spectrum(s, 44_100, POWER) for s in (low + high, 0.5 * low + high, low)]
+    power, frequency = np.stack(spectra), np.fft.rfftfreq(2048, 1 / 44_100)
     loud, half, alone = band_energy(power, frequency, (500, 2_000))
     assert half / loud == pytest.approx(0.25, rel=1e-6)
     assert alone / loud == pytest.approx(1, rel=1e-6)

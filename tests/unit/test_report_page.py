@@ -22,7 +22,7 @@ LISTED = [Link("experiments/size.html", "How large?", "Paper's")]
 
 
 def render(report: Report, *more) -> dict[str, str]:
-    figures = {one.name: picture(one, "figures") for one in illustrations(report)}
+    figures = {figure.name: picture(figure, "figures") for figure in illustrations(report)}
     nav = navigation(LISTED, ["accuracy"], compares=bool(report.comparisons))
     return render_pages(report, figures, nav, *more)
 
@@ -65,20 +65,20 @@ def test_nothing_is_fetched(html):
 
 
 def test_links_stay_in_the_report_and_the_results(pages):
-    drawn = [one.name for one in illustrations(sample_report())]
+    drawn = [figure.name for figure in illustrations(sample_report())]
     files = {f"figures/{name}.{suffix}" for name in drawn for suffix in ("svg", "pdf")}
     ids = {name: {a["id"] for _, a in Page(html).tags if "id" in a} for name, html in pages.items()}
-    found = set()
+    targets = set()
     for name, html in pages.items():
         for link in (a["href"] for a in Page(html).all("a")):
             path, _, anchor = link.partition("#")
             folder = PurePosixPath(name).parent
             there = posixpath.normpath(folder / path) if path else name
             assert not anchor or anchor in ids[there], link
-            found.add(there)
+            targets.add(there)
     elsewhere = {"accuracy.html", "../quarantine/stones.csv"}
     elsewhere |= {"../metrics.csv", "../predictions.csv"}
-    assert found == set(pages) | files | elsewhere
+    assert targets == set(pages) | files | elsewhere
 
 
 def test_each_task_says_simulated_or_recorded_and_has_the_published_value(pages):
@@ -154,12 +154,12 @@ def test_without_published_values_the_first_page_has_models_and_next_steps():
 def test_skill_is_0_at_chance_and_1_without_error():
     """Chance 5.2 mm; ours 0.7 ± 0.1 mm, k-NN 0.9 ± 0.2 mm, the paper 2.6 mm."""
     (row,) = paper_rows([FOUND])
-    found = {position.role: position for position in row.positions}
-    assert found["ours"].at == pytest.approx(place(1 - 0.7 / 5.2))
+    positions = {position.role: position for position in row.positions}
+    assert positions["ours"].at == pytest.approx(place(1 - 0.7 / 5.2))
     ends = place(1 - 0.8 / 5.2), place(1 - 0.6 / 5.2)
-    assert (found["ours"].low, found["ours"].high) == pytest.approx(ends)
-    assert found["baseline"].at == pytest.approx(place(1 - 0.9 / 5.2))
-    assert found["paper"].at == pytest.approx(place(0.5))
+    assert (positions["ours"].low, positions["ours"].high) == pytest.approx(ends)
+    assert positions["baseline"].at == pytest.approx(place(1 - 0.9 / 5.2))
+    assert positions["paper"].at == pytest.approx(place(0.5))
     assert row.alt == "skill: published value 0.5, best other model 0.83, our result 0.87"
 
 
@@ -199,11 +199,11 @@ def test_a_cause_has_the_evidence_and_names_of_its_results_and_supported_ones_co
     html = render(report)["experiments/size.html"]
     section = html[html.index('id="why"') : html.index('id="details"')]
     items = [re.sub(r"<[^>]+>", "", item) for item in re.findall(r"<li>(.*?)</li>", section)]
-    one, other = rows[0].name, rows[1].name
+    name, other = rows[0].name, rows[1].name
     assert items == [
-        f"Supported ({one}): scatter: no scatter (CNN 0.7 → 1.4).",
+        f"Supported ({name}): scatter: no scatter (CNN 0.7 → 1.4).",
         f"Supported ({other}): scatter: no scatter (CNN 0.8 → 1.6).",
-        f"Not supported ({one}; {other}): noise.",
+        f"Not supported ({name}; {other}): noise.",
     ]
 
 

@@ -25,12 +25,12 @@ def made_up(seed, count=300):
     return ImpulseResponse(samples, 1 / 3, 44_100, 17, about, outside)
 
 
-def same(one, other):
-    assert one.samples.tobytes() == other.samples.tobytes()
-    assert (one.outside is None) == (other.outside is None)
-    if one.outside is not None:
-        assert one.outside.tobytes() == other.outside.tobytes()
-    assert replace(one, samples=0, outside=0) == replace(other, samples=0, outside=0)
+def same(first, second):
+    assert first.samples.tobytes() == second.samples.tobytes()
+    assert (first.outside is None) == (second.outside is None)
+    if first.outside is not None:
+        assert first.outside.tobytes() == second.outside.tobytes()
+    assert replace(first, samples=0, outside=0) == replace(second, samples=0, outside=0)
 
 
 @pytest.fixture

@@ -62,14 +62,14 @@ def test_a_program_gets_every_step(tmp_path):
     robot.move("place", bin="A")
     robot.move("halt", held="cube")
     assert forces == [7.75]
-    asked = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
-    assert [one["step"] for one in asked] == [
+    steps = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
+    assert [step["step"] for step in steps] == [
         "loosen", "approach", "hold", "jam", "lift", "release", "place", "halt"
     ]  # fmt: skip
-    assert asked[1] == {
+    assert steps[1] == {
         "step": "approach", "grasp_id": "cube_01", "object": "cube", "number": 1, "force_n": 8.0
     }  # fmt: skip
-    assert (asked[2]["seconds"], asked[-2]["bin"], asked[-1]["held"]) == (1.5, "A", "cube")
+    assert (steps[2]["seconds"], steps[-2]["bin"], steps[-1]["held"]) == (1.5, "A", "cube")
 
 
 @pytest.mark.parametrize(

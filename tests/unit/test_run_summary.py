@@ -19,13 +19,13 @@ KINDS = ("cross_validation-cnn", "cross_validation-knn", "reflected_energy")
 def paths(tmp_path, monkeypatch) -> Paths:
     """A data set with two recordings left out, and two tasks: of `t` one of three is there."""
     monkeypatch.setattr("ajgdata.pipeline.run_summary.machine_line", lambda: "machine: fast")
-    made = Paths(tmp_path)
-    write_store(made.features("d"), small_store())
+    folders = Paths(tmp_path)
+    write_store(folders.features("d"), small_store())
     finding = Finding("s", "1", "", "error", "silent", "p", "f")
-    found = [finding, Finding("s", "1", "", "error", "short", "p", "f")]
-    found += [Finding("s", "2", "", "warning", "copy", "p", "f")]
-    found += [Finding("s", "3", "", "warning", "quiet", "p", "f")]  # used all the same
-    write_findings(made.quarantine("d"), found)
+    findings = [finding, Finding("s", "1", "", "error", "short", "p", "f")]
+    findings += [Finding("s", "2", "", "warning", "copy", "p", "f")]
+    findings += [Finding("s", "3", "", "warning", "quiet", "p", "f")]  # used all the same
+    write_findings(folders.quarantine("d"), findings)
     lacks = {"skipped": "one class only"}
     results = [
         {
@@ -36,10 +36,10 @@ def paths(tmp_path, monkeypatch) -> Paths:
         for kind in KINDS
     ]
     about = {"agreements": {"agrees": 3, "worse": 2}, "answer": ["A.", "B."]}
-    write_bytes(made.runs, json_bytes({**about, "measurements": results}))
-    model = made.model("d", "t", "cnn") / "model.json"
+    write_bytes(folders.runs, json_bytes({**about, "measurements": results}))
+    model = folders.model("d", "t", "cnn") / "model.json"
     write_bytes(model, json_bytes({"skipped": "one class only"}))
-    return made
+    return folders
 
 
 def summary(paths) -> list[str]:
@@ -97,8 +97,8 @@ def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path)
 def test_a_run_of_some_data_sets_is_named_after_them(tmp_path):
     assert run_name([]) == "" and run_name(["b", "a"]) == run_name(["a", "b"]) == "a+b"
     many = [f"data_set_{n}" for n in range(20)]
-    others = [*many[:-1], "another"]
-    assert run_name(many) != run_name(others)
+    similar = [*many[:-1], "another"]
+    assert run_name(many) != run_name(similar)
     assert len(run_name(many)) < 100 and run_name(many).startswith("data_set_0+19~")
     whole, alone = Paths(tmp_path), Paths(tmp_path, "a+b")
     together = ("report", "runs", "metrics_table", "predictions")

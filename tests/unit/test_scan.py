@@ -69,8 +69,8 @@ def test_regular_expression_with_roles(tmp_path):
 )
 def test_the_number_of_a_repeat_as_spreadsheets_write_it(tmp_path, said, sample):
     table(files(tmp_path, "a.wav"), f'name,sample\na,"{said}"\n')
-    (one,) = scanned(tmp_path, table="t.csv", file="{name}.wav", grasp="{name}").files
-    assert one.cells["sample"] == sample
+    (file,) = scanned(tmp_path, table="t.csv", file="{name}.wav", grasp="{name}").files
+    assert file.cells["sample"] == sample
 
 
 def table(folder: Path, text: str) -> Path:

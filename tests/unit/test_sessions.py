@@ -114,10 +114,10 @@ def test_a_bad_row_is_named_and_the_others_are_kept(tmp_path):
     )
     recordings, findings = read_recordings(folder)
     assert [r.recording_id for r in recordings] == ["a"]
-    told = {f.problem: (f.recording_id, f.code) for f in findings}
+    problems = {f.problem: (f.recording_id, f.code) for f in findings}
     assert len(findings) == 7
-    assert told["2 rows share this recording_id"] == ("h", "duplicate_id")
-    rows = {name: problem for problem, (name, code) in told.items() if code == "bad_row"}
+    assert problems["2 rows share this recording_id"] == ("h", "duplicate_id")
+    rows = {name: problem for problem, (name, code) in problems.items() if code == "bad_row"}
     # line numbers count the empty line, as every editor does
     assert rows["b"].startswith("recordings.csv row 4: sample = 'many': Input should be")
     assert rows["row 5"] == "recordings.csv row 5: recording_id is missing"

@@ -23,8 +23,8 @@ def elsewhere(*, quiet: bool) -> FeatureRows:
 
 
 def measured(model="linear", settings=None, **changes):
-    others = {"loud": elsewhere(quiet=False), "quiet": elsewhere(quiet=True)}
-    given = inputs(**({"other_sets": others} | changes))
+    sets = {"loud": elsewhere(quiet=False), "quiet": elsewhere(quiet=True)}
+    given = inputs(**({"other_sets": sets} | changes))
     settings = settings or Settings(test_on=("loud", "quiet"))
     return {table.name: table for table in shortcut.measure(given, settings, model).tables}
 

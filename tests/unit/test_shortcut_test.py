@@ -15,7 +15,7 @@ def noise(seed: int) -> np.ndarray:
     return np.random.default_rng(seed).normal(size=len(GROUP))
 
 
-def asked(predicted, y=ANGLE, kind="regression", period=None, seed=0, permutations=199):
+def shortcut(predicted, y=ANGLE, kind="regression", period=None, seed=0, permutations=199):
     return shortcut_test(
         y, predicted, FOLD, GROUP, kind=kind, period=period, permutations=permutations, seed=seed
     )
@@ -26,40 +26,40 @@ def test_a_trace_of_the_truth_is_flagged_wherever_the_predictions_lie(period):
     """Each fold's model is off by something else, and answers in its own sense."""
     offset, sense = 40.0 * FOLD, np.where(FOLD % 2, -1e-3, 1e-3)
     tilt = ANGLE if period is None else 90 * np.sin(2 * np.pi * ANGLE / 180)
-    found = asked(offset + sense * tilt, period=period)
-    assert found.p == 1 / 200 < LEVEL
-    assert found.value > 0.5 > found.null
+    result = shortcut(offset + sense * tilt, period=period)
+    assert result.p == 1 / 200 < LEVEL
+    assert result.value > 0.5 > result.null
     if period is None:
-        assert found.value == pytest.approx(1)
+        assert result.value == pytest.approx(1)
 
 
 def test_true_angles_correlate_fully_and_a_constant_not_at_all():
-    assert asked(ANGLE + 360, period=180.0).value == pytest.approx(1)
-    constant = asked(np.full(len(GROUP), 130.0), period=180.0)
+    assert shortcut(ANGLE + 360, period=180.0).value == pytest.approx(1)
+    constant = shortcut(np.full(len(GROUP), 130.0), period=180.0)
     assert (constant.value, constant.p) == (0, 1)
-    assert asked(np.full(len(GROUP), 130.0)).p == 1
+    assert shortcut(np.full(len(GROUP), 130.0)).p == 1
 
 
 def test_noise_is_as_seldom_improbable_as_p_says():
     """p <= 0.05 in one of 20 tests: of 20, six or more happen once in 3000 times; and the mean of
     20 values that are uniform in 0..1 has a standard deviation of 0.065."""
-    found = [asked(noise(n), seed=n, permutations=59).p for n in range(20)]
-    assert sum(p <= 0.05 for p in found) < 6
-    assert abs(np.mean(found) - 0.5) < 4 * 0.065
+    values = [shortcut(noise(n), seed=n, permutations=59).p for n in range(20)]
+    assert sum(p <= 0.05 for p in values) < 6
+    assert abs(np.mean(values) - 0.5) < 4 * 0.065
 
 
 def test_classes_that_are_mistaken_for_others_in_turn_are_flagged():
     y = np.array(["a", "b", "c"])[(GROUP // 5) % 3]
     wrong = np.array(["b", "c", "a"])[(GROUP // 5) % 3]
-    found = asked(wrong, y=y, kind="classification")
-    assert found.p < LEVEL and found.measure == "mutual information"
-    same = asked(np.full(len(GROUP), "a"), y=y, kind="classification")
+    result = shortcut(wrong, y=y, kind="classification")
+    assert result.p < LEVEL and result.measure == "mutual information"
+    same = shortcut(np.full(len(GROUP), "a"), y=y, kind="classification")
     assert (same.value, same.p) == (0, 1)
 
 
 def test_groups_exchange_their_labels_as_a_whole():
     """Predictions that know the grasp, not its label: rows exchanged alone seem improbable."""
     per_grasp = np.random.default_rng(1).normal(size=GROUPS)[GROUP]
-    assert asked(per_grasp).p > LEVEL
+    assert shortcut(per_grasp).p > LEVEL
     with pytest.raises(ValueError, match="a group holds several labels"):
-        asked(ANGLE, y=noise(0))
+        shortcut(ANGLE, y=noise(0))

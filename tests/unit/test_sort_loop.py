@@ -47,7 +47,7 @@ def test_the_paper_s_sequence_object_by_object(cell):
     assert kinds == ["start", *once * 3, "stopped"]
     assert [event["n"] for event in cell.events()] == list(range(len(kinds)))
     last = cell.events("stopped")[0]
-    assert (last["reason"], last["held"], last["sorts"]) == ("nothing is left to sort", "", 3)
+    assert (last["reason"], last["held"], last["sorts"]) == ("no object is left", "", 3)
 
 
 def test_an_object_in_doubt_stops_the_run_as_in_the_paper(cell):
@@ -59,8 +59,8 @@ def test_an_object_in_doubt_stops_the_run_as_in_the_paper(cell):
 
 
 def test_nothing_held_waits_for_something(cell):
-    made = plan(nothing="wait", wait_s=0.25, objects=["empty", "ball"])
-    done = cell.run(made, EMPTY, BALL)
+    sort_plan = plan(nothing="wait", wait_s=0.25, objects=["empty", "ball"])
+    done = cell.run(sort_plan, EMPTY, BALL)
     assert len(done.placed) == 1
     waited = ["loosen", "approach", "hold", "release", "hold"]
     assert cell.robot.names == [*waited, *ONE_SORT]
@@ -90,14 +90,14 @@ def test_a_known_object_is_labelled_and_its_mistakes_count(cell):
 
 
 def test_references_come_first_and_every_few_grasps(cell):
-    made = plan(references={"every": 2}, sorts=5)
+    sort_plan = plan(references={"every": 2}, sorts=5)
     predictions = (STRANGE, BALL, BALL, EMPTY, BALL, BALL, STRANGE, BALL)
-    with cell.open(made, *predictions) as sorter:
+    with cell.open(sort_plan, *predictions) as sorter:
         sorter.run()
         assert [f.shape for f in sorter.senses.references] == [(1, 129)] * 3
-    found = cell.events("reference", "drift")
+    events = cell.events("reference", "drift")
     # The first reference has none to be compared with.
-    assert [e.get("verdict", e["event"]) for e in found] == [
+    assert [e.get("verdict", e["event"]) for e in events] == [
         "unknown",
         "nothing",
         "unknown",
@@ -121,14 +121,14 @@ def test_each_reference_is_judged_by_the_model_as_it_was_loaded(cell):
     with cell.open(plan(references={"every": 1}, sorts=2), BALL) as sorter:
         sorter.senses = Changed(STRANGE)
         sorter.run()
-    found = cell.events("reference", "drift")
-    assert [e.get("verdict", e["event"]) for e in found] == ["unknown", "drift"] * 2
+    events = cell.events("reference", "drift")
+    assert [e.get("verdict", e["event"]) for e in events] == ["unknown", "drift"] * 2
 
 
 def test_arrivals_in_random_order_are_the_same_for_one_seed():
-    made = plan(**GIVEN, order="random", seed=1)
-    first = list(itertools.islice(arrivals(made), 300))
-    assert first == list(itertools.islice(arrivals(made), 300))
+    sort_plan = plan(**GIVEN, order="random", seed=1)
+    first = list(itertools.islice(arrivals(sort_plan), 300))
+    assert first == list(itertools.islice(arrivals(sort_plan), 300))
     # 100 of each expected, of standard deviation 8.2: five of them.
     assert all(abs(first.count(name) - 100) < 41 for name in ("ball", "cube", "rod"))
 

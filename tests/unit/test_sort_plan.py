@@ -8,9 +8,9 @@ from ajgdata.types.protocol import SortPlan
 
 
 def test_the_defaults_are_the_paper_s():
-    made = SortPlan.model_validate({k: v for k, v in PLAN.items() if k not in ("references",)})
-    assert (made.threshold, made.below, made.force_n) == (0.6, "stop", 8.0)
-    assert made.references.every == 10
+    defaults = SortPlan.model_validate({k: v for k, v in PLAN.items() if k not in ("references",)})
+    assert (defaults.threshold, defaults.below, defaults.force_n) == (0.6, "stop", 8.0)
+    assert defaults.references.every == 10
 
 
 @pytest.mark.parametrize(

@@ -61,9 +61,9 @@ def test_calibration_holds_groups_out_twice():
     group = np.repeat(np.arange(24), 2)
     y = np.array(["a", "b"])[group % 2]
     x = np.exp((group % 2)[:, None] * 0.3 + rng.normal(size=(24, 20))[group]).astype(np.float32)
-    found = calibrated(x, y, group, model="linear_plain", folds=3)
-    assert found.classes.tolist() == ["a", "b"]
-    for p in (found.plain, found.scaled):
+    result = calibrated(x, y, group, model="linear_plain", folds=3)
+    assert result.classes.tolist() == ["a", "b"]
+    for p in (result.plain, result.scaled):
         np.testing.assert_allclose(p.sum(axis=1), 1)
     parts = grouped_folds(y, group, "classification", 3, 0)
     for train, test in parts:
@@ -76,11 +76,11 @@ def test_calibration_holds_groups_out_twice():
             kind="classification",
         )
         # what training for use stores
-        scaled = with_temperature(found.plain[test], shipped.temperature)
-        np.testing.assert_array_equal(found.scaled[test], scaled)
+        scaled = with_temperature(result.plain[test], shipped.temperature)
+        np.testing.assert_array_equal(result.scaled[test], scaled)
         # grasps of such spread are near chance; logistic regression separates its own perfectly
         assert shipped.temperature > 1
-    sharp, flat = found.plain.max(axis=1), found.scaled.max(axis=1)
+    sharp, flat = result.plain.max(axis=1), result.scaled.max(axis=1)
     assert (flat <= sharp + 1e-12).all()
     with pytest.raises(ValueError, match="model 'svm' has no probabilities"):
         calibrated(x, y, group, model="svm", folds=3)
@@ -96,8 +96,8 @@ def test_runs_end_where_nothing_is_probable_enough():
     # geometric with mean 1 and variance 2: three standard deviations of the mean
     assert abs(np.mean(sorts) - 1) < 3 * math.sqrt(2 / 2000)
     assert np.array_equal(stream(label, 5), stream(label, 5))
-    found = shares(p, taken, label)
-    assert (found["accepted"], found["right"]) == (2 / 3, 1)
+    result = shares(p, taken, label)
+    assert (result["accepted"], result["right"]) == (2 / 3, 1)
     assert math.isnan(shares(p, decisions(p, 0.95), label)["right"])
 
 

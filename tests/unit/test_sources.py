@@ -93,14 +93,14 @@ def test_its_files_give_sessions_and_labels(name, tmp_path):
     if name == "stone_impact":
         (folder / "data").mkdir()
         (folder / "data/data_ini.csv").write_text(STONES)
-    found = scan(folder, spec.imports, name)
-    assert not found.remarks["failed"]
-    assert Counter(one.session for one in found.files) == sessions
-    assert {one.labels[column] for one in found.files} == labels
-    for one in found.files:
-        assert set(spec.targets) <= {"object", *one.labels}
+    listing = scan(folder, spec.imports, name)
+    assert not listing.remarks["failed"]
+    assert Counter(entry.session for entry in listing.files) == sessions
+    assert {entry.labels[column] for entry in listing.files} == labels
+    for entry in listing.files:
+        assert set(spec.targets) <= {"object", *entry.labels}
         assert {task.groups for task in spec.tasks.values()} <= {
             "grasp_id",
             "session_id",
-            *one.labels,
+            *entry.labels,
         }

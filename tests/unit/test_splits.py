@@ -37,9 +37,9 @@ def test_folds_partition_the_rows_and_keep_groups_whole(task, kind, random):
     y, groups, folds, seed = task
     if random:
         groups = np.arange(len(y))
-    made = random_folds if random else partial(grouped_folds, groups=groups)
+    split = random_folds if random else partial(grouped_folds, groups=groups)
     try:
-        parts = made(y, kind=kind, folds=folds, seed=seed)
+        parts = split(y, kind=kind, folds=folds, seed=seed)
     except ValueError as error:
         assert kind == "classification"
         assert "too few groups to be in every training part" in str(error)
@@ -52,10 +52,10 @@ def test_folds_partition_the_rows_and_keep_groups_whole(task, kind, random):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("made", [random_folds, partial(grouped_folds, groups=np.arange(60) // 3)])
-def test_the_seed_decides(kind, made):
+@pytest.mark.parametrize("split", [random_folds, partial(grouped_folds, groups=np.arange(60) // 3)])
+def test_the_seed_decides(kind, split):
     first, again, other = (
-        [test.tolist() for _, test in made(np.arange(60) // 3 % 2, kind=kind, folds=5, seed=seed)]
+        [test.tolist() for _, test in split(np.arange(60) // 3 % 2, kind=kind, folds=5, seed=seed)]
         for seed in (1, 1, 2)
     )
     assert first == again != other

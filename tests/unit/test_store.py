@@ -42,13 +42,13 @@ def sample(rows: int = 5, start: int = 0, **columns: Column) -> FeatureRows:
     )
 
 
-def assert_same(one: FeatureRows, other: FeatureRows) -> None:
-    np.testing.assert_array_equal(one.feature, other.feature)
-    np.testing.assert_array_equal(one.frequency_hz, other.frequency_hz)
-    assert set(one.columns) == set(other.columns)
-    for name, column in one.columns.items():
-        np.testing.assert_array_equal(column.values, other.columns[name].values, err_msg=name)
-        assert dict(column.attrs) == dict(other.columns[name].attrs)
+def assert_same(first: FeatureRows, second: FeatureRows) -> None:
+    np.testing.assert_array_equal(first.feature, second.feature)
+    np.testing.assert_array_equal(first.frequency_hz, second.frequency_hz)
+    assert set(first.columns) == set(second.columns)
+    for name, column in first.columns.items():
+        np.testing.assert_array_equal(column.values, second.columns[name].values, err_msg=name)
+        assert dict(column.attrs) == dict(second.columns[name].attrs)
 
 
 def test_equal_content_gives_equal_bytes(tmp_path):

@@ -54,9 +54,9 @@ MADE = {
 }
 
 
-def pretend(monkeypatch, *made):
+def pretend(monkeypatch, *tables):
     module = types.ModuleType("ajgdata.studies.pretended")
-    module.tables = lambda quick: [*made[: 1 if quick else None]]
+    module.tables = lambda quick: [*tables[: 1 if quick else None]]
     monkeypatch.setitem(sys.modules, module.__name__, module)
 
 
@@ -64,9 +64,9 @@ def test_what_a_study_found_survives_its_file(monkeypatch, tmp_path):
     pretend(monkeypatch, TABLE, DRAWN)
     out = tmp_path / "deep" / "study.json"
     run_study("pretended", out, code="0" * 16)
-    made, (first, second) = read_tables(out)
-    assert made["study"] == "pretended" and made["quick"] is False
-    assert len(made["code"]) == 16 and made["ajgdata_version"]
+    about, (first, second) = read_tables(out)
+    assert about["study"] == "pretended" and about["quick"] is False
+    assert len(about["code"]) == 16 and about["ajgdata_version"]
     assert second == DRAWN
     assert first == TABLE  # infinity included
     before = out.read_bytes()

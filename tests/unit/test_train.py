@@ -99,11 +99,11 @@ def test_a_model_of_some_classes_knows_no_others(store):
     for name, classes in (("all", []), ("two", ["c", "a"])):
         train_model(read_store(store), **about, classes=classes, model="linear", seed=0,
                          folder=store.parent / name)  # fmt: skip
-    every, told = read_model(store.parent / "all")
-    assert (every.classes_.tolist(), told["recordings"]) == (["a", "b", "c"], 24)
-    two, told = read_model(store.parent / "two")
-    assert two.classes_.tolist() == told["classes"] == ["a", "c"]
-    assert told["recordings"] == 18
+    every, facts = read_model(store.parent / "all")
+    assert (every.classes_.tolist(), facts["recordings"]) == (["a", "b", "c"], 24)
+    two, facts = read_model(store.parent / "two")
+    assert two.classes_.tolist() == facts["classes"] == ["a", "c"]
+    assert facts["recordings"] == 18
     x, y, grasp = (c[kinds != "b"] for c in (shard.feature, kinds,
                                              shard.columns["grasp_id"].values))  # fmt: skip
     fitted = fit_model(make_model("linear", "classification"), x, y, grasp)

@@ -111,8 +111,8 @@ def test_what_is_kept_is_the_chosen_candidate_and_nothing_more(name, kind):
     candidate = dict(make_model(name, kind, 5).candidates)[about["choice"]]
     assert repr(kept) == repr(candidate)
     plain = clone(candidate).fit(x, y)
-    for one in (fitted, kept):
-        np.testing.assert_array_equal(one.predict(x), plain.predict(x))
+    for model in (fitted, kept):
+        np.testing.assert_array_equal(model.predict(x), plain.predict(x))
 
 
 def test_without_inner_folds_the_first_is_taken_and_the_reason_told():

@@ -18,7 +18,7 @@ def planned(recipe: dict, session: str = "virtual-01", dataset: str = "d"):
 
 
 def scenes(grasps) -> list[Scene]:
-    return [Scene.model_validate(one.setup) for one in grasps]
+    return [Scene.model_validate(grasp.setup) for grasp in grasps]
 
 
 def test_two_sessions_share_the_gripper_and_differ_in_all_else():
@@ -65,11 +65,11 @@ def test_grasps_that_come_later_change_none_that_came_before():
     assert after[: len(before)] == before
     # What comes before changes the bed of all that follows, and nothing else of them.
     (_, *later) = planned(rounds | {"references": 1})
-    for one, other in zip(before, later, strict=True):
+    for old, new in zip(before, later, strict=True):
         assert (
-            one.setup["grasp"]["history"]["number"] + 1 == other.setup["grasp"]["history"]["number"]
+            old.setup["grasp"]["history"]["number"] + 1 == new.setup["grasp"]["history"]["number"]
         )
-        assert {**one.setup, "grasp": 0} == {**other.setup, "grasp": 0}
+        assert {**old.setup, "grasp": 0} == {**new.setup, "grasp": 0}
 
 
 def test_a_recipe_with_grasps_of_another_draws_its_grasps():

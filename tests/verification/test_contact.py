@@ -55,9 +55,9 @@ def test_a_disc_of_pressure_sinks_by_loves_mean():
     )
 
 
-def contact_modulus(one: Material, other: Material) -> float:
+def contact_modulus(solid: Material, other: Material) -> float:
     """E* of two solids, Pa (Johnson 1985, eq. 4.6)."""
-    return float(1 / sum(1 / plane_modulus(m.young_pa, m.poisson) for m in (one, other)))
+    return float(1 / sum(1 / plane_modulus(m.young_pa, m.poisson) for m in (solid, other)))
 
 
 def mindlin_ratio(poisson: float) -> float:

@@ -59,10 +59,10 @@ def test_round_a_post_it_is_the_axisymmetric_membrane():
     def exact(edge):
         steepest = np.sqrt(edge**2 + 2 * RADIUS * edge)
         reach = brentq(lambda b: post(b, edge) - top, edge * 1.0001, steepest * 0.9999)
-        return np.array([post(reach, r) if r < reach else 0.0 for r in AXIS[MIDDLE:][beside]])
+        return np.array([post(reach, r) if r < reach else 0.0 for r in AXIS[MIDDLE:][beyond]])
 
-    beside = AXIS[MIDDLE:] > edge + 2 * STEP
-    found = height[MIDDLE, MIDDLE:][beside]
+    beyond = AXIS[MIDDLE:] > edge + 2 * STEP
+    heights = height[MIDDLE, MIDDLE:][beyond]
     # The post's edge is known to a sample; a larger post lifts the membrane everywhere.
-    assert np.all(found <= exact(edge + STEP / 2))
-    assert np.all(found >= exact(edge - STEP))
+    assert np.all(heights <= exact(edge + STEP / 2))
+    assert np.all(heights >= exact(edge - STEP))

@@ -44,8 +44,8 @@ def test_one_degree_of_freedom_stands_for_two(below, thickness):
     got = film.over(below)
     for hertz in (200.0, 1_000.0, 3_000.0):
         omega = 2 * np.pi * hertz
-        one = 1j * omega * got.mass + got.resistance + got.stiffness / (1j * omega)
-        assert abs(one - _exact(film, below, omega)) < 0.08 * abs(one)
+        impedance = 1j * omega * got.mass + got.resistance + got.stiffness / (1j * omega)
+        assert abs(impedance - _exact(film, below, omega)) < 0.08 * abs(impedance)
 
 
 def test_the_gap_is_the_given_one_or_the_geometric_mean_of_the_material():

@@ -44,5 +44,5 @@ def test_a_verified_scene_sounds_as_it_did(name):
     response = simulate(Scene.model_validate({"numerics": NUMERICS, **SCENES[name]}))
     spectrum = np.abs(np.fft.rfft(response.samples, 4096))
     bands = [np.linalg.norm(part) for part in np.split(spectrum, (186, 558))]
-    found = [response.static, *bands, np.linalg.norm(response.outside)]
-    assert found == pytest.approx(KNOWN[name], rel=1e-6)
+    values = [response.static, *bands, np.linalg.norm(response.outside)]
+    assert values == pytest.approx(KNOWN[name], rel=1e-6)

@@ -12,7 +12,7 @@ CALM = {"roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0, "temperatur
 
 def test_a_symmetric_gripper_gives_mirror_images_the_same_response():
     coarse = {"dx_mm": 6, "precision": "float64", "max_time_s": 0.02}
-    one, other = (
+    image, other = (
         simulate(
             Scene.model_validate(
                 {
@@ -26,4 +26,4 @@ def test_a_symmetric_gripper_gives_mirror_images_the_same_response():
         for angle in (30.0, -30.0)
     )
     # 2,700 steps that round to 1e-16 of the largest value each, in another order.
-    assert np.linalg.norm(one - other) < 2_700 * 1e-16 * np.linalg.norm(one)
+    assert np.linalg.norm(image - other) < 2_700 * 1e-16 * np.linalg.norm(image)

@@ -51,9 +51,9 @@ def test_a_patch_moves_as_its_mass_spring_and_resistance():
     """A force that goes from 0 to 1 N and stays: its spectrum is known, and so is v/F."""
     step, motion = 1 / RATE, np.array([[0.3, 450.0, 1e5]])
     push = np.ones((1, 3_000))
-    found = patch_velocity(push, motion, step)[0]
+    velocity = patch_velocity(push, motion, step)[0]
     omega = np.pi * RATE * np.linspace(0, 1, BINS)[1:]
     force = 1 / (1 - np.exp(-1j * omega * step))
     np.testing.assert_allclose(
-        found[1:], force / (450 + 1j * omega * 0.3 + 1e5 / (1j * omega)), rtol=1e-12
+        velocity[1:], force / (450 + 1j * omega * 0.3 + 1e5 / (1j * omega)), rtol=1e-12
     )

@@ -33,10 +33,10 @@ def _levels(medium: str) -> tuple[np.ndarray, np.ndarray]:
     scene = Scene.model_validate({"object": CUBE, "medium": {"kind": medium}, "numerics": numerics})
     samples = simulate(scene).samples
     spectrum = np.fft.rfft(samples, SAMPLE_RATE_HZ)[1 : len(HERTZ) + 1]
-    both = (np.abs(one) ** 2 for one in (spectrum, _lumped(build_plan(scene).system)))
+    both = (np.abs(values) ** 2 for values in (spectrum, _lumped(build_plan(scene).system)))
     marched, lumped = (
-        np.array([10 * np.log10(one[low - 1 : high].mean()) for low, high in BANDS_HZ])
-        for one in both
+        np.array([10 * np.log10(power[low - 1 : high].mean()) for low, high in BANDS_HZ])
+        for power in both
     )
     return marched, lumped
 

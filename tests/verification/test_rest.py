@@ -65,10 +65,10 @@ def test_each_layer_of_air_takes_up_what_evenly_compressed_grains_leave_it():
     within = (low > where.floor) & (low + cells.h < where.surface)
     within &= np.arange(len(cells.z))[:, None] > where.lowest
     share = where.area * cells.h / (where.surface - where.floor)
-    found = taken.reshape(-1, ny * nx)[:, column]
+    layers = taken.reshape(-1, ny * nx)[:, column]
     assert within.sum() > 1_000
-    assert found[within] == pytest.approx(np.broadcast_to(share, within.shape)[within])
-    assert found.sum(0) == pytest.approx(where.area)
+    assert layers[within] == pytest.approx(np.broadcast_to(share, within.shape)[within])
+    assert layers.sum(0) == pytest.approx(where.area)
 
 
 @pytest.mark.parametrize(("height_mm", "is_plate"), [(7.99, True), (8.01, False)])

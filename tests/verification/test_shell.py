@@ -15,8 +15,8 @@ def test_both_modes_of_a_degree_are_the_roots_of_junger_and_feit(thickness):
     material = MATERIALS["plastic"]
     modes = shell_modes(RADIUS, thickness, material)
     nu, bend = material.poisson, thickness**2 / (12 * RADIUS**2)
-    found = modes.square * RADIUS**2 * material.density_kg_m3 * (1 - nu**2) / material.young_pa
-    assert found[modes.degree == 0] == pytest.approx([2 * (1 + nu)])
+    squares = modes.square * RADIUS**2 * material.density_kg_m3 * (1 - nu**2) / material.young_pa
+    assert squares[modes.degree == 0] == pytest.approx([2 * (1 + nu)])
     for degree in range(2, DEGREES + 1):
         lam = degree * (degree + 1)
         linear = 1 + 3 * nu + lam - bend * (1 - nu - lam**2 - nu * lam)
@@ -24,7 +24,7 @@ def test_both_modes_of_a_degree_are_the_roots_of_junger_and_feit(thickness):
         free += bend * (lam**3 - 4 * lam**2 + lam * (5 - nu**2) - 2 * (1 - nu**2))
         # The constant differs by terms of the order β⁴, which the thin shell leaves out.
         roots = np.sort(np.roots([1, -linear, free]))
-        assert found[modes.degree == degree] == pytest.approx(
+        assert squares[modes.degree == degree] == pytest.approx(
             roots, rel=2 * (lam * bend) ** 2 + 1e-9
         )
     assert np.all(np.diff(modes.square) >= 0) and len(modes.square) == 2 * (DEGREES - 1) + 1

@@ -18,14 +18,14 @@ from ajgdata.studies.extreme_cases import AIR, PLASTIC
 def test_two_poles_fit_the_reflection_and_fewer_do_worse(packing, errors):
     omega = 2 * np.pi * np.geomspace(80, 15_000, 300)
     exact = reflection(*packing.jca(omega, AIR), omega)
-    found = []
+    residuals = []
     for poles in range(3):
         fluid = fit_fluid(packing, AIR, poles)
         fitted = reflection(*fluid.response(omega), omega)
-        found.append(float(np.sqrt(np.mean(np.abs(fitted - exact) ** 2))))
+        residuals.append(float(np.sqrt(np.mean(np.abs(fitted - exact) ** 2))))
         assert fluid.density > 0 and fluid.drag > 0 and min(fluid.strengths, default=1) > 0
-    assert found[0] > 2 * found[1] > 2 * found[2]
-    assert all(f < cap for f, cap in zip(found, errors, strict=True))
+    assert residuals[0] > 2 * residuals[1] > 2 * residuals[2]
+    assert all(f < cap for f, cap in zip(residuals, errors, strict=True))
 
 
 def test_jca_has_its_two_limits():

@@ -35,13 +35,13 @@ def _oscillator(hertz: float, factor: int, pulse: np.ndarray, steps: int) -> np.
 def test_the_dispersion_of_the_time_step_is_undone(hertz):
     """An oscillator marched with a coarse step sounds like one marched with steps 16 times finer,
     and without the correction it does not."""
-    found = {}
+    sounds = {}
     for factor in (4, 64):
         pulse, latency = lowpass(factor)
         marched = _oscillator(hertz, factor, pulse, 2_000 * factor)
         late = undisperse(marched, factor, latency)
-        found[factor] = late[latency:][:1_500], marched[latency * factor :: factor][:1_500]
-    (right, plain), (fine, _) = found[4], found[64]
+        sounds[factor] = late[latency:][:1_500], marched[latency * factor :: factor][:1_500]
+    (right, plain), (fine, _) = sounds[4], sounds[64]
     size = np.linalg.norm(fine)
     # What is left is the loss, which is damped as at ω' (1 + (ωΔt)²/8) and not at ω.
     step = 2 * np.pi * hertz / (4 * SAMPLE_RATE_HZ)

@@ -156,8 +156,8 @@ def finished(tmp_path_factory) -> Project:
     with (shared / "tones.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (shared / "tones").exists():
-            made = make_tones(tmp_path_factory.mktemp("tones"))
-            made.root.rename(shared / "tones")
+            tones = make_tones(tmp_path_factory.mktemp("tones"))
+            tones.root.rename(shared / "tones")
     return Project(shared / "tones")
 
 

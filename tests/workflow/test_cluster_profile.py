@@ -22,7 +22,7 @@ JOBS = {
 }
 
 
-def asked(rule: str, attempt: int, size_mb: int = 100) -> dict[str, int]:
+def resources(rule: str, attempt: int, size_mb: int = 100) -> dict[str, int]:
     """What the profile asks for, as Snakemake works it out."""
     names = {"attempt": attempt, "input": SimpleNamespace(size_mb=size_mb)}
     return {key: eval(str(value), {}, names) for key, value in REQUESTS[rule].items()}
@@ -35,7 +35,7 @@ def test_every_rule_that_starts_jobs_has_a_line():
 
 @pytest.mark.parametrize("rule", REQUESTS)
 def test_each_attempt_asks_for_more(rule):
-    first, second, third = (asked(rule, attempt) for attempt in (1, 2, 3))
+    first, second, third = (resources(rule, attempt) for attempt in (1, 2, 3))
     for need in ("mem_mb", "runtime"):
         assert isinstance(first[need], int)
         assert 0 < first[need] < second[need] < third[need]
@@ -52,5 +52,5 @@ def test_rules_of_groups_take_turns_and_no_others():
 def test_a_job_fits_into_a_group_of_its_rule_at_the_last_attempt():
     """SLURM's clocks count the whole group: the sum of its jobs is below a day."""
     for rule, group in PROFILE["groups"].items():
-        last = asked(rule, PROFILE["retries"] + 1)
+        last = resources(rule, PROFILE["retries"] + 1)
         assert last["runtime"] * PROFILE["group-components"][group] <= 24 * 60

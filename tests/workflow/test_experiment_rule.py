@@ -99,6 +99,6 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     assert all(f'id="{name}"' in text for name in FIGURES)
     assert project.planned(*page) == {}
     check_metrics(paths, scores)
-    measured = {one["experiment"] for one in json.loads(paths.runs.read_text())["measurements"]}
+    measured = {item["experiment"] for item in json.loads(paths.runs.read_text())["measurements"]}
     assert measured >= {"cross_validation", "comparison", *TASK["experiments"]}
     assert {row["split"] for row in read_csv(paths.predictions)[1]} == {"grouped", "on:copy"}

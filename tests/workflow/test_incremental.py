@@ -161,13 +161,13 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
     edit_table(project, "day2", lambda rows: rows[0].update(quality="reject"))
     (project.folder("day1") / "session.yaml").write_text("session_id: [")
     ask = ("--config", "pages=[accuracy]")
-    made = {
+    expected = {
         "features": 1,
         **TASKS,
         "study": 1,
         "train": 1,
     }
-    assert project.planned(*ask) == {**made, "complete": 1, "all": 1}
+    assert project.planned(*ask) == {**expected, "complete": 1, "all": 1}
     said = project.snakemake(*ask)
     assert "1 data set: 7 recordings used\n" in said and "left out  2 recordings: " in said
     assert "1 measurement: 1 made, 0 skipped\n" in said
@@ -245,6 +245,6 @@ def test_what_was_skipped_reaches_the_console_and_the_exit_code(project):
 
 def test_a_run_of_one_data_set_alone_has_results_of_its_own(project):
     own = Paths(project.root, "tones")
-    asked = [str(one.relative_to(project.root)) for one in (own.metrics_table, own.report)]
+    files = [str(path.relative_to(project.root)) for path in (own.metrics_table, own.report)]
     alone = ("--config", "datasets=[tones]", "alone=True")
-    assert project.planned(*asked, *alone) == {"report": 1}
+    assert project.planned(*files, *alone) == {"report": 1}

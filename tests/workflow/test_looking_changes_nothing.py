@@ -56,8 +56,8 @@ def unchanged(_):
 
 
 def fresh(project):
-    for made in ("results", ".snakemake"):
-        shutil.rmtree(project.root / made)
+    for folder in ("results", ".snakemake"):
+        shutil.rmtree(project.root / folder)
 
 
 @pytest.mark.parametrize("state", [unchanged, fresh, add_recording])

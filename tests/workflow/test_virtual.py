@@ -29,7 +29,7 @@ DECLARATION = {"name": "made", "targets": {"edge_mm": {"kind": "regression", "un
 
 
 @pytest.fixture
-def made(tmp_path) -> Project:
+def simulation(tmp_path) -> Project:
     project = Project(tmp_path)
     recipe = {**RECIPE, "scene": {**RECIPE["scene"], "grasp": {"offset_x_mm": 45}}}
     path = project.paths.dataset("made")
@@ -38,55 +38,55 @@ def made(tmp_path) -> Project:
     return project
 
 
-def test_sessions_are_recorded_once_and_a_changed_recipe_records_what_it_concerns(made):
+def test_sessions_are_recorded_once_and_a_changed_recipe_records_what_it_concerns(simulation):
     wanted = [str(Paths().features("made"))]
-    assert made.planned(*wanted) == {"acquire": 2, "features": 1}
-    made.snakemake(*wanted)
+    assert simulation.planned(*wanted) == {"acquire": 2, "features": 1}
+    simulation.snakemake(*wanted)
     for session in ("virtual-01", "virtual-02"):
-        log = (made.root / f"results/logs/acquire/made.{session}.log").read_text()
+        log = (simulation.root / f"results/logs/acquire/made.{session}.log").read_text()
         *_, first, second = log.splitlines()
         assert first == "1 recorded, 0 already there, 1 scenes solved"
         assert re.match(rf"skipped {session}_rod_01: .*pinches the cavity", second)
-        found = check_session(made.paths.session("made", session))
-        assert [one.recording_id for one in found.files] == [f"{session}_cube_01_1"]
-        assert [one.code for one in found.findings] == ["skipped"]
-    assert len(list(made.paths.responses.rglob("*.npz"))) == 2
-    assert made.planned(*wanted) == {}
-    path = made.paths.dataset("made")
+        result = check_session(simulation.paths.session("made", session))
+        assert [file.recording_id for file in result.files] == [f"{session}_cube_01_1"]
+        assert [finding.code for finding in result.findings] == ["skipped"]
+    assert len(list(simulation.paths.responses.rglob("*.npz"))) == 2
+    assert simulation.planned(*wanted) == {}
+    path = simulation.paths.dataset("made")
     declared = yaml.safe_load(path.read_text())
     declared["recipe"]["sessions"] = 3
     path.write_text(yaml.safe_dump(declared))
-    assert made.jobs_of(*wanted) == {
+    assert simulation.jobs_of(*wanted) == {
         ("acquire", "made", "virtual-03"): 1,
         ("features", "made"): 1,
     }
     declared["recipe"]["seed"] = 5
     path.write_text(yaml.safe_dump(declared))
-    assert made.planned(*wanted) == {"acquire": 3, "features": 1}
+    assert simulation.planned(*wanted) == {"acquire": 3, "features": 1}
 
 
 @pytest.mark.slow
-def test_sessions_that_share_scenes_solve_each_once(made):
+def test_sessions_that_share_scenes_solve_each_once(simulation):
     """Whatever the order of the jobs: with two cores both would begin at the same time."""
     for name, signal in {
         "a_loud": {"external_noise_dba": 80},
         "quiet": {"noise_db_spl": 30},
     }.items():
-        path = made.paths.dataset(name)
+        path = simulation.paths.dataset(name)
         path.parent.mkdir()
         path.write_text(
             yaml.safe_dump({"name": name, "from": "made", "recipe": {"signal": signal}})
         )
     names = ("a_loud", "made", "quiet")
     ends = [str(Paths().acquired(name, f"virtual-0{n}")) for name in names for n in (1, 2)]
-    made.snakemake(*ends)
-    logs = {name: _logged(made, name) for name in names}
+    simulation.snakemake(*ends)
+    logs = {name: _logged(simulation, name) for name in names}
     solved = {name: re.findall(r", (\d+) scenes solved", text) for name, text in logs.items()}
     assert solved == {"a_loud": ["0", "0"], "made": ["1", "1"], "quiet": ["0", "0"]}
-    assert len(list(made.paths.responses.rglob("*.npz"))) == 2
-    made.snakemake(ends[2], "--force")
-    assert made.planned(*ends) == {}  # recording the first again does not redo the others
-    assert "0 scenes solved" in _logged(made, "made")
+    assert len(list(simulation.paths.responses.rglob("*.npz"))) == 2
+    simulation.snakemake(ends[2], "--force")
+    assert simulation.planned(*ends) == {}  # recording the first again does not redo the others
+    assert "0 scenes solved" in _logged(simulation, "made")
 
 
 def _logged(project, dataset):
@@ -94,10 +94,10 @@ def _logged(project, dataset):
     return "".join(path.read_text() for path in sorted(folder.glob(f"{dataset}.*.log")))
 
 
-def test_a_dry_run_pays_for_no_compiler(made):
+def test_a_dry_run_pays_for_no_compiler(simulation):
     """Neither the main process nor what it imports: numba would be compiled or loaded there."""
     command = [sys.executable, "-X", "importtime", "-m", "snakemake", "--dry-run", "--cores", "2"]
-    command += ["--snakefile", str(ROOT / "Snakefile"), "--directory", str(made.root)]
+    command += ["--snakefile", str(ROOT / "Snakefile"), "--directory", str(simulation.root)]
     done = subprocess.run(command, check=True, capture_output=True, text=True, env=os.environ)
     imported = set(re.findall(r"^import time:.*\| +([\w.]+)$", done.stderr, flags=re.M))
     assert {"ajgdata.gripper.scene", "ajgdata.pipeline.plan"} <= imported
@@ -105,18 +105,18 @@ def test_a_dry_run_pays_for_no_compiler(made):
     assert "Recording session virtual-01" in done.stdout + done.stderr
 
 
-def test_the_opening_picture_is_of_a_task_that_tells_objects(made):
+def test_the_opening_picture_is_of_a_task_that_tells_objects(simulation):
     """It waits for the predictions; without pages, and without such a task, there is none."""
-    pages, path = ("--config", "pages=['accuracy']"), made.paths.dataset("made")
+    pages, path = ("--config", "pages=['accuracy']"), simulation.paths.dataset("made")
     declared = yaml.safe_load(path.read_text())
     declared["targets"]["object"] = {"kind": "classification"}
     declared["tasks"] = {"edge": {"target": "edge_mm", "models": ["knn"], "folds": 2}}
     path.write_text(yaml.safe_dump(declared))
-    folder = str(made.paths.opening.parent.relative_to(made.root))
-    listed = made.arguments("--dry-run", folder, *pages)
+    folder = str(simulation.paths.opening.parent.relative_to(simulation.root))
+    listed = simulation.arguments("--dry-run", folder, *pages)
     assert snakemake_here(*listed) != 0
     declared["tasks"]["object"] = {"target": "object", "models": ["cnn", "knn"], "folds": 2}
     path.write_text(yaml.safe_dump(declared))
-    planned = made.planned(folder, *pages)
+    planned = simulation.planned(folder, *pages)
     assert (planned["opening"], planned["experiment"], planned["acquire"]) == (1, 1, 2)
-    assert snakemake_here(*made.arguments("--dry-run", folder)) != 0
+    assert snakemake_here(*simulation.arguments("--dry-run", folder)) != 0

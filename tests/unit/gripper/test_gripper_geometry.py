@@ -27,25 +27,25 @@ SHAPES = [
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_the_gripper_sinks_until_force_and_stiffness_agree_and_grains_keep_their_volume(shape):
-    found, free = cavity(_scene(shape)), cavity(_scene(None))
+    result, free = cavity(_scene(shape)), cavity(_scene(None))
     # 8 N / 4e5 N/m3; brentq stops within 1 nm of height over the rim's area.
-    assert found.displaced_m3 == pytest.approx(2e-5, abs=1e-9 * np.pi * 0.05**2)
+    assert result.displaced_m3 == pytest.approx(2e-5, abs=1e-9 * np.pi * 0.05**2)
     volumes = [
-        np.sum(np.clip(np.minimum(c.surface, c.roof) - c.floor, 0, None)) for c in (found, free)
+        np.sum(np.clip(np.minimum(c.surface, c.roof) - c.floor, 0, None)) for c in (result, free)
     ]
     assert volumes[0] == pytest.approx(volumes[1], rel=1e-5)
-    assert np.max(found.surface) > np.max(free.surface[free.roof > 0.01])  # it rises
+    assert np.max(result.surface) > np.max(free.surface[free.roof > 0.01])  # it rises
 
 
 def test_the_free_balloon_is_a_half_ellipsoid():
-    found = cavity(_scene(None))
-    volume = -np.sum(found.floor) * RASTER_M**2
+    balloon = cavity(_scene(None))
+    volume = -np.sum(balloon.floor) * RASTER_M**2
     assert volume == pytest.approx(2 / 3 * np.pi * 0.05**2 * 0.045, rel=1e-3)
-    cone = np.sum(found.roof) * RASTER_M**2
+    cone = np.sum(balloon.roof) * RASTER_M**2
     exact = np.pi * 0.045 / 3 * (0.05**2 + 0.05 * 0.04 + 0.04**2)
     assert cone == pytest.approx(exact, rel=1e-3)
-    assert not found.contact.any()
-    assert np.array_equal(found.floor, found.floor[::-1, ::-1])
+    assert not balloon.contact.any()
+    assert np.array_equal(balloon.floor, balloon.floor[::-1, ::-1])
 
 
 def _relief(shape, **keys):
@@ -65,22 +65,22 @@ def test_a_compound_is_what_its_parts_are():
     _, expected = _relief(whole, grasp={"angle_deg": 31, "offset_x_mm": 3})
     for compound in (parts, stacked, [{"shape": whole}]):
         shape = {"kind": "compound", "parts": compound}
-        _, found = _relief(shape, grasp={"angle_deg": 31, "offset_x_mm": 3})
-        assert np.allclose(found.height, expected.height, atol=1e-12)
+        _, result = _relief(shape, grasp={"angle_deg": 31, "offset_x_mm": 3})
+        assert np.allclose(result.height, expected.height, atol=1e-12)
     ball = {"kind": "ellipsoid", "diameters_mm": [20, 20, 20]}
     _, round_ = _relief({"kind": "sphere", "diameter_mm": 20})
     assert np.array_equal(_relief(ball)[1].height, round_.height)
 
 
 def test_beside_a_ball_the_relief_falls_off_from_its_edge():
-    axis, found = _relief({"kind": "sphere", "diameter_mm": 20})
+    axis, result = _relief({"kind": "sphere", "diameter_mm": 20})
     away = np.hypot(*np.meshgrid(axis, axis))
-    beside = (away > 0.01) & (away < 0.02)
+    flank = (away > 0.01) & (away < 0.02)
     expected = 0.01 - STEEPEST * (away - 0.01)  # from the equator, 10 mm high
-    assert found.height[beside] == pytest.approx(expected[beside], abs=1e-12)
+    assert result.height[flank] == pytest.approx(expected[flank], abs=1e-12)
     # Half of the sample is inside that the edge goes through.
     edge = np.abs(away - 0.01) < RASTER_M / 2
-    assert found.inside[edge] == pytest.approx((0.5 - (away - 0.01) / RASTER_M)[edge], abs=1e-9)
+    assert result.inside[edge] == pytest.approx((0.5 - (away - 0.01) / RASTER_M)[edge], abs=1e-9)
 
 
 # The roof leaves 45 - 4 mm, so the rim stays 38 mm above the table. The half-ellipsoid reaches 7 mm

@@ -34,8 +34,8 @@ def test_numbers_of_a_history_keep_their_variance_and_forget_by_their_memory(mem
     count = drawn.shape[1]
     assert np.mean(drawn**2, axis=1) == pytest.approx(1, abs=5 * np.sqrt(2 / count) + 1e-3)
     for lag in range(1, NUMBERS):
-        found = np.mean(drawn[0] * drawn[lag])
-        assert found == pytest.approx(memory**lag, abs=5 * np.sqrt(2 / count) + 1e-3)
+        correlation = np.mean(drawn[0] * drawn[lag])
+        assert correlation == pytest.approx(memory**lag, abs=5 * np.sqrt(2 / count) + 1e-3)
 
 
 def test_a_balloon_askew_keeps_rim_and_volume_and_moves_its_tip():
@@ -67,6 +67,6 @@ def test_what_came_out_otherwise_is_as_if_it_had_been_meant():
         grasp={"offset_x_mm": 3.5, "offset_y_mm": -0.75, "angle_deg": 8},
     )
     assert as_met(came_out) == as_met(meant) == meant
-    found, expected = cavity(came_out), cavity(meant)
-    assert np.array_equal(found.floor, expected.floor)
-    assert np.array_equal(found.surface, expected.surface)
+    result, expected = cavity(came_out), cavity(meant)
+    assert np.array_equal(result.floor, expected.floor)
+    assert np.array_equal(result.surface, expected.surface)

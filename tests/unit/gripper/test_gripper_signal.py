@@ -42,8 +42,8 @@ def _coupler(frequency_hz: float, chain: SignalChain) -> float:
     stiffness = Air().gamma * Air().pressure_pa / 2e-6
     time = np.arange(44_100) / 44_100
     tone = np.sin(2 * np.pi * frequency_hz * time) * np.minimum(1, time / 0.1)
-    heard = record(_response([0.0], stiffness / 44_100), tone, chain).samples[22_050:]
-    return 20 * np.log10(np.sqrt(np.mean(heard**2)) * FULL_SCALE_PA / 20e-6)
+    samples = record(_response([0.0], stiffness / 44_100), tone, chain).samples[22_050:]
+    return 20 * np.log10(np.sqrt(np.mean(samples**2)) * FULL_SCALE_PA / 20e-6)
 
 
 def test_an_armature_gives_a_coupler_the_same_pressure_below_its_resonance():
@@ -79,16 +79,16 @@ def test_clipping_is_counted_and_codes_are_24_bit():
 
 def test_the_noise_has_its_level_and_its_seed():
     silence = np.zeros(44_100)
-    one, same, other = (record(_response([1.0]), silence, seed=s).samples for s in (1, 1, 2))
-    level = 20 * np.log10(np.std(one) * FULL_SCALE_PA / 20e-6)
+    noise, same, other = (record(_response([1.0]), silence, seed=s).samples for s in (1, 1, 2))
+    level = 20 * np.log10(np.std(noise) * FULL_SCALE_PA / 20e-6)
     assert level == pytest.approx(38.6, abs=0.1)
     # A-weighted up to 10 kHz, as the microphone's data sheet has it: 94 dB less 59 dB(A).
     f = np.fft.rfftfreq(44_100, 1 / 44_100)
-    power = np.abs(np.fft.rfft(one * FULL_SCALE_PA / 20e-6)) ** 2 * a_weighting(f) ** 2
+    power = np.abs(np.fft.rfft(noise * FULL_SCALE_PA / 20e-6)) ** 2 * a_weighting(f) ** 2
     weighted = 2 * np.sum(power[(f >= 20) & (f <= 10_000)]) / 44_100**2
     assert 10 * np.log10(weighted) == pytest.approx(94 - 59, abs=0.2)
-    assert np.array_equal(one, same)
-    assert abs(np.corrcoef(one, other)[0, 1]) < 0.03
+    assert np.array_equal(noise, same)
+    assert abs(np.corrcoef(noise, other)[0, 1]) < 0.03
 
 
 def test_a_weighting_is_that_of_the_standard():
@@ -123,10 +123,10 @@ def test_sound_from_outside_has_its_level_in_the_room():
     density = white * f**2 / (f**2 + 100.0**2)
     expected = np.trapezoid(density, f)
     scatter = np.sqrt(np.trapezoid(density**2, f)) / expected
-    made = [external_noise_pa(44_100, np.ones(2), 80, 100.0, seed) for seed in range(8)]
-    assert np.mean(np.square(made)) == pytest.approx(expected, rel=4 * scatter / np.sqrt(8))
+    sounds = [external_noise_pa(44_100, np.ones(2), 80, 100.0, seed) for seed in range(8)]
+    assert np.mean(np.square(sounds)) == pytest.approx(expected, rel=4 * scatter / np.sqrt(8))
     louder = external_noise_pa(44_100, np.ones(2), 100, 100.0, 0)
-    np.testing.assert_allclose(louder, 10 * made[0], rtol=1e-12)
+    np.testing.assert_allclose(louder, 10 * sounds[0], rtol=1e-12)
 
 
 def test_a_recording_is_the_convolution_of_sound_speaker_and_scene():
@@ -135,8 +135,8 @@ def test_a_recording_is_the_convolution_of_sound_speaker_and_scene():
     ir = _response(decay * generator.normal(size=300), static=0.1, latency=7)
     sound = 0.3 * generator.uniform(-1, 1, 900)
     driven = sosfilt(transducers(QUIET), sound)
-    heard = np.convolve(driven, ir.samples)[7:907] + 0.1 * np.cumsum(driven)
-    expected = heard * volume_velocity(QUIET) / FULL_SCALE_PA
+    pressure = np.convolve(driven, ir.samples)[7:907] + 0.1 * np.cumsum(driven)
+    expected = pressure * volume_velocity(QUIET) / FULL_SCALE_PA
     # A recording is rounded to 24 bits.
     np.testing.assert_allclose(record(ir, sound, QUIET).samples, expected, atol=0.51 / 2**23)
 

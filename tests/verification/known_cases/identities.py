@@ -88,11 +88,11 @@ class Reciprocity(Identity):
 
     def deviation(self, quick: bool) -> float:
         """Return the largest difference over the largest pressure."""
-        system, one, other = self.ends()
-        there, back = self.heard(system, one, other), self.heard(system, other, one)
+        system, first, second = self.ends()
+        there, back = self.pressure(system, first, second), self.pressure(system, second, first)
         return float(np.max(np.abs(there - back)) / np.max(np.abs(there)))
 
-    def heard(self, system: System, source: Probe, receiver: Probe) -> Real:
+    def pressure(self, system: System, source: Probe, receiver: Probe) -> Real:
         """Return the pressure at `receiver`, (steps,), after a pulse at `source`."""
         return march(system, at_rest(system), source, receiver, np.ones(1), self.steps)
 

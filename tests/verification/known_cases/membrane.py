@@ -22,15 +22,15 @@ def pressed(plan: Plan, walls: Chosen, pressure: Sequence[float] | Real, steps: 
 
     That is the same as less pressure inside, which is taken from the walls' momentum for a step.
     """
-    state, heard = at_rest(plan.system), np.zeros(steps + 1)
+    state, sound = at_rest(plan.system), np.zeros(steps + 1)
     push = np.zeros(len(state.momentum))
     for n in range(steps):
         push[walls] = pressure[n] if n < len(pressure) else 0.0
         state.momentum[:] -= push
         ear = plan.microphone
-        (heard[n + 1],) = march(plan.system, state, ear, ear, np.zeros(0), 1)
+        (sound[n + 1],) = march(plan.system, state, ear, ear, np.zeros(0), 1)
         state.momentum[:] -= push
-    return (heard[1:] + heard[:-1]) / 2
+    return (sound[1:] + sound[:-1]) / 2
 
 
 def moved(plan: Plan, steps: int) -> Real:
@@ -39,12 +39,12 @@ def moved(plan: Plan, steps: int) -> Real:
     system, state = plan.system, at_rest(plan.system)
     walls = system.walls
     area = walls.coupling / (system.capacities.yield_[walls.cell] * walls.admittance)
-    found = np.zeros((steps, len(area)))
+    flow = np.zeros((steps, len(area)))
     for n in range(steps):
         before = state.momentum.copy()
         march(system, state, plan.microphone, plan.microphone, np.ones(int(n == 0)), 1)
-        found[n] = (state.momentum + before) / walls.inertia * area / 2
-    return found
+        flow[n] = (state.momentum + before) / walls.inertia * area / 2
+    return flow
 
 
 class ReciprocityOfMembrane(Identity):

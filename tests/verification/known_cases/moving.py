@@ -116,9 +116,9 @@ class StaticPressure(Identity):
         source, receiver = two_probes(system)
         slowly = np.exp(-((np.arange(-800, 801) / 100) ** 2) / 2)
         slowly /= slowly.sum()
-        heard = march(system, at_rest(system), source, receiver, slowly, self.steps)
+        pressure = march(system, at_rest(system), source, receiver, slowly, self.steps)
         area = self.width**2
         dense = fluid.compressibility * (1 + sum(fluid.strengths))
         yielding = area * (bed * dense + (self.height - bed) * air.compressibility)
         yielding += area / self.wall[2] + area**2 / self.mode[2]
-        return float(abs(heard[-1] * yielding / dt - 1))
+        return float(abs(pressure[-1] * yielding / dt - 1))

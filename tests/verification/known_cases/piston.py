@@ -51,8 +51,8 @@ def tube(h: float, piston: Parameters, as_mode: bool) -> tuple[Real, float, floa
     live = np.flatnonzero((cells.volume > 0).ravel())
     ends = [live[live // system.span.slab == k] for k in (end, start)]
     near, far = (Probe(c.astype(np.uint64), np.full(len(c), 1 / len(c))) for c in ends)
-    heard = march(system, at_rest(system), far, near, np.ones(1), int(TIME_S / system.dt))
-    return heard, system.dt, float(area.sum())
+    sound = march(system, at_rest(system), far, near, np.ones(1), int(TIME_S / system.dt))
+    return sound, system.dt, float(area.sum())
 
 
 def transfer_function(h: float, piston: Parameters) -> Complex:
@@ -88,9 +88,9 @@ class Piston(Refinement):
 
     def error(self, h: float) -> float:
         """Return the relative L2 error over 100 Hz-3 kHz."""
-        heard, dt, area = tube(h, PISTONS[self.piston], as_mode=True)
-        time = (np.arange(len(heard)) + 0.5) * dt
-        measured = np.exp(-1j * OMEGA[:, None] * time) @ heard * area
+        sound, dt, area = tube(h, PISTONS[self.piston], as_mode=True)
+        time = (np.arange(len(sound)) + 0.5) * dt
+        measured = np.exp(-1j * OMEGA[:, None] * time) @ sound * area
         exact = transfer_function(h, PISTONS[self.piston])
         return float(np.linalg.norm(measured - exact) / np.linalg.norm(exact))
 

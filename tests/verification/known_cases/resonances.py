@@ -27,8 +27,8 @@ def box_modes(edges: tuple[float, ...], highest: float) -> Real:
 
 def worst(system: System, exact: Real) -> float:
     """Return the largest relative error of the lowest resonances, as heard; `exact` (N,) in Hz."""
-    heard = frequencies(system, len(exact), steps_exact=True)
-    return float(np.max(np.abs(heard / exact - 1)))
+    lowest = frequencies(system, len(exact), steps_exact=True)
+    return float(np.max(np.abs(lowest / exact - 1)))
 
 
 class BoxOnGrid(Refinement):

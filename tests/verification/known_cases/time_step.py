@@ -48,8 +48,8 @@ class TimeStep(Identity):
         """Return the largest difference of the pressures, in units of the largest at its
         frequency."""
         omega = 2 * np.pi * self.hertz
-        found, exact = self._marched(omega), circuit(self.fluid, self.walls, self.h, omega, self.dt)
-        return float(np.max(np.abs(found - exact) / np.abs(exact).max(axis=0)))
+        value, exact = self._marched(omega), circuit(self.fluid, self.walls, self.h, omega, self.dt)
+        return float(np.max(np.abs(value - exact) / np.abs(exact).max(axis=0)))
 
     def _marched(self, omega: Real) -> Complex:
         """Pressures (2, ω) in both cells for a unit of flow into the first, from the marching.
@@ -60,10 +60,10 @@ class TimeStep(Identity):
         warped = 2 * np.arcsin(omega * self.dt / 2)
         kernel = np.exp(-1j * warped[:, None] * np.arange(self.steps))
         drive = np.ones(1)
-        heard = [
+        waves = [
             march(system, at_rest(system), probes[0], probe, drive, self.steps) for probe in probes
         ]
-        return np.array([np.exp(-0.5j * warped) * (kernel * one).sum(axis=1) for one in heard])
+        return np.array([np.exp(-0.5j * warped) * (kernel * wave).sum(axis=1) for wave in waves])
 
     def _pair(self) -> tuple[System, tuple[Probe, Probe]]:
         """Four columns of two cells each, alike, so that they are one; the cells of each layer."""
@@ -75,8 +75,8 @@ class TimeStep(Identity):
         system = assemble(cells, air_fluid(AIR), self.dt, grains, walls)
         live = np.flatnonzero(system.mass.ravel() > 0)
         layers = np.split(live, 2)
-        one, other = (Probe(c.astype(np.uint64), np.full(len(c), 1 / len(c))) for c in layers)
-        return system, (one, other)
+        first, other = (Probe(c.astype(np.uint64), np.full(len(c), 1 / len(c))) for c in layers)
+        return system, (first, other)
 
 
 def circuit(

@@ -49,9 +49,9 @@ def echo(h: float, fluid: Fluid | None, porosity: float) -> Real:
     inside = np.flatnonzero((cells.volume > 0).ravel() & (system.mass.ravel() > 0))
     here = inside[inside // system.span.slab == slab]
     probe = Probe(here.astype(np.uint64), np.full(len(here), 1 / len(here)))
-    heard = march(system, at_rest(system), probe, probe, _pulse(system.dt), int(END_S / system.dt))
-    heard[: int(GATE_S / system.dt)] = 0.0
-    return heard
+    sound = march(system, at_rest(system), probe, probe, _pulse(system.dt), int(END_S / system.dt))
+    sound[: int(GATE_S / system.dt)] = 0.0
+    return sound
 
 
 def _pulse(dt: float) -> Real:
