@@ -45,8 +45,8 @@ OLD_CPU = (
     "NPY_DISABLE_CPU_FEATURES=X86_V3,X86_V4,AVX512_ICL,AVX512_SPR NUMBA_CPU_NAME=generic"
 )
 HERE_RUN, AGAIN = "unchanged", "unchanged again"
-OTHERS = ("OPENBLAS_CORETYPE=Haswell", "OMP_NUM_THREADS=1", "OMP_NUM_THREADS=4")
-VARIANTS = (HERE_RUN, AGAIN, *OLD_CPU.split(), *OTHERS, OLD_CPU)
+FEW = ("OPENBLAS_CORETYPE=Haswell", "OMP_NUM_THREADS=1", "OMP_NUM_THREADS=4")
+VARIANTS = (HERE_RUN, AGAIN, *OLD_CPU.split(), *FEW, OLD_CPU)
 LONG = (HERE_RUN, OLD_CPU)  #: variants that also have the ten repeated fits
 PROBE = ("materials-sphere80", "baselines")
 CNN, FITS = "cross_validation-cnn", "repeated_fits-cnn"

@@ -72,7 +72,7 @@ def cost_of(store: Path, target: str, model: str, count: int, limited: bool) -> 
 
 
 def apart(*named: object) -> dict[str, float]:
-    """Return `one` of a process of its own."""
+    """Return `cost_of` of its own process."""
     call = [sys.executable, __file__, "--alone", json.dumps([str(name) for name in named])]
     return json.loads(subprocess.run(call, check=True, capture_output=True, text=True).stdout)
 
@@ -122,7 +122,14 @@ def main(
         return
     if store is None:
         raise typer.BadParameter("name the file of features")
-    heads = ("Model", "Recordings", "Trained on", "Training, s", "1,000 asked, s", "Memory, MB")
+    heads = (
+        "Model",
+        "Recordings",
+        "Trained on",
+        "Training, s",
+        "1,000 rows, s",
+        "Memory, MB",
+    )
     table = Table(*heads, "Without limit, s")
     for model in models.split(","):
         for row in rows_of(store, target, model, [int(n) for n in sizes.split(",")], most_s):

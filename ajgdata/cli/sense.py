@@ -195,4 +195,4 @@ def _novelty(prediction: Prediction) -> str:
         return ""
     rate = prediction.detection_rate
     detects = "" if rate is None else f"; this check detects up to {percent(rate)} of novel objects"
-    return f" (novelty {prediction.novelty:.2g}, limit 1{detects})"
+    return f" (novelty {prediction.novelty:.2f}, limit 1{detects})"

@@ -72,11 +72,11 @@ class Decision:
 def judge(prediction: Prediction, plan: SortPlan) -> Decision:
     """Return what happens to a sensed object."""
     if prediction.verdict is Verdict.NOTHING:
-        return Decision(Action(plan.nothing), "", "", "the gripper is empty")
+        return Decision(Action(plan.nothing), "", "", "nothing held")
     best = str(prediction.value)
     if prediction.verdict is Verdict.UNKNOWN:
         best = ""
-        reason = f"novel object: novelty {prediction.novelty:.2g}, limit 1"
+        reason = f"novel object: novelty {prediction.novelty:.2f}, limit 1"
         action = Action(plan.unknown)
     else:
         probability = np.array(list(prediction.probability.values()))
@@ -155,7 +155,7 @@ class Sorter:
                 if doubt := self._sort(number, thing):
                     return doubt, False
                 if len(self._state.placed) == self.plan.sorts:
-                    return "all planned objects are sorted", True
+                    return f"{self.plan.sorts} objects are sorted, as planned", True
         except EndedByPerson:
             with suppress(EndedByPerson):
                 self._steps.let_go()

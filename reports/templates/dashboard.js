@@ -51,7 +51,7 @@
     if (prediction.verdict === "nothing")
       return ["unsure", "∅", "nothing held", `it sounds like the empty gripper${then}`];
     if (prediction.verdict === "unknown")
-      return ["alarm", "!", "novel object", `novelty ${prediction.novelty.toFixed(1)}, limit 1${then}`];
+      return ["alarm", "!", "novel object", `novelty ${prediction.novelty.toFixed(2)}, limit 1${then}`];
     const [best, p] = Object.entries(prediction.probability ?? {}).reduce(
       (top, entry) => entry[1] > top[1] ? entry : top, [prediction.value, 0]);
     if (needed !== null && p < needed)
@@ -115,7 +115,7 @@
     write("time", duration(state.seconds));
     write("mistakes", String(state.mistakes));
     const novelty = state.prediction?.novelty ?? null;
-    write("novelty", novelty === null ? "—" : `${novelty.toFixed(2)} ${novelty > 1 ? "(too far)" : "of 1"}`);
+    write("novelty", novelty === null ? "—" : `${novelty.toFixed(2)}, limit 1`);
     const peak = state.take?.peak_dbfs;
     const bar = byId("level-bar");
     bar.firstChild.style.width = `${Math.max(0, Math.min(100, 100 * (1 + (peak ?? -60) / 60)))}%`;

@@ -16,15 +16,15 @@ from ajgdata.types import SESSION_COLUMNS
 
 PATHS = Paths(Path(__file__).resolve().parents[2])
 SPECS = {name: read_dataset(PATHS, name) for name in list_datasets(PATHS)}
-MADE = [name for name, spec in SPECS.items() if spec.recipe]
-TASKS = [(name, task) for name in MADE for task in SPECS[name].tasks]
+SIMULATED = [name for name, spec in SPECS.items() if spec.recipe]
+TASKS = [(name, task) for name in SIMULATED for task in SPECS[name].tasks]
 WITHHOLDING = [(name, task) for name, task in TASKS if SPECS[name].tasks[task].withhold]
 #: Targets that are angles from a mirror plane, and their data sets.
 FROM_PLANE = {"angle_from_plane_deg"}
 MIRRORED = ("orientation_fine", "orientation_unequal_radii", "orientation_eccentric")
 
 
-@pytest.mark.parametrize("name", MADE)
+@pytest.mark.parametrize("name", SIMULATED)
 def test_every_grasp_of_a_recipe_is_a_scene_and_has_its_labels(name):
     spec = SPECS[name]
     sessions = session_names(spec.recipe)

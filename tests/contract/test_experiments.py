@@ -25,8 +25,8 @@ from ajgdata.types.table import Table
 
 PATHS = Paths(Path(__file__).resolve().parents[2])
 SPECS = {name: read_dataset(PATHS, name) for name in list_datasets(PATHS)}
-MADE = [name for name, spec in SPECS.items() if spec.recipe]
-TASKS = [(name, task) for name in MADE for task in SPECS[name].tasks]
+SIMULATED = [name for name, spec in SPECS.items() if spec.recipe]
+TASKS = [(name, task) for name in SIMULATED for task in SPECS[name].tasks]
 #: Each experiment of each task, and those that need recordings, which are not made up here.
 ALL = requests_for(SPECS, TASKS)
 COMPARED = [request for request in ALL if request.experiment.name == "comparison"]

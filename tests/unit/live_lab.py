@@ -35,7 +35,7 @@ def declare(paths: Paths, **changes: object) -> None:
 
 
 class Scripted:
-    """An operator whose answers are known beforehand; what is calls and shown is kept.
+    """An operator whose answers are known beforehand; requests and shown values are kept.
 
     `confirms` maps the number of a question (from 0) to a choice or an exception; `decisions` are
     used one after another.

@@ -95,7 +95,7 @@ def test_each_task_says_simulated_or_recorded_and_has_the_published_value(pages)
     assert page.row([f"{SCRIPT} · kind"])[-1] == "recorded"
 
 
-FOUND = PaperComparison(
+COMPARED = PaperComparison(
     PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", "better", Cost(7.6, 0.9),
     marks=(
         mark_of("ours", Score(0.7, 0.1)),
@@ -108,7 +108,7 @@ FOUND = PaperComparison(
 
 def test_results_are_compared_with_published_values_and_have_a_cost():
     other = PAPER.model_copy(update={"id": "x", "where": "angles"})
-    report = dataclasses.replace(sample_report(), comparisons=(FOUND,), paper=(PAPER, other))
+    report = dataclasses.replace(sample_report(), comparisons=(COMPARED,), paper=(PAPER, other))
     pages = render(report)
     page = Page(pages["paper.html"])
     cells = page.row(["cubes", "▲ better"])
@@ -120,7 +120,7 @@ def test_results_are_compared_with_published_values_and_have_a_cost():
 
 
 def test_the_first_page_has_one_row_per_result_and_the_same_count_as_the_page_of_the_paper():
-    report = dataclasses.replace(sample_report(), comparisons=(FOUND, FOUND), answer=("So.",))
+    report = dataclasses.replace(sample_report(), comparisons=(COMPARED, COMPARED), answer=("So.",))
     pages = render(report)
     index = Page(pages["index.html"])
     assert index.row(["cubes"])[1:] == ["2.6 mm", "0.7 mm (0.6 to 0.8)", "simulated", "▲ better"]
@@ -153,7 +153,7 @@ def test_without_published_values_the_first_page_has_models_and_next_steps():
 
 def test_skill_is_0_at_chance_and_1_without_error():
     """Chance 5.2 mm; ours 0.7 ± 0.1 mm, k-NN 0.9 ± 0.2 mm, the paper 2.6 mm."""
-    (row,) = paper_rows([FOUND])
+    (row,) = paper_rows([COMPARED])
     positions = {position.role: position for position in row.positions}
     assert positions["ours"].at == pytest.approx(place(1 - 0.7 / 5.2))
     ends = place(1 - 0.8 / 5.2), place(1 - 0.6 / 5.2)
@@ -192,8 +192,8 @@ def test_a_cause_has_the_evidence_and_names_of_its_results_and_supported_ones_co
 
     noise, first, second = reason("noise", 1, False), reason("scatter", 0.7), reason("scatter", 0.8)
     rows = (
-        dataclasses.replace(FOUND, reasons=(noise, first)),
-        dataclasses.replace(FOUND, reasons=(noise, second), label="grouped"),
+        dataclasses.replace(COMPARED, reasons=(noise, first)),
+        dataclasses.replace(COMPARED, reasons=(noise, second), label="grouped"),
     )
     report = dataclasses.replace(sample_report(), comparisons=rows, paper=(PAPER,))
     html = render(report)["experiments/size.html"]

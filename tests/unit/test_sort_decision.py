@@ -23,7 +23,7 @@ def test_an_unknown_object_is_no_class_however_probable():
     assert judge(STRANGE, plan()).action is Action.STOP
     decision = judge(STRANGE, plan(unknown="reject", reject_bin="R"))
     assert (decision.action, decision.bin, decision.value) == (Action.REJECT, "R", "")
-    assert "2.5 times as far" in decision.reason
+    assert decision.reason == "novel object: novelty 2.50, limit 1"
 
 
 def test_without_a_novelty_check_an_object_is_placed_and_the_reason_says_so():

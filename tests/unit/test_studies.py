@@ -45,7 +45,7 @@ DRAWN = Table(
         for h in (2, 4)
     ),
 )
-MADE = {
+ABOUT = {
     "study": "verification",
     "quick": False,
     "ajgdata_version": "1",
@@ -105,7 +105,7 @@ def test_a_page_shows_every_value_and_runs_nothing(page):
 
 def test_figures_are_drawn_linked_and_embedded(tmp_path):
     paths = Paths(tmp_path)
-    write_tables(paths.study("verification"), [DRAWN], **MADE)
+    write_tables(paths.study("verification"), [DRAWN], **ABOUT)
     build_page(paths, "verification", [paths.study("verification")], [])
     shown = Page(paths.page("verification").read_text(encoding="utf-8"))
     (image,) = shown.all("img")
@@ -118,5 +118,5 @@ def test_figures_are_drawn_linked_and_embedded(tmp_path):
 def test_sentences_that_notes_share_are_shown_once(tmp_path):
     notes = "About A. Mean over 5.5 s.", "About B. Mean over 5.5 s."
     tables = [dataclasses.replace(DRAWN, name=note[6], note=note) for note in notes]
-    text = " ".join(Page(render_study("verification", MADE, tables, {})).words)
+    text = " ".join(Page(render_study("verification", ABOUT, tables, {})).words)
     assert text.count("Mean over 5.5 s.") == 1 and text.count("About B.") == 1
