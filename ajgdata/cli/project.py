@@ -94,7 +94,7 @@ def workflow_status(paths: Paths, options: Sequence[str] = ()) -> list[dict[str,
     done = subprocess.run(command, check=False, stdout=subprocess.PIPE, stderr=both, text=True)
     lines = [line for line in done.stdout.splitlines() if line.strip()]
     if done.returncode:
-        problem = lines[-1].strip() if lines else "snakemake stopped without a message"
+        problem = lines[-1].strip(" .") if lines else "snakemake stopped without a message"
         raise DataError(paths.root, problem, "run `snakemake --dry-run` for details")
     table = (line for line in lines if line.count("\t") == COLUMNS - 1)
     return list(csv.DictReader(table, delimiter="\t"))

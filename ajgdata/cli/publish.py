@@ -36,10 +36,8 @@ def publish(
     size = f"{done.bytes / 1e6:.1f} MB"
     say(f"{escape(str(done.folder))}: {done.recordings} recordings, {size}{left_out}")
     if done.is_unlicensed:
-        say(
-            "[yellow]no licence is stated[/yellow]: nobody may use it; state `licence` in "
-            f"datasets/{dataset}/dataset.yaml"
-        )
+        file = f"datasets/{dataset}/dataset.yaml"
+        say(f"[yellow]no licence is stated[/yellow]: users must ask you; add it to {file}")
 
 
 def fetch(

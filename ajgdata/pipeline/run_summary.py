@@ -158,10 +158,10 @@ def _measurements_line(
     """Return the number of measurements, and the names of skipped tasks."""
     absent = sum("skipped" in about for about in results)
     names = ", ".join(dict.fromkeys(task for task, _ in skipped))
-    return (
-        f"{many(len(results), 'measurement')}: {len(results) - absent} made, {absent} skipped"
-        + (f" ({names}; reasons above)" if names else "")
-    )
+    line = f"{many(len(results), 'measurement')}: {len(results) - absent} made, {absent} skipped"
+    if names:
+        line += f" ({names}; reasons above)" if absent else f"; parts of {names} skipped, see above"
+    return line
 
 
 def run_cost(paths: Paths, datasets: Sequence[str], *, everything: bool) -> list[RuleCost]:

@@ -138,7 +138,7 @@ def test_sense_without_a_novelty_check_does_not_call_anything_known(trained, run
     "arguments, said",
     [
         (("sense", "d", "what"), "requires a device"),
-        (("sense", "d", "who", "--source", "virtual"), "no such model. .* trains what: linear"),
+        (("sense", "d", "who", "--source", "virtual"), "no task 'who'. .* trains what: linear"),
         ((*SENSE, "--object", "rock"), "the recipe has no object 'rock'"),
         (
             ("sense", "d", "what", "--device", "x", "--object", "cube"),

@@ -203,7 +203,7 @@ def test_models_that_cannot_be_used_are_refused(trained, tmp_path):
         refused("not a readable model")
     with pytest.raises(DataError, match=r"there is no such model. `ajgdata run d` trains "):
         load(trained, "size", "linear")
-    with pytest.raises(DataError, match=r"no such model. .* trains .*size: .*what: "):
+    with pytest.raises(DataError, match=r"no task 'colour'. .* trains .*size: .*what: "):
         load(trained, "colour", "linear")
 
 
