@@ -147,13 +147,14 @@ def _causes(comparisons: Sequence[PaperComparison]) -> list[tuple[bool, Reason, 
 def _page_answer(
     comparisons: Sequence[PaperComparison], parts: Sequence[tuple[TaskSection, Part]]
 ) -> str:
-    """Return the first sentence of a page: on the paper's result, the best model or the figure."""
+    """Return the first sentence of a page: on the paper's result, the figure or the best model."""
     compared = filter(None, map(compared_sentence, comparisons))
     best = (
         best_sentence(section, row) for section, part in parts for row in part.rows if row.answer
     )
     titles = (f"{sentence(part.headline)}." for _, part in parts if part.headline)
-    return next((text for texts in (compared, best, titles) for text in texts), "")
+    choices = (compared, titles, best) if comparisons else (best, titles)
+    return next((text for texts in choices for text in texts), "")
 
 
 def run_time_link(report: Report) -> str:
