@@ -169,10 +169,10 @@ def _model_folder(paths: Paths, name: str, task: str, model: str) -> Path:
     names = checked_name(name), checked_name(task, "task"), checked_name(model, "model")
     if not (folder := paths.model(*names)).is_dir():
         spec = read_dataset(paths, name)
-        tasks = [item for item in spec.tasks.items() if item[1].models and spec.final_models]
-        known = "; ".join(f"{key}: {', '.join(task.models)}" for key, task in tasks) or "none"
+        trained = {key: item.models for key, item in spec.tasks.items() if spec.final_models}
+        known = "; ".join(f"{key}: {', '.join(own)}" for key, own in trained.items() if own)
         problem = "there is no such model" if task in spec.tasks else f"there is no task {task!r}"
-        raise DataError(folder, problem, f"`ajgdata run {name}` trains {known}")
+        raise DataError(folder, problem, f"`ajgdata run {name}` trains {known or 'none'}")
     return folder
 
 
