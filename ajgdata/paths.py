@@ -165,6 +165,7 @@ class Tree:
     CROISSANT = "croissant.json"
     DATAPACKAGE = "datapackage.json"
     METADATA = "metadata.csv"
+    TYPED_METADATA = "metadata.parquet"
     FEATURES = "features.nc"
     ARCHIVE = "audio.zip"
     DECLARATION = DATASET_FILE

@@ -10,21 +10,18 @@ from zipfile import ZipFile
 
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.progress import tracked
+from ajgdata.pipeline.published_version import check_version
+from ajgdata.pipeline.session_differences import check_equal, read_tables
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import FeatureRows, read_store
 from ajgdata.store.files import alone, copy, json_bytes, replacing_folder, sha256_of, yaml_bytes
+from ajgdata.store.findings import read_findings
 from ajgdata.store.provenance import commit_date, layer_hash, settings_digest, software
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.documents import About, croissant, datapackage
 from ajgdata.store.publishing.table import FILE_NAME, Table, table_of
-from ajgdata.store.sessions import (
-    audio_path,
-    inside,
-    read_dataset,
-    read_recordings,
-    read_session,
-    write_session,
-)
+from ajgdata.store.publishing.typed_table import parquet_bytes
+from ajgdata.store.sessions import audio_path, inside, read_dataset, write_session
 from ajgdata.types import DataError, DatasetSpec, Recording, Session
 
 
@@ -59,8 +56,9 @@ def publish(
     """Write the data set `dataset` with its features into the folder `out`, all or nothing.
 
     It contains the recordings of the feature file `store` (default: that of `load_features`).
-    Raises DataError, and keeps the old folder, if
-    features are missing or outdated, or if another process publishes there.
+    Raises DataError, and keeps the old folder, if features are missing or differ from the
+    recordings of the sessions, if the folder has the same version with other content, or if another
+    process publishes there.
 
     >>> from pathlib import Path
     >>> from ajgdata.paths import find_project
@@ -74,16 +72,18 @@ def publish(
     spec = read_dataset(paths, dataset)
     features = store or paths.features(dataset)
     _check_results(dataset, features, paths.quarantine(dataset))
-    contents = _contents(paths, dataset, read_store(features))
+    contents = _contents(paths, spec, features)
     suffixes = [path.suffix.lower() for _, path in contents.recordings.values()]
     table = table_of(contents.store, suffixes, features)
     with alone(out, "publishing into it"), replacing_folder(out) as folder:
         tree = Tree(folder)
         copy(features, tree / tree.FEATURES)
         _write(tree, tree.METADATA, table.encoded())
+        _write(tree, tree.TYPED_METADATA, parquet_bytes(table))
         _write(tree, tree.DECLARATION, declaration_bytes(spec))
-        _write_audio(tree, table, contents)
         _write_sessions(tree, paths, dataset, table, contents)
+        check_version(paths, spec, published=Tree(out), new=tree)
+        _write_audio(tree, table, contents)
         left_out, is_unlicensed = _describe(tree, paths, spec, table, contents)
         _write(tree, tree.SUMS, archive.checksums_bytes(folder))
         size = sum(p.stat().st_size for p in folder.rglob("*") if p.is_file())
@@ -113,21 +113,24 @@ def _checked_target(out: Path) -> Path:
     return out
 
 
-def _contents(paths: Paths, dataset: str, store: FeatureRows) -> _Contents:
-    """Return the sessions and recordings of a feature file."""
-    names = sorted(set(store.columns["session_id"].values.tolist()))
-    sessions = {name: read_session(paths.session(dataset, name)) for name in names}
-    known = {}
-    for name, session in sessions.items():
-        folder = paths.session(dataset, name)
-        for row in read_recordings(folder)[0]:
-            known[f"{name}/{row.recording_id}"] = row, audio_path(folder, session, row)
+def _contents(paths: Paths, spec: DatasetSpec, features: Path) -> _Contents:
+    """Return the sessions and recordings of a feature file. Raises DataError if it has no
+    recordings, or differs from the tables of the sessions."""
+    store = read_store(features)
+    tables = read_tables(paths, spec)
+    check_equal(features, spec, store, read_findings(paths.quarantine(spec.name)), tables)
+    names = store.columns["recording"].values.tolist()
+    if not names:
+        fix = f"see the reasons in {paths.quarantine(spec.name)}"
+        raise DataError(features, "has no usable recording", fix)
+    used = sorted(set(store.columns["session_id"].values.tolist()))
+    sessions = {name: tables.sessions[name] for name in used}
     recordings = {}
-    for recording in store.columns["recording"].values.tolist():
-        if recording not in known:
-            problem = "has features but is not a recording"
-            raise DataError(recording, problem, "compute its features again")
-        recordings[recording] = known[recording]
+    for name in names:
+        session = sessions[name.partition("/")[0]]
+        folder = paths.session(spec.name, session.session_id)
+        recording = tables.recordings[name]
+        recordings[name] = recording, audio_path(folder, session, recording)
     return _Contents(store, sessions, recordings)
 
 
@@ -202,7 +205,7 @@ def _describe(
     if about_data.spectra:
         figure = draw(spectra_figure(about_data, about_data.spectra))
         _write(tree, tree.SPECTRA, encode(figure, "png"))
-    described = (tree.METADATA, tree.FEATURES, tree.ARCHIVE)
+    described = (tree.METADATA, tree.TYPED_METADATA, tree.FEATURES, tree.ARCHIVE)
     sizes = {name: (tree / name).stat().st_size for name in described}
     hashes = {name: file_sha256(tree / name) for name in described}
     _write(tree, tree.CROISSANT, json_bytes(croissant(about, table, hashes, sizes)))

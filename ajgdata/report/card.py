@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -14,6 +15,8 @@ from ajgdata.store.files import yaml_bytes
 from ajgdata.store.publishing.documents import About
 from ajgdata.store.publishing.table import Table
 
+#: Types that pandas has for the columns of metadata.csv.
+PANDAS_TYPES = {"string": "str", "integer": "int64", "number": "float64"}
 #: Findings that the card lists one by one.
 MAX_FINDINGS = 20
 
@@ -44,6 +47,9 @@ def render_card(
         flagged=[f for f in summary.findings if not f.leaves_out],
         max_findings=MAX_FINDINGS,
         tree=Tree,
+        column_types=json.dumps(
+            {column.name: PANDAS_TYPES[column.kind] for column in table.columns}
+        ),
     )
 
 
@@ -60,7 +66,7 @@ def front_matter(about: About) -> dict[str, Any]:
         "configs": [
             {
                 "config_name": "default",
-                "data_files": [{"split": "train", "path": [Tree.METADATA, "audio/**"]}],
+                "data_files": [{"split": "train", "path": [Tree.TYPED_METADATA, "audio/**"]}],
             }
         ],
     }

@@ -24,6 +24,16 @@ _FILES = {
     Tree.FEATURES: ("features", "nc", "application/x-netcdf", "spectrum and labels"),
     Tree.ARCHIVE: ("audio", "zip", "application/zip", "the recordings"),
 }
+#: Type (as mlcroissant names it) and description of the file that Croissant reads the labels from.
+_TYPED_FILE = ("application/x-parquet", "labels of every recording, with the type of each column")
+#: Form of metadata.csv. Frictionless guesses a form that is not stated.
+_CSV_DIALECT = {
+    "delimiter": ",",
+    "lineTerminator": "\n",
+    "quoteChar": '"',
+    "doubleQuote": True,
+    "skipInitialSpace": False,
+}
 
 
 @dataclass(frozen=True)
@@ -110,6 +120,8 @@ def _distribution(table: Table, hashes: Mapping[str, str], sizes: Mapping[str, i
     """Return the files of the data set, and the set of recordings in the archive."""
     import mlcroissant as mlc
 
+    described = {name: (mime, text) for name, (_, _, mime, text) in _FILES.items()}
+    described[Tree.TYPED_METADATA] = _TYPED_FILE
     files: list[Any] = [
         mlc.FileObject(
             id=name,
@@ -120,7 +132,7 @@ def _distribution(table: Table, hashes: Mapping[str, str], sizes: Mapping[str, i
             encoding_formats=[mime],
             sha256=hashes[name],
         )
-        for name, (_, _, mime, description) in _FILES.items()
+        for name, (mime, description) in described.items()
     ]
     suffixes = sorted({Path(row[FILE_NAME]).suffix for row in table.rows})
     audio = mlc.FileSet(
@@ -135,14 +147,15 @@ def _distribution(table: Table, hashes: Mapping[str, str], sizes: Mapping[str, i
 
 
 def _recordings(table: Table) -> Any:
-    """Return the record set of the labels: a field for each column of metadata.csv."""
+    """Return the record set of the labels: a field for each column of metadata.parquet."""
     import mlcroissant as mlc
 
     types = {"string": mlc.DataType.TEXT, "integer": mlc.DataType.INTEGER}
     fields = []
     for column in table.columns:
         unit = f" ({column.unit})" if column.unit else ""
-        source = mlc.Source(file_object=Tree.METADATA, extract=mlc.Extract(column=column.name))
+        extract = mlc.Extract(column=column.name)
+        source = mlc.Source(file_object=Tree.TYPED_METADATA, extract=extract)
         text, kind = column.description or column.name, types.get(column.kind, mlc.DataType.FLOAT)
         fields.append((column.name, f"{text}{unit}", kind, source))
     return _record_set(RECORDINGS, "labels, one record per recording", "recording", fields)
@@ -206,7 +219,11 @@ def datapackage(
     ]
     resources[0].encoding = "utf-8"
     resources[0].schema = frictionless.Schema.from_descriptor(
-        {"fields": [_field(column) for column in table.columns], "primaryKey": ["recording"]}
+        {
+            "fields": [_field(column) for column in table.columns],
+            "primaryKey": ["recording"],
+            "missingValues": [""],
+        }
     )
     package = frictionless.Package(
         name=about.spec.name.lower(),
@@ -221,6 +238,7 @@ def datapackage(
         resources=resources,
     )
     document: dict[str, Any] = package.to_descriptor()
+    document["resources"][0]["dialect"] = {"csv": _CSV_DIALECT}
     return document
 
 

@@ -14,6 +14,7 @@ from ajgdata.paths import Tree
 from ajgdata.store.features import FeatureRows
 from ajgdata.store.files import csv_bytes
 from ajgdata.store.labels import MEANINGS
+from ajgdata.store.publishing.columns import unpublishable
 from ajgdata.types import DataError
 
 FILE_NAME = "file_name"
@@ -60,17 +61,17 @@ class Table:
 def table_of(store: FeatureRows, suffixes: Sequence[str], location: object) -> Table:
     """Return the table of a feature file; `suffixes` (with the dot) are those of the recordings.
 
-    Raises DataError for a column that Hugging Face would take for audio.
+    Raises DataError, with all of them, for columns whose names readers take for something else.
     """
-    reserved = ("file_name", "file_names")
-    if taken := [n for n in store.columns if n == "audio" or n.endswith(reserved)]:
-        problem = f"a label is named {min(taken)!r}, which Hugging Face takes for the audio"
-        raise DataError(location, problem, "rename it in recordings.csv and dataset.yaml")
+    if reasons := unpublishable(store.columns):
+        listed = "; ".join(f"{name!r} ({reason})" for name, reason in reasons.items())
+        problem = f"labels with these names cannot be published: {listed}"
+        raise DataError(location, problem, "rename them in recordings.csv and dataset.yaml")
     targets = [n for n, c in sorted(store.columns.items()) if c.attrs.get("role") == "target"]
     labels = sorted(set(store.columns) - {*FIRST, *targets, *LAST})
     order = dict.fromkeys((*FIRST, *targets, *labels, *LAST))
     names = [name for name in order if name in store.columns]
-    cells = {name: _texts(store.columns[name].values) for name in names}
+    cells = {name: cell_texts(store.columns[name].values) for name in names}
     hashes = cells["sha256"]
     rows = [
         {FILE_NAME: file_name(recording, hashes[row], suffixes[row])}
@@ -91,8 +92,9 @@ def _column(name: str, store: FeatureRows) -> PublishedColumn:
     return PublishedColumn(name, _KINDS[column.values.dtype.kind], unit, meaning, is_target)
 
 
-def _texts(values: np.ndarray) -> list[str]:
-    """Return cells of a column; numbers in the shortest form that gives the same number again."""
+def cell_texts(values: np.ndarray) -> list[str]:
+    """Return the cells (n,) of a column (n,): a missing value is empty, a number has the shortest
+    form that gives the same number again."""
     if values.dtype.kind == "f":
         return ["" if math.isnan(value) else repr(value) for value in values.tolist()]
     return [str(value) for value in values.tolist()]
