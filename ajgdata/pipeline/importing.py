@@ -14,6 +14,7 @@ from ajgdata.store.audio import AudioError, hash_and_inspect
 from ajgdata.store.files import BRINGING, alone
 from ajgdata.store.importing import Contents, Imported, are_simulated, import_sessions
 from ajgdata.store.labels import number
+from ajgdata.store.publishing.columns import RENAME, unpublishable
 from ajgdata.store.scan import Scan, scan, slug
 from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset, write_dataset
 from ajgdata.types import (
@@ -104,12 +105,18 @@ def _read(scanned: Scan) -> Contents:
 
 
 def _note_columns(paths: Paths, spec: DatasetSpec, scanned: Scan, targets: Sequence[str]) -> None:
-    """Note labels without a target. Raises DataError for a target that `spec` does not have."""
+    """Note labels without a target, and labels whose names no published data set can have.
+
+    Raises DataError for a target that `spec` does not have.
+    """
     if unknown := sorted(set(map(slug, targets)) - set(spec.targets)):
         problem = f"{spec.name} is declared already, without {unknown[0]!r}"
         raise DataError("--target", problem, f"add it to {paths.dataset(spec.name)}")
     if free := [column for column in scanned.label_columns() if column not in spec.targets]:
         scanned.remarks["note"].append(("stored, but not a target", ", ".join(free)))
+    if names := unpublishable(scanned.label_columns()):
+        reason = f"{', '.join(names)}; to publish the data set, {RENAME}"
+        scanned.remarks["note"].append(("columns that cannot be published", reason))
 
 
 def declare(

@@ -8,7 +8,8 @@ rule publish_dataset:
         store=PATHS.features("{dataset}"),
         quarantine=PATHS.quarantine("{dataset}"),
     output:
-        sums=PATHS.published_sums("{dataset}"),
+        # Kept if the job fails: a refused publishing leaves the published folder unchanged.
+        sums=update(PATHS.published_sums("{dataset}")),
     log:
         "results/logs/publish/{dataset}.log",
     benchmark:

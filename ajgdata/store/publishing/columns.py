@@ -10,6 +10,8 @@ RESERVED = {
     "file_name": "Hugging Face opens its values as recordings",
     "split": "Hugging Face and Croissant describe the training and test parts there",
 }
+#: What to do about columns that cannot be published.
+RENAME = "rename or delete these columns in each recordings.csv, and in dataset.yaml"
 #: End of the names of columns whose values Hugging Face opens as recordings.
 FILE_ENDING = "_file_name"
 #: Croissant's reader numbers the rows in the first of these columns that is free.

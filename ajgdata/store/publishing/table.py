@@ -14,7 +14,7 @@ from ajgdata.paths import Tree
 from ajgdata.store.features import FeatureRows
 from ajgdata.store.files import csv_bytes
 from ajgdata.store.labels import MEANINGS
-from ajgdata.store.publishing.columns import unpublishable
+from ajgdata.store.publishing.columns import RENAME, unpublishable
 from ajgdata.types import DataError
 
 FILE_NAME = "file_name"
@@ -66,7 +66,7 @@ def table_of(store: FeatureRows, suffixes: Sequence[str], location: object) -> T
     if reasons := unpublishable(store.columns):
         listed = "; ".join(f"{name!r} ({reason})" for name, reason in reasons.items())
         problem = f"labels with these names cannot be published: {listed}"
-        raise DataError(location, problem, "rename them in recordings.csv and dataset.yaml")
+        raise DataError(location, problem, RENAME)
     targets = [n for n, c in sorted(store.columns.items()) if c.attrs.get("role") == "target"]
     labels = sorted(set(store.columns) - {*FIRST, *targets, *LAST})
     order = dict.fromkeys((*FIRST, *targets, *labels, *LAST))
