@@ -72,12 +72,16 @@ def publish(
     spec = read_dataset(paths, dataset)
     features = store or paths.features(dataset)
     _check_results(dataset, features, paths.quarantine(dataset))
+    features_sha256 = file_sha256(features)
     contents = _contents(paths, spec, features)
     suffixes = [path.suffix.lower() for _, path in contents.recordings.values()]
     table = table_of(contents.store, suffixes, features)
     with alone(out, "publishing into it"), replacing_folder(out) as folder:
         tree = Tree(folder)
         copy(features, tree / tree.FEATURES)
+        if file_sha256(tree / tree.FEATURES) != features_sha256:
+            fix = "wait for the run that computes it, then publish again"
+            raise DataError(features, "changed while it was read", fix)
         _write(tree, tree.METADATA, table.encoded())
         _write(tree, tree.TYPED_METADATA, parquet_bytes(table))
         _write(tree, tree.DECLARATION, declaration_bytes(spec))

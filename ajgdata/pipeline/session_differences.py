@@ -106,12 +106,15 @@ def _different_recordings(
     }
     rejected_now = {name for name, row in tables.labels.items() if is_rejected(row)}
     present = set(tables.labels)
+    unreadable = unusable - excluded
     sets = {
         "rejected": rejected_now - rejected_before,
         "no longer rejected": (rejected_before - rejected_now) & present,
+        "quarantined": used & excluded,
         "added": present - used - excluded - rejected_now,
-        "removed": (used | excluded) - present - unusable - _unread(excluded, present),
-        "no longer readable": unusable - excluded,
+        "removed": (used - present - unreadable)
+        | (excluded - present - unusable - _unread(excluded, present)),
+        "no longer readable": unreadable,
     }
     return [counted("recording", names, verb) for verb, names in sets.items() if names]
 

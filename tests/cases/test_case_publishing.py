@@ -12,6 +12,7 @@ import pytest
 from sounds import resonances, write_wav
 
 from ajgdata.paths import Tree
+from ajgdata.pipeline import publish as publishing
 from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.pipeline.fetch import fetch
 from ajgdata.pipeline.publish import publish
@@ -353,6 +354,31 @@ def test_a_changed_definition_of_a_target_is_not_published(mine, paths, ajgdata)
     assert "definition of label in dataset.yaml" in stopped.text
 
 
+def test_features_that_a_run_replaces_meanwhile_are_not_published(
+    mine, paths, ajgdata, monkeypatch
+):
+    def replace_then_copy(source, target):
+        source.write_bytes(b"of a later run")
+        copy(source, target)
+
+    copy = publishing.copy
+    monkeypatch.setattr(publishing, "copy", replace_then_copy)
+    stopped = ajgdata("publish", "mine")
+    assert stopped.code == 1
+    assert "changed while it was read" in stopped.text
+    assert not paths.published("mine").exists()
+
+
+def test_a_quarantine_of_another_run_is_not_published(mine, paths, ajgdata, edit, build):
+    features = paths.features("mine").read_bytes()
+    edit(reject)
+    build()
+    paths.features("mine").write_bytes(features)  # still has the rejected recording
+    stopped = ajgdata("publish", "mine")
+    assert stopped.code == 1
+    assert "1 recording quarantined, first src/1_cube" in stopped.text
+
+
 def test_the_card_counts_what_was_left_out(mine, paths, edit, build):
     edit(reject)
     build()
@@ -433,11 +459,12 @@ def test_a_session_that_is_described_differently_needs_a_new_version(mine, paths
     assert "notes in sessions/src/session.yaml" in stopped.text
 
 
-def test_equal_content_is_published_again_and_missing_checksums_are_restored(mine, paths, ajgdata):
+def test_equal_content_is_published_again_and_missing_files_are_restored(mine, paths, ajgdata):
     ajgdata("publish", "mine")
     tree = Tree(paths.published("mine"))
     before = contents(tree.root)
     (tree / tree.SUMS).unlink()  # as Snakemake did before a job
+    (tree / "metadata.parquet").unlink()  # as in folders of older versions
     assert ajgdata("publish", "mine").code == 0
     assert contents(tree.root) == before
 

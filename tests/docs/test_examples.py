@@ -70,6 +70,8 @@ MODULES = (
     "ajgdata.pipeline.publish",
     "ajgdata.store.audio",
     "ajgdata.store.features",
+    "ajgdata.store.publishing.columns",
+    "ajgdata.store.publishing.differences",
     "ajgdata.tutorial",
 )
 
