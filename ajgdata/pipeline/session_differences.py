@@ -107,23 +107,17 @@ def _different_recordings(
     rejected_now = {name for name, row in tables.labels.items() if is_rejected(row)}
     present = set(tables.labels)
     unreadable = unusable - excluded
+    # Recordings of a whole session in the quarantine that can be read again are "added".
+    read_again = {f"{name.partition('/')[0]}/{WHOLE_SESSION}" for name in present}
     sets = {
         "rejected": rejected_now - rejected_before,
         "no longer rejected": (rejected_before - rejected_now) & present,
         "quarantined": used & excluded,
         "added": present - used - excluded - rejected_now,
-        "removed": (used - present - unreadable)
-        | (excluded - present - unusable - _unread(excluded, present)),
+        "removed": (used - present - unreadable) | (excluded - present - unusable - read_again),
         "no longer readable": unreadable,
     }
     return [counted("recording", names, verb) for verb, names in sets.items() if names]
-
-
-def _unread(excluded: Collection[str], present: Collection[str]) -> set[str]:
-    """Return the whole sessions in the quarantine of which a recording is now present: their
-    recordings are reported as added."""
-    sessions = {name.partition("/")[0] for name in present}
-    return {f"{name}/{WHOLE_SESSION}" for name in sessions} & set(excluded)
 
 
 def _different_labels(spec: DatasetSpec, store: FeatureRows, tables: SessionTables) -> list[str]:

@@ -297,7 +297,7 @@ CHANGES = {
     "sample": (renumber, r"1 value of sample, first src/1_cube: '0' -> '3'"),
     "removed": (remove, r"1 recording removed, first src/1_cube"),
     "column": (add_column, r"column colour added"),
-    "bytes": (other_bytes, r"1 WAV file with other bytes, first src/1_cube"),
+    "bytes": (other_bytes, r"1 audio file with different content, first src/1_cube"),
 }
 
 

@@ -21,32 +21,24 @@ def differences(before: Rows, after: Rows) -> list[str]:
     >>> differences({"s/1": {"form": "cube"}}, {"s/1": {"form": "ball"}})
     ["1 label of form, first s/1: 'cube' -> 'ball'"]
     """
-    removed, added = sorted(before.keys() - after.keys()), sorted(after.keys() - before.keys())
+    phrases = []
+    if removed := before.keys() - after.keys():
+        phrases.append(counted("recording", removed, "removed"))
+    if added := after.keys() - before.keys():
+        phrases.append(counted("recording", added, "added"))
+    old_columns = _columns(before)
+    new_columns = _columns(after)
+    phrases += [f"column {name} removed" for name in sorted(old_columns - new_columns)]
+    phrases += [f"column {name} added" for name in sorted(new_columns - old_columns)]
     common = sorted(before.keys() & after.keys())
-    phrases = [counted("recording", names, verb) for names, verb in _named(removed, added)]
-    old_columns, new_columns = _columns(before), _columns(after)
-    phrases += [
-        f"column {name} {verb}"
-        for names, verb in _named(
-            sorted(old_columns - new_columns), sorted(new_columns - old_columns)
-        )
-        for name in names
-    ]
     for column in sorted(old_columns & new_columns):
         changed = [name for name in common if before[name][column] != after[name][column]]
         if changed:
             first = changed[0]
-            phrase = _changed(column, len(changed))
-            phrase = f"{phrase}, first {first}"
-            if column != "sha256":
-                phrase += f": {_shown(before[first][column])} -> {_shown(after[first][column])}"
-            phrases.append(phrase)
+            cells = f"{_shown(before[first][column])} -> {_shown(after[first][column])}"
+            phrase = f"{_changed(column, len(changed))}, first {first}"
+            phrases.append(phrase if column == "sha256" else f"{phrase}: {cells}")
     return phrases
-
-
-def _named(removed: Collection[str], added: Collection[str]) -> list[tuple[Collection[str], str]]:
-    """Return the collections that are not empty, with the verb of each."""
-    return [(names, verb) for names, verb in ((removed, "removed"), (added, "added")) if names]
 
 
 def counted(noun: str, names: Collection[str], verb: str) -> str:
@@ -64,8 +56,9 @@ def _changed(column: str, count: int) -> str:
     """Return e.g. `3 labels of form`."""
     plural = "" if count == 1 else "s"
     if column == "sha256":
-        return f"{count} WAV file{plural} with other bytes"
-    return f"{count} {'value' if column in _NOT_LABELS else 'label'}{plural} of {column}"
+        return f"{count} audio file{plural} with different content"
+    noun = "value" if column in _NOT_LABELS else "label"
+    return f"{count} {noun}{plural} of {column}"
 
 
 def _shown(cell: str) -> str:
