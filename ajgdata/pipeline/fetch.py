@@ -13,6 +13,7 @@ import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import IO
 
 from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE, SESSION_FILE, Paths, Tree
 from ajgdata.pipeline.importing import import_folder
@@ -21,11 +22,11 @@ from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
     BRINGING,
     alone,
+    copy,
     read_model,
     read_yaml,
     replacing_folder,
     sha256_of,
-    write_bytes,
 )
 from ajgdata.store.importing import Imported
 from ajgdata.store.publishing.archive import (
@@ -115,7 +116,7 @@ def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
             _unpack(tree, folder / "sessions")
             counts = [_check(session) for session in sorted((folder / "sessions").iterdir())]
             for file in STORED_FILES:
-                write_bytes(folder / "published" / file, (tree / file).read_bytes())
+                copy(tree / file, folder / "published" / file)
         write_dataset(paths, spec)  # the last step: a data set without it is not registered
     return Fetched(spec.name, sum(counts), len(counts), removed)
 
@@ -171,17 +172,19 @@ def _unpack(tree: Tree, folder: Path) -> None:
                 kind, _, path = name.partition("/")
                 session, _, file = path.partition("/")
                 if kind == AUDIO_FOLDER:
-                    content, file = packed.read(name), f"{AUDIO_FOLDER}/{file}"
+                    source: IO[bytes] = packed.open(name)
+                    file = f"{AUDIO_FOLDER}/{file}"
                 elif kind == "sessions" and PurePosixPath(file).stem in SESSION_FILES:
-                    content = (tree / name).read_bytes()
+                    source = (tree / name).open("rb")
                 else:
                     continue
-                if sha256_of(content) != digest:
-                    problem = f"its {name} is not the one of {tree.SUMS} (sha256 differs)"
-                    raise DataError(tree / tree.ARCHIVE, problem, AGAIN)
                 target = folder / checked_name(session, "session") / file
                 target.parent.mkdir(parents=True, exist_ok=True)
-                target.write_bytes(content)
+                with source, target.open("wb") as stream:  # in blocks: a file may have any size
+                    shutil.copyfileobj(source, stream)
+                if file_sha256(target) != digest:
+                    problem = f"its {name} is not the one of {tree.SUMS} (sha256 differs)"
+                    raise DataError(tree / tree.ARCHIVE, problem, AGAIN)
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, LookupError) as error:
         problem = f"is damaged or lacks a recording ({error})"
         raise DataError(tree / tree.ARCHIVE, problem, AGAIN) from None

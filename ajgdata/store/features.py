@@ -25,6 +25,10 @@ if TYPE_CHECKING:
 CHUNK_ROWS = 128
 CONVENTIONS = "CF-1.11"
 LATENT, VALIDATION_FOLD = "latent_", "validation_fold"
+_UNREADABLE = "is not a readable netCDF file"
+_RECOMPUTE = "delete it and run again"
+_LOCKED = "is locked by another program, or its file system has no locks (NFS)"
+_UNLOCK = "close the other program; without locks, set HDF5_USE_FILE_LOCKING=FALSE"
 _FREQUENCY = {"units": "Hz", "standard_name": "sound_frequency", "long_name": "frequency"}
 _COMPRESSED = {"zlib": True, "complevel": 4, "shuffle": True}
 
@@ -113,13 +117,17 @@ def open_store(path: Path) -> xr.Dataset:
 
 @contextmanager
 def damage_reported(path: Path) -> Iterator[None]:
-    """Raise DataError for a damaged file or one of another kind; give PermissionError the path."""
+    """Raise DataError for a damaged, locked or other file; give PermissionError the path."""
     try:
         yield
     except PermissionError:  # HDF5 does not set the file name
         raise PermissionError(errno.EACCES, "Permission denied", str(path)) from None
-    except (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError):
-        raise DataError(path, "is not a readable netCDF file", "delete it and run again") from None
+    except OSError as error:
+        if "unable to lock file" in str(error):
+            raise DataError(path, _LOCKED, _UNLOCK) from None
+        raise DataError(path, _UNREADABLE, _RECOMPUTE) from None
+    except (LookupError, ValueError, TypeError, AttributeError, RuntimeError):
+        raise DataError(path, _UNREADABLE, _RECOMPUTE) from None
 
 
 def open_netcdf(path: Path) -> xr.Dataset:

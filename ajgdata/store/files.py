@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import glob
 import hashlib
 import io
 import json
@@ -29,6 +30,11 @@ Model = TypeVar("Model", bound=BaseModel)
 TEMPORARY = ".tmp"
 #: What imports and fetches do; they exclude each other.
 BRINGING = "bringing recordings into this data set"
+#: Largest text that is read. A table of a million recordings has 200 MB; reading needs twice the
+#: size of the file as memory.
+MAX_TEXT_BYTES = 256 * 2**20
+#: Largest YAML file that is read: its nodes need about a hundred times its size as memory.
+MAX_YAML_BYTES = 8 * 2**20
 
 
 @contextmanager
@@ -47,7 +53,11 @@ def replacing(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def replacing_folder(path: Path) -> Iterator[Path]:
-    """Yield an empty folder that takes the place of the folder `path` if the block succeeds."""
+    """Yield an empty folder that takes the place of the folder `path` if the block succeeds.
+
+    Only one process may do this at a time (see `alone`): what a killed process left is removed.
+    """
+    finish_interrupted(path)
     with _own_folder(path) as temporary:
         new, old = temporary / "new", temporary / "old"
         new.mkdir()
@@ -57,13 +67,30 @@ def replacing_folder(path: Path) -> Iterator[Path]:
         new.rename(path)
 
 
+def finish_interrupted(path: Path) -> None:
+    """Remove what a killed `replacing_folder(path)` left. The old folder returns if it was moved
+    away and the new one did not take its place."""
+    prefix = _temporary_prefix(path)
+    for temporary in path.parent.glob(f"{glob.escape(prefix)}*{TEMPORARY}"):
+        old = temporary / "old"
+        if old.is_dir() and not path.exists():
+            old.rename(path)
+        shutil.rmtree(temporary)
+
+
 @contextmanager
 def _own_folder(path: Path) -> Iterator[Path]:
     """Yield an empty temporary folder next to `path`, which is removed at the end."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    prefix = f".{path.name[:40]}."  # short enough for the file system however long the name is
+    prefix = _temporary_prefix(path)
     with tempfile.TemporaryDirectory(TEMPORARY, prefix, path.parent, True) as folder:
         yield Path(folder)
+
+
+def _temporary_prefix(path: Path) -> str:
+    """Return the begin of the names of temporary folders of `path`: short enough for the file
+    system, and different for names with the same begin."""
+    return f".{path.name[:40]}-{sha256_of(path.name.encode())[:8]}."
 
 
 @contextmanager
@@ -116,9 +143,16 @@ def sha256_of(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def read_text(path: Path) -> str:
-    """Return the text of a UTF-8 file (a byte-order mark is tolerated)."""
+def read_text(path: Path, max_bytes: int = MAX_TEXT_BYTES) -> str:
+    """Return the text of a UTF-8 file (a byte-order mark is tolerated).
+
+    Raises DataError for a file that is missing, unreadable or larger than `max_bytes`.
+    """
     try:
+        size = path.stat().st_size
+        if size > max_bytes:
+            problem = f"has {size / 1e6:,.0f} MB, more than the limit of {max_bytes / 1e6:,.0f} MB"
+            raise DataError(path, problem, "check that this is the right file")
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise DataError(path, "there is no such file", "create it or correct the name") from None
@@ -166,7 +200,7 @@ def _parsed(text: str) -> Any:
 def read_yaml(path: Path) -> dict[str, Any]:
     """Return a YAML mapping."""
     try:
-        content = deepcopy(_parsed(read_text(path)))
+        content = deepcopy(_parsed(read_text(path, MAX_YAML_BYTES)))
     # ValueError: a date such as 2024-13-45; RecursionError: a thousand nested lists
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
@@ -195,7 +229,7 @@ def line_of(path: Path, place: Iterable[int | str]) -> int:
     Where it leads to what is not there (a key that is missing, the name of an alternative), the
     line is that of the last thing that is.
     """
-    node, line = yaml.compose(read_text(path), _Loader), 1
+    node, line = yaml.compose(read_text(path, MAX_YAML_BYTES), _Loader), 1
     for step in place:
         if isinstance(node, yaml.MappingNode):
             pairs = [pair for pair in node.value if pair[0].value == str(step)]

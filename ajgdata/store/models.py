@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zipfile import ZipFile
 
 import numpy as np
 
@@ -18,6 +19,9 @@ ABOUT_FILE = "model.json"
 ESTIMATOR_FILE = "model.skops"
 GUARD_FILE = "guard.safetensors"
 #: One job trains all models of a data set; it runs if their folder is missing.
+#: `write_estimator` compresses nothing; a file that unpacks to more than this times its size is an
+#: attack on the memory.
+_MAX_EXPANSION = 10
 _RETRAIN = "delete the folder of all models of its data set (results/models/NAME) and run again"
 
 
@@ -53,9 +57,21 @@ def read_estimator(folder: Path, trusted: Sequence[str]) -> BaseEstimator:
     from skops.io import load
 
     try:
+        _check_size(folder / ESTIMATOR_FILE)
         return load(folder / ESTIMATOR_FILE, trusted=list(trusted))
     except Exception as error:  # skops does not check its schema: any type can be raised
         raise _unreadable(folder / ESTIMATOR_FILE, error) from None
+
+
+def _check_size(path: Path) -> None:
+    """Raise ValueError if a skops file, which is a ZIP archive, unpacks to far more than its own
+    size."""
+    with ZipFile(path) as archive:
+        unpacked = sum(entry.file_size for entry in archive.infolist())
+    if unpacked > _MAX_EXPANSION * path.stat().st_size:
+        raise ValueError(
+            f"{path.stat().st_size / 1e6:.1f} MB that unpack to {unpacked / 1e6:.0f} MB"
+        )
 
 
 def write_about(folder: Path, about: Mapping[str, Any]) -> None:

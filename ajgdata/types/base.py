@@ -69,6 +69,7 @@ _FIXES = {
     errno.EACCES: "change its permissions, or use an account that has them",
     errno.EROFS: "use a disk that can be written",
     errno.ENOSPC: "free some space on its disk",
+    errno.EDQUOT: "free some space, or ask for a larger quota",
 }
 
 
@@ -78,7 +79,10 @@ def one_line(error: DataError | OSError | MemoryError) -> str:
         return "Not enough memory. Use fewer --cores, or close other programs."
     if isinstance(error, OSError) and error.strerror:
         fix = _FIXES.get(error.errno or 0, "check this file and its disk")
-        return f"{error.filename or 'a file'}: {error.strerror}. {sentence(fix)}"
+        name = error.filename or "a file"
+        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS) and error.filename2:
+            name = error.filename2  # of a copy, the target has no space, not the source
+        return f"{name}: {error.strerror}. {sentence(fix)}"
     return " ".join(str(error).split())
 
 

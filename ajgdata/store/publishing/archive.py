@@ -20,6 +20,8 @@ _LINE = re.compile(r"([0-9a-f]{64})  (.+)")
 _NO_TIME = (1980, 1, 1, 0, 0, 0)
 #: Largest unpacked archive, because a small archive can unpack to any size.
 MAX_BYTES = 50 * 2**30
+#: Largest SHA256SUMS that is read: about 600,000 lines.
+MAX_SUMS_BYTES = 64 * 2**20
 AGAIN = "run it again: complete files are kept"
 #: A server that sends nothing for so long has failed.
 TIMEOUT_S = 30.0
@@ -41,10 +43,10 @@ def checksums_bytes(root: Path) -> bytes:
 
 
 def read_checksums(path: Path) -> dict[str, str]:
-    """Return hashes by file name. Raises DataError for an invalid line and for a name that would
-    leave the folder."""
+    """Return hashes by file name. Raises DataError for an invalid line, for a name that would leave
+    the folder, and for a file of more than MAX_SUMS_BYTES."""
     hashes: dict[str, str] = {}
-    for number, line in enumerate(read_text(path).splitlines(), 1):
+    for number, line in enumerate(read_text(path, MAX_SUMS_BYTES).splitlines(), 1):
         location, match = f"{path}:{number}", _LINE.fullmatch(line)
         if not match:
             fix = "fetch the file itself (not a page that shows it), or publish again"
