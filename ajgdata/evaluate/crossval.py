@@ -85,10 +85,10 @@ class Tested(NamedTuple):
 class Cost:
     """Times of a cross-validation, one thread, on whatever machine this was.
 
-    `train_s` is wall time and `train_cpu_s` processor time of fitting; the latter tells whether
-    something else was using the machine. `inference_s_per_recording`: a whole test part
-    predicted at once; `latency_s`: one recording predicted alone; both the median over repeats,
-    then over folds.
+    `train_s` is wall time and `train_cpu_s` CPU time of fitting. The report shows the CPU time,
+    because the wall time also depends on other programs. `inference_s_per_recording`: a whole test
+    part predicted at once; `latency_s`: one recording predicted alone; both are wall times, the
+    median over repeats, then over folds.
     """
 
     train_s: float

@@ -133,7 +133,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             scores += list(fold_scores(name, variant.name, result.scores))
             for other, tested in result.extra_tests.items():
                 scores += list(fold_scores(name, f"{variant.name} on:{other}", tested.scores))
-            costs.append((name, cost, "train_s", "measured", result.cost.train_s))
+            costs.append((name, cost, "train_cpu_s", "measured", result.cost.train_cpu_s))
     return Outcome((score_table(scores, TITLE),), (score_table(costs, TITLE),))
 
 

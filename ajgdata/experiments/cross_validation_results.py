@@ -117,7 +117,7 @@ class ModelResult:
     @property
     def cost(self) -> Cost:
         """Return the cost of the model on the grouped split."""
-        return Cost(self.measured["train_s"], 1e3 * self.measured["latency_s"])
+        return Cost(self.measured["train_cpu_s"], 1e3 * self.measured["latency_s"])
 
     def predictions(self, part: str = GROUPED) -> tuple[np.ndarray, np.ndarray]:
         """Return true and predicted values (n,) of a part: numbers, or labels of classes.
@@ -220,13 +220,17 @@ def run_times(results: TaskResults) -> Table:
     """Return error and training time of each model and fold; none of a single model."""
     models = models_of(results) if len(results.results) > 1 else []
     rows = [
-        {"model": model.label, "train_s": max(model.cost.train_s, SHORTEST_S)}
+        {"model": model.label, "train_cpu_s": max(model.cost.train_cpu_s, SHORTEST_S)}
         | {"error": results.scale * abs(value - model.perfect)}
         | {"chance": results.scale * abs(model.chance() - model.perfect)}
         for model in models
         for value in model.folds()
     ]
-    columns = {"model": "Model", "train_s": "Time to train all folds, s", "chance": "Chance"}
+    columns = {
+        "model": "Model",
+        "train_cpu_s": "CPU time to train all folds, s",
+        "chance": "Chance",
+    }
     error = column_title("Error", results.shown_unit)
     return table_of("run times", "Error and run time", rows, **columns, error=error)
 
@@ -245,8 +249,8 @@ PLOTS = (
         name="predictions",
     ),
     Plot(
-        "scatter", run_times, "error against training time; grey line: no model is better in both",
-        value="error", x="train_s", chance="chance", title=finding, name="run-time",
+        "scatter", run_times, "error against CPU time of training; grey line: no model is better in both",
+        value="error", x="train_cpu_s", chance="chance", title=finding, name="run-time",
     ),
 )  # fmt: skip
 
@@ -265,8 +269,8 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
             results.metric_title,
             model.shown(model.score(), GROUPED),
             model.shown(Score(model.chance(), 0.0)),
-            number(model.cost.train_s),
-            number(model.cost.inference_ms_per_recording),
+            number(model.cost.train_cpu_s),
+            number(model.cost.prediction_ms),
             best=model is top,
             paper=results.papers.get(PARTS[GROUPED][0]),
             answer=model.shown(model.with_interval(), GROUPED) if model is top else "",

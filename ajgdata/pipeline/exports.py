@@ -117,8 +117,8 @@ def paper_table(rows: Sequence[PaperComparison]) -> Table:
             "result": row.result,
             "split": row.split,
             "agrees": row.agrees,
-            "train_s": row.cost.train_s if row.cost else None,
-            "inference_ms_per_recording": row.cost.inference_ms_per_recording if row.cost else None,
+            "train_cpu_s": row.cost.train_cpu_s if row.cost else None,
+            "prediction_ms": row.cost.prediction_ms if row.cost else None,
         }
         for row in rows
     ]

@@ -119,10 +119,10 @@ def mark_of(role: Role, score: Score, scale: float = 1.0) -> Mark:
 
 
 class Cost(NamedTuple):
-    """Cost of a result: training, and predicting one recording alone."""
+    """Cost of a result: CPU time of training, and wall time of predicting one recording alone."""
 
-    train_s: float
-    inference_ms_per_recording: float
+    train_cpu_s: float
+    prediction_ms: float
 
 
 @dataclass(frozen=True)

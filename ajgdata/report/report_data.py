@@ -44,8 +44,8 @@ class ResultRow:
     metric: str
     value: str
     chance: str = ""
-    train_s: str = ""
-    inference_ms: str = ""
+    train_cpu_s: str = ""
+    prediction_ms: str = ""
     best: bool = False
     part: str = ""  #: heading of the rows that it stands among
     paper: PaperFigure | None = None

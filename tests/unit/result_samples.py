@@ -59,7 +59,7 @@ def result(
         for part, pair in predictions.items()
         for n, (true, y) in enumerate(zip(*pair, strict=True))
     ]
-    measured = {"train_s": cost[0], "latency_s": cost[1] / 1e3}
+    measured = {"train_cpu_s": cost[0], "latency_s": cost[1] / 1e3}
     measured = [(model, "cost of grouped", name, "measured", v) for name, v in measured.items()]
     tables = (
         score_table(rows, "Errors"),

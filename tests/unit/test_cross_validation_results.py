@@ -59,8 +59,8 @@ def test_rows_of_a_task_stand_beside_the_paper_with_the_best_marked():
     assert (cnn.label, cnn.metric, cnn.value, cnn.chance) == (
         "CNN", "RMSE", "2.20 ± 0.30 mm", "8.2 mm",
     )  # fmt: skip
-    assert (cnn.train_s, cnn.inference_ms) == ("3.2", "0.21")
-    assert (knn.train_s, knn.inference_ms) == ("0", "0.05")
+    assert (cnn.train_cpu_s, cnn.prediction_ms) == ("3.2", "0.21")
+    assert (knn.train_cpu_s, knn.prediction_ms) == ("0", "0.05")
     assert (knn.value, knn.paper, cnn.paper) == ("4.00 ± 0.40 mm", PAPER, PAPER)
     assert (cnn.best, knn.best, cnn.part) == (True, False, "")
     assert (cnn.answer, knn.answer) == ("2.2 (1.75 to 2.65) mm", "")
@@ -221,7 +221,7 @@ def test_a_repeating_target_is_drawn_at_the_repetition_nearest_to_the_truth():
 def test_the_error_of_each_model_is_drawn_over_its_training_time():
     sizes_task, kinds_task = two_tasks()
     rows = run_times(sizes_task).rows
-    assert [(row["model"], row["train_s"], row["error"]) for row in rows] == [
+    assert [(row["model"], row["train_cpu_s"], row["error"]) for row in rows] == [
         ("CNN", 3.2, 1.9), ("CNN", 3.2, 2.5), ("k-NN", 1e-3, 3.6), ("k-NN", 1e-3, 4.4),
     ]  # fmt: skip
     assert run_times(kinds_task).rows == ()  # of one model

@@ -48,7 +48,7 @@ def test_tables_of_all_models_are_one_file_and_predictions_are_elsewhere():
     values = {(r["model"], r["part"], r["metric"], r["statistic"]): r["value"] for r in scores}
     assert values["cnn", "grouped", "rmse", "fold 1"] == 2.5
     assert values["knn", "grouped", "rmse", "mean"] == 4.0
-    assert values["cnn", "cost of grouped", "train_s", "measured"] == 3.2
+    assert values["cnn", "cost of grouped", "train_cpu_s", "measured"] == 3.2
     assert files[f"{base}--pairs"].column("model") == ["cnn"] * 12 + ["knn"] * 12
     pairs = table_files(kinds)["cross-validation--stones--kind--pairs"]
     assert "model" not in [column.key for column in pairs.columns]
@@ -65,7 +65,7 @@ def test_a_report_is_written_whole(tmp_path):
     names = write_exports(report, two_tasks(), tables)
     assert {path.stem for path in tables.iterdir()} == set(names) and len(names) == len(set(names))
     (row,) = read(tables / "paper-comparison.csv")
-    assert (row["paper"], row["agrees"], row["train_s"]) == ("2.6", "no: lower", "3.2")
+    assert (row["paper"], row["agrees"], row["train_cpu_s"]) == ("2.6", "no: lower", "3.2")
     before = {path: path.read_bytes() for path in tables.iterdir()}
     write_exports(report, two_tasks(), tables)
     assert {path: path.read_bytes() for path in tables.iterdir()} == before

@@ -70,7 +70,7 @@ def check_metrics(paths, scores) -> None:
         assert float(values["knn", "on:copy", "accuracy", f"fold {fold}"]) == accuracy
     assert float(values["knn", "curve:5", "accuracy", "draw 2"]) <= 1
     assert float(values["", "cost of training", "cpu_s", "measured"]) > 0
-    assert float(values["knn", "cost of stft:512/512", "train_s", "measured"]) > 0
+    assert float(values["knn", "cost of stft:512/512", "train_cpu_s", "measured"]) > 0
     assert int(values["linear", "sorting, plain", "sorts_in_a_row", "run 0"]) >= 0
     assert float(values["knn", "transfer:copy:1", "accuracy", "fold 0"]) <= 1
 
