@@ -82,7 +82,11 @@ def plots(results: TaskResults) -> list[Plot]:
     """Return the errors over calibration grasps, or per gripper if only one number was tried."""
     if len(results.settings.grasps) > 1:
         return [GRIPPERS]
-    return [replace(GRIPPERS, mark="rows", x="other", panel="", title=finding)]
+    (grasps,) = results.settings.grasps
+    about = f"models on another gripper, with {grasps} of its grasps added to the training"
+    if grasps == 0:
+        about = "models on another gripper, without any of its grasps in the training"
+    return [replace(GRIPPERS, mark="rows", about=about, x="other", panel="", title=finding)]
 
 
 def _first_label(results: TaskResults) -> str:

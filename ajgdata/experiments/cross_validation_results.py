@@ -238,7 +238,7 @@ def run_times(results: TaskResults) -> Table:
 PLOTS = (
     Plot(
         "matrix", class_shares, "predictions on held-out grasps",
-        value="share", x="true", series=("predicted",), over="recordings of a true class",
+        value="share", x="true", series=("predicted",), over="the recordings of a true class",
         title=finding, name="predictions",
     ),
     Plot(
@@ -249,7 +249,8 @@ PLOTS = (
         name="predictions",
     ),
     Plot(
-        "scatter", run_times, "error against CPU time of training; grey line: no model is better in both",
+        "scatter", run_times,
+        "error against CPU time of training; grey line: no model is better in both",
         value="error", x="train_cpu_s", chance="chance", title=finding, name="run-time",
     ),
 )  # fmt: skip

@@ -291,7 +291,17 @@ def picture_for(results: TaskResults, plot: Plot) -> Picture:
         chance=tuple(chance_for(results, plot).items()),
         published=published,
         ideal=plot.ideal,
+        limits=_limits(results, plot),
     )
+
+
+def _limits(results: TaskResults, plot: Plot) -> tuple[float, float]:
+    """Return the lowest and the highest possible value of a plot: shares and errors are not
+    negative, accuracies are between 0 and 100 %."""
+    is_metric = _is_metric(table_for(results, plot), plot)
+    if is_metric and results.kind == "classification":
+        return 0.0, 100.0
+    return 0.0 if is_metric or plot.percent else -math.inf, math.inf
 
 
 def illustrations(results: TaskResults, plots: Sequence[Plot]) -> Iterator[Illustration]:
@@ -315,6 +325,8 @@ def _figure(results: TaskResults, plot: Plot) -> Figure:
 def _spread(plot: Plot) -> str:
     if plot.mark == "histogram":
         return f"median, 5th to 95th percentile of {plot.over}"
+    if plot.mark == "matrix":
+        return f"share of {plot.over}"
     return "with intervals" if plot.interval else f"mean ± sd over {plot.over}"
 
 
@@ -326,7 +338,8 @@ def _caption(results: TaskResults, plot: Plot) -> Caption:
     ]
     levels = (with_unit(number(v), unit) for v in chance_for(results, plot).values())
     chance = ", ".join(dict.fromkeys(levels))
-    guess = f" Chance: {chance}." if chance else ""
+    meaning = "A guess predicts" if plot.ideal else "Chance level:"
+    guess = f" {meaning} {chance}." if chance else ""
     paper = results.paper if plot.published else None
     paper_text = f" The paper, on its real gripper: {paper.text}." if paper else ""
     said = sentence(plot.about)

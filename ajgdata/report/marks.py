@@ -60,8 +60,9 @@ class Picture:
 
     `chance` is the chance level per panel, `published` a value of the paper, or x and value
     of each of its values.
-    With `ideal`, the line on which x and value are equal is drawn. `log`: the axis of the value is
-    logarithmic.
+    With `ideal`, the line on which x and value are equal is drawn, and `chance` is the value that a
+    guess predicts. `log`: the axis of the value is logarithmic. `limits` are the lowest and the
+    highest possible value: bars end there.
     """
 
     title: str
@@ -74,6 +75,7 @@ class Picture:
     published: tuple[float, ...] = ()
     ideal: bool = False
     log: bool = False
+    limits: tuple[float, float] = (-math.inf, math.inf)
 
     @property
     def panels(self) -> list[str]:
@@ -117,7 +119,7 @@ def lines(picture: Picture) -> Figure:
     for axes, panel in zip(grid, picture.panels, strict=True):
         for index, name in enumerate(picture.series):
             points = sorted(picture.of(panel, name), key=lambda point: point.x)
-            x, mean, bars = _arrays(points)
+            x, mean, bars = _arrays(points, picture.limits)
             style = line_style(index)
             if len(points) > MAX_MARKERS:
                 axes.plot(x, mean, label=name, **style | {"marker": "", "lw": 0.9})
@@ -133,14 +135,15 @@ def scatter(picture: Picture) -> Figure:
     same cost or less."""
     figure, grid = _grid(picture)
     for axes, panel in zip(grid, picture.panels, strict=True):
-        cost, value, _ = _arrays([point for point in picture.points if point.panel == panel])
+        own = [point for point in picture.points if point.panel == panel]
+        cost, value, _ = _arrays(own, picture.limits)
         front = np.flatnonzero(pareto_front(cost, value))
         front = front[np.argsort(cost[front], kind="stable")]
         axes.plot(cost[front], value[front], color=GREY, lw=0.8, zorder=1)
         for index, name in enumerate(picture.series):
             if points := picture.of(panel, name):
                 style = {**line_style(index), "ls": "", "elinewidth": 0.7}
-                axes.errorbar(*_arrays(points), label=name, **style)
+                axes.errorbar(*_arrays(points, picture.limits), label=name, **style)
         _references(axes, picture, panel, "y")
         _numeric_x(axes, picture, panel)
         axes.margins(x=0.12)
@@ -168,7 +171,7 @@ def rows(picture: Picture) -> Figure:
     for axes, panel in zip(grid, picture.panels, strict=True):
         for index, name in enumerate(series):
             if points := picture.of(panel, name):
-                _, mean, bars = _arrays(points)
+                _, mean, bars = _arrays(points, picture.limits)
                 shift = 0.14 * (index - (len(series) - 1) / 2)
                 y = np.array([places.index(str(point.x)) for point in points]) + shift
                 style = {**line_style(index), "ls": "", "capsize": 2.0}
@@ -243,12 +246,18 @@ def _grid(picture: Picture) -> tuple[Figure, list[Axes]]:
     return figure, grid[:count]
 
 
-def _arrays(points: Sequence[Point]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return places (n,), means (n,) and bars (2, n)."""
+def _arrays(
+    points: Sequence[Point], limits: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return places (n,), means (n,), and bars (2, n) that end at the possible values `limits`."""
     numeric = all(not isinstance(point.x, str) for point in points)
     x = np.array([point.x if numeric else 0 for point in points], float)
     mean = np.array([point.score.mean for point in points])
-    return x, mean, np.hstack([np.array(point.score.bars()) for point in points])
+    bars = np.hstack([np.array(point.score.bars()) for point in points])
+    lowest, highest = limits
+    below = np.minimum(bars[0], np.maximum(mean - lowest, 0))
+    above = np.minimum(bars[1], np.maximum(highest - mean, 0))
+    return x, mean, np.stack([below, above])
 
 
 def _numeric_x(axes: Axes, picture: Picture, panel: str) -> None:
@@ -266,7 +275,8 @@ def _references(axes: Axes, picture: Picture, panel: str, axis: Literal["x", "y"
     line = axes.axhline if axis == "y" else axes.axvline
     for name, value in picture.chance:
         if name == panel and math.isfinite(value):
-            line(value, label="chance", **CHANCE)
+            label = "guess" if picture.ideal else "chance"
+            line(value, label=label, **CHANCE)
     if len(picture.published) == 1:
         line(picture.published[0], label="the paper", **PUBLISHED)
     elif picture.published:

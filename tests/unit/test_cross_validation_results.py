@@ -201,6 +201,16 @@ def test_confusion_figure_shows_shares_of_the_true_class():
     shares = np.asarray(figure.axes[0].get_images()[0].get_array())
     assert shares == pytest.approx(np.array([[3 / 4, 1 / 4], [2 / 6, 4 / 6]]), rel=1e-12)
     assert "CNN: accuracy 70.0 ± 5.0 % (chance 60 %)" in title(figure)
+    caption = next(iter(EXPERIMENT.figures(kinds()))).caption.text
+    assert "share of the recordings of a true class" in caption
+    assert "±" not in caption
+
+
+def test_the_mean_of_the_true_values_is_a_guess_and_no_chance_level():
+    """The chance level of a size is an error; the line in the figure is a predicted size."""
+    caption = next(iter(EXPERIMENT.figures(sizes()))).caption.text
+    assert f"A guess predicts {SIZES.mean():g} mm." in caption
+    assert "Chance" not in caption
 
 
 def test_the_advice_names_the_pairs_that_are_confused_most():

@@ -134,6 +134,24 @@ def test_a_model_on_another_gripper_against_calibration_grasps():
     assert row.result.startswith("1.00 ± 0.14 mm where it was trained, 8.0 ± 1.1 mm on Gripper b")
 
 
+def test_bars_of_another_gripper_end_at_possible_values_and_the_caption_names_what_was_added():
+    rows = [
+        {"other": "b", "grasps": 0, "fold": f, "metric": "accuracy", "value": value}
+        | {"chance": 0.25, "home": 0.9, "recordings": 2}
+        for f, value in enumerate((0.0, 0.0, 0.3))
+    ]
+    outcome = Outcome((table_of("folds", "f", rows, **{key: key for key in rows[0]}),))
+    settings = {"test_on": ["b"], "grasps": [0]}
+    kind = {"kind": "classification", "settings": settings}
+    results = task_results("cross_gripper", {"knn": outcome}, **kind)
+    (illustration,) = EXPERIMENTS["cross_gripper"].figures(results)
+    (segments,) = draw(illustration).axes[0].containers[0].lines[2]
+    (bar,) = segments.get_segments()
+    # Mean 10 %, standard deviation 17.3 %: the bar would begin below 0 %.
+    assert bar[:, 0].tolist() == pytest.approx([0.0, 10 + 300**0.5])
+    assert "without any of its grasps in the training" in illustration.caption.text
+
+
 # Conformal intervals
 
 
