@@ -14,6 +14,7 @@ from pathlib import Path
 
 from ajgdata.paths import SESSION_FILE
 from ajgdata.store.files import plain_text, read_csv, read_text
+from ajgdata.store.name_pattern import compile_pattern, match_name
 from ajgdata.types import NAME, DataError, ImportSettings, checked_name, is_reserved
 
 #: Endings of audio files. libsndfile does not read those of the second line: their recordings are
@@ -150,16 +151,10 @@ def _copies_of_wavs(audio: Iterable[Path]) -> set[Path]:
 def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Scan) -> Rows:
     """Return the named groups of each file that matches, by path."""
     is_kit = settings.pattern in ("", "starter-kit")
-    try:
-        pattern = re.compile(STARTER_KIT if is_kit else settings.pattern)
-    except re.error as error:
-        raise DataError("--pattern", f"not a regular expression ({error})", "correct it") from None
-    if not pattern.groupindex:
-        fix = r"name the label, e.g. (?P<label>[^/]+), in it"
-        raise DataError("--pattern", "has no named group", fix)
+    pattern = compile_pattern(STARTER_KIT if is_kit else settings.pattern)
     rows = {}
     for path in audio:
-        match = pattern.fullmatch(path.as_posix())
+        match = match_name(pattern, path.as_posix())
         if not match:
             result.remarks["not used"].append((path.as_posix(), "does not match the pattern"))
             continue

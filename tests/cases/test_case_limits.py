@@ -102,3 +102,13 @@ def test_an_old_folder_that_was_moved_away_returns(tmp_path):
     with pytest.raises(RuntimeError), replacing_folder(folder):
         raise RuntimeError
     assert (folder / "version").read_text() == "1"
+
+
+def test_a_pattern_that_would_search_for_ever_is_refused(ajgdata, src, paths):
+    name = "a" * 40
+    write_wav(src / f"{name}!.wav", resonances(0, 1))
+    pattern = r"(?P<label>(a|aa)+)\.wav"
+    stopped = ajgdata("import", src, "--dataset", "mine", "--pattern", pattern)
+    assert stopped.code != 0
+    assert f"--pattern: needs more than 1 s for the file name '{name}!.wav'" in stopped.text
+    assert not paths.dataset("mine").exists()

@@ -1,0 +1,41 @@
+"""Regular expressions for file names, which users write: errors and endless searches are one line."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ajgdata.types import DataError
+
+if TYPE_CHECKING:
+    import regex
+
+#: Longest search in one file name, in seconds. A usual pattern needs microseconds;
+#: repeated alternatives such as `(a|aa)+` need a time that grows exponentially with the name.
+TIMEOUT_S = 1.0
+
+
+def compile_pattern(text: str) -> regex.Pattern[str]:
+    """Return a regular expression with named groups. Raises DataError for any other text."""
+    import regex  # in contrast to `re`, a search can have a limit of time
+
+    try:
+        pattern: regex.Pattern[str] = regex.compile(text)
+    except regex.error as error:
+        raise DataError("--pattern", f"not a regular expression ({error})", "correct it") from None
+    if not pattern.groupindex:
+        fix = r"name the label, e.g. (?P<label>[^/]+), in it"
+        raise DataError("--pattern", "has no named group", fix)
+    return pattern
+
+
+def match_name(pattern: regex.Pattern[str], name: str) -> regex.Match[str] | None:
+    """Return the match of a whole file name, None if there is none.
+
+    Raises DataError if the search takes more than TIMEOUT_S.
+    """
+    try:
+        return pattern.fullmatch(name, timeout=TIMEOUT_S)
+    except TimeoutError:
+        problem = f"needs more than {TIMEOUT_S:g} s for the file name {name!r}"
+        fix = "replace repeated alternatives such as `(a|aa)+`, e.g. by `[^/]+`"
+        raise DataError("--pattern", problem, fix) from None
