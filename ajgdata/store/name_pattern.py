@@ -1,4 +1,4 @@
-"""Regular expressions for file names, which users write: errors and endless searches are one line."""
+"""Regular expressions for file names: a wrong pattern, or an endless search, is one line."""
 
 from __future__ import annotations
 
