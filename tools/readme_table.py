@@ -95,7 +95,7 @@ def _cells(row: Row, known: Mapping[tuple[str, ...], str], paper: PaperFigure) -
         verdict, _ = judged(
             paper, value, interval, reference, scale=scale, chance=chance, perfect=perfect
         )
-    return row.title, result, published, with_unit(number(scale * chance, 2), unit), verdict
+    return row.title, result, published, with_unit(number(scale * chance), unit), verdict
 
 
 def _values(row: Row, known: Mapping[tuple[str, ...], str]) -> Values | None:

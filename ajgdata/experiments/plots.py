@@ -338,7 +338,11 @@ def _caption(results: TaskResults, plot: Plot) -> Caption:
     ]
     levels = (with_unit(number(v), unit) for v in chance_for(results, plot).values())
     chance = ", ".join(dict.fromkeys(levels))
-    meaning = "A guess predicts" if plot.ideal else "Chance level:"
+    meaning = "Chance level:"
+    if plot.ideal:
+        meaning = "A guess predicts"
+    elif plot.value == "error":  # 1 - accuracy, of which the chance level is another number
+        meaning = "Error of a guess:"
     guess = f" {meaning} {chance}." if chance else ""
     paper = results.paper if plot.published else None
     paper_text = f" The paper, on its real gripper: {paper.text}." if paper else ""

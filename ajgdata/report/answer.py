@@ -35,7 +35,7 @@ def compared_sentence(row: PaperComparison) -> str:
     if not {"ours", "chance"} <= marks.keys() or row.paper.value is None:
         return ""
     value, low, high = (number(end) for end in marks["ours"][1:])
-    chance = with_unit(number(marks["chance"].value, 2), row.unit)
+    chance = with_unit(number(marks["chance"].value), row.unit)
     published = with_unit(number(row.paper.value), row.paper.unit)
     result = f"{row.paper.metric.replace('rmse', 'RMSE')} {with_unit(value, row.unit)}"
     return (
