@@ -118,3 +118,13 @@ def test_samples_must_suffice_after_conversion(tmp_path):
 def test_opposite_channels_average_to_silence(tmp_path):
     both = np.c_[sine(), -sine()]
     assert checked(tmp_path, both, "FLOAT") == ["channel_converted", "silent"]
+
+
+@pytest.mark.parametrize(("amplitude", "remarks"), [(0.5e-4, [("warning", "quiet")]), (2e-4, [])])
+def test_an_offset_hides_no_quiet_recording(amplitude, remarks):
+    """The limit is a peak of 1e-4. Opposite offsets of two channels, or a channel that is quieter
+    than the other, do not count: the loudest channel decides, without its offset."""
+    tone = sine(amplitude)
+    assert codes(tone + np.float32(0.3)) == remarks
+    assert codes(np.column_stack([tone + np.float32(0.3), tone - np.float32(0.3)])) == remarks
+    assert codes(np.column_stack([tone, tone * np.float32(0.01)])) == remarks

@@ -1,9 +1,13 @@
 """Distances and silhouettes of points whose answers are known."""
 
+from itertools import islice
+
 import numpy as np
 import pytest
 
-from ajgdata.evaluate.neighbours import mean_distances, silhouette
+from ajgdata.evaluate.embedding_data import EmbeddingData
+from ajgdata.evaluate.neighbours import mean_distances, scores_by_space, silhouette
+from ajgdata.store.features import Latents
 
 
 def test_mean_distances_by_hand():
@@ -21,3 +25,35 @@ def test_silhouette_of_far_clusters_is_nearly_1():
     assert silhouette(space, np.repeat([0, 1], 5)) == 1.0
     assert np.isnan(silhouette(space, np.zeros(10)))
     assert np.isnan(silhouette(space, np.arange(10)))
+
+
+# k-NN in the folds of an embedding
+
+#: Two clusters of ten points each, in turn, that are apart in eight of nine bins.
+CLUSTER = np.tile([0, 1], 10)
+POINTS = np.column_stack([*[100.0 * CLUSTER] * 8, np.arange(20.0)]).astype(np.float32)
+
+
+def accuracies(value: np.ndarray, fold: np.ndarray) -> dict[str, list[float]]:
+    """Accuracy of each fold in the raw features and in latents that are the same points."""
+    names = np.arange(20).astype(str)
+    data = EmbeddingData(POINTS, names, names, names, {})
+    folds = fold.max() + 1
+    latents = Latents({9: np.tile(POINTS, (folds, 1, 1, 1))}, fold, {}, {})
+    spaces = islice(scores_by_space(data, latents, value, [9], seed=0), 2)  # without PCA and UMAP
+    return {space: [score.accuracy for score in scores] for space, _, scores in spaces}
+
+
+def test_a_class_that_only_the_tested_rows_have_is_never_predicted():
+    """Each fold has a class of its own, so k-NN is right only if it was trained on tested rows."""
+    found = accuracies(np.array(["a", "b"])[CLUSTER], fold=CLUSTER)
+    assert found == {"raw": [0.0, 0.0], "latent": [0.0, 0.0]}
+
+
+def test_each_fold_is_predicted_from_all_others_and_rows_without_a_label_are_left_out():
+    """Folds 0 and 2 hold one class each: no other class could be predicted from them alone."""
+    value = np.array(["a", "b"])[CLUSTER]
+    fold = np.where(CLUSTER == 0, np.arange(20) % 4 // 2, np.arange(20) // 2 % 2 + 1)
+    value[[0, 5, 12]] = ""
+    found = accuracies(value, fold)
+    assert found == {"raw": [1.0, 1.0, 1.0], "latent": [1.0, 1.0, 1.0]}

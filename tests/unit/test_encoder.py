@@ -81,3 +81,29 @@ def test_nothing_to_learn_is_said():
     ask = {"instances": 2, "recordings": 2, "epochs": 1, "generator": np.random.default_rng(0)}
     with pytest.raises(ValueError, match="no object was grasped twice"):
         draw_batches(thing, grasp, **ask)
+
+
+def test_the_seed_draws_the_batches(spectra, monkeypatch):
+    """The network is trained on the batches of its seed: equal seeds give equal latents."""
+    features, thing, grasp = spectra
+    short = SETTINGS.model_copy(update={"epochs": 1})
+    drawn = []
+
+    def spy(*labels, **options):
+        drawn.append(draw_batches(*labels, **options))
+        return drawn[-1]
+
+    monkeypatch.setattr("ajgdata.embed.encoder.draw_batches", spy)
+    first, again = (
+        train_encoders(features, thing, grasp, dimensions=(2,), settings=short, seed=5)[0]
+        for _ in range(2)
+    )
+    np.testing.assert_array_equal(first.encode(features), again.encode(features))
+    expected, other = (
+        draw_batches(
+            thing, grasp, instances=4, recordings=4, epochs=1, generator=np.random.default_rng(seed)
+        )
+        for seed in (5, 0)
+    )
+    np.testing.assert_array_equal(drawn[0], expected)
+    assert not np.array_equal(expected, other)

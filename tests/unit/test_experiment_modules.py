@@ -32,6 +32,7 @@ def nothing(*_):
     ("value", "reached", "says", "agrees"),
     [
         (3, 39, "4 (50.0 ± 1.0 % with 16)", "agrees"),
+        (4, 39, "4 (50.0 ± 1.0 % with 16)", "agrees"),  # exactly the published number
         (12, 39, "4 (50.0 ± 1.0 % with 16)", "better"),
         (20, 80, "more than 16 (50.0 ± 1.0 % with 16)", "inconclusive"),
     ],
@@ -188,6 +189,31 @@ def test_what_is_evaluated_is_the_interval_that_is_shipped():
         assert row["width"] == 2 * shipped.half_width
         away = np.abs(y[test] - fitted.predict(x[test]))
         assert row["held"] == np.mean(away <= shipped.half_width)
+
+
+def test_intervals_are_quantiles_of_residuals_by_grasp(monkeypatch):
+    """24 training grasps have residuals 1 to 24 in both recordings. With one weight for the new
+    grasp, each weighs 1/25: a share of 0.5 needs 13 grasps, 0.7 needs 18, 0.97 more than 24."""
+
+    def ranks(_x, _y, group, **_):
+        return np.unique(group, return_inverse=True)[1] + 1.0
+
+    monkeypatch.setattr("ajgdata.evaluate.in_use.held_out_residuals", ranks)
+    coverages = [0.5, 0.7, 0.97]
+    outcome = measured(
+        "conformal_intervals", small_inputs("regression"), "linear_plain", coverages=coverages
+    )
+    for fold in range(5):
+        rows = outcome.tables[1].where(fold=fold)
+        assert rows.numbers("coverage").tolist() == coverages
+        assert rows.numbers("width").tolist() == [26, 36, math.inf]
+    of_angles = measured(
+        "conformal_intervals", small_inputs("regression", period_deg=40.0), "linear_plain",
+        coverages=coverages,
+    )  # fmt: skip
+    # no angle is further than half a period from another
+    assert of_angles.tables[1].where(fold=0).numbers("width").tolist() == [26, 36, 40]
+    assert of_angles.tables[1].where(coverage=0.97).numbers("held").tolist() == [1] * 5
 
 
 # What a task asks for

@@ -4,7 +4,7 @@ import scipy.signal
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ajgdata.features.spectrum import frequencies_hz, spectrum
+from ajgdata.features.spectrum import frequencies_hz, spectrum, within
 from ajgdata.types import FeatureSettings
 
 RATE = 44_100
@@ -159,3 +159,19 @@ def test_silence_is_zero_and_an_overflow_is_said():
     settings = FeatureSettings(quantity="power", normalisation="none")
     with pytest.raises(ValueError, match="exceeds float32"):
         spectrum(noise(3000) * np.float32(1e20), RATE, settings)
+
+
+def test_bins_at_both_ends_of_a_band_are_within_it():
+    """The same bins as with `band_hz` in the settings: low <= frequency <= high."""
+    shares = np.array([[0.4, 0.1, 0.3, 0.2]], np.float32)
+    bins = np.array([0.0, 10.0, 20.0, 30.0])
+    feature, frequencies = within(shares, bins, (10.0, 20.0), "l1")
+    assert frequencies.tolist() == [10, 20]
+    np.testing.assert_allclose(feature, [[0.25, 0.75]], rtol=1e-6)
+    settings = FeatureSettings(band_hz=(RATE / 2048 * 3, RATE / 2048 * 5))
+    full = spectrum(noise(), RATE, RAW)[np.newaxis]
+    feature, frequencies = within(full, frequencies_hz(RATE, RAW), settings.band_hz, "l1")
+    np.testing.assert_array_equal(frequencies, frequencies_hz(RATE, settings))
+    np.testing.assert_allclose(feature[0], spectrum(noise(), RATE, settings), rtol=1e-6)
+    with pytest.raises(ValueError, match="no bin of the feature lies within 11 to 19 Hz"):
+        within(shares, bins, (11.0, 19.0), "l1")

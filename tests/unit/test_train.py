@@ -9,6 +9,7 @@ from ajgdata.loading import read_model
 from ajgdata.models import chosen, fit_model, make_model
 from ajgdata.pipeline.train import train_model, train_models
 from ajgdata.store.features import Column, FeatureRows, read_store, text_column, write_store
+from ajgdata.store.models import read_guard
 from ajgdata.types import DataError, NotPossibleError
 
 TASKS = {"edge_mm": "regression", "kind": "classification"}
@@ -136,3 +137,20 @@ def test_tasks_with_equal_settings_share_a_training(store, monkeypatch):
     assert about["task"] == "b"
     rows = read_store(store).feature
     assert np.array_equal(first.predict(rows), copy.predict(rows))
+
+
+@pytest.mark.usefixtures("uncalibrated")
+@pytest.mark.parametrize("target", ["edge_mm", "kind"])
+def test_references_are_recordings_without_object_and_without_label(store, target):
+    """Of four recordings, one each has an object and a label, only one of the two, and neither."""
+    whole = read_store(store)
+    objects, labels = whole.columns["object"].values, whole.columns[target].values
+    objects[[2, 23]] = ""  # 2 has a label; 23 has none: the empty gripper
+    labels[22] = np.nan if target == "edge_mm" else ""  # its object is known
+    columns = {**whole.columns, "object": text_column(objects), target: Column(labels)}
+    write_store(store, FeatureRows(whole.feature, whole.frequency_hz, columns, whole.attrs))
+    guard = read_guard(train(store, target, "knn"))
+    assert guard["references"].shape == (1, 64)
+    compressed = np.arcsinh(whole.feature[23].astype(float) / guard["scale"])
+    expected = (compressed - guard["mean"]) / guard["std"]
+    np.testing.assert_allclose(guard["references"][0], expected, rtol=1e-5, atol=1e-6)

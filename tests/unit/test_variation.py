@@ -1,7 +1,11 @@
 """What a recipe's variation draws: by gripper, by session, by placement, in any order."""
 
+import numpy as np
+import pytest
+
 from ajgdata.acquire.recipe import plan_session
 from ajgdata.gripper import Scene
+from ajgdata.gripper.variation import Variation
 from ajgdata.types import Recipe
 
 BASE = {
@@ -9,6 +13,13 @@ BASE = {
     "grasps_per_object": 3,
     "vary": {"offset_x_mm": [-2, 2]},
     "objects": [{"name": name, "shape": f"cube_{name}"} for name in ("10p0", "20p7")],
+}
+#: The draws that all committed recipes use; simulated sessions depend on them.
+DEFAULT_GRIPPER = {
+    "askew_mm": [1.8494, -0.7982],
+    "fill_slope_deg": [0.0413, -0.4566],
+    "speaker_moved_mm": [0.1727, -0.3951],
+    "microphone_moved_mm": [-0.0129, 0.4359],
 }
 VARIED = BASE | {"order": "blocks", "variation": {}}
 
@@ -77,3 +88,26 @@ def test_a_recipe_with_grasps_of_another_draws_its_grasps():
     assert [g.setup for g in planned(VARIED)] == [
         g.setup for g in plan_session(same, "e", "virtual-01", "")
     ]
+
+
+def test_each_amount_of_a_gripper_has_a_draw_of_its_own():
+    """Speaker and microphone have the same amount and differ; a draw is linear in its amount."""
+    drawn = Variation().assembly("default")
+    amounts = {
+        "askew_mm": 2.5,
+        "fill_slope_deg": 2.5,
+        "speaker_moved_mm": 0.5,
+        "microphone_moved_mm": 0.5,
+    }
+    assert drawn.keys() == amounts.keys()
+    shares = {key: tuple(np.array(drawn[key]) / amount) for key, amount in amounts.items()}
+    assert len(set(shares.values())) == 4
+    assert all(abs(share) <= 1 for pair in shares.values() for share in pair)
+    wider = Variation.model_validate({"gripper": {"askew_mm": 5.0, "transducers_mm": 0.0}})
+    expected = {
+        **drawn,
+        "askew_mm": pytest.approx([2 * value for value in drawn["askew_mm"]], abs=2e-4),
+    }
+    expected |= {"speaker_moved_mm": [0, 0], "microphone_moved_mm": [0, 0]}
+    assert wider.assembly("default") == expected
+    assert drawn == DEFAULT_GRIPPER

@@ -1,5 +1,7 @@
 """The sound of the motor: its level, its harmonics, and what of the angle it tells."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -41,3 +43,16 @@ def test_a_chain_with_a_motor_adds_it_to_all_else():
     np.testing.assert_allclose(both, plain + alone, atol=1.5 * 2.0**-23)
     assert np.abs(alone).max() > 100 * 2.0**-23
     np.testing.assert_array_equal(record(STILL, SWEEP, quiet, 5, 27.0).samples, plain)
+
+
+def test_harmonics_by_hand():
+    """a_k is proportional to (1 + d cos(k θ + k²)) / k: at 0° the cosines are those of 1, 4 and 9;
+    a quarter turn later they are -sin 1, -cos 4 and sin 9."""
+    motor = MOTOR.model_copy(update={"harmonics": 3, "depth": 0.6})
+    for angle, cosines in (
+        (0.0, (math.cos(1), math.cos(4), math.cos(9))),
+        (90.0, (-math.sin(1), -math.cos(4), math.sin(9))),
+    ):
+        amplitudes = harmonic_amplitudes(motor, angle)
+        expected = [(1 + 0.6 * cosine) / k for k, cosine in enumerate(cosines, start=1)]
+        np.testing.assert_allclose(amplitudes / amplitudes[0], np.array(expected) / expected[0])
