@@ -46,8 +46,8 @@ def accuracies(value: np.ndarray, fold: np.ndarray) -> dict[str, list[float]]:
 
 def test_a_class_that_only_the_tested_rows_have_is_never_predicted():
     """Each fold has a class of its own, so k-NN is right only if it was trained on tested rows."""
-    found = accuracies(np.array(["a", "b"])[CLUSTER], fold=CLUSTER)
-    assert found == {"raw": [0.0, 0.0], "latent": [0.0, 0.0]}
+    computed = accuracies(np.array(["a", "b"])[CLUSTER], fold=CLUSTER)
+    assert computed == {"raw": [0.0, 0.0], "latent": [0.0, 0.0]}
 
 
 def test_each_fold_is_predicted_from_all_others_and_rows_without_a_label_are_left_out():
@@ -55,5 +55,5 @@ def test_each_fold_is_predicted_from_all_others_and_rows_without_a_label_are_lef
     value = np.array(["a", "b"])[CLUSTER]
     fold = np.where(CLUSTER == 0, np.arange(20) % 4 // 2, np.arange(20) // 2 % 2 + 1)
     value[[0, 5, 12]] = ""
-    found = accuracies(value, fold)
-    assert found == {"raw": [1.0, 1.0, 1.0], "latent": [1.0, 1.0, 1.0]}
+    computed = accuracies(value, fold)
+    assert computed == {"raw": [1.0, 1.0, 1.0], "latent": [1.0, 1.0, 1.0]}
