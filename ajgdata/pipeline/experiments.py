@@ -69,12 +69,16 @@ def _is_of_paper(spec: DatasetSpec, request: Request) -> bool:
 
 
 def measurements(paths: Paths, requests: Sequence[Request]) -> dict[Key, Measurement]:
-    """Return the existing measurements of experiments."""
+    """Return the existing measurements of experiments; files of another version are reported."""
     available = {}
     for job in (job for request in requests for job in request.jobs):
         files = paths.experiment(*job), paths.experiment_cost(*job)
         if all(file.is_file() for file in files):
-            results, costs = map(read_measurements, files)
+            try:
+                results, costs = map(read_measurements, files)
+            except DataError as error:
+                print(error)
+                continue
             for (about, tables), (_, cost) in zip(results, costs, strict=True):
                 kind = measurement_name(about["experiment"], about["model"])
                 available[*job[:2], kind] = Measurement(about, tables, cost)

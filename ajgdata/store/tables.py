@@ -1,4 +1,8 @@
-"""Tables of results as JSON files: the one reader and the one writer."""
+"""Tables of results as JSON files: the one reader and the one writer.
+
+JSON has no infinity. A cell that holds one is stored as an object, `{"number": "inf"}`, so that a
+label `inf` stays a text. NaN is a missing value, null.
+"""
 
 from __future__ import annotations
 
@@ -10,20 +14,27 @@ from typing import Any
 import numpy as np
 
 from ajgdata.store.files import json_bytes, read_json, write_bytes
+from ajgdata.types import DataError
 from ajgdata.types.table import Column, Table
 
-#: Numbers that JSON lacks, by the text that is stored.
-_INFINITE = {"inf": math.inf, "-inf": -math.inf}
+#: Version of the files; files of another version are not read.
+FORMAT = 2
+#: Key of the object that stands for a number that JSON lacks.
+_NUMBER = "number"
 
 
 def write_tables(path: Path, tables: Sequence[Table], **about: Any) -> None:
     """Write `tables`, and facts `about` them by key, to `path` (JSON), atomically."""
-    write_bytes(path, json_bytes(plain({**about, "tables": [as_json(t) for t in tables]})))
+    content = {**about, "format": FORMAT, "tables": [as_json(t) for t in tables]}
+    write_bytes(path, json_bytes(plain(content)))
 
 
 def read_tables(path: Path) -> tuple[dict[str, Any], list[Table]]:
-    """Return `about` and the tables of a file that `write_tables` wrote."""
-    about = read_json(path)
+    """Return `about` and the tables of a file that `write_tables` wrote.
+
+    Raises DataError for a file of another version.
+    """
+    about = _read(path, "tables")
     return about, [_from_json(table) for table in about.pop("tables")]
 
 
@@ -32,18 +43,32 @@ def write_measurements(
 ) -> None:
     """Write several `about` with their tables to one file, see `write_tables`."""
     contents = [{**about, "tables": [as_json(t) for t in tables]} for about, tables in results]
-    write_bytes(path, json_bytes(plain({"measurements": contents})))
+    write_bytes(path, json_bytes(plain({"format": FORMAT, "measurements": contents})))
 
 
 def read_measurements(path: Path) -> list[tuple[dict[str, Any], list[Table]]]:
-    """Return each `about` and its tables of a file; none of a file that another function wrote."""
-    contents = read_json(path).get("measurements", ())
+    """Return each `about` and its tables of a file that `write_measurements` wrote.
+
+    Raises DataError for a file of another version.
+    """
+    contents = _read(path, "measurements")["measurements"]
     return [(about, [_from_json(t) for t in about.pop("tables")]) for about in contents]
 
 
+def _read(path: Path, key: str) -> dict[str, Any]:
+    """Return the content of a file that has `key`, without the version of its format."""
+    content = read_json(path)
+    if content.pop("format", None) != FORMAT or key not in content:
+        raise DataError(
+            path,
+            "was written by another version of ajgdata",
+            "run `ajgdata run` to compute it again",
+        )
+    return content
+
+
 def as_json(table: Table) -> dict[str, Any]:
-    """Return the table with its rows as lists in the order of the columns; a number that is not
-    finite becomes its name."""
+    """Return the table with its rows as lists in the order of the columns."""
     keys = [column.key for column in table.columns]
     columns = [vars(column) for column in table.columns]
     rows = [[_cell(row[key]) for key in keys] for row in table.rows]
@@ -51,14 +76,24 @@ def as_json(table: Table) -> dict[str, Any]:
 
 
 def _cell(value: Any) -> Any:
+    """Return a cell as JSON has it: see above for infinity and NaN."""
     value = value.item() if hasattr(value, "item") else value
-    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
+    if isinstance(value, float) and math.isnan(value):
+        return None
+    if isinstance(value, float) and math.isinf(value):
+        return {_NUMBER: str(value)}
+    return value
+
+
+def _from_cell(cell: Any) -> Any:
+    """Return the value of a cell that `_cell` wrote."""
+    return float(cell[_NUMBER]) if isinstance(cell, dict) else cell
 
 
 def _from_json(content: Mapping[str, Any]) -> Table:
     columns = tuple(Column(**column) for column in content["columns"])
     keys = [column.key for column in columns]
-    cells = ([_INFINITE.get(cell, cell) for cell in row] for row in content["rows"])
+    cells = ([_from_cell(cell) for cell in row] for row in content["rows"])
     rows = tuple(dict(zip(keys, row, strict=True)) for row in cells)
     return Table(content["name"], content["title"], content["note"], columns, rows)
 

@@ -75,12 +75,16 @@ def test_plain_models_share_a_job_and_others_have_one_each():
     assert request.job_settings("cross_validation-plain")["models"] == ["linear", "knn"]
 
 
-def test_results_of_earlier_versions_are_not_read(paths, tmp_path):
+def test_results_of_earlier_versions_are_reported_and_not_read(paths, tmp_path, capsys):
     (request,) = requests_for({"d": SPEC}, [("d", "t")])[:1]
     earlier = Paths(tmp_path)
     write_tables(earlier.experiment(*request.jobs[0]), [], model="linear_plain")
     write_tables(earlier.experiment_cost(*request.jobs[0]), [])
     assert measurements(earlier, [request]) == {}
+    printed = capsys.readouterr().out.splitlines()
+    assert len(printed) == len(request.jobs[:1]) == 1
+    assert str(earlier.experiment(*request.jobs[0])) in printed[0]
+    assert "another version" in printed[0] and "ajgdata run" in printed[0]
     assert [*measurements(paths, [request])] == request.keys
 
 
