@@ -15,9 +15,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from ajgdata.experiments.base import Experiment
 from ajgdata.models import model_label
@@ -159,10 +159,16 @@ def _check(spec: DatasetSpec, task: str, experiment: Experiment, settings: Any) 
     if kind not in experiment.kinds:
         raise ValueError(f"experiments.{experiment.name} is for {experiment.kinds[0]}, not {kind}")
     experiment.check(settings, kind, spec.features)
-    for key in ("models", "test_on", "coverages", "groups", "grasps", "lengths_s", "kinds"):
-        listed = getattr(settings, key, ())
-        if len(set(listed)) != len(listed):
-            raise ValueError(f"experiments.{experiment.name}.{key} lists one twice")
+    for key in listing_keys(experiment.settings):
+        listed = getattr(settings, key)
+        repeated = [value for value in listed if listed.count(value) > 1]
+        if repeated:
+            raise ValueError(f"experiments.{experiment.name}.{key} lists {repeated[0]} twice")
+
+
+def listing_keys(settings: type[BaseModel]) -> list[str]:
+    """Return the keys of settings whose value is a list of any length."""
+    return [key for key, f in settings.model_fields.items() if Ellipsis in get_args(f.annotation)]
 
 
 def all_requests(spec: DatasetSpec, path: Path) -> Iterator[Request]:

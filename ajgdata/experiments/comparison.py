@@ -278,7 +278,8 @@ def range_title(plot: Plot, results: TaskResults) -> str:
     """Return the value of the first model with the reference, and the range of other variants; the
     default title if a value is missing. `plot` has no title."""
     reference = results.settings.comparisons[plot.name].all_variants[0].name.rpartition(":")[2]
-    points, name = points_for(results, plot), value_name(results, reference)
+    points = points_for(results, plot)
+    name = value_name(results, "variant", reference)
     values = {p.series or p.x: p.score.mean for p in points if p.panel == points[0].panel}
     if name not in values or len(values) < 2:
         return conclusion(results, plot)

@@ -140,7 +140,7 @@ def _home_scores(results: TaskResults, label: str) -> dict[str, Score]:
         home = results.scale * rows.numbers("home")
         if len(known := home[np.isfinite(home)]):
             sd = float(known.std(ddof=1)) if len(known) > 1 else math.nan
-            scores[value_name(results, name)] = Score(float(known.mean()), sd)
+            scores[value_name(results, "other", name)] = Score(float(known.mean()), sd)
     return scores
 
 

@@ -31,6 +31,8 @@ MAX_LISTED = 60
 #: More places on an x axis than this are put into bins.
 MAX_VALUES = 30
 MODEL = Column("model", "Model")
+#: Columns whose cells are names of data sets, which are shown by their titles.
+DATA_SET_COLUMNS = ("data_set", "dataset", "other", "tested")
 
 
 @dataclass(frozen=True)
@@ -104,12 +106,13 @@ def points_for(results: TaskResults, plot: Plot, **where: Value) -> list[Point]:
         sd = float(values.std(ddof=1)) if known else math.nan
         ends = [scale * float(part.numbers(key)[0]) for key in plot.interval or ()]
         score = Score(float(values.mean()), math.nan if ends else sd, (), *ends)
-        label = ", ".join(filter(None, (value_name(results, part) for part in series)))
+        parts = zip(plot.series, series, strict=True)
+        label = ", ".join(filter(None, (value_name(results, *part) for part in parts)))
         factor = 100 if plot.ideal and plot.percent else 1
         place = x if isinstance(x, str) or x is None else float(x) * factor
         if isinstance(place, str) or place is None:
-            place = value_name(results, place)
-        points.append(Point(value_name(results, panel), label, place, score))
+            place = value_name(results, plot.x, place)
+        points.append(Point(value_name(results, plot.panel, panel), label, place, score))
     return points
 
 
@@ -151,14 +154,18 @@ def binned(x: np.ndarray, max_values: int = MAX_VALUES) -> np.ndarray:
     return numbers.groupby(pd.cut(numbers, max_values), observed=True).transform("mean").to_numpy()
 
 
-def value_name(results: TaskResults, value: Value) -> str:
-    """Return a value of a category for people: of data sets and models, their titles."""
+def value_name(results: TaskResults, column: str, value: Value) -> str:
+    """Return a value of a category for people.
+
+    The column with the key `column` decides the meaning of a text: a data set or a model is shown
+    by its title there; elsewhere, a class may have the same name.
+    """
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return number(float(value))
     text = str(value or "")
-    if text in results.other_sets:
+    if column in DATA_SET_COLUMNS and text in results.other_sets:
         return results.other_sets[text].title
-    if text in MODELS:
+    if column == MODEL.key and text in MODELS:
         from ajgdata.models import model_label
 
         return model_label(text, results.kind)
@@ -208,7 +215,7 @@ def chance_for(results: TaskResults, plot: Plot) -> dict[str, float]:
     parts = table.split_by(plot.panel) if plot.panel else {"": table}
     scale = _scale(results, table, plot)
     return {
-        value_name(results, panel): scale * float(np.nanmean(part.numbers(plot.chance)))
+        value_name(results, plot.panel, panel): scale * float(np.nanmean(part.numbers(plot.chance)))
         for panel, part in parts.items()
     }
 

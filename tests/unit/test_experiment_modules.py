@@ -9,8 +9,9 @@ from experiment_samples import measured, small_inputs, task_results
 from ajgdata.evaluate.calibration import weighted_quantile
 from ajgdata.evaluate.in_use import calibration, half_width
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.experiments import EXPERIMENTS, requested_experiments
+from ajgdata.experiments import EXPERIMENTS, listing_keys, requested_experiments
 from ajgdata.experiments.base import Outcome
+from ajgdata.experiments.plots import Plot, points_for
 from ajgdata.experiments.sorting import PLAIN
 from ajgdata.models import fit_model, make_model
 from ajgdata.report.canvas import draw
@@ -233,6 +234,14 @@ def spec(**changes) -> DatasetSpec:
     ("experiments", "says"),
     [
         (
+            {"cross_gripper": {"test_on": ["a"], "grasps": [0, 2, 2]}},
+            r"experiments.cross_gripper.grasps lists 2 twice",
+        ),
+        (
+            {"shortcut": {"test_on": ["a", "b", "a"]}},
+            r"experiments.shortcut.test_on lists a twice",
+        ),
+        (
             {"nope": {}},
             "no experiment 'nope': there are comparison",
         ),
@@ -247,3 +256,33 @@ def spec(**changes) -> DatasetSpec:
 def test_what_cannot_be_measured_is_refused_with_task_and_reason(experiments, says):
     with pytest.raises(ValueError, match=f"task t: .*{says}"):
         requested_experiments(spec(experiments=experiments), "t")
+
+
+def test_all_lists_of_settings_are_checked_for_repeated_values():
+    keys = {name: listing_keys(e.settings) for name, e in EXPERIMENTS.items() if not e.of_embedding}
+    assert keys["cross_gripper"] == ["test_on", "grasps", "models"]
+    assert keys["conformal_intervals"] == ["coverages", "models"]
+    assert keys["reflected_energy"] == []  # the two ends of a band are no list
+
+
+# Names on figures
+
+
+def test_a_class_with_the_name_of_a_model_or_a_data_set_keeps_its_name():
+    """Data set `b` has the title `Gripper b`, and `forest` is the name of a model."""
+    classes = ["forest", "b"]
+    rows = [
+        {"true": t, "predicted": p, "share": float(t == p), "model": "forest", "other": "b"}
+        for t in classes
+        for p in classes
+    ]
+    table = table_of("shares", "s", rows, **{key: key for key in rows[0]})
+    results = task_results("cross_validation", {"forest": Outcome((table,))})
+    of_classes = Plot("matrix", "shares", "", value="share", x="true", series=("predicted",))
+    points = points_for(results, of_classes)
+    assert {point.x for point in points} == {point.series for point in points} == {*classes}
+    of_models = Plot(
+        "rows", "shares", "", value="share", x="other", panel="model", series=("true",)
+    )
+    (point,) = {(p.x, p.panel) for p in points_for(results, of_models)}
+    assert point == ("Gripper b", "random forest")
