@@ -188,6 +188,7 @@ def _calibrations(
         count, fewest = max(sizes), min(map(len, orders))
         if count > fewest:
             problem = f"{count} calibration grasps: a class has {fewest} that are not tested"
-            raise NotPossibleError(f"{problem}; lower calibrate.grasps, or record more")
+            fix = "lower experiments.cross_gripper.grasps, or record more"
+            raise NotPossibleError(f"{problem}; {fix}")
         for size in sizes:
             yield size, fold, pool.where(_first(orders, size, pool.group)), tests

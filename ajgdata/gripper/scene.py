@@ -178,8 +178,8 @@ class Numerics(SceneModel):
 class Scene(SceneModel):
     """Everything that determines one impulse response. `object: null` hangs free in the air.
 
-    `gripper` and `object` may be given by name (grippers.GRIPPERS, library.OBJECTS); the scene
-    holds what the name stands for, so that its digest depends on sizes and not on names.
+    `gripper` and `object` may be given by name (`grippers.GRIPPERS`, `object_library.OBJECTS`).
+    The scene holds what the name stands for, so that its digest depends on sizes and not on names.
 
     >>> scene = Scene.model_validate({"object": "cube_20p7", "medium": {"kind": "coffee"}})
     >>> scene.object.edge_mm, scene.medium.grain_diameter_mm, scene.grasp.force_n

@@ -1,10 +1,14 @@
 """Two grippers that answer differently: what one learns is wrong on the other at first."""
 
+import re
+
 import numpy as np
 import pytest
 
 from ajgdata.evaluate.few_grasps import cross_gripper
 from ajgdata.evaluate.task_data import TaskData
+from ajgdata.experiments import EXPERIMENTS
+from ajgdata.types import NotPossibleError
 
 CLASSES, GRASPS, SAMPLES = 4, 6, 2
 
@@ -36,6 +40,15 @@ def test_the_same_gripper_needs_no_calibration_and_another_does():
     assert [p.home["accuracy"] for p in points] == [1] * 6
     moved = points_of(gripper(0), gripper(3, seed=1))
     assert accuracy(moved, 5) == [1] * 6
+
+
+def test_too_many_calibration_grasps_name_the_setting():
+    """Each class has six grasps, one of which is tested."""
+    with pytest.raises(NotPossibleError) as refused:
+        points_of(gripper(0), gripper(0), sizes=(0, 6))
+    key = re.search(r"experiments\.(\w+)\.(\w+)", str(refused.value)).groups()
+    assert key[1] in EXPERIMENTS[key[0]].settings.model_fields
+    assert "6 calibration grasps: a class has 5 that are not tested" in str(refused.value)
 
 
 def test_other_grippers_share_a_training_and_have_the_points_that_each_has_alone():
