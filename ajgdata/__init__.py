@@ -38,6 +38,11 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    """Return the names for tab completion, without an import of their modules."""
+    return sorted({*globals(), *__all__, "tutorial"})
+
+
 def __getattr__(name: str) -> Any:
     """Import `ajgdata.loading` or `ajgdata.tutorial` when a name of it is first used."""
     if name == "tutorial":

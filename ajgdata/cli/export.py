@@ -33,7 +33,7 @@ def export(
     from ajgdata.loading import load_predictor
     from ajgdata.paths import find_project
     from ajgdata.store.files import write_bytes
-    from ajgdata.store.models import read_about
+    from ajgdata.store.models import other_version_reported, read_about
 
     paths = find_project()
     predictor = load_predictor(dataset, task, model, paths.root)
@@ -43,8 +43,10 @@ def export(
     from ajgdata.export import onnx_bytes
 
     trained = paths.model(dataset, task, model)
+    with other_version_reported(trained):
+        description = _description(predictor, read_about(trained))
     try:
-        content = onnx_bytes(predictor, _description(predictor, read_about(trained)))
+        content = onnx_bytes(predictor, description)
     except NotPossibleError as error:
         raise DataError(trained, str(error), "export cnn or cnn_one_scale") from None
     file = (folder or paths.exported) / f"{dataset}-{task}-{model}.onnx"

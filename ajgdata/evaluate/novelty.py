@@ -41,6 +41,14 @@ class Guard:
     scale: np.ndarray
     threshold: float | None = None
 
+    def __repr__(self) -> str:
+        """Return the numbers of grasps, references and bins, and the threshold."""
+        sizes = (
+            f"{len(self.grasps)} grasps, {len(self.references)} references, {len(self.mean)} bins"
+        )
+        threshold = "no threshold" if self.threshold is None else f"threshold {self.threshold:.3g}"
+        return f"<Guard: {sizes}, {threshold}>"
+
     @classmethod
     def absent(cls, bins: int) -> Self:
         """Return the guard of a model that has none: it checks nothing."""

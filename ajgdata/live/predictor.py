@@ -91,6 +91,14 @@ class Predictor:
     calibration: Calibration
     guard: Guard
 
+    def __repr__(self) -> str:
+        """Return data set, task, model, what it predicts, and the rate of recordings."""
+        predicts = f"one of {len(self.classes)} classes" if self.classes else "a number"
+        if self.unit:
+            predicts += f" in {self.unit}"
+        name = f"{self.dataset}/{self.task}/{self.model}"
+        return f"<Predictor {name}: predicts {predicts} from {self.sample_rate_hz} Hz recordings>"
+
     @property
     def sample_rate_hz(self) -> int:
         """Return the rate of recordings as the model knows them."""

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from zipfile import ZipFile
 
 import numpy as np
+from pydantic import ValidationError
 
 from ajgdata.store.files import json_bytes, read_json, replacing, write_bytes
-from ajgdata.types import DataError
+from ajgdata.types import DataError, describe
 
 if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
@@ -85,6 +87,24 @@ def read_about(folder: Path) -> dict[str, Any]:
     if "skipped" in about:
         raise DataError(folder, f"was not trained: {about['skipped']}", "correct the task first")
     return about
+
+
+@contextmanager
+def other_version_reported(folder: Path) -> Iterator[None]:
+    """Raise DataError if the description of the model in `folder` lacks a setting, or has one that
+    is unknown or invalid: another version of ajgdata wrote it."""
+    try:
+        yield
+    except ValidationError as error:
+        detail = describe(error, "").problem
+    except KeyError as error:
+        detail = f"{error.args[0]} is missing"
+    except TypeError as error:  # arguments of a dataclass
+        detail = str(error).partition("() ")[2]
+    else:
+        return
+    problem = f"was written by another version of ajgdata ({detail})"
+    raise DataError(folder / ABOUT_FILE, problem, _RETRAIN)
 
 
 def _unreadable(path: Path, error: Exception) -> DataError:

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import shutil
+import sys
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import soundfile
 from worlds import RATE_HZ, Project, tone
 
 import ajgdata
+from ajgdata.cli import main
 from ajgdata.evaluate import in_use
 from ajgdata.live.predictor import Verdict
 from ajgdata.loading import read_model, read_predictor
@@ -224,3 +226,76 @@ def test_samples_of_another_type_or_scale_are_refused(trained, name):
         load(trained, "what", "linear").predict(samples, RATE_HZ)
     assert problem in refused.value.problem
     assert fix in refused.value.fix
+
+
+def test_a_predictor_is_described_in_a_line(trained):
+    assert repr(load(trained, "size", "knn")) == (
+        "<Predictor d/size/knn: predicts a number in mm from 8000 Hz recordings>"
+    )
+    assert repr(load(trained, "what", "linear")) == (
+        "<Predictor d/what/linear: predicts one of 3 classes from 8000 Hz recordings>"
+    )
+
+
+def without(about, key):
+    return {name: value for name, value in about.items() if name != key}
+
+
+OTHER_VERSIONS = {
+    "features: unknown": (
+        lambda about: about | {"features": about["features"] | {"mel_bands": 40}},
+        "unknown key mel_bands",
+    ),
+    "features: invalid": (
+        lambda about: about | {"features": about["features"] | {"quantity": "mel"}},
+        "quantity = 'mel'",
+    ),
+    "audio: missing": (lambda about: without(about, "audio"), "audio is missing"),
+    "calibration: unknown": (
+        lambda about: about | {"calibration": about["calibration"] | {"sharpness": 1}},
+        "unexpected keyword argument 'sharpness'",
+    ),
+    "calibration: missing": (
+        lambda about: about | {"calibration": without(about["calibration"], "problems")},
+        "missing 1 required positional argument: 'problems'",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", OTHER_VERSIONS)
+def test_a_model_of_another_version_is_refused_in_a_line(trained, tmp_path, name):
+    change, detail = OTHER_VERSIONS[name]
+    folder = tmp_path / "model"
+    shutil.copytree(trained.paths.model("d", "size", "knn"), folder)
+    file = folder / "model.json"
+    file.write_text(json.dumps(change(json.loads(file.read_text()))))
+    with pytest.raises(DataError) as refused:
+        read_predictor(folder, "d", "size")
+    said = str(refused.value)
+    assert said.startswith(f"{file}: was written by another version of ajgdata (")
+    assert detail in said and "\n" not in said
+    assert said.endswith("run again.")
+
+
+@pytest.mark.parametrize(
+    "arguments", [("export", "d", "size", "knn"), ("sense", "d", "size", "knn")]
+)
+def test_commands_refuse_a_model_of_another_version_in_a_line(
+    trained, monkeypatch, capsys, arguments
+):
+    file = trained.paths.model("d", "size", "knn") / "model.json"
+    before = file.read_text()
+    about = json.loads(before)
+    about["features"]["mel_bands"] = 40
+    monkeypatch.chdir(trained.root)
+    monkeypatch.setattr(sys, "argv", ["ajgdata", *arguments])
+    file.write_text(json.dumps(about))
+    try:
+        with pytest.raises(SystemExit) as ended:
+            main()
+    finally:
+        file.write_text(before)
+    assert ended.value.code == 1
+    printed = capsys.readouterr()
+    assert "unknown key mel_bands" in printed.err
+    assert len(printed.err.strip().splitlines()) == 1
