@@ -278,7 +278,8 @@ def test_a_model_of_another_version_is_refused_in_a_line(trained, tmp_path, name
 
 
 @pytest.mark.parametrize(
-    "arguments", [("export", "d", "size", "knn"), ("sense", "d", "size", "knn")]
+    "arguments",
+    [("export", "d", "size", "knn"), ("sense", "d", "size", "knn", "--source", "virtual")],
 )
 def test_commands_refuse_a_model_of_another_version_in_a_line(
     trained, monkeypatch, capsys, arguments
