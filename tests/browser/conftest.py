@@ -11,12 +11,16 @@ import pytest
 from tools import browser as browsers
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests"))  # recorded
 sys.path.insert(0, str(ROOT / "tests/unit"))  # report_samples
 
+from measured import measured_site  # noqa: E402
 from sites import Site, sample_site  # noqa: E402
 
 #: Set it to fail, rather than skip, where something is not installed.
 REQUIRED = "AJGDATA_REQUIRE_BROWSER"
+#: Folder of another report to look at.
+REPORT = "AJGDATA_REPORT"
 #: Python packages by module.
 PACKAGES = {"axe_selenium_python": "axe-selenium-python-nhsuk", "pypdf": "pypdf"}
 
@@ -47,12 +51,18 @@ def sample(tmp_path_factory):
     return sample_site(tmp_path_factory.mktemp("site"))
 
 
-@pytest.fixture(scope="session", params=["sample", "results"])
-def site(request, sample):
-    """A small report, and that of the last run (or AJGDATA_REPORT)."""
-    if request.param == "sample":
-        return sample
-    folder = Path(os.environ.get("AJGDATA_REPORT", ROOT / "results/report")).resolve()
-    if not (folder / "index.html").is_file():
-        pytest.skip(f"{folder}: no report; run snakemake, or set AJGDATA_REPORT to another one")
-    return Site(folder)
+@pytest.fixture(scope="session")
+def measured(tmp_path_factory):
+    """The report of AJGDATA_REPORT or of the last run; in a clean clone, a small one is made."""
+    folder = Path(os.environ.get(REPORT, ROOT / "results/report")).resolve()
+    if (folder / "index.html").is_file():
+        return Site(folder)
+    if REPORT in os.environ:
+        pytest.fail(f"{REPORT}: {folder} has no index.html")
+    return measured_site(tmp_path_factory.mktemp("measured"))
+
+
+@pytest.fixture(scope="session", params=["sample", "measured"])
+def site(request):
+    """A report with hostile names, and one of measurements."""
+    return request.getfixturevalue(request.param)
