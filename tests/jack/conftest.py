@@ -25,6 +25,8 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "unit"))  # test_acquire_killed
 #: Set (to anything) where the tier must not be skipped.
 REQUIRED = "AJGDATA_REQUIRE_JACK"
+#: Longest time in s that a card and its server need to end, on a busy machine.
+ENDING_S = 30
 
 # Lets fixtures end what they started, as after Ctrl-C.
 signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -89,6 +91,7 @@ def _running(response: Path, noise: float, settings: dict) -> Iterator[Rig]:
     program = [sys.executable, HERE / "simulated_card.py", response, PERIOD, noise]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "stdin": subprocess.PIPE}
     with subprocess.Popen([*WITH_PARENT, *map(str, program)], text=True, **pipes) as process:
+        pid = ""
         try:
             pid = process.stdout.readline()
             if not pid:
@@ -96,9 +99,13 @@ def _running(response: Path, noise: float, settings: dict) -> Iterator[Rig]:
             yield Rig(process, int(pid), CardSettings(device=DEVICE, **settings))
         finally:
             process.terminate()
-            with suppress(subprocess.TimeoutExpired):
-                process.wait(10)
-            process.kill()
+            try:
+                process.wait(ENDING_S)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                if pid:  # a server that does not end blocks the name for all further tests
+                    with suppress(ProcessLookupError):
+                        os.kill(int(pid), signal.SIGKILL)
     # A killed server keeps its place until the next of its name has ended without a signal.
     for _ in range(60):
         with suppress(RuntimeError), jack_server():  # fails while the old one is still ending

@@ -1,6 +1,5 @@
 """Sessions by the command line, through PortAudio: killed, resumed, refused to a second one."""
 
-import itertools
 import os
 import random
 import signal
@@ -12,6 +11,7 @@ import numpy as np
 import pytest
 import yaml
 from test_acquire_killed import left, table, without_a_row
+from test_card_through_jack import freewheeling
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.validate import validate_dataset
@@ -33,14 +33,29 @@ DECLARATION = {
         "robot": {"command": ["true"]},
     },
 }
+#: Longest time that the robot waits, in s.
+PATIENCE_S = 600
+#: Program of a robot that waits before grasps 1 and 4 until the file `go-1` or `go-4` exists.
+GATED = """
+read -r message
+case "$message" in *approach*) echo >> calls ;; *) exit 0 ;; esac
+number=$(($(wc -l < calls)))
+case $number in 1|4) while [ ! -e "go-$number" ]; do sleep 0.1; done ;; esac
+"""
 
 
 @pytest.fixture
 def paths(tmp_path):
     folders = Paths(tmp_path / "project")
     folders.dataset("d").parent.mkdir(parents=True)
-    folders.dataset("d").write_text(yaml.safe_dump(DECLARATION))
+    declare(folders)
     return folders
+
+
+def declare(paths, **protocol):
+    """Write dataset.yaml, with changes of the protocol."""
+    content = DECLARATION | {"protocol": DECLARATION["protocol"] | protocol}
+    paths.dataset("d").write_text(yaml.safe_dump(content))
 
 
 def acquisition(paths, rig, *arguments):
@@ -77,16 +92,33 @@ def test_killed_at_random_moments(paths, rig):
 
 
 def test_a_card_that_went_away_is_named_and_the_session_goes_on_with_another(paths, rig):
+    """Each step waits for a state, because a busy machine may miss frames in any take. The robot
+    stops before grasps 1 and 4: in between, time runs freely, and no frame is missed."""
+    declare(paths, robot={"command": ["sh", "-c", GATED], "timeout_s": PATIENCE_S})
     started = rig(RESPONSE, noise=1e-4)
     process = acquisition(paths, started, "--session", "s1")
-    lines = list(itertools.takewhile(lambda line: not line.startswith("4 of"), process.stdout))
-    assert process.poll() is None, (lines, process.communicate())
-    os.kill(started.jackd, signal.SIGKILL)
-    _, errors = process.communicate(timeout=900)
-    assert process.returncode == 1 and len(errors.splitlines()) == 1
-    assert read_session(paths.session("d", "s1")).acquisition.finished
+    read_until(process, "1 of")  # the card is open
+    with freewheeling():
+        (paths.root / "go-1").touch()
+        read_until(process, "4 of")
     before = {key: row.sha256 for key, row in table(paths).items() if row.quality == "ok"}
-    assert before
+    assert len(before) == 6  # three grasps, two recordings of each
+    with started.at_next_sound(lambda: os.kill(started.jackd, signal.SIGKILL)):
+        (paths.root / "go-4").touch()
+        _, errors = process.communicate(timeout=900)
+    assert (process.returncode, len(errors.splitlines())) == (1, 1), errors
+    assert started.settings.device in errors
+    assert read_session(paths.session("d", "s1")).acquisition.finished
     again = acquisition(paths, rig(RESPONSE, noise=1e-4), "--session", "s1")
     assert again.communicate(timeout=900) and again.returncode in (0, 1)
     assert before.items() <= {key: row.sha256 for key, row in table(paths).items()}.items()
+
+
+def read_until(process, start):
+    """Read what an acquisition prints until a line begins with `start`."""
+    lines = []
+    for line in process.stdout:
+        lines.append(line)
+        if line.startswith(start):
+            return
+    pytest.fail(f"ended without {start!r}: {lines}, {process.communicate()}")
