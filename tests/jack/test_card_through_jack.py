@@ -30,12 +30,24 @@ def freewheeling():
         yield
 
 
+def client(name):
+    """Open a JACK client; a busy server refuses some attempts."""
+    import jack
+
+    end = time.monotonic() + PATIENCE_S
+    while True:
+        try:
+            return jack.Client(name, no_start_server=True)
+        except jack.JackOpenError:
+            if time.monotonic() > end:
+                raise
+            time.sleep(0.2)
+
+
 @contextmanager
 def clock():
     """Yield a JACK client that controls the time, and an event: the server missed a cycle."""
-    import jack
-
-    control, missed = jack.Client("ajgdata-test", no_start_server=True), threading.Event()
+    control, missed = client("ajgdata-test"), threading.Event()
     control.set_xrun_callback(lambda _: missed.set())
     try:
         control.activate()
