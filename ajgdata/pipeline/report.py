@@ -52,7 +52,7 @@ from ajgdata.store.report_files import (
 )
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
-from ajgdata.types import CROSS_VALIDATION, DatasetSpec
+from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec
 
 #: Title of the report of a project whose results are compared with the paper.
 TITLE = "Recognising objects by sound in a soft gripper"
@@ -157,11 +157,24 @@ SUMMARISED = ("dataset", "task", "experiment", "kind", "skipped", "left_out", "o
 
 
 def _pages(paths: Paths, studies: Sequence[str], ablations: Sequence[str]) -> dict[str, list[Path]]:
-    """Return the existing files of tables of each page on studies, and of that on ablations."""
+    """Return the existing files of tables of each page on studies, and of that on ablations; files
+    of another version are reported."""
     files = {name: [paths.study(name)] for name in studies}
     files[ABLATIONS_PAGE] = [paths.ablation(name) for name in ablations]
-    present = {name: [file for file in some if file.is_file()] for name, some in files.items()}
+    present = {name: [file for file in some if _is_current(file)] for name, some in files.items()}
     return {name: some for name, some in present.items() if some}
+
+
+def _is_current(file: Path) -> bool:
+    """Return whether a file of tables exists and can be read; print the reason if it cannot."""
+    if not file.is_file():
+        return False
+    try:
+        read_tables(file)
+    except DataError as error:
+        print(error)
+        return False
+    return True
 
 
 def _contents(report: Report, measured: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from html_page import Page
 from report_samples import SCRIPT
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.report import build_page
+from ajgdata.pipeline.report import build_page, build_report
 from ajgdata.pipeline.studies import run_study
 from ajgdata.report.format import DASH
 from ajgdata.report.navigation import LEADS, navigation
@@ -113,6 +113,19 @@ def test_figures_are_drawn_linked_and_embedded(tmp_path):
     links = [a["href"] for a in shown.all("a")]
     assert len(links) == 3
     assert all((paths.report.parent / link).is_file() for link in links)
+
+
+def test_a_study_of_another_version_is_missing_in_the_report_and_reported(tmp_path, capsys):
+    paths = Paths(tmp_path)
+    write_tables(paths.study("verification"), [DRAWN], **ABOUT)
+    paths.study("accuracy").write_text('{"tables": []}')
+    studies = ["verification", "accuracy", "stability"]
+    build_report(paths, datasets=[], tasks=[], requested=[], studies=studies)
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if "another version" in line]
+    assert str(paths.study("accuracy")) in line
+    assert paths.page("verification").is_file() and not paths.page("accuracy").exists()
+    index = Page(paths.report.read_text(encoding="utf-8"))
+    assert "simulation studies (2)" in " ".join(index.words)
 
 
 def test_sentences_that_notes_share_are_shown_once(tmp_path):
