@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 from collections import Counter
 from collections.abc import Sequence
@@ -26,7 +25,7 @@ LEVELS = ("error", "warning", "note")
 #: Kinds of remarks with their colours, the worst first.
 KINDS = {
     **{"failed": "red", "unreadable": "yellow", "kept": "yellow", "label": "yellow"},
-    **{"gone": "yellow", "not used": "default", "note": "yellow"},
+    **{"unused": "yellow", "gone": "yellow", "not used": "default", "note": "yellow"},
 }
 Pattern = Annotated[
     str,
@@ -65,7 +64,7 @@ def import_command(
 
     Groups of a pattern, and columns of a table, are labels, or session, grasp, object, sample and
     quality. Importing again adds new recordings and lists differences. Exit code 3 if recordings
-    of the data set were skipped or cannot be used.
+    of the data set were skipped or cannot be used, or the pattern ignores a part of the names.
     """
     from ajgdata.paths import find_project
     from ajgdata.pipeline.importing import import_folder
@@ -92,28 +91,34 @@ def show_file_names(folder: Path) -> None:
 
     Raises DataError after that.
     """
-    from ajgdata.store.file_names import name_form
-    from ajgdata.store.scan import STARTER_KIT, search
+    from ajgdata.store.file_names import folder_pattern, hyphen_reading, name_form
+    from ajgdata.store.scan import search
+    from ajgdata.store.starter_kit import starter_kit_objection
 
     files = search(folder)[0] if folder.is_dir() else []
-    if not files or any(re.fullmatch(STARTER_KIT, path.as_posix()) for path in files):
+    objection = starter_kit_objection(files) if files else ""
+    if not objection:
         return
     form = name_form(files)
     table = Table("field", "kind", "values", "examples", box=None)
     for number, field in enumerate(form.fields, 1):
         examples = ", ".join(field.values[:4])
         table.add_row(str(number), field.kind, str(len(field.values)), escape(examples))
-    same = len(files) - len(form.other_files)
-    say(f"{same} of {len(files)} file names have this form (fields from left to right):")
+    say(f"{len(form.files)} of {len(files)} file names have this form (fields from left to right):")
     out.print(table)
     for path in form.other_files[:3]:
         say(f"[yellow]other form[/yellow] {escape(path.as_posix())}")
-    say("Patterns to copy and edit (label: to predict; grasp, sample: counters):")
-    if all(len(path.parts) == 2 for path in files):
-        say(escape("  --pattern '(?P<label>[^/]+)/.+'   (the folder is the label)"))
+    if reading := hyphen_reading(form):
+        say(f"[yellow]note[/yellow] {escape(reading)}")
+    say("Patterns to copy and edit (label: to predict; grasp, sample: counters; field_N: stored):")
+    if in_folders := folder_pattern(files):
+        say(escape(f"  --pattern {shlex.quote(in_folders)}   (the folder is the label)"))
     for roles in form.proposals():
-        say(escape(f"  --pattern {shlex.quote(form.pattern(roles))}"))
-    raise DataError(folder, "file names are not <n>_<label>.wav", "add a --pattern, or --table")
+        template = form.grasp_template(roles)
+        grasp = f" --grasp {shlex.quote(template)}" if template else ""
+        say(escape(f"  --pattern {shlex.quote(form.pattern(roles))}{grasp}"))
+    fix = "add a --pattern, or --table; --pattern starter-kit imports <n>_<label>.wav in any case"
+    raise DataError(folder, objection, fix)
 
 
 def _import_settings(**options: str) -> ImportSettings | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Collection, Sequence
 from pathlib import Path
@@ -11,6 +12,7 @@ from pydantic import ValidationError
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tracked
 from ajgdata.store.audio import AudioError, hash_and_inspect
+from ajgdata.store.file_names import UNUSED_FIELD
 from ajgdata.store.files import BRINGING, alone
 from ajgdata.store.importing import Contents, Imported, are_simulated, import_sessions
 from ajgdata.store.labels import number
@@ -129,7 +131,7 @@ def declare(
     target that has two classes; if none has, for all, because more recordings may follow.
     """
     columns = sorted(scanned.label_columns())
-    chosen = list(dict.fromkeys(map(slug, targets))) or [c for c in columns if c not in COUNTERS]
+    chosen = list(dict.fromkeys(map(slug, targets))) or list(filter(_is_learnt, columns))
     if any(file.cells["object"] for file in scanned.files):
         columns.append("object")
         chosen = chosen or ["object"]
@@ -158,6 +160,11 @@ def declare(
         )
     except ValidationError as error:
         raise describe(error, f"data set {name!r}") from None
+
+
+def _is_learnt(column: str) -> bool:
+    """Return True for a group of a pattern that is a target although `--target` is not given."""
+    return column not in COUNTERS and not re.fullmatch(UNUSED_FIELD.format(r"\d+"), column)
 
 
 def infer_target(texts: Collection[str]) -> tuple[Target, str]:

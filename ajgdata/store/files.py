@@ -9,6 +9,7 @@ import io
 import json
 import os
 import platform
+import re
 import shutil
 import tempfile
 import unicodedata
@@ -167,8 +168,12 @@ def read_text(path: Path, max_bytes: int = MAX_TEXT_BYTES) -> str:
 
 
 def plain_text(text: str) -> str:
-    """Return text in Unicode form NFC, with single spaces and without invisible characters."""
+    """Return text in Unicode form NFC, with single spaces and without invisible characters.
+
+    A minus sign (U+2212) before a number becomes a hyphen, so -30 is one label and a number.
+    """
     words = " ".join(unicodedata.normalize("NFC", text).split())
+    words = re.sub(r"(?<!\w)\u2212(?=\d)", "-", words)
     visible = (c for c in words if unicodedata.category(c) not in ("Cf", "Cc"))
     return words if words.isprintable() else "".join(visible).strip()
 

@@ -40,7 +40,8 @@ class Imported:
 
     Kinds: `failed` could not be read, `unreadable` was imported but is not usable audio, `kept` has
     different bytes in the folder, `label` a label that differs from the folder's, `gone` has no
-    file in the folder, `not used` is a file of the folder that is no recording, `note`.
+    file in the folder, `unused` a part of the file names that varies and is not in the pattern,
+    `not used` is a file of the folder that is no recording, `note`.
     """
 
     sessions: int = 0
@@ -52,8 +53,9 @@ class Imported:
 
     @property
     def is_complete(self) -> bool:
-        """True if everything that belongs to the data set, by name or table, is imported."""
-        return not any(self.remarks[kind] for kind in ("failed", "unreadable", "kept"))
+        """True if everything that belongs to the data set, by name or table, is imported, and the
+        pattern uses all parts of the file names that vary."""
+        return not any(self.remarks[kind] for kind in ("failed", "unreadable", "kept", "unused"))
 
 
 def are_simulated(scanned: Scan, contents: Contents) -> bool:

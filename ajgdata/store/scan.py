@@ -13,8 +13,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ajgdata.paths import SESSION_FILE
+from ajgdata.store.file_names import unused_parts
 from ajgdata.store.files import plain_text, read_csv, read_text
 from ajgdata.store.name_pattern import compile_pattern, match_name
+from ajgdata.store.starter_kit import STARTER_KIT
 from ajgdata.types import NAME, DataError, ImportSettings, checked_name, is_reserved
 
 #: Endings of audio files. libsndfile does not read those of the second line: their recordings are
@@ -23,12 +25,15 @@ AUDIO_SUFFIXES = {
     *(".wav", ".wave", ".flac", ".ogg", ".oga", ".opus", ".mp3", ".aif", ".aiff", ".au", ".caf"),
     *(".m4a", ".aac", ".wma"),
 }
-STARTER_KIT = r"(?:.*/)?(?P<n>\d+)_(?P<label>[^/]+)\.[^./]+"
 #: Column or group in lower case -> its role; every other column or group is a label.
 ROLES = {
     **{name: name for name in ("recording_id", "grasp", "grasp_id", "object", "sample")},
     **{"quality": "quality", "session": "session", "session_id": "session"},
 }
+UNUSED_PART = (
+    "differ between files in a part that the pattern does not use. Name this part, e.g. "
+    r"(?P<grasp>\d+), or (?P<take>.+) for a part that is stored and not learnt"
+)
 #: Names and reasons by kind, e.g. `failed`.
 Remarks = defaultdict[str, list[tuple[str, str]]]
 Rows = dict[Path, dict[str, str]]
@@ -57,7 +62,8 @@ class Scan:
     """Recordings found in a folder, and remarks.
 
     Kinds of remarks: `failed` are files that belong to the recordings but cannot be imported,
-    `not used` all other files.
+    `unused` parts of file names that vary and that the pattern does not use, `not used` all other
+    files.
     """
 
     folder: Path
@@ -165,6 +171,9 @@ def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Sca
             result.remarks["not used"].append((path.as_posix(), "the played sound"))
         else:
             rows[path] = texts
+    if not is_kit:
+        for part in unused_parts(pattern, list(rows)):
+            result.remarks["unused"].append((", ".join(map(repr, part[:4])), UNUSED_PART))
     return rows
 
 

@@ -29,7 +29,7 @@ def test_label_grasp_and_sample_are_guessed():
     rows = groups([*GRASPS, "notes final.wav"])
     assert len(rows) == 12
     assert rows[0] == {"label": "box", "grasp": "01", "sample": "a"}
-    assert groups(GRASPS, 1)[0] == {"label": "box"}
+    assert groups(GRASPS, 1)[0] == {"label": "box", "field_2": "01", "field_3": "a"}
 
 
 @pytest.mark.parametrize(
