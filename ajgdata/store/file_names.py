@@ -18,13 +18,15 @@ _SEPARATOR = r"(?:[/_ ]|(?<!\d)\.|\.(?!\d)|-(?!\d)|(?<=[^/_ .-])-)+"
 #: and an empty separator is between a letter and a signed or unsigned number.
 _SEPARATOR_BEFORE_SIGN = r"(?:[/_ ]|(?<!\d)\.|\.(?!\d)|-(?!\d)|(?<=\d)-)+"
 _LETTER_TO_NUMBER = rf"(?<=[^\W\d_])(?=[{_SIGNS}]?\d)"
-_HYPHEN_OR_SIGN = re.compile(r"[^\W\d_]-[1-9]")
+_HYPHEN_OR_SIGN = re.compile(r"[^\W\d_]-(?!0\d)\d")
 _PLUS_AFTER_LETTER = re.compile(r"[^\W\d_][+\u2212]\d")
 _NUMBER = re.compile(rf"([^\d{_SIGNS}]*)([{_SIGNS}]?\d+(?:\.\d+)?)(\D*)")
 _TEXT = r"[^/_. -]+"
 _TEXT_WITH_DOTS = r"(?:[^/_. -]|(?<=\d)\.(?=\d))+"
 _LETTERS = rf"[^\d/_. {_SIGNS}]+"
 _SUFFIX = r"\.[^./]+"
+#: Between two words of a name; "" is the begin or the end.
+_WORD_ENDS = ("", "/", "_", " ")
 #: Words before a number (or text) that specify its role.
 _ROLE_WORDS = {
     "session": ("session", "sess", "ses", "day", "date", "week", "run", "series"),
@@ -153,14 +155,19 @@ class NameForm:
         return text
 
     def grasp_template(self, roles: Roles) -> str:
-        """Return `--grasp` of a proposal: "" if session, object (else label), number of the
-        grasp and sample identify the file. Otherwise all groups but session and sample are in it."""
+        """Return `--grasp` of a proposal: "" if the import needs none.
+
+        It needs none if session, object (else label), number of the grasp and sample identify the
+        file. Otherwise the template has all groups except session and sample.
+        """
         names = set(roles.values())
         object_name = "object" if "object" in names else "label"
         identity = {"session", object_name, "grasp", "sample"}
         if "grasp" not in names or self._is_unique(roles, identity):
             return ""
-        columns = [roles[span] for span in sorted(roles) if roles[span] not in ("session", "sample")]
+        columns = [
+            roles[span] for span in sorted(roles) if roles[span] not in ("session", "sample")
+        ]
         return "/".join(f"{{{column}}}" for column in columns)
 
     def proposals(self) -> list[Roles]:
@@ -190,7 +197,10 @@ class NameForm:
         if role == "session":
             pieces = [self.fields[first].texts]
             for index in range(first, last):
-                pieces += [(self.separators[index],) * len(self.files), self.fields[index + 1].texts]
+                pieces += [
+                    (self.separators[index],) * len(self.files),
+                    self.fields[index + 1].texts,
+                ]
             return tuple("".join(texts) for texts in zip(*pieces, strict=True))
         return self.fields[first].numbers()
 
@@ -278,8 +288,10 @@ class NameForm:
         return any(first <= index <= last for first, last in self._folders)
 
     def _word_role(self, index: int) -> str:
-        """Return the role that the letters before a number, or the constant before it, specify."""
+        """Return the role that the letters before a counter, or the constant before it, specify."""
         field = self.fields[index]
+        if not field.is_counter:
+            return ""
         word = field.before
         if not word and index and self.fields[index - 1].kind == "constant":
             word = self.fields[index - 1].values[0].lower()
@@ -326,16 +338,21 @@ def name_form(files: Sequence[Path]) -> NameForm:
 
 
 def hyphen_reading(form: NameForm) -> str:
-    """Return how hyphens between letters and numbers are read, with an example; "" without any.
+    """Return how hyphens before numbers are read, with an example; "" if there is no doubt.
 
-    Numbers that begin with 0 are counters, so their hyphens are separators for everyone.
+    Numbers such as `01` are counters, so a hyphen before them is a separator. A hyphen after
+    another separator is a sign (`bar_-30`), which is doubtful only for `bar--30`.
     """
-    examples = [path for path in form.files if _HYPHEN_OR_SIGN.search(path.as_posix())]
+    names = [path.as_posix() for path in form.files]
+    double = [name for name in names if re.search(r"--\d", name)]
+    if double:
+        return f"the second of two hyphens before a number is read as a sign, e.g. {double[0]!r}"
+    examples = [name for name in names if _HYPHEN_OR_SIGN.search(name)]
     if not examples:
         return ""
     if form.has_signs:
-        return f"a hyphen between a letter and a number is read as a sign, e.g. {str(examples[0])!r}"
-    reading = f"a hyphen after a letter is read as a separator, e.g. {str(examples[0])!r}. "
+        return f"a hyphen between a letter and a number is read as a sign, e.g. {examples[0]!r}"
+    reading = f"a hyphen after a letter is read as a separator, e.g. {examples[0]!r}. "
     return reading + r"If it is a sign, move it into the group: (?P<label>-?\d+)"
 
 
@@ -369,10 +386,10 @@ def _escaped(text: str) -> str:
 def unused_parts(pattern: re.Pattern[str], files: Sequence[Path]) -> list[list[str]]:
     """Return the texts of each part of file names that varies and is in no named group.
 
-    `files` (n,) are the paths that the pattern matches. Suffixes do not count, nor a part that
-    one named group determines (`001 - Dog`, `002 - Rain` with the name as label): each of its
-    texts belongs to one value of the group, and several files have this value. The texts of
-    a part are distinct and sorted.
+    `files` (n,) are the paths that the pattern matches. The texts of a part are distinct and
+    sorted. Suffixes do not count. Words that one named group determines do not count (`001 - Dog`,
+    `002 - Rain` with the name as label): each of them belongs to one value of the group, and
+    several files have this value. A sign or a digit that touches a group always counts.
     """
     by_groups: dict[tuple[str, ...], list[re.Match[str]]] = defaultdict(list)
     for path in files:
@@ -383,8 +400,15 @@ def unused_parts(pattern: re.Pattern[str], files: Sequence[Path]) -> list[list[s
     parts = []
     for names, matches in by_groups.items():
         groups = [[match[name] for match in matches] for name in names]
-        for texts in zip(*map(_outside_of_groups, matches), strict=True):
-            if len(set(texts)) > 1 and not any(_determines(group, texts) for group in groups):
+        columns = list(zip(*map(_outside_of_groups, matches), strict=True))
+        for number, texts in enumerate(columns):
+            is_separate = all(
+                (number == 0 or text[:1] in _WORD_ENDS)
+                and (number == len(columns) - 1 or text[-1:] in _WORD_ENDS)
+                for text in texts
+            )
+            is_known = is_separate and any(_determines(group, texts) for group in groups)
+            if len(set(texts)) > 1 and not is_known:
                 parts.append(sorted(set(texts)))
     return parts
 

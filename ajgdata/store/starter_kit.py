@@ -65,6 +65,12 @@ def starter_kit_objection(files: Sequence[Path]) -> str:
     played = {label for number, label in pairs if int(number) == 0}
     if both := sorted(played & set(recorded)):
         return prefix + f"{both[0]!r} has number 0, which is the played sound, and other numbers"
+    reason = _label_objection(recorded)
+    return prefix + reason if reason else ""
+
+
+def _label_objection(recorded: Counter[str]) -> str:
+    """Return why labels, with their numbers of recordings, are not classes or measured values."""
     is_measured = any(_MEASURED.fullmatch(label) for label in recorded)
     repeated = sum(
         count
@@ -74,7 +80,7 @@ def starter_kit_objection(files: Sequence[Path]) -> str:
     total = recorded.total()
     are_digits = not any(character.isalpha() for label in recorded for character in label)
     if are_digits and repeated < MIN_REPEATED_DIGITS * total:
-        return prefix + f"the labels are digits that rarely repeat, e.g. {min(recorded)!r}"
+        return f"the labels are digits that rarely repeat, e.g. {min(recorded)!r}"
     if total >= MIN_RECORDINGS and repeated < MIN_REPEATED_TEXTS * total:
-        return prefix + f"most of {len(recorded)} labels occur once, e.g. {min(recorded)!r}"
+        return f"most of {len(recorded)} labels occur once, e.g. {min(recorded)!r}"
     return ""
