@@ -117,7 +117,7 @@ def show_file_names(folder: Path) -> None:
         template = form.grasp_template(roles)
         grasp = f" --grasp {shlex.quote(template)}" if template else ""
         say(escape(f"  --pattern {shlex.quote(form.pattern(roles))}{grasp}"))
-    fix = "add a --pattern, or --table; --pattern starter-kit imports <n>_<label>.wav in any case"
+    fix = "add a --pattern, or --table; --pattern starter-kit reads <n>_<label>.wav unchecked"
     raise DataError(folder, objection, fix)
 
 

@@ -224,6 +224,10 @@ class NameForm:
             roles[session] = "session"
             remaining = [i for i in remaining if not session[0] <= i <= session[1]]
         grasp, sample = self._counters(remaining) if has_grasps else (None, None)
+        if sample is not None and not self._word_role(sample):
+            spans: Roles = {**roles, (grasp, grasp): "grasp"} if grasp is not None else roles
+            if self._is_unique(spans, set(spans.values())):  # each file is a grasp
+                sample = None
         for index in remaining:
             if index == grasp:
                 name = "grasp"

@@ -19,6 +19,8 @@ _CLOCK = re.compile(
     r"|(?:0[1-9]|[12]\d|3[01])(?:0[1-9]|1[0-2])(?:19|20)\d\d"
     r"|1\d{9}(?:\d{3})?"
 )
+#: A date whose fields are separated, e.g. `2026_03_29_cube.wav`.
+_SEPARATE_DATE = re.compile(r"(?:19|20)\d\d_(?:0[1-9]|1[0-2])_(?:0[1-9]|[12]\d|3[01])(?!\d).*")
 #: A label with a decimal point or a sign is a measured value, e.g. `7.5` (a position in cm).
 _MEASURED = re.compile(r"[+\u2212-]\d+|[+\u2212-]?\d+\.\d+")
 _NUMBER = re.compile(r"[+\u2212-]?\d+(?:\.\d+)?")
@@ -58,7 +60,11 @@ def starter_kit_objection(files: Sequence[Path]) -> str:
     if len(pairs) < MIN_MATCHING * len(files):
         return f"only {len(pairs)} of {len(files)} file names are <n>_<label>.wav"
     prefix = "file names only look like <n>_<label>.wav: "
-    clock = [f"{number}_{label}" for number, label in pairs if _CLOCK.fullmatch(number)]
+    clock = [
+        f"{number}_{label}"
+        for number, label in pairs
+        if _CLOCK.fullmatch(number) or _SEPARATE_DATE.fullmatch(f"{number}_{label}")
+    ]
     if len(clock) >= len(pairs) / 2:
         return prefix + f"the numbers are dates or times, e.g. {clock[0]!r}"
     recorded = Counter(label for number, label in pairs if int(number) > 0)

@@ -133,6 +133,16 @@ def test_roles_that_words_and_folders_specify(tmp_path, layout):
         assert read == {role: str(value[role]) for role in LAYOUTS[layout]}
 
 
+def test_a_number_that_differs_in_each_file_leaves_no_sample():
+    names = [
+        Path(f"{n}_{o}_hit{h}.wav") for n, (o, h) in enumerate(zip("aabb", "1212", strict=True))
+    ]
+    form = name_form([Path(f"x{path}") for path in names])
+    (label,) = [span for span, role in form.proposals()[0].items() if role == "label"]
+    assert form.values(label, "label") == ("a", "a", "b", "b")
+    assert sorted(form.proposals()[0].values()) == ["field_3", "grasp", "label"]
+
+
 def test_folders_of_days_become_sessions_and_share_no_grasp(ajgdata, src, rows):
     names = [f"day{d}/{o}/{i:02d}.wav" for d in (1, 2) for o in ("cube", "ball") for i in (1, 2)]
     write(src, names)

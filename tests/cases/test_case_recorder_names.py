@@ -26,6 +26,7 @@ LOOK_ALIKES = {
     "telephone": (["20230101_120000.m4a", "20230101_120500.m4a"], CLOCK),
     "telephone, one file": (["20230101_120000.m4a"], CLOCK),
     "European date": ([f"150120{y}_cube.wav" for y in (24, 25)], CLOCK),
+    "date with separators": ([f"2026_03_{day}_cube.wav" for day in (28, 29)], CLOCK),
     "Unix time": ([f"17000000{i:02d}_{i % 3}.wav" for i in range(12)], CLOCK),
     "two counters": ([f"0001_{i:04d}.wav" for i in range(1, 21)], "labels are digits that rarely"),
     "a few integers": (["1_10.wav", "2_20.wav", "3_30.wav"], "labels are digits that rarely"),
@@ -108,7 +109,7 @@ def test_the_import_prints_the_fields_and_writes_nothing(ajgdata, paths, src, re
     printed = ajgdata("import", src, "--dataset", "mine")
     assert printed.code == 1
     assert reason in printed.err
-    assert "--pattern starter-kit imports <n>_<label>.wav in any case" in printed.err
+    assert "--pattern starter-kit reads <n>_<label>.wav unchecked" in printed.err
     assert printed.err.count("\n") == 1
     assert "file names have this form (fields from left to right)" in printed.out
     assert "  --pattern '" in printed.out

@@ -6,6 +6,7 @@ from ajgdata.store.files import (
     csv_bytes,
     line_of,
     numbered_rows,
+    plain_text,
     read_csv,
     read_yaml,
     replacing,
@@ -115,3 +116,9 @@ def test_the_line_of_a_place(tmp_path, place, line):
     path = tmp_path / "x.yaml"
     path.write_text(PLACES)
     assert line_of(path, place) == line
+
+
+def test_a_minus_sign_before_a_number_becomes_a_hyphen():
+    assert plain_text("\u221230") == "-30"
+    assert plain_text("bar \u22127.5 \u2212 x") == "bar -7.5 \u2212 x"
+    assert plain_text("a\u22121") == "a\u22121"  # a difference, not a sign
