@@ -91,7 +91,7 @@ def show_file_names(folder: Path) -> None:
 
     Raises DataError after that.
     """
-    from ajgdata.store.file_names import folder_pattern, hyphen_reading, name_form
+    from ajgdata.store.file_names import ambiguous_readings, folder_pattern, name_form
     from ajgdata.store.scan import search
     from ajgdata.store.starter_kit import starter_kit_objection
 
@@ -108,7 +108,7 @@ def show_file_names(folder: Path) -> None:
     out.print(table)
     for path in form.other_files[:3]:
         say(f"[yellow]other form[/yellow] {escape(path.as_posix())}")
-    if reading := hyphen_reading(form):
+    for reading in ambiguous_readings(form):
         say(f"[yellow]note[/yellow] {escape(reading)}")
     say("Patterns to copy and edit (label: to predict; grasp, sample: counters; field_N: stored):")
     if in_folders := folder_pattern(files):

@@ -11,13 +11,17 @@ from pathlib import Path
 
 #: Plus, minus sign (U+2212) and hyphen.
 _SIGNS = "+\u2212-"
-#: A dot between digits is a decimal point. A hyphen before a digit is a sign at the begin of a path
-#: or after another separator (`bar_-30`), and a separator otherwise (`bar-30`).
-_SEPARATOR = r"(?:[/_ ]|(?<!\d)\.|\.(?!\d)|-(?!\d)|(?<=[^/_ .-])-)+"
-#: Where signs follow letters (`bar+10`, `bar-30`): a hyphen separates digits or precedes letters,
-#: and an empty separator is between a letter and a signed or unsigned number.
-_SEPARATOR_BEFORE_SIGN = r"(?:[/_ ]|(?<!\d)\.|\.(?!\d)|-(?!\d)|(?<=\d)-)+"
-_LETTER_TO_NUMBER = rf"(?<=[^\W\d_])(?=[{_SIGNS}]?\d)"
+#: A dot or a comma between digits is a decimal point.
+_PLAIN_SEPARATOR = r"[/_ =;]|(?<!\d)[.,]|[.,](?!\d)"
+#: A hyphen before a digit separates after a letter, a digit or a bracket (`bar-30`). Otherwise it
+#: is a sign: at the beginning, or after another separator (`bar_-30`).
+_SEPARATOR = rf"(?:{_PLAIN_SEPARATOR}|-(?!\d)|(?<=[^\W_]|[)\]}}])-)+"
+#: In `bar+10` and `bar-30`, a hyphen after a letter is a sign.
+_SEPARATOR_BEFORE_SIGN = rf"(?:{_PLAIN_SEPARATOR}|-(?!\d)|(?<=[\d)\]}}])-)+"
+#: Empty separators: between a letter and a number, which has a sign or not.
+_LETTER_TO_SIGN = rf"(?<=[^\W\d_])(?=[{_SIGNS}]?\d)"
+_LETTER_TO_DIGIT = r"(?<=[^\W\d_])(?=\d)"
+_LETTERS_AND_DIGITS = re.compile(r"([^\W\d_]+)\d+")
 _HYPHEN_OR_SIGN = re.compile(r"[^\W\d_]-(?!0\d)\d")
 _PLUS_AFTER_LETTER = re.compile(r"[^\W\d_][+\u2212]\d")
 _NUMBER = re.compile(rf"([^\d{_SIGNS}]*)([{_SIGNS}]?\d+(?:\.\d+)?)(\D*)")
@@ -25,7 +29,7 @@ _TEXT = r"[^/_. -]+"
 _TEXT_WITH_DOTS = r"(?:[^/_. -]|(?<=\d)\.(?=\d))+"
 _LETTERS = rf"[^\d/_. {_SIGNS}]+"
 _SUFFIX = r"\.[^./]+"
-#: Between two words of a name; "" is the begin or the end.
+#: Between two words of a name; "" is the beginning or the end.
 _WORD_ENDS = ("", "/", "_", " ")
 #: Words before a number (or text) that specify its role.
 _ROLE_WORDS = {
@@ -284,6 +288,7 @@ class NameForm:
                 return False
             names = self.values((start, end), "session")
             have_digits = all(any(map(str.isdigit, name)) for name in names)
+            have_digits = have_digits and not any(name[0] in _SIGNS for name in names)
             if "session" not in words and not (have_digits and end < label):
                 return False
         return True
@@ -305,6 +310,29 @@ class NameForm:
     def _unlikely_label(self, index: int) -> tuple[bool, bool, int]:
         affixes = self.fields[index].affixes
         return self.fields[index].is_counter, affixes is not None and not any(affixes), index
+
+    def has_doubtful_hyphen(self, index: int) -> bool:
+        """True for a number that varies, after a hyphen that could be its sign."""
+        field = self.fields[index]
+        return (
+            field.kind == "number"
+            and self.separators[index - 1] == "-"
+            and self.fields[index - 1].texts[0][-1:].isalpha()
+            and not self._word_role(index)
+            and not any(re.match(r"0\d", number) for number in field.numbers())
+        )
+
+    def could_be_decimal(self, index: int) -> bool:
+        """True for two numbers that vary, with _ between them, if the second could be decimals."""
+        before, field = self.fields[index - 1], self.fields[index]
+        return (
+            before.kind == field.kind == "number"
+            and self.separators[index - 1] == "_"
+            and (before.affixes or ("", ""))[1] == ""
+            and field.is_counter
+            and not any(field.affixes or ("",))
+            and not any(re.match(r"0\d", text) or len(text) > 2 for text in field.texts)
+        )
 
     def _is_unique(self, roles: Roles, names: set[str]) -> bool:
         """True if the groups with these names identify each file."""
@@ -328,42 +356,71 @@ def name_form(files: Sequence[Path]) -> NameForm:
 
     A hyphen between a letter and a digit is ambiguous. It is a separator (`bar-30`: bar, 30),
     unless other files have a plus or U+2212 in this place, or more files have one form if it is
-    a sign (`bar-30` and `bar30`: bar, -30 and 30).
+    a sign (`bar-30` and `bar30`: bar, -30 and 30). Letters and a number without a separator are
+    two fields if several numbers follow the same letters (`cube1`, `cube2`, `ball1`, `ball2`).
     """
     separated = _form(files, re.compile(f"({_SEPARATOR})"), has_signs=False)
-    pattern = re.compile(f"({_SEPARATOR_BEFORE_SIGN}|{_LETTER_TO_NUMBER})")
-    signed = _form(files, pattern, has_signs=True)
+    with_signs = re.compile(f"({_SEPARATOR_BEFORE_SIGN}|{_LETTER_TO_SIGN})")
+    signed = _form(files, with_signs, has_signs=True)
     has_hyphens = any(_HYPHEN_OR_SIGN.search(path.as_posix()) for path in files)
     has_plus = any(_PLUS_AFTER_LETTER.search(path.as_posix()) for path in files)
     gain = len(separated.other_files) - len(signed.other_files)
     if (has_hyphens and gain > 0) or (has_plus and gain >= 0):
         return signed
+    split = _form(files, re.compile(f"({_SEPARATOR}|{_LETTER_TO_DIGIT})"), has_signs=False)
+    has_joined_numbers = any(map(_has_joined_numbers, separated.fields))
+    if has_joined_numbers and len(split.other_files) <= len(separated.other_files):
+        return split
     return separated
 
 
-def hyphen_reading(form: NameForm) -> str:
-    """Return how hyphens before numbers are read, with an example; "" if there is no doubt.
+def _has_joined_numbers(field: NameField) -> bool:
+    """True if each text is letters and a number, and two numbers or more follow the letters."""
+    matches = [_LETTERS_AND_DIGITS.fullmatch(text) for text in field.values]
+    words = Counter(match[1] for match in matches if match)
+    return all(matches) and len(words) > 1 and min(words.values()) > 1
+
+
+def ambiguous_readings(form: NameForm) -> list[str]:
+    """Return how doubtful hyphens and underscores are read, with examples.
 
     Numbers such as `01` are counters, so a hyphen before them is a separator. A hyphen after
     another separator is a sign (`bar_-30`), which is doubtful only for `bar--30`.
     """
     names = [path.as_posix() for path in form.files]
+    readings = []
     double = [name for name in names if re.search(r"--\d", name)]
     if double:
-        return f"the second of two hyphens before a number is read as a sign, e.g. {double[0]!r}"
-    examples = [name for name in names if _HYPHEN_OR_SIGN.search(name)]
-    if not examples:
-        return ""
-    if form.has_signs:
-        return f"a hyphen between a letter and a number is read as a sign, e.g. {examples[0]!r}"
-    reading = f"a hyphen after a letter is read as a separator, e.g. {examples[0]!r}. "
-    return reading + r"If it is a sign, move it into the group: (?P<label>-?\d+)"
+        readings.append(
+            f"the second of two hyphens before a number is read as a sign, e.g. {double[0]!r}"
+        )
+    single = [name for name in names if _HYPHEN_OR_SIGN.search(name)]
+    if single and form.has_signs:
+        readings.append(f"a hyphen after a letter is read as a sign, e.g. {single[0]!r}")
+    elif single and any(form.has_doubtful_hyphen(i) for i in range(1, len(form.fields))):
+        readings.append(
+            f"a hyphen after a letter is read as a separator, e.g. {single[0]!r}. "
+            r"If it is a sign, move it into the group: (?P<label>-?\d+)"
+        )
+    decimals = [name for name in names if re.search(r"(?<!\d)\d+_[1-9]\d?(?!\d)", name)]
+    if decimals and any(form.could_be_decimal(i) for i in range(1, len(form.fields))):
+        readings.append(
+            f"numbers with _ between them are two fields, e.g. {decimals[0]!r}. "
+            r"If they are one decimal number, use one group: (?P<label>\d+_\d+)"
+        )
+    return readings
 
 
 def folder_pattern(files: Sequence[Path]) -> str:
-    """Return a pattern whose label is the folder; "" if the paths (n,) are not all in one level
-    of folders. It matches all names, also if they have several forms."""
-    if any(len(path.parts) != 2 for path in files):
+    """Return a pattern whose label is the folder; it matches names of all forms.
+
+    Returns "" if the paths (n,) are not all in one level of at least two folders, or if the
+    folders are sessions.
+    """
+    folders = {path.parts[0] for path in files}
+    if any(len(path.parts) != 2 for path in files) or len(folders) < 2:
+        return ""
+    if any("session" in roles.values() for roles in name_form(files).proposals()[:1]):
         return ""
     return rf"(?P<label>[^/]+)/(?P<take>.+){_SUFFIX}"
 

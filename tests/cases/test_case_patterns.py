@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sounds import resonances, write_wav
 
-from ajgdata.store.file_names import hyphen_reading, name_form, unused_parts
+from ajgdata.store.file_names import ambiguous_readings, name_form, unused_parts
 from ajgdata.store.scan import scan
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import ImportSettings
@@ -45,6 +45,8 @@ ANGLES = {
     "bar_{}deg_{}.wav": ("-30", "30"),
     "bar_{}_rep{}.wav": ("-30", "none", "+15"),
     "bar_{}_take{}.wav": ("7p5", "m7p5", "10p0"),
+    "object=bar,angle={},n={}.wav": ("-5", "7.5", "10"),
+    "bar_{}_g{}.wav": ("7,5", "10,0"),
 }
 
 
@@ -90,6 +92,15 @@ def test_the_second_of_two_hyphens_is_a_sign_and_is_reported(ajgdata, src, rows)
     assert {row["label"] for row in rows("mine")} == {"-20", "-10"}
 
 
+def test_an_underscore_that_could_be_a_decimal_point_is_reported(ajgdata, src, rows):
+    write(src, [f"bar_{position}_rep{i}.wav" for position in ("7_5", "8_0") for i in (1, 2)])
+    _, printed = proposals(ajgdata, src)
+    assert "numbers with _ between them are two fields, e.g. 'bar_7_5_rep1.wav'" in printed.out
+    pattern = r"bar_(?P<label>\d+_\d+)_rep(?P<take>\d+)\.wav"
+    assert ajgdata("import", src, "--dataset", "mine", "--pattern", pattern).code == 0
+    assert {row["label"] for row in rows("mine")} == {"7_5", "8_0"}
+
+
 def test_hyphens_before_counters_with_zeros_are_no_question(ajgdata, src):
     write(src, [f"take-{label}-{i:03d}.wav" for label in ("bar", "ball") for i in (1, 2)])
     options, printed = proposals(ajgdata, src)
@@ -105,6 +116,9 @@ LAYOUTS = {
     "day{session}/{label}/{grasp}.wav": ["label", "grasp", "session"],
     "{label}/day{session}/{grasp}.wav": ["label", "grasp", "session"],
     "2026-01-0{session}/{label}/g{grasp}/{sample}.wav": ["label", "grasp", "sample", "session"],
+    "day{session}/{label}{grasp}.wav": ["label", "grasp", "session"],
+    "{label}{grasp}.wav": ["label", "grasp"],
+    "grasp-{grasp}_object-{label}_rep-{sample}.wav": ["label", "grasp", "sample"],
     "{label}/{grasp}/{sample}.wav": ["label", "grasp", "sample"],
     "session_{session}_{label}_{grasp}.wav": ["label", "grasp", "session"],
     "obj{object}_{label}_g{grasp}_s{sample}.wav": ["label", "grasp", "sample", "object"],
@@ -131,6 +145,16 @@ def test_roles_that_words_and_folders_specify(tmp_path, layout):
             for role in LAYOUTS[layout]
         }
         assert read == {role: str(value[role]) for role in LAYOUTS[layout]}
+
+
+@pytest.mark.parametrize("folders", [("day1", "day2"), ("2026-01-01", "2026-01-02"), ("x", "x")])
+def test_folders_of_days_are_no_labels(ajgdata, src, folders):
+    write(
+        src, sorted({f"{d}/{o}_{i}.wav" for d in folders for o in ("bar", "can") for i in (1, 2)})
+    )
+    options, printed = proposals(ajgdata, src)
+    assert "(the folder is the label)" not in printed.out
+    assert ("(?P<session>[^/]+)/" in options[0][1]) == (folders[0] != folders[1])
 
 
 def test_a_number_that_differs_in_each_file_leaves_no_sample():
@@ -226,6 +250,31 @@ def test_each_proposal_reads_the_values_that_names_were_generated_from(template,
             assert set(read.values()) == {value[name] for name in names}
 
 
+@pytest.mark.parametrize("template", FORMS)
+def test_the_import_reads_each_proposal_exactly(src, template):
+    days = (1, 2) if "{day}" in template else (1,)
+    by_path = generated(template, ("bar", "can"), ("-30", "+7.5", "\u221212", "0"), days)
+    for path in by_path:
+        (src / path).parent.mkdir(parents=True, exist_ok=True)
+        (src / path).touch()
+    form = name_form(list(by_path))
+    assert len(form.proposals()) > 1
+    for roles in form.proposals():
+        options = ImportSettings(pattern=form.pattern(roles), grasp=form.grasp_template(roles))
+        result = scan(src, options, "d")
+        assert not result.remarks["unused"]
+        assert not result.remarks["not used"]
+        assert len(result.files) == len(by_path)
+        (label,) = [span for span, role in roles.items() if role == "label"]
+        expected = dict(zip(form.files, form.values(label, "label"), strict=True))
+        for file in result.files:
+            texts = {text.replace("\u2212", "-") for text in by_path[file.path].values()}
+            assert file.labels["label"] == expected[file.path].replace("\u2212", "-")
+            assert file.labels["label"] in texts
+        recordings = {(f.session, f.cells["grasp_id"], f.cells["sample"]) for f in result.files}
+        assert len(recordings) == len(by_path)
+
+
 @settings(max_examples=100, deadline=None)
 @given(st.sampled_from(AMBIGUOUS_FORMS), TEXTS, NUMBERS)
 def test_a_sign_in_an_ambiguous_place_is_read_or_reported(template, texts, numbers):
@@ -244,7 +293,9 @@ def test_a_sign_in_an_ambiguous_place_is_read_or_reported(template, texts, numbe
                 assert unsigned == value["number"]
             else:
                 assert unsigned in read
-                assert "read as a separator" in hyphen_reading(form)
+                assert "a hyphen after a letter is read as a separator" in " ".join(
+                    ambiguous_readings(form)
+                )
 
 
 @pytest.mark.parametrize(
