@@ -444,24 +444,22 @@ def _escaped(text: str) -> str:
     return re.escape(text).replace(r"\ ", " ").replace(r"\-", "-")
 
 
-def unused_parts(pattern: re.Pattern[str], files: Sequence[Path]) -> list[list[str]]:
+def unused_parts(matches: Sequence[re.Match[str]]) -> list[list[str]]:
     """Return the texts of each part of file names that varies and is in no named group.
 
-    `files` (n,) are the paths that the pattern matches. The texts of a part are distinct and
+    `matches` (n,) are of one pattern and whole paths. The texts of a part are distinct and
     sorted. Suffixes do not count. Words that one named group determines do not count (`001 - Dog`,
     `002 - Rain` with the name as label): each of them belongs to one value of the group, and
     several files have this value. A sign or a digit that touches a group always counts.
     """
     by_groups: dict[tuple[str, ...], list[re.Match[str]]] = defaultdict(list)
-    for path in files:
-        match = pattern.fullmatch(path.as_posix())
-        if match:
-            present = tuple(name for name in pattern.groupindex if match[name] is not None)
-            by_groups[present].append(match)
+    for match in matches:
+        present = tuple(name for name in match.re.groupindex if match[name] is not None)
+        by_groups[present].append(match)
     parts = []
-    for names, matches in by_groups.items():
-        groups = [[match[name] for match in matches] for name in names]
-        columns = list(zip(*map(_outside_of_groups, matches), strict=True))
+    for names, equal in by_groups.items():
+        groups = [[match[name] for match in equal] for name in names]
+        columns = list(zip(*map(_outside_of_groups, equal), strict=True))
         for number, texts in enumerate(columns):
             is_separate = all(
                 (number == 0 or text[:1] in _WORD_ENDS)

@@ -159,6 +159,7 @@ def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Sca
     is_kit = settings.pattern in ("", "starter-kit")
     pattern = compile_pattern(STARTER_KIT if is_kit else settings.pattern)
     rows = {}
+    matches = []
     for path in audio:
         match = match_name(pattern, path.as_posix())
         if not match:
@@ -171,8 +172,9 @@ def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Sca
             result.remarks["not used"].append((path.as_posix(), "the played sound"))
         else:
             rows[path] = texts
+            matches.append(match)
     if not is_kit:
-        for part in unused_parts(pattern, list(rows)):
+        for part in unused_parts(matches):
             result.remarks["unused"].append((", ".join(map(repr, part[:4])), UNUSED_PART))
     return rows
 

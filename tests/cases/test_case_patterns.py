@@ -9,10 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sounds import resonances, write_wav
 
-from ajgdata.store.file_names import ambiguous_readings, name_form, unused_parts
+from ajgdata.store.file_names import ambiguous_readings, name_form
+from ajgdata.store.file_names import unused_parts as unused_parts_of_matches
 from ajgdata.store.scan import scan
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import ImportSettings
+
+
+def unused_parts(pattern, files):
+    matches = [pattern.fullmatch(path.as_posix()) for path in files]
+    return unused_parts_of_matches([match for match in matches if match])
 
 
 def write(src, names):
