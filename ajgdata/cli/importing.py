@@ -14,7 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ajgdata.cli.console import ATTENTION, out, print_facts, say, shortened
-from ajgdata.types import DataError, Finding, ImportSettings, OnChange, checked
+from ajgdata.types import AudioSettings, DataError, Finding, ImportSettings, OnChange, checked
 
 if TYPE_CHECKING:
     from ajgdata.paths import Paths
@@ -26,7 +26,7 @@ LEVELS = ("error", "warning", "note")
 #: Kinds of remarks with their colours, the worst first.
 KINDS = {
     **{"failed": "red", "unreadable": "yellow", "kept": "yellow", "label": "yellow"},
-    **{"gone": "yellow", "not used": "default", "note": "yellow"},
+    **{"gone": "yellow", "channels": "yellow", "not used": "default", "note": "yellow"},
 }
 Pattern = Annotated[
     str,
@@ -59,6 +59,9 @@ def import_command(
         bool, typer.Option("--reference", help="leave the audio in the folder")
     ] = False,
     on_change: Choice = OnChange.KEEP,
+    microphone: Annotated[
+        str, typer.Option(help="channel of files with several: its number from 1, or mean")
+    ] = "",
     everything: All = False,
 ) -> None:
     """Import a folder of recordings as sessions of a data set.
@@ -80,7 +83,7 @@ def import_command(
     )
     spec, result = import_folder(
         paths, dataset, folder, settings=settings, targets=target or [],
-        copy=not reference, on_change=on_change,
+        copy=not reference, on_change=on_change, microphone=_microphone(microphone),
     )  # fmt: skip
     show_import(result, dataset, everything=everything)
     is_mixed = show_summary(paths, spec, known=known) if paths.dataset(dataset).is_file() else False
@@ -122,6 +125,13 @@ def _import_settings(**options: str) -> ImportSettings | None:
     return checked(ImportSettings, "ajgdata import", chosen) if chosen else None
 
 
+def _microphone(text: str) -> int | str | None:
+    """Return the microphone of an option; None if it is empty. Raises DataError."""
+    value = int(text) if text.isascii() and text.isdigit() else text or None
+    settings = checked(AudioSettings, "--microphone", {"microphone": value})
+    return settings.microphone
+
+
 def show_import(result: Imported, dataset: str, *, everything: bool) -> None:
     """Print the counts and remarks of an import, the worst first."""
     counts = f"{result.added} added, {result.changed} changed, {result.unchanged} unchanged"
@@ -138,7 +148,7 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
     from ajgdata.pipeline.validate import counts, impossible_tasks, label_issues, label_tables
 
     where = escape(str(paths.dataset(spec.name)))
-    summary = f"{spec.audio.sample_rate_hz} Hz, channel {spec.audio.channel}, targets "
+    summary = f"{spec.audio.sample_rate_hz} Hz, {_used(spec.audio.microphone)}, targets "
     summary += ", ".join(spec.targets) or "none"
     say(f"as declared before in {where}" if known else f"now declared in {where}: {summary}")
     tables = label_tables(paths, spec.name)
@@ -153,6 +163,13 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
     else:
         say(f"next: ajgdata check {spec.name} (no task of this data set is possible yet)")
     return any(issue.code == "mixed_grasp" for issue in issues)
+
+
+def _used(microphone: int | str | None) -> str:
+    """Return the channel of a file that is used, in words."""
+    if microphone is None:
+        return "one microphone"
+    return "mean of the microphones" if microphone == "mean" else f"microphone {microphone}"
 
 
 def check(

@@ -43,7 +43,7 @@ def open_run(
     with (
         open_hands(
             paths, spec, source=plan.source, card=plan.card, robot=plan.robot, seed=plan.seed,
-            confirm=confirm, rate_hz=predictor.sample_rate_hz,
+            confirm=confirm, audio=predictor.audio,
         ) as (robot, card, gripper),
         live_session(folder, spec, card.settings, setup, gripper) as live,
         EventLog(log_file) as log,

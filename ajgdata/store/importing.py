@@ -40,7 +40,8 @@ class Imported:
 
     Kinds: `failed` could not be read, `unreadable` was imported but is not usable audio, `kept` has
     different bytes in the folder, `label` a label that differs from the folder's, `gone` has no
-    file in the folder, `not used` is a file of the folder that is no recording, `note`.
+    file in the folder, `channels` was imported with another number of channels than other files,
+    `not used` is a file of the folder that is no recording, `note`.
     """
 
     sessions: int = 0
@@ -53,7 +54,8 @@ class Imported:
     @property
     def is_complete(self) -> bool:
         """True if everything that belongs to the data set, by name or table, is imported."""
-        return not any(self.remarks[kind] for kind in ("failed", "unreadable", "kept"))
+        kinds = ("failed", "unreadable", "kept", "channels")
+        return not any(self.remarks[kind] for kind in kinds)
 
 
 def are_simulated(scanned: Scan, contents: Contents) -> bool:

@@ -95,12 +95,12 @@ def test_only_what_is_new_is_read_and_edits_are_left_out(project):
     [
         ({"title": "Other"}, {"report": 1}),
         ({"features": {"hop": 256}}, {"features": 1, **TASKS}),
-        ({"audio": {"channel": "mean"}}, {"features": 1, **TASKS}),
+        ({"audio": {"microphone": "mean"}}, {"features": 1, **TASKS}),
         ({"tasks": {"pitch": PITCH | {"folds": 2}}}, TASKS),
         ({"tasks": {"pitch": PITCH | {"models": ["knn", "linear"]}}}, TASKS),
         ({"embeddings": {"tones": EMBEDDING}}, {"embed": 1, "experiment": 3, "report": 1}),
     ],
-    ids=["title", "hop", "channel", "folds", "model", "embedding"],
+    ids=["title", "hop", "microphone", "folds", "model", "embedding"],
 )
 def test_a_setting_redoes_what_it_concerns(project, changes, jobs):
     redeclare(project, **changes)
