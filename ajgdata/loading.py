@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+from pydantic import ValidationError
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
 from ajgdata.paths import Paths, find_project
 from ajgdata.store.features import open_store, read_store
-from ajgdata.store.models import read_about, read_estimator, read_guard
+from ajgdata.store.models import ABOUT_FILE, RETRAIN, read_about, read_estimator, read_guard
 from ajgdata.store.sessions import check_one_kind, read_dataset, whole_sessions
 from ajgdata.types import (
     AudioSettings,
@@ -25,6 +26,7 @@ from ajgdata.types import (
     Finding,
     NotPossibleError,
     checked_name,
+    describe,
 )
 from ajgdata.types.session import SIMULATED_SOURCES
 
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
     from ajgdata.live.predictor import Predictor
 
 Project = str | Path | None
+Settings = TypeVar("Settings", AudioSettings, FeatureSettings)
 
 
 def load_features(name: str, project: Project = None) -> xr.Dataset:
@@ -183,6 +186,8 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
     from ajgdata.live.predictor import Predictor
 
     estimator, about = read_model(folder)
+    audio = _trained_with(AudioSettings, folder, about["audio"])
+    features = _trained_with(FeatureSettings, folder, about["features"])
     calibration = Calibration(**about["calibration"])
     return Predictor(
         estimator=estimator,
@@ -192,11 +197,22 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
         kind=about["kind"],
         unit=about["unit"],
         classes=tuple(about["classes"]),
-        audio=AudioSettings.model_validate(about["audio"]),
-        features=FeatureSettings.model_validate(about["features"]),
+        audio=audio,
+        features=features,
         calibration=calibration,
         guard=Guard(**read_guard(folder), threshold=calibration.novelty_threshold),
     )
+
+
+def _trained_with(kind: type[Settings], folder: Path, stored: Mapping[str, Any]) -> Settings:
+    """Return stored settings of a trained model. Raises DataError for settings of another version,
+    with which this version would compute other features."""
+    try:
+        return kind.model_validate(stored)
+    except ValidationError as error:
+        place = folder / ABOUT_FILE
+        problem = f"was trained by another version ({describe(error, place).problem})"
+        raise DataError(place, problem, f"train it again: {RETRAIN}") from None
 
 
 @dataclass(frozen=True, eq=False)

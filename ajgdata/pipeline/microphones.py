@@ -114,4 +114,6 @@ def _note_choice(
 def _numbers(counts: dict[Path, int]) -> str:
     """Return the numbers of channels in a folder with their numbers of files."""
     files = Counter(counts.values())
-    return " and ".join(f"{count} ({files[count]} files)" for count in sorted(files))
+    return " and ".join(
+        f"{count} ({files[count]} file{'s' * (files[count] > 1)})" for count in sorted(files)
+    )

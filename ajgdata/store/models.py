@@ -18,7 +18,7 @@ ABOUT_FILE = "model.json"
 ESTIMATOR_FILE = "model.skops"
 GUARD_FILE = "guard.safetensors"
 #: One job trains all models of a data set; it runs if their folder is missing.
-_RETRAIN = "delete the folder of all models of its data set (results/models/NAME) and run again"
+RETRAIN = "delete the folder of all models of its data set (results/models/NAME) and run again"
 
 
 def write_guard(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
@@ -73,4 +73,4 @@ def read_about(folder: Path) -> dict[str, Any]:
 
 def _unreadable(path: Path, error: Exception) -> DataError:
     first = (str(error).splitlines() or [type(error).__name__])[0]
-    return DataError(path, f"not a readable model ({first})", _RETRAIN)
+    return DataError(path, f"not a readable model ({first})", RETRAIN)
