@@ -179,12 +179,15 @@ def check(
 ) -> None:
     """Check recordings and labels, and list each issue with its fix."""
     from ajgdata.paths import find_project
-    from ajgdata.pipeline.validate import validate_dataset
+    from ajgdata.pipeline.validate import not_fetched, validate_dataset
     from ajgdata.store.sessions import list_datasets
 
     paths = find_project()
     total, issues = 0, list[Finding]()
-    for name in dataset or list_datasets(paths):
+    absent = [] if dataset else not_fetched(paths)
+    if absent:
+        say(f"not fetched, so not checked: {', '.join(absent)}")
+    for name in dataset or [name for name in list_datasets(paths) if name not in absent]:
         count, issues_of_set = validate_dataset(paths, name)
         total, issues = total + count, issues + issues_of_set
     print_issues([i for i in issues if notes or i.level != "note"], everything=everything)

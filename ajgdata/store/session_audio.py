@@ -53,6 +53,11 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
         names = (folder.name, WHOLE_SESSION, file)
         result.findings = [Finding(*names, "error", "bad_session", problem, error.fix)]
         return result
+    if not recordings and not result.findings:
+        problem = f"{RECORDINGS_FILE} has a header and no recordings"
+        fix = "import or record some, or remove the folder of this session"
+        names = (folder.name, WHOLE_SESSION, RECORDINGS_FILE)
+        result.findings.append(Finding(*names, "error", "no_recordings", problem, fix))
     for grasp, reason in session.skipped.items():
         problem, _, fix = reason.rpartition("; ")
         result.findings.append(Finding(folder.name, grasp, "", "warning", "skipped", problem, fix))
