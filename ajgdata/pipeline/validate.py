@@ -11,6 +11,7 @@ from ajgdata.acquire.protocol import REFERENCE
 from ajgdata.experiments import all_requests
 from ajgdata.paths import DATASET_FILE, Paths
 from ajgdata.pipeline.plan import config_problems
+from ajgdata.pipeline.played_sounds import played_sound_issues
 from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.recordings import examine, finding
 from ajgdata.store.audio import Remark
@@ -56,6 +57,7 @@ def validate_dataset(paths: Paths, dataset: str) -> tuple[int, list[Finding]]:
             for file in session.files
             if (name := file.recording_id) not in unusable
         ]
+    issues += played_sound_issues(paths, spec, names)
     issues += label_issues({session.session_id: session.labels for session in sessions}, spec)
     if rows:
         issues += copies(*zip(*rows, strict=True)).values()

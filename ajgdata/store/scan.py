@@ -63,6 +63,8 @@ class Scan:
     files: list[ScannedFile] = field(default_factory=list)
     remarks: Remarks = field(default_factory=lambda: defaultdict(list))
     is_simulated: bool = False
+    #: Played sounds (`0_<name>`) by session, relative to the folder.
+    played: defaultdict[str, list[Path]] = field(default_factory=lambda: defaultdict(list))
 
     def label_columns(self) -> list[str]:
         """Return the columns that are labels of recordings."""
@@ -81,16 +83,19 @@ def scan(folder: Path, settings: ImportSettings, name: str) -> Scan:
     audio, result.remarks["not used"] = search(folder)
     if not audio:
         raise DataError(folder, "holds no audio files", "name a folder with .wav, .flac or .ogg")
+    played: Rows = {}
     if settings.table:
         rows = _by_table(folder, audio, settings, result)
     else:
-        rows = _by_name(audio, settings, name, result)
+        rows = _by_name(audio, settings, name, result, played)
     columns = _columns(next(iter(rows.values()), {}), settings, result)
     for path, texts in sorted(rows.items()):
         if (folder / path).is_file():
             result.files.append(_scanned(path, texts, columns, settings, name))
         else:
             result.remarks["failed"].append((path.as_posix(), "not a file, or a broken link"))
+    for path, texts in played.items():
+        result.played[_scanned(path, texts, columns, settings, name).session].append(path)
     numbers = _sample_numbers({file.cells["sample"] for file in result.files})
     result.files = [
         replace(file, cells={**file.cells, "sample": numbers[file.cells["sample"]]})
@@ -147,8 +152,11 @@ def _copies_of_wavs(audio: Iterable[Path]) -> set[Path]:
     return {path for path in not_wav if path.with_suffix("") in names}
 
 
-def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Scan) -> Rows:
-    """Return the named groups of each file that matches, by path."""
+def _by_name(
+    audio: list[Path], settings: ImportSettings, name: str, result: Scan, played: Rows
+) -> Rows:
+    """Return the named groups of each file that matches, by path; those of played sounds are added
+    to `played`."""
     is_kit = settings.pattern in ("", "starter-kit")
     try:
         pattern = re.compile(STARTER_KIT if is_kit else settings.pattern)
@@ -168,6 +176,7 @@ def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Sca
             texts["session"] = path.parent.as_posix() if path.parent.name else name
         if is_kit and int(match["n"]) == 0:
             result.remarks["not used"].append((path.as_posix(), "the played sound"))
+            played[path] = texts
         else:
             rows[path] = texts
     return rows
