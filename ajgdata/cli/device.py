@@ -19,7 +19,8 @@ device = typer.Typer(
 CARD_PANEL = "sound card"
 _AGAIN = "run the same command again to resume"
 OutputChannel = Annotated[
-    int, typer.Option(min=1, help="output channel of the speaker, from 1", rich_help_panel=CARD_PANEL)
+    int,
+    typer.Option(min=1, help="output channel of the speaker, from 1", rich_help_panel=CARD_PANEL),
 ]
 Microphone = Annotated[
     int,

@@ -60,7 +60,7 @@ def import_command(
     ] = False,
     on_change: Choice = OnChange.KEEP,
     microphone: Annotated[
-        str, typer.Option(help="channel of files with several: its number from 1, or mean")
+        str, typer.Option(help="used channel of the files: number from 1, or mean")
     ] = "",
     everything: All = False,
 ) -> None:

@@ -54,7 +54,7 @@ def sense(
         int | None,
         typer.Option(
             min=1,
-            help="input channel of the microphone, from 1; default: audio.microphone of the model",
+            help="input channel of the microphone; default: that of the model",
             rich_help_panel=CARD_PANEL,
         ),
     ] = None,
@@ -130,7 +130,8 @@ def _sense(
         ended_by_signals(),
         open_hands(
             paths, spec, source=source, card=card, robot=None, seed=seed,
-            confirm=lambda text: None, audio=predictor.audio,
+            confirm=lambda text: None, rate_hz=predictor.sample_rate_hz,
+            microphone=predictor.audio.microphone,
         ) as (robot, opened, _),
     ):  # fmt: skip
         for number in numbers:

@@ -38,8 +38,8 @@ class ChannelStatistics:
     @property
     def lowest_correlation(self) -> NDArray[np.float64]:
         """Return the lowest correlation (channels,) of each channel with another one."""
-        others = np.where(np.eye(len(self.correlation), dtype=bool), np.inf, self.correlation)
-        return others.min(axis=1)
+        is_own = np.eye(len(self.correlation), dtype=bool)
+        return np.where(is_own, np.inf, self.correlation).min(axis=1)
 
     @property
     def level_range_db(self) -> float:

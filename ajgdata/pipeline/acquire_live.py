@@ -140,15 +140,16 @@ def open_hands(
     robot: RobotProgram | None,
     seed: int,
     confirm: Confirm,
-    audio: AudioSettings,
+    rate_hz: int,
+    microphone: int | str | None,
 ) -> Iterator[tuple[Robot, Card, dict[str, str]]]:
     """Yield robot and sound card, and `gripper`, `medium` and `source` for session.yaml.
 
     `source` is `soundcard` (`card` has its settings except the rate, which the data set declares)
     or `virtual`: the virtual gripper over the objects of the data set's recipe, drawn by `seed`,
-    which needs no person. `audio` are the settings of the model: its microphone is the default of
-    `card`. Raises DataError, also for another sample rate than the model's, and for a model of the
-    mean of several microphones.
+    which needs no person. `microphone`, that of the model, is the default of `card`. Raises
+    DataError, also for another sample rate than `rate_hz`, that of the model, and for a model of
+    the mean of several microphones.
     """
     if source == VIRTUAL:
         if spec.recipe is None:
@@ -156,24 +157,24 @@ def open_hands(
             raise DataError(paths.dataset(spec.name), "has no recipe to simulate", fix)
         moving = make_robot(robot, confirm) if robot else None
         table = VirtualTable(spec.recipe, seed, paths.responses, moving)
-        _check_rate(table, audio.sample_rate_hz)
+        _check_rate(table, rate_hz)
         yield table, table, {"gripper": "virtual", "medium": "virtual", "source": "virtual"}
         return
-    own = {"sample_rate_hz": spec.audio.sample_rate_hz, "microphone": _card_microphone(audio)}
+    own = {"sample_rate_hz": spec.audio.sample_rate_hz, "microphone": _card_microphone(microphone)}
     settings = checked(CardSettings, "sound card", own | dict(card))
     with open_card(settings) as opened:
-        _check_rate(opened, audio.sample_rate_hz)
+        _check_rate(opened, rate_hz)
         yield make_robot(robot, confirm), opened, gripper_of(spec)
 
 
-def _card_microphone(audio: AudioSettings) -> int:
+def _card_microphone(microphone: int | str | None) -> int:
     """Return the input channel that a model was trained with. Raises DataError for the mean of
     several, because a sound card records one."""
-    if isinstance(audio.microphone, str):
+    if isinstance(microphone, str):
         problem = "the model was trained with the mean of all microphones, a sound card records one"
         fix = "set audio.microphone in dataset.yaml to a number and train the model again"
         raise DataError("audio.microphone", problem, fix)
-    return audio.microphone or 1
+    return microphone or 1
 
 
 def _check_recordable(path: Path, audio: AudioSettings) -> None:

@@ -13,6 +13,7 @@ import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE, SESSION_FILE, Paths, Tree
 from ajgdata.pipeline.importing import import_folder

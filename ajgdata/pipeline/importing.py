@@ -186,9 +186,7 @@ def infer_target(texts: Collection[str]) -> tuple[Target, str]:
     return Target(kind=kind, missing=missing), reason
 
 
-def _common_audio(
-    scanned: Scan, contents: Contents, microphone: int | str | None
-) -> AudioSettings:
+def _common_audio(scanned: Scan, contents: Contents, microphone: int | str | None) -> AudioSettings:
     """Return the commonest rate of the readable files, and the microphone that is used.
 
     Raises DataError if no file is a sound, and as `chosen_microphone` does.

@@ -101,7 +101,9 @@ def _note_choice(
     guess = "; to change it, edit this key in dataset.yaml"
     scanned.remarks["note"].append(("audio.microphone", used + (guess if is_guess else "")))
     if len(set(counts.values())) > 1:
-        reason = f"{_numbers(counts)} channels: recordings that differ in this may not be comparable"
+        reason = (
+            f"{_numbers(counts)} channels: recordings that differ in this may not be comparable"
+        )
         scanned.remarks["channels"].append(("files have", reason))
     for path, count in sorted(counts.items()):
         try:

@@ -76,7 +76,11 @@ def complete(
     ]
     skipped = _skipped(paths, trained, results)
     problems = {name: unreadable(read_findings(paths.quarantine(name))) for name in datasets}
-    lines = [*_excluded_lines(paths, datasets), *_unreadable_lines(problems), *_rare_class_lines(results)]
+    lines = [
+        *_excluded_lines(paths, datasets),
+        *_unreadable_lines(problems),
+        *_rare_class_lines(results),
+    ]
     lines += _skipped_lines(skipped, optional)
     lines += about_report["answer"]
     if agreements := about_report["agreements"]:

@@ -43,7 +43,8 @@ def open_run(
     with (
         open_hands(
             paths, spec, source=plan.source, card=plan.card, robot=plan.robot, seed=plan.seed,
-            confirm=confirm, audio=predictor.audio,
+            confirm=confirm, rate_hz=predictor.sample_rate_hz,
+            microphone=predictor.audio.microphone,
         ) as (robot, card, gripper),
         live_session(folder, spec, card.settings, setup, gripper) as live,
         EventLog(log_file) as log,

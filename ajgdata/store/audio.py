@@ -206,13 +206,11 @@ def check_channels(path: Path, count: int, microphone: int | str | None) -> None
     if isinstance(microphone, int) and microphone > count:
         channels = "1 channel" if count == 1 else f"{count} channels"
         problem = f"has {channels}, and the data set uses microphone {microphone}"
-        fix = f"use a file with at least {microphone} channels, or correct audio.microphone in "
-        raise AudioError(path, "channels", problem, f"{fix}dataset.yaml")
+        fix = f"use a file with at least {microphone} channels, or correct audio.microphone"
+        raise AudioError(path, "channels", problem, fix)
 
 
-def _used_channels(
-    samples: Float32, microphone: int | str | None
-) -> tuple[Float32, list[Remark]]:
+def _used_channels(samples: Float32, microphone: int | str | None) -> tuple[Float32, list[Remark]]:
     """Return the channels (frames, used) that a data set uses, and a note if there are others.
 
     `microphone` is `AudioSettings.microphone`: channel 1 is the first column.

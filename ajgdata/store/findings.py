@@ -9,9 +9,9 @@ from pathlib import Path
 from ajgdata.store.files import csv_bytes, read_csv, write_bytes
 from ajgdata.types import Finding
 
-#: Codes of recordings that could not be read as their table describes them: the file, its bytes, its
-#: row or its session. Other errors are properties of a readable sound (silent, too short, another
-#: rate) or decisions of a person (`rejected`).
+#: Codes of recordings that could not be read as their table describes them: the file, its bytes,
+#: its row or its session. Other errors are properties of a readable sound (silent, too short,
+#: another rate) or decisions of a person (`rejected`).
 UNREADABLE = frozenset(
     {
         *("missing", "unreadable", "empty", "damaged", "truncated", "no_samples", "implausible"),

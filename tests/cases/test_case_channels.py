@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import subprocess
 import sys
 from pathlib import Path
 
@@ -13,7 +12,6 @@ from sounds import FRAMES, RATE_HZ, resonances, write_wav
 
 from ajgdata.features.channels import channel_statistics
 from ajgdata.loading import load_predictor, read_predictor
-from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire_live import open_hands
 from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.pipeline.train import train_model
@@ -234,27 +232,23 @@ def test_sense_records_the_microphone_of_the_training(paths, trained, monkeypatc
     monkeypatch.setattr(acquire_live, "open_card", open_card)
     spec = read_dataset(paths, "mine")
 
-    def sense(audio, **card):
+    def sense(used, **card):
         with open_hands(
             paths, spec, source="soundcard", card={"device": "x", **card}, robot=None, seed=0,
-            confirm=lambda text: None, audio=audio,
+            confirm=lambda text: None, rate_hz=RATE_HZ, microphone=used,
         ):  # fmt: skip
             pass
 
-    for audio, card in (
-        (AudioSettings(microphone=2), {}),
-        (AudioSettings(), {}),
-        (AudioSettings(microphone=2), {"microphone": 4}),
-    ):
+    for microphone, card in ((2, {}), (None, {}), (2, {"microphone": 4})):
         with pytest.raises(DataError, match="was opened"):
-            sense(audio, **card)
+            sense(microphone, **card)
     assert opened == [2, 1, 4]
     with pytest.raises(DataError, match="trained with the mean of all microphones"):
-        sense(AudioSettings(microphone="mean"))
+        sense("mean")
     with pytest.raises(DataError, match="Replace `input_channel: 2` by `microphone: 2`"):
-        sense(AudioSettings(), input_channel=2)
+        sense(None, input_channel=2)
     with pytest.raises(DataError, match="microphone = True"):
-        sense(AudioSettings(), microphone=True)
+        sense(None, microphone=True)
 
 
 def test_a_sound_card_does_not_record_into_a_data_set_of_microphone_2(ajgdata, paths):

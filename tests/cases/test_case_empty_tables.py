@@ -56,7 +56,8 @@ def test_a_data_set_without_sessions_fails_check(ajgdata, paths, folder, argumen
 def test_a_recipe_and_public_recordings_need_no_session_yet(ajgdata, paths):
     for name in ("simulated", "public"):
         paths.dataset(name).parent.mkdir()
-    recipe = "recipe:\n  grasps_per_object: 2\n  objects:\n    - {name: cube, shape: {kind: cube, edge_mm: 20}}\n"
+    recipe = "recipe:\n  grasps_per_object: 2\n  objects:\n"
+    recipe += "    - {name: cube, shape: {kind: cube, edge_mm: 20}}\n"
     paths.dataset("simulated").write_text(f"name: simulated\n{recipe}")
     paths.dataset("public").write_text("name: public\n")
     paths.source("public").write_text("")

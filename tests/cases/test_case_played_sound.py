@@ -41,7 +41,9 @@ def test_sessions_of_the_starter_kit_are_compared(ajgdata, src, paths, second, w
     if warnings:
         assert "tuesday/*: the played sound (imported from 0_sweep.wav, sha256 " in checked.text
         assert "differs from that of session monday" in checked.text
-    assert ajgdata("import", src, "--dataset", "mine").code == 0  # the second import changes nothing
+    assert (
+        ajgdata("import", src, "--dataset", "mine").code == 0
+    )  # the second import changes nothing
     assert read_session(paths.session("mine", "monday")).excitation == stored
 
 
@@ -53,7 +55,9 @@ def test_another_format_of_the_same_sound_is_the_same_sound(ajgdata, src, paths)
     samples = excitation_samples(SWEEP, RATE_HZ)
     soundfile.write(src / "tuesday" / "0_chirp.wav", samples, RATE_HZ, subtype="FLOAT")
     assert ajgdata("import", src, "--dataset", "mine").code == 0
-    first, second = (read_session(paths.session("mine", n)).excitation for n in ("monday", "tuesday"))
+    first, second = (
+        read_session(paths.session("mine", n)).excitation for n in ("monday", "tuesday")
+    )
     assert first.sha256 != second.sha256
     assert ajgdata("check", "mine").code == 0
 

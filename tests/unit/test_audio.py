@@ -176,7 +176,9 @@ def test_no_cut_goes_unnoticed(tmp_path_factory, data):
 def test_rate_and_channels_are_rejected_unless_declared(put):
     path = put(encoded(noise(4800, 2), 48_000, format="WAV", subtype="PCM_16"))
     assert "audio.other_rate: resample" in refusal(path).fix
-    assert refusal(path, AudioSettings(sample_rate_hz=48_000, microphone=3)).remark.code == "channels"
+    assert (
+        refusal(path, AudioSettings(sample_rate_hz=48_000, microphone=3)).remark.code == "channels"
+    )
 
 
 def test_conversions_do_what_they_say_and_are_reported(put):

@@ -107,7 +107,11 @@ def test_settings_that_may_start_a_program_or_leave_the_folder_are_not_taken_ove
 
 @pytest.mark.parametrize(
     ("old", "microphone", "new"),
-    [(0, 1, "1"), ("mean", "mean", "mean"), ("mono", None, "no microphone (files have one channel)")],
+    [
+        (0, 1, "1"),
+        ("mean", "mean", "mean"),
+        ("mono", None, "no microphone (files have one channel)"),
+    ],
 )
 def test_the_key_channel_of_an_older_version_is_converted_with_a_message(
     tree, elsewhere, ajgdata, monkeypatch, old, microphone, new
@@ -129,7 +133,7 @@ def test_a_wrong_value_of_the_key_channel_is_refused(tree, elsewhere):
     content["audio"]["channel"] = True
     (tree / tree.DECLARATION).write_text(yaml.safe_dump(content))
     reseal(tree)
-    with pytest.raises(DataError, match="audio.channel was replaced by audio.microphone"):
+    with pytest.raises(DataError, match="channel was replaced by audio"):
         fetch(elsewhere.paths, str(tree.root))
     assert not elsewhere.paths.dataset("d").exists()
 
