@@ -22,6 +22,8 @@ MAX_LEVEL_DB = 10.0
 #: a delay and with its sign, as the mean is taken: a delay of d seconds between two microphones
 #: cancels the frequency 1/(2 d), and opposite signs cancel every frequency. A loop-back of a sweep
 #: hardly correlates with the response of a gripper, which changes the phase of each frequency.
+#: Simulated responses of docs/examples/make_takes.py at 44.1 kHz: 0.00 with a loop-back, 0.7 with
+#: a microphone that is one sample later (8 mm), 0.1 with two samples.
 MIN_CORRELATION = 0.5
 #: Level (dB of full scale) that is printed for a channel of zeros.
 SILENCE_DBFS = -200.0

@@ -63,7 +63,8 @@ class Scan:
     files: list[ScannedFile] = field(default_factory=list)
     remarks: Remarks = field(default_factory=lambda: defaultdict(list))
     is_simulated: bool = False
-    #: Played sounds (`0_<name>`) by session, relative to the folder.
+    #: Named groups of each played sound (`0_<name>`), by path, and the played sounds by session.
+    played_rows: Rows = field(default_factory=dict)
     played: defaultdict[str, list[Path]] = field(default_factory=lambda: defaultdict(list))
 
     def label_columns(self) -> list[str]:
@@ -83,18 +84,17 @@ def scan(folder: Path, settings: ImportSettings, name: str) -> Scan:
     audio, result.remarks["not used"] = search(folder)
     if not audio:
         raise DataError(folder, "holds no audio files", "name a folder with .wav, .flac or .ogg")
-    played: Rows = {}
     if settings.table:
         rows = _by_table(folder, audio, settings, result)
     else:
-        rows = _by_name(audio, settings, name, result, played)
+        rows = _by_name(audio, settings, name, result)
     columns = _columns(next(iter(rows.values()), {}), settings, result)
     for path, texts in sorted(rows.items()):
         if (folder / path).is_file():
             result.files.append(_scanned(path, texts, columns, settings, name))
         else:
             result.remarks["failed"].append((path.as_posix(), "not a file, or a broken link"))
-    for path, texts in played.items():
+    for path, texts in result.played_rows.items():
         result.played[_scanned(path, texts, columns, settings, name).session].append(path)
     numbers = _sample_numbers({file.cells["sample"] for file in result.files})
     result.files = [
@@ -152,11 +152,8 @@ def _copies_of_wavs(audio: Iterable[Path]) -> set[Path]:
     return {path for path in not_wav if path.with_suffix("") in names}
 
 
-def _by_name(
-    audio: list[Path], settings: ImportSettings, name: str, result: Scan, played: Rows
-) -> Rows:
-    """Return the named groups of each file that matches, by path; those of played sounds are added
-    to `played`."""
+def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Scan) -> Rows:
+    """Return the named groups of each file that matches, by path."""
     is_kit = settings.pattern in ("", "starter-kit")
     try:
         pattern = re.compile(STARTER_KIT if is_kit else settings.pattern)
@@ -176,7 +173,7 @@ def _by_name(
             texts["session"] = path.parent.as_posix() if path.parent.name else name
         if is_kit and int(match["n"]) == 0:
             result.remarks["not used"].append((path.as_posix(), "the played sound"))
-            played[path] = texts
+            result.played_rows[path] = texts
         else:
             rows[path] = texts
     return rows

@@ -134,6 +134,19 @@ def test_a_folder_of_mono_and_stereo_files_is_reported(ajgdata, src, paths):
         assert ajgdata("check", f"m{option}").code == (3 if unusable else 0)
 
 
+def test_files_with_two_and_three_channels_stop_the_import(ajgdata, src, paths):
+    write_folder(src, lambda microphone: microphone)
+    write_wav(src / "7_cube.wav", np.stack([resonances(0, 7)] * 3, axis=1))
+    stopped = ajgdata("import", src, "--dataset", "mine")
+    assert stopped.code == 1
+    assert "has files with 2 (6 files) and 3 (1 file) channels. Add --microphone" in stopped.text
+    assert not paths.recordings("mine").exists()
+    done = ajgdata("import", src, "--dataset", "mine", "--microphone", 3)
+    assert done.code == 3
+    assert done.text.count("has 2 channels, and the data set uses microphone 3") == 5
+    assert "and 1 more: has 2 channels" in done.text
+
+
 def test_a_declared_data_set_keeps_its_microphone(ajgdata, src):
     write_folder(src, UNEQUAL["loop-back"])
     again = ("import", src, "--dataset", "mine", "--microphone")
