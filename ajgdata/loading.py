@@ -16,7 +16,7 @@ from ajgdata.acquire.recipe import session_names
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
 from ajgdata.paths import Paths, find_project
 from ajgdata.store.features import open_store, read_store
-from ajgdata.store.models import ABOUT_FILE, RETRAIN, read_about, read_estimator, read_guard
+from ajgdata.store.models import other_version, read_about, read_estimator, read_guard
 from ajgdata.store.sessions import check_one_kind, read_dataset, whole_sessions
 from ajgdata.types import (
     AudioSettings,
@@ -210,9 +210,7 @@ def _trained_with(kind: type[Settings], folder: Path, stored: Mapping[str, Any])
     try:
         return kind.model_validate(stored)
     except ValidationError as error:
-        place = folder / ABOUT_FILE
-        problem = f"was trained by another version ({describe(error, place).problem})"
-        raise DataError(place, problem, f"train it again: {RETRAIN}") from None
+        raise other_version(folder, describe(error, folder).problem) from None
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,6 @@ import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import Any
 
 from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE, SESSION_FILE, Paths, Tree
 from ajgdata.pipeline.importing import import_folder
@@ -155,7 +154,7 @@ def _config(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...], tuple[str, ...]]:
     return spec.model_copy(update={"tasks": tasks}), removed, converted
 
 
-def _converted(content: dict[str, Any]) -> tuple[str, ...]:
+def _converted(content: dict[str, object]) -> tuple[str, ...]:
     """Replace keys of older versions in the content of dataset.yaml; return a line for each.
 
     The published file is not changed, because its hash is in SHA256SUMS. A value that the old key

@@ -18,7 +18,7 @@ ABOUT_FILE = "model.json"
 ESTIMATOR_FILE = "model.skops"
 GUARD_FILE = "guard.safetensors"
 #: One job trains all models of a data set; it runs if their folder is missing.
-RETRAIN = "delete the folder of all models of its data set (results/models/NAME) and run again"
+_RETRAIN = "delete the folder of all models of its data set (results/models/NAME) and run again"
 
 
 def write_guard(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
@@ -71,6 +71,12 @@ def read_about(folder: Path) -> dict[str, Any]:
     return about
 
 
+def other_version(folder: Path, problem: str) -> DataError:
+    """Return the error of a model whose description has settings of another version."""
+    problem = f"was trained by another version ({problem})"
+    return DataError(folder / ABOUT_FILE, problem, f"train it again: {_RETRAIN}")
+
+
 def _unreadable(path: Path, error: Exception) -> DataError:
     first = (str(error).splitlines() or [type(error).__name__])[0]
-    return DataError(path, f"not a readable model ({first})", RETRAIN)
+    return DataError(path, f"not a readable model ({first})", _RETRAIN)
