@@ -6,8 +6,8 @@ import yaml
 from sounds import RATE_HZ, resonances, write_wav
 
 from ajgdata.acquire.excitation import excitation_samples
-from ajgdata.store.sessions import read_session
-from ajgdata.types import DEFAULT_EXCITATION, LogSweep, MaximumLengthSequence
+from ajgdata.store.sessions import read_declaration, read_session, write_dataset
+from ajgdata.types import DEFAULT_EXCITATION, DatasetSpec, LogSweep, MaximumLengthSequence
 
 SWEEP = LogSweep(length_s=0.25)
 OTHER = MaximumLengthSequence(length_s=0.25)
@@ -72,6 +72,13 @@ def test_a_declared_sound_is_compared_with_the_imported_sound(ajgdata, src, path
         checked = ajgdata("check", "mine")
         assert played_warnings(checked) == warnings
         assert ("is not `excitation` of dataset.yaml" in checked.text) == bool(warnings)
+
+
+@pytest.mark.parametrize("excitation", [SWEEP, QUIETER, OTHER, MaximumLengthSequence()])
+def test_a_written_data_set_config_with_its_own_sound_can_be_read(paths, excitation):
+    """As `publish` and `import` write it, without the defaults: but a sound needs its kind."""
+    spec = DatasetSpec(name="mine", excitation=excitation)
+    assert read_declaration(write_dataset(paths, spec)) == spec
 
 
 def test_stored_settings_are_compared_with_the_declared_settings(ajgdata, src, paths):
