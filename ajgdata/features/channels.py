@@ -66,8 +66,8 @@ class ChannelStatistics:
 def channel_statistics(recordings: Sequence[NDArray[np.float32]]) -> ChannelStatistics | None:
     """Return the statistics of recordings (frames, channels) with equal numbers of channels.
 
-    Recordings without sound in every channel, with NaN or with infinity are not used; None if there
-    are no others. Level: root mean square without the offset.
+    Recordings without sound in every channel, with NaN or with infinity are not used; None if no
+    recording is left. Level: root mean square without the offset.
     """
     levels, correlations = [], []
     for recording in recordings:

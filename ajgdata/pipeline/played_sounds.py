@@ -28,7 +28,7 @@ _SEPARATE = "import or record sessions with another played sound into another da
 
 @dataclass(frozen=True)
 class PlayedSound:
-    """The played sound of a session: its file, and what session.yaml says of it."""
+    """The played sound of a session: its file, and its entry in session.yaml."""
 
     session_id: str
     path: Path

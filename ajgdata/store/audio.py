@@ -211,7 +211,7 @@ def check_channels(path: Path, count: int, microphone: int | str | None) -> None
 
 
 def _used_channels(samples: Float32, microphone: int | str | None) -> tuple[Float32, list[Remark]]:
-    """Return the channels (frames, used) that a data set uses, and a note if there are others.
+    """Return the channels (frames, used) that a data set uses, and a note if a file has more.
 
     `microphone` is `AudioSettings.microphone`: channel 1 is the first column.
     """

@@ -289,7 +289,7 @@ def test_a_model_of_an_older_version_must_be_trained_again(ajgdata, paths, train
     assert sensed.err.count("\n") == 1 and "Train it again" in sensed.text
 
 
-#: Stands in for ONNX Runtime: prints the samples that the example gives to the model.
+#: Replaces ONNX Runtime: stores the samples that the example gives to the model.
 RUNTIME = """
 import json, os
 import numpy as np
