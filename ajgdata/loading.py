@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
 from ajgdata.paths import Paths, find_project
 from ajgdata.store.features import open_store, read_store
-from ajgdata.store.models import other_version, read_about, read_estimator, read_guard
-from ajgdata.store.sessions import check_one_kind, read_dataset, whole_sessions
+from ajgdata.store.models import other_version_reported, read_about, read_estimator, read_guard
+from ajgdata.store.sessions import check_declared, check_one_kind, read_dataset, whole_sessions
 from ajgdata.types import (
     AudioSettings,
     DataError,
@@ -26,7 +25,6 @@ from ajgdata.types import (
     Finding,
     NotPossibleError,
     checked_name,
-    describe,
 )
 from ajgdata.types.session import SIMULATED_SOURCES
 
@@ -37,7 +35,6 @@ if TYPE_CHECKING:
     from ajgdata.live.predictor import Predictor
 
 Project = str | Path | None
-Settings = TypeVar("Settings", AudioSettings, FeatureSettings)
 
 
 def load_features(name: str, project: Project = None) -> xr.Dataset:
@@ -49,7 +46,8 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
     because the file stays open. `project` is the folder that contains `datasets/` (default:
     AJGDATA_ROOT, else the working directory or the nearest folder above it).
 
-    Raises DataError if there are no features yet, FileNotFoundError outside a project.
+    Raises DataError if there is no such data set or if it has no features yet, FileNotFoundError
+    outside a project.
 
     >>> import ajgdata
     >>> with ajgdata.load_features("size") as features:
@@ -57,7 +55,11 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
     >>> mean.sizes["edge_mm"], mean.edge_mm.values
     (4, array([12., 18., 24., 30.]))
     """
-    return open_store(find_project(project).features(checked_name(name)))
+    paths = find_project(project)
+    file = paths.features(checked_name(name))
+    if not file.is_file():
+        check_declared(paths, name)
+    return open_store(file)
 
 
 def load_recordings(name: str, project: Project = None) -> xr.Dataset:
@@ -186,31 +188,22 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
     from ajgdata.live.predictor import Predictor
 
     estimator, about = read_model(folder)
-    audio = _trained_with(AudioSettings, folder, about["audio"])
-    features = _trained_with(FeatureSettings, folder, about["features"])
-    calibration = Calibration(**about["calibration"])
-    return Predictor(
-        estimator=estimator,
-        dataset=dataset,
-        task=task,
-        model=about["model"],
-        kind=about["kind"],
-        unit=about["unit"],
-        classes=tuple(about["classes"]),
-        audio=audio,
-        features=features,
-        calibration=calibration,
-        guard=Guard(**read_guard(folder), threshold=calibration.novelty_threshold),
-    )
-
-
-def _trained_with(kind: type[Settings], folder: Path, stored: Mapping[str, Any]) -> Settings:
-    """Return stored settings of a trained model. Raises DataError for settings of another version,
-    with which this version would compute other features."""
-    try:
-        return kind.model_validate(stored)
-    except ValidationError as error:
-        raise other_version(folder, describe(error, folder).problem) from None
+    arrays = read_guard(folder)
+    with other_version_reported(folder):
+        calibration = Calibration(**about["calibration"])
+        return Predictor(
+            estimator=estimator,
+            dataset=dataset,
+            task=task,
+            model=about["model"],
+            kind=about["kind"],
+            unit=about["unit"],
+            classes=tuple(about["classes"]),
+            audio=AudioSettings.model_validate(about["audio"]),
+            features=FeatureSettings.model_validate(about["features"]),
+            calibration=calibration,
+            guard=Guard(**arrays, threshold=calibration.novelty_threshold),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,6 +223,11 @@ class Part:
 
     def __len__(self) -> int:
         return len(self.y)
+
+    def __repr__(self) -> str:
+        """Return the numbers of recordings, bins and groups."""
+        groups = len(np.unique(self.groups))
+        return f"<Part: {len(self)} recordings of {groups} groups, {self.X.shape[1]} bins>"
 
 
 @dataclass(frozen=True)

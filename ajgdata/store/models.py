@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zipfile import ZipFile
 
 import numpy as np
+from pydantic import ValidationError
 
 from ajgdata.store.files import json_bytes, read_json, replacing, write_bytes
-from ajgdata.types import DataError
+from ajgdata.types import DataError, describe
 
 if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
@@ -18,6 +21,9 @@ ABOUT_FILE = "model.json"
 ESTIMATOR_FILE = "model.skops"
 GUARD_FILE = "guard.safetensors"
 #: One job trains all models of a data set; it runs if their folder is missing.
+#: `write_estimator` compresses nothing; a file that unpacks to more than this times its size is an
+#: attack on the memory.
+_MAX_EXPANSION = 10
 _RETRAIN = "delete the folder of all models of its data set (results/models/NAME) and run again"
 
 
@@ -53,9 +59,21 @@ def read_estimator(folder: Path, trusted: Sequence[str]) -> BaseEstimator:
     from skops.io import load
 
     try:
+        _check_size(folder / ESTIMATOR_FILE)
         return load(folder / ESTIMATOR_FILE, trusted=list(trusted))
     except Exception as error:  # skops does not check its schema: any type can be raised
         raise _unreadable(folder / ESTIMATOR_FILE, error) from None
+
+
+def _check_size(path: Path) -> None:
+    """Raise ValueError if a skops file, which is a ZIP archive, unpacks to far more than its own
+    size."""
+    with ZipFile(path) as archive:
+        unpacked = sum(entry.file_size for entry in archive.infolist())
+    if unpacked > _MAX_EXPANSION * path.stat().st_size:
+        raise ValueError(
+            f"{path.stat().st_size / 1e6:.1f} MB that unpack to {unpacked / 1e6:.0f} MB"
+        )
 
 
 def write_about(folder: Path, about: Mapping[str, Any]) -> None:
@@ -71,10 +89,22 @@ def read_about(folder: Path) -> dict[str, Any]:
     return about
 
 
-def other_version(folder: Path, problem: str) -> DataError:
-    """Return the error of a model whose description has settings of another version."""
-    problem = f"was trained by another version ({problem})"
-    return DataError(folder / ABOUT_FILE, problem, f"train it again: {_RETRAIN}")
+@contextmanager
+def other_version_reported(folder: Path) -> Iterator[None]:
+    """Raise DataError if the description of the model in `folder` lacks a setting, or has one that
+    is unknown or invalid: another version of ajgdata wrote it."""
+    try:
+        yield
+    except ValidationError as error:
+        detail = describe(error, "").problem
+    except KeyError as error:
+        detail = f"{error.args[0]} is missing"
+    except TypeError as error:  # arguments of a dataclass
+        detail = str(error).partition("() ")[2]
+    else:
+        return
+    problem = f"was written by another version of ajgdata ({detail})"
+    raise DataError(folder / ABOUT_FILE, problem, _RETRAIN)
 
 
 def _unreadable(path: Path, error: Exception) -> DataError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections import Counter
 from collections.abc import Collection, Sequence
 from contextlib import suppress
@@ -43,12 +44,24 @@ def list_datasets(paths: Paths) -> list[str]:
     return sorted(file.parent.name for file in paths.datasets.glob("*/dataset.yaml"))
 
 
+def check_declared(paths: Paths, dataset: str) -> None:
+    """Raise DataError if there is no data set of that name; the fix has the most similar names."""
+    path = paths.dataset(checked_name(dataset))
+    if path.is_file():
+        return
+    by_lower = {name.lower(): name for name in list_datasets(paths)}
+    if not by_lower:
+        fix = "add a data set with `ajgdata import FOLDER`, or run `ajgdata` in another folder"
+        raise DataError(path, "no such data set", fix)
+    close = difflib.get_close_matches(dataset.lower(), by_lower)
+    proposed = [by_lower[name] for name in close] or [*by_lower.values()]
+    raise DataError(path, "no such data set", f"use one of {', '.join(proposed)}")
+
+
 def read_dataset(paths: Paths, dataset: str) -> DatasetSpec:
     """Return the declaration of a data set; DataError names file, key, value and fix."""
-    path = paths.dataset(checked_name(dataset))
-    if not path.is_file():
-        known = ", ".join(list_datasets(paths)) or "none"
-        raise DataError(path, "no such data set", f"use one of {known}")
+    check_declared(paths, dataset)
+    path = paths.dataset(dataset)
     spec = read_declaration(path)
     if spec.name != dataset:
         where = f"{path}:{line_of(path, ['name'])}"
