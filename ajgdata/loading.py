@@ -68,7 +68,7 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
     Returns an xarray.Dataset with `waveform` (recording, time), float32, full scale ±1, NaN after
     the end of a shorter recording; `time` is in seconds. Coordinates along `recording` are the
     labels (as in `load_features`), `frames` (samples of each recording) and `file`. Each file is
-    converted as far as dataset.yaml allows (`audio.other_rate`, `audio.channel`), and refused if
+    converted as far as dataset.yaml allows (`audio.other_rate`, `audio.microphone`), and refused if
     its bytes are not the recorded ones. No features are needed.
 
     Rejected and unusable recordings are excluded; a UserWarning gives the number of unusable

@@ -129,6 +129,8 @@ def default_of(field: FieldInfo) -> str:
     if default is PydanticUndefined:
         return "required"
     if isinstance(default, BaseModel):
+        if not default.model_fields_set:
+            return "its defaults"
         default = default.model_dump(mode="json", exclude_defaults=True)
         return f"`{json.dumps(default)}`" if default else "its defaults"
     if default in ("", (), {}):

@@ -25,12 +25,13 @@ class TakeError(CardError):
 
 
 class CardSettings(Strict):
-    """The device that plays and records, and its channels, counted from 1."""
+    """The device that plays and records, its output channel and its input channel (the microphone),
+    counted from 1."""
 
     device: str = Field(min_length=1, description="exact name, as `ajgdata device list` has it")
     sample_rate_hz: int = Field(44_100, gt=0)
-    output_channel: int = Field(1, ge=1)
-    input_channel: int = Field(1, ge=1)
+    output_channel: int = Field(1, ge=1, strict=True)
+    microphone: int = Field(1, ge=1, strict=True)
     attempts: int = Field(3, ge=1, le=20, description="takes with a fault before it gives up")
 
 

@@ -191,7 +191,7 @@ class Duplex:
 
     def __init__(self, portaudio: Any, settings: Mapping[str, Any]) -> None:
         self._name, self._rate_hz = settings["device"], settings["sample_rate_hz"]
-        self._output, self._input = settings["output_channel"], settings["input_channel"]
+        self._output, self._input = settings["output_channel"], settings["microphone"]
         self._job: _Job | None = None
         self._done = threading.Event()
         self._frames = 0
@@ -200,8 +200,9 @@ class Duplex:
         self._version = portaudio.get_portaudio_version()[1]
         for number, kind in ((self._output, "outputs"), (self._input, "inputs")):
             if number > self._device[kind]:
-                fix = "give another channel, or use one device that has inputs and outputs"
-                problem = f"channel {number} of {self._device[kind]} {kind}"
+                option = "--output-channel" if kind == "outputs" else "--microphone"
+                fix = f"change {option}, or use one device that has inputs and outputs"
+                problem = f"{option} {number} of {self._device[kind]} {kind}"
                 raise DataError(self._name, problem, fix)
         self._stream = self._open(portaudio, index)
 

@@ -215,8 +215,7 @@ def live_session(
         _discard_if_empty(folder)  # its setup may have been another one
         if not folder.exists():
             _create(folder, spec, card, setup, about)
-        _check_setup(folder, setup)
-        session = LiveSession(folder, setup)
+        session = LiveSession(folder, _checked_setup(folder, setup))
         session.update_acquisition(finished=False)
         try:
             yield session
@@ -270,18 +269,31 @@ def _discard_if_empty(folder: Path) -> bool:
     return True
 
 
-def _check_setup(folder: Path, setup: Mapping[str, Any]) -> None:
-    """Raise DataError, with what differs, if a session was recorded with another setup."""
+def _checked_setup(folder: Path, setup: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the stored setup of a session, whose hash is that of its first recordings.
+
+    Raises DataError, with the differing keys, if it is not `setup`.
+    """
     session = read_session(folder)
     known = session.acquisition
     fix = "record into another --session"
     if known is None:
         raise DataError(folder, "was not recorded by `ajgdata record --device`", fix)
     now = json.loads(json.dumps(setup))
-    if differing := [key for key in now if now[key] != known.setup.get(key)]:
+    stored = _renamed_keys(known.setup)
+    if differing := [key for key in now if now[key] != stored.get(key)]:
         problem = f"was recorded with another setup: {', '.join(differing)}"
         raise DataError(folder, problem, f"restore that, or {fix}")
     if session.excitation is not None:
         played = folder / session.excitation.file
         if file_sha256(played) != session.excitation.sha256:
             raise DataError(played, "is not the played sound (sha256 differs)", "restore it")
+    return dict(known.setup)
+
+
+def _renamed_keys(setup: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a setup of an older version with the present name of the input channel."""
+    device = dict(setup.get("device") or {})
+    if "input_channel" in device:
+        device["microphone"] = device.pop("input_channel")
+    return {**setup, "device": device}

@@ -137,12 +137,12 @@ class SoundCard:
 
     def _no_sound(self, samples: NDArray[np.float32]) -> _Fault:
         """Return the reason for a take (frames,) without the sound at the microphone."""
-        number = self.settings.input_channel
+        number = self.settings.microphone
         if np.abs(samples).max() > SILENT:
-            problem = f"input {number} does not record the output"
+            problem = f"microphone {number} does not record the output"
             return _Fault(problem, "check plug, level and channel of the speaker", permanent=True)
-        fix = "check plug, mute, gain and channel of the microphone"
-        return _Fault(f"input {number} is silent", fix, permanent=True)
+        fix = "check plug, mute, gain and number of the microphone"
+        return _Fault(f"microphone {number} is silent", fix, permanent=True)
 
 
 @contextmanager

@@ -19,10 +19,12 @@ device = typer.Typer(
 CARD_PANEL = "sound card"
 _AGAIN = "run the same command again to resume"
 OutputChannel = Annotated[
-    int, typer.Option(min=1, help="output channel of the speaker", rich_help_panel=CARD_PANEL)
+    int,
+    typer.Option(min=1, help="output channel of the speaker, from 1", rich_help_panel=CARD_PANEL),
 ]
-InputChannel = Annotated[
-    int, typer.Option(min=1, help="input channel of the microphone", rich_help_panel=CARD_PANEL)
+Microphone = Annotated[
+    int,
+    typer.Option(min=1, help="input channel of the microphone, from 1", rich_help_panel=CARD_PANEL),
 ]
 
 
@@ -46,7 +48,7 @@ def check(
     name: Annotated[str, typer.Argument(help="exact name in `ajgdata device list`")],
     rate_hz: Annotated[int, typer.Option("--rate", min=1, help="samples per second")] = 44_100,
     output_channel: OutputChannel = 1,
-    input_channel: InputChannel = 1,
+    microphone: Microphone = 1,
 ) -> None:
     """Play sweeps and check the recorded response.
 
@@ -56,7 +58,7 @@ def check(
     from ajgdata.acquire.card import CardSettings
     from ajgdata.acquire.sound_card import check_card, open_card
 
-    channels = {"output_channel": output_channel, "input_channel": input_channel}
+    channels = {"output_channel": output_channel, "microphone": microphone}
     keys = {"device": name, "sample_rate_hz": rate_hz, **channels}
     settings = checked(CardSettings, "sound card", keys)
     with out.status("playing sweeps, then silence: keep quiet"), open_card(settings) as card:
@@ -80,7 +82,7 @@ def record(
     dataset: Annotated[str, typer.Argument(help="data set with a protocol")],
     device: Annotated[str, typer.Option(help="exact name in `ajgdata device list`")],
     session: Annotated[str, typer.Option(help="session; default: the incomplete session")] = "",
-    input_channel: InputChannel = 1,
+    microphone: Microphone = 1,
     output_channel: OutputChannel = 1,
     yes: Annotated[
         bool, typer.Option("--yes", help="run unattended: answer every prompt with the default")
@@ -95,7 +97,7 @@ def record(
     from ajgdata.pipeline.acquire_live import acquire_live
 
     operator = Unattended(out) if yes else Operator(out)
-    card = {"device": device, "input_channel": input_channel, "output_channel": output_channel}
+    card = {"device": device, "microphone": microphone, "output_channel": output_channel}
     try:
         with ended_by_signals():
             name, done = acquire_live(

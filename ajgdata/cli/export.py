@@ -68,7 +68,7 @@ def _description(predictor: Predictor, trained: dict[str, Any]) -> dict[str, Any
         "period": trained["period"],
         "classes": list(predictor.classes),
         "sample_rate_hz": predictor.sample_rate_hz,
-        "channel": predictor.audio.channel,
+        "microphone": predictor.audio.microphone,
         "features": predictor.features.model_dump(mode="json"),
         "calibration": predictor.calibration.plain(),
         "verdicts": list(VERDICTS),

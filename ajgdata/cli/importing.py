@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ajgdata.cli.console import ATTENTION, out, print_facts, say, shortened
-from ajgdata.types import DataError, Finding, ImportSettings, OnChange, checked
+from ajgdata.types import AudioSettings, DataError, Finding, ImportSettings, OnChange, checked
 
 if TYPE_CHECKING:
     from ajgdata.paths import Paths
@@ -25,7 +25,8 @@ LEVELS = ("error", "warning", "note")
 #: Kinds of remarks with their colours, the worst first.
 KINDS = {
     **{"failed": "red", "unreadable": "yellow", "kept": "yellow", "label": "yellow"},
-    **{"unused": "yellow", "gone": "yellow", "not used": "default", "note": "yellow"},
+    **{"unused": "yellow", "gone": "yellow", "channels": "yellow"},
+    **{"not used": "default", "note": "yellow"},
 }
 Pattern = Annotated[
     str,
@@ -58,6 +59,9 @@ def import_command(
         bool, typer.Option("--reference", help="leave the audio in the folder")
     ] = False,
     on_change: Choice = OnChange.KEEP,
+    microphone: Annotated[
+        str, typer.Option(help="used channel of the files: number from 1, or mean")
+    ] = "",
     everything: All = False,
 ) -> None:
     """Import a folder of recordings as sessions of a data set.
@@ -79,7 +83,7 @@ def import_command(
     )
     spec, result = import_folder(
         paths, dataset, folder, settings=settings, targets=target or [],
-        copy=not reference, on_change=on_change,
+        copy=not reference, on_change=on_change, microphone=_microphone(microphone),
     )  # fmt: skip
     show_import(result, dataset, everything=everything)
     is_mixed = show_summary(paths, spec, known=known) if paths.dataset(dataset).is_file() else False
@@ -127,6 +131,13 @@ def _import_settings(**options: str) -> ImportSettings | None:
     return checked(ImportSettings, "ajgdata import", chosen) if chosen else None
 
 
+def _microphone(text: str) -> int | str | None:
+    """Return the microphone of an option; None if it is empty. Raises DataError."""
+    value = int(text) if text.isascii() and text.isdigit() else text or None
+    settings = checked(AudioSettings, "--microphone", {"microphone": value})
+    return settings.microphone
+
+
 def show_import(result: Imported, dataset: str, *, everything: bool) -> None:
     """Print the counts and remarks of an import, the worst first."""
     counts = f"{result.added} added, {result.changed} changed, {result.unchanged} unchanged"
@@ -143,7 +154,7 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
     from ajgdata.pipeline.validate import counts, impossible_tasks, label_issues, label_tables
 
     where = escape(str(paths.dataset(spec.name)))
-    summary = f"{spec.audio.sample_rate_hz} Hz, channel {spec.audio.channel}, targets "
+    summary = f"{spec.audio.sample_rate_hz} Hz, {_used(spec.audio.microphone)}, targets "
     summary += ", ".join(spec.targets) or "none"
     say(f"as declared before in {where}" if known else f"now declared in {where}: {summary}")
     tables = label_tables(paths, spec.name)
@@ -160,6 +171,13 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
     return any(issue.code == "mixed_grasp" for issue in issues)
 
 
+def _used(microphone: int | str | None) -> str:
+    """Return the channel of a file that is used, in words."""
+    if microphone is None:
+        return "one microphone"
+    return "mean of the microphones" if microphone == "mean" else f"microphone {microphone}"
+
+
 def check(
     dataset: Annotated[list[str] | None, typer.Argument(help="data sets; default: all")] = None,
     notes: Annotated[bool, typer.Option("--notes", help="also show notes")] = False,
@@ -167,12 +185,15 @@ def check(
 ) -> None:
     """Check recordings and labels, and list each issue with its fix."""
     from ajgdata.paths import find_project
-    from ajgdata.pipeline.validate import validate_dataset
+    from ajgdata.pipeline.validate import not_fetched, validate_dataset
     from ajgdata.store.sessions import list_datasets
 
     paths = find_project()
     total, issues = 0, list[Finding]()
-    for name in dataset or list_datasets(paths):
+    absent = [] if dataset else not_fetched(paths)
+    if absent:
+        say(f"not fetched, so not checked: {', '.join(absent)}")
+    for name in dataset or [name for name in list_datasets(paths) if name not in absent]:
         count, issues_of_set = validate_dataset(paths, name)
         total, issues = total + count, issues + issues_of_set
     print_issues([i for i in issues if notes or i.level != "note"], everything=everything)

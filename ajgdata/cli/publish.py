@@ -92,6 +92,8 @@ def _fetch_published(paths: Paths, source: str, name: str) -> None:
     done = fetch_published(paths, source, name=name)
     if done.removed:
         say(f"[yellow]not taken over[/yellow] from its dataset.yaml: {', '.join(done.removed)}")
+    for line in done.converted:
+        say(f"[yellow]converted[/yellow] from an older version: {escape(line)}")
     say(
         f"{done.recordings} recordings in {done.sessions} session(s) are data set [b]{done.name}"
         f"[/b]; next: ajgdata run {done.name}, which computes the features"

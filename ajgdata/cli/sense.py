@@ -15,7 +15,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ajgdata.cli.console import out, say
-from ajgdata.cli.device import CARD_PANEL, InputChannel, OutputChannel
+from ajgdata.cli.device import CARD_PANEL, OutputChannel
 from ajgdata.types import DataError
 
 if TYPE_CHECKING:
@@ -50,7 +50,14 @@ def sense(
     device: Annotated[
         str, typer.Option(help="exact name in `ajgdata device list`", rich_help_panel=CARD_PANEL)
     ] = "",
-    input_channel: InputChannel = 1,
+    microphone: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="input channel of the microphone; default: that of the model",
+            rich_help_panel=CARD_PANEL,
+        ),
+    ] = None,
     output_channel: OutputChannel = 1,
     objects: Annotated[
         list[str] | None,
@@ -73,7 +80,8 @@ def sense(
         raise DataError("--source soundcard", "requires a device", fix)
     if source == "soundcard" and objects:
         raise DataError("--object", "is only used with --source virtual", "remove it")
-    card = {"device": device, "input_channel": input_channel, "output_channel": output_channel}
+    card: dict[str, Any] = {"device": device, "output_channel": output_channel}
+    card |= {} if microphone is None else {"microphone": microphone}
     seed = secrets.randbelow(2**31) if seed is None else seed
     with stopped_by_hand():
         _sense(
@@ -123,6 +131,7 @@ def _sense(
         open_hands(
             paths, spec, source=source, card=card, robot=None, seed=seed,
             confirm=lambda text: None, rate_hz=predictor.sample_rate_hz,
+            microphone=predictor.audio.microphone,
         ) as (robot, opened, _),
     ):  # fmt: skip
         for number in numbers:

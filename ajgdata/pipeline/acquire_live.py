@@ -46,6 +46,7 @@ def acquire_live(
     spec = read_dataset(paths, dataset)
     protocol = protocol_of(paths, spec)
     _check_robot(paths, dataset, protocol, operator)
+    _check_recordable(paths.dataset(dataset), spec.audio)
     check_one_kind(paths, spec, list_sessions(paths, dataset), adding=False)
     session = checked_name(session or session_name(paths, dataset, protocol), "session")
     settings = checked(
@@ -140,13 +141,15 @@ def open_hands(
     seed: int,
     confirm: Confirm,
     rate_hz: int,
+    microphone: int | str | None,
 ) -> Iterator[tuple[Robot, Card, dict[str, str]]]:
     """Yield robot and sound card, and `gripper`, `medium` and `source` for session.yaml.
 
     `source` is `soundcard` (`card` has its settings except the rate, which the data set declares)
     or `virtual`: the virtual gripper over the objects of the data set's recipe, drawn by `seed`,
-    which needs no person. Raises DataError, also for another sample rate than `rate_hz`, that of
-    the model.
+    which needs no person. `microphone`, that of the model, is the default of `card`. Raises
+    DataError, also for another sample rate than `rate_hz`, that of the model, and for a model of
+    the mean of several microphones.
     """
     if source == VIRTUAL:
         if spec.recipe is None:
@@ -157,12 +160,30 @@ def open_hands(
         _check_rate(table, rate_hz)
         yield table, table, {"gripper": "virtual", "medium": "virtual", "source": "virtual"}
         return
-    settings = checked(
-        CardSettings, "sound card", {**card, "sample_rate_hz": spec.audio.sample_rate_hz}
-    )
+    own = {"sample_rate_hz": spec.audio.sample_rate_hz, "microphone": _card_microphone(microphone)}
+    settings = checked(CardSettings, "sound card", own | dict(card))
     with open_card(settings) as opened:
         _check_rate(opened, rate_hz)
         yield make_robot(robot, confirm), opened, gripper_of(spec)
+
+
+def _card_microphone(microphone: int | str | None) -> int:
+    """Return the input channel that a model was trained with. Raises DataError for the mean of
+    several, because a sound card records one."""
+    if isinstance(microphone, str):
+        problem = "the model was trained with the mean of all microphones, a sound card records one"
+        fix = "set audio.microphone in dataset.yaml to a number and train the model again"
+        raise DataError("audio.microphone", problem, fix)
+    return microphone or 1
+
+
+def _check_recordable(path: Path, audio: AudioSettings) -> None:
+    """Raise DataError if recordings of a sound card, which have one channel, are not what a data
+    set declares."""
+    if audio.microphone not in (None, 1):
+        problem = f"audio.microphone is {audio.microphone}, and a sound card writes one channel"
+        fix = "record into another data set; `ajgdata record --microphone` chooses the input"
+        raise DataError(path, problem, fix)
 
 
 def _check_rate(card: Card, rate_hz: int) -> None:

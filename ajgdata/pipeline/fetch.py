@@ -40,6 +40,7 @@ from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import inside, read_session, write_dataset
 from ajgdata.store.sources import bring, list_sources, read_source
 from ajgdata.types import DataError, DatasetSpec, checked_name
+from ajgdata.types.replaced_keys import microphone_of
 
 #: Stored with the recordings, because the licence may require it.
 STORED_FILES = (Tree.README, Tree.LICENCE, Tree.SUMS)
@@ -54,12 +55,13 @@ AGAIN = "publish the data set again"
 @dataclass(frozen=True)
 class Fetched:
     """The data set that was registered; `removed` are keys of its dataset.yaml that were not taken
-    over."""
+    over, `converted` are lines of an older version and the lines that replace them."""
 
     name: str
     recordings: int
     sessions: int
     removed: tuple[str, ...]
+    converted: tuple[str, ...] = ()
 
 
 def fetch_source(paths: Paths, dataset: str) -> Imported:
@@ -108,7 +110,7 @@ def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
         if file_sha256(tree / file) != expected:
             problem = f"its bytes are not those of {tree.SUMS} (sha256 differs)"
             raise DataError(tree / file, problem, "fetch or copy it again")
-    spec, removed = _config(tree)
+    spec, removed, converted = _config(tree)
     spec = spec.model_copy(update={"name": name or spec.name})
     with alone(paths.recordings(spec.name), BRINGING):
         _check_free(paths, spec.name)
@@ -118,7 +120,7 @@ def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
             for file in STORED_FILES:
                 copy(tree / file, folder / "published" / file)
         write_dataset(paths, spec)  # the last step: a data set without it is not registered
-    return Fetched(spec.name, sum(counts), len(counts), removed)
+    return Fetched(spec.name, sum(counts), len(counts), removed, converted)
 
 
 def _required(tree: Tree) -> dict[str, str]:
@@ -134,13 +136,14 @@ def _required(tree: Tree) -> dict[str, str]:
     }
 
 
-def _config(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...]]:
-    """Return the published data set config without tests on other data sets, and its keys that are
-    not taken over."""
+def _config(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...], tuple[str, ...]]:
+    """Return the published data set config without tests on other data sets, its keys that are
+    not taken over, and its lines that were converted to this version."""
     path = tree / tree.DECLARATION
     content = read_yaml(path)
     if "from" in content:
         raise DataError(path, "is derived from another data set", DISTRUST)
+    converted = _converted(content)
     removed = tuple(key for key in NOT_TAKEN_OVER if content.pop(key, None))
     spec, tasks = read_model(path, DatasetSpec, content), {}
     for name, task in spec.tasks.items():
@@ -149,7 +152,27 @@ def _config(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...]]:
             paper = {part: row for part, row in paper.items() if part not in task.test_on}
         removed += (f"test_on of {name}",) if task.test_on else ()
         tasks[name] = task.model_copy(update={"test_on": (), "paper": paper})
-    return spec.model_copy(update={"tasks": tasks}), removed
+    return spec.model_copy(update={"tasks": tasks}), removed, converted
+
+
+def _converted(content: dict[str, object]) -> tuple[str, ...]:
+    """Replace keys of older versions in the content of dataset.yaml; return a line for each.
+
+    The published file is not changed, because its hash is in SHA256SUMS. A value that the old key
+    did not have stays, and is refused with the content.
+    """
+    audio = content.get("audio")
+    if not isinstance(audio, dict) or "channel" not in audio or "microphone" in audio:
+        return ()
+    channel = audio["channel"]
+    try:
+        microphone = microphone_of(channel)
+    except ValueError:
+        return ()
+    old = {key: value for key, value in audio.items() if key != "channel"}
+    content["audio"] = old if microphone is None else {**old, "microphone": microphone}
+    new = "no microphone (files have one channel)" if microphone is None else microphone
+    return (f"audio.channel: {channel} -> audio.microphone: {new}",)
 
 
 def _check_free(paths: Paths, name: str) -> None:

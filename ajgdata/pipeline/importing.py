@@ -10,6 +10,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline.microphones import check_declared, chosen_microphone
 from ajgdata.pipeline.progress import tracked
 from ajgdata.store.audio import AudioError, hash_and_inspect
 from ajgdata.store.file_names import UNUSED_FIELD
@@ -27,6 +28,7 @@ from ajgdata.types import (
     OnChange,
     Target,
     Task,
+    checked,
     checked_name,
     describe,
 )
@@ -51,11 +53,13 @@ def import_folder(
     targets: Sequence[str] = (),
     copy: bool = True,
     on_change: OnChange = OnChange.KEEP,
+    microphone: int | str | None = None,
 ) -> tuple[DatasetSpec, Imported]:
     """Import `folder` into `dataset`.
 
     `settings` describe how file names or a table are read; the default is `imports` of
-    dataset.yaml, else the starter kit's convention. Raises DataError, before anything is written,
+    dataset.yaml, else the starter kit's convention. `microphone` is `audio.microphone` of a new
+    data set; None: see `pipeline.microphones`. Raises DataError, before anything is written,
     if the folder cannot be understood, for a session that cannot be added to, and while another
     process writes into the data set.
     """
@@ -69,7 +73,9 @@ def import_folder(
     scanned.is_simulated = are_simulated(scanned, contents)
     if declared:
         check_one_kind(paths, declared, list_sessions(paths, dataset), scanned.is_simulated)
-    spec = declared or declare(dataset, scanned, contents, chosen, targets)
+    if declared:
+        check_declared(path, declared.audio, microphone)
+    spec = declared or declare(dataset, scanned, contents, chosen, targets, microphone)
     _note_columns(paths, spec, scanned, targets)
     with alone(paths.recordings(dataset), BRINGING):
         try:
@@ -122,7 +128,12 @@ def _note_columns(paths: Paths, spec: DatasetSpec, scanned: Scan, targets: Seque
 
 
 def declare(
-    name: str, scanned: Scan, contents: Contents, settings: ImportSettings, targets: Sequence[str]
+    name: str,
+    scanned: Scan,
+    contents: Contents,
+    settings: ImportSettings,
+    targets: Sequence[str],
+    microphone: int | str | None = None,
 ) -> DatasetSpec:
     """Return a first dataset.yaml for what an import found; people are meant to complete it.
 
@@ -150,7 +161,7 @@ def declare(
             name=name,
             title=name,
             description=f"Imported from a folder named {folder!r}. Complete this declaration.",
-            audio=_common_audio(scanned, contents),
+            audio=_common_audio(scanned, contents, microphone),
             targets={column: target for column, (target, _) in inferred.items()},
             tasks={
                 column: Task(target=column, folds=FOLDS, models=FIRST_MODELS)
@@ -189,15 +200,15 @@ def infer_target(texts: Collection[str]) -> tuple[Target, str]:
     return Target(kind=kind, missing=missing), reason
 
 
-def _common_audio(scanned: Scan, contents: Contents) -> AudioSettings:
-    """Return the commonest rate of the readable files; channels are averaged if no file is mono.
+def _common_audio(scanned: Scan, contents: Contents, microphone: int | str | None) -> AudioSettings:
+    """Return the commonest rate of the readable files, and the microphone that is used.
 
-    Raises DataError if no file is a sound.
+    Raises DataError if no file is a sound, and as `chosen_microphone` does.
     """
     infos = [info for _, info in contents.values() if info]
     if not infos:
         (file, problem), *_ = [*scanned.remarks["unreadable"], *scanned.remarks["failed"]]
         raise DataError(scanned.folder / file, problem, "name a folder with sounds")
     rate = Counter(info.sample_rate_hz for info in infos).most_common(1)[0][0]
-    is_stereo = all(info.channels > 1 for info in infos)
-    return AudioSettings(sample_rate_hz=rate, channel="mean" if is_stereo else "mono")
+    chosen = chosen_microphone(scanned, contents, microphone)
+    return checked(AudioSettings, "--microphone", {"sample_rate_hz": rate, "microphone": chosen})

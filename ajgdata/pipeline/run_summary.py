@@ -14,21 +14,24 @@ from ajgdata.report.comparison import tally_text
 from ajgdata.store.benchmarks import RuleCost, read_costs
 from ajgdata.store.features import open_store
 from ajgdata.store.files import read_json, write_bytes
-from ajgdata.store.findings import read_findings
+from ajgdata.store.findings import read_findings, unreadable
 from ajgdata.store.models import ABOUT_FILE
 from ajgdata.store.sessions import list_datasets
-from ajgdata.types import left_out
+from ajgdata.types import Finding, left_out
 
-#: The summary of a run that skipped tasks ends with a line that begins with this.
+#: The summary of a run that skipped tasks, or could not read recordings, ends with a line that
+#: begins with this.
 INCOMPLETE = "incomplete:"
+#: Unreadable recordings of a data set that the summary names; the quarantine lists all.
+SHOWN = 5
 
 
 def end_run(summaries: Mapping[Path, int]) -> None:
     """Print the summary that this run wrote, if any; `summaries` are possible ones with their time
     before the run.
 
-    A run that skipped tasks ends with one line and exit code 1. Its summary is removed, so that the
-    next run reports the tasks again.
+    A run that skipped tasks, or could not read recordings, ends with one line and exit code 1. Its
+    summary is removed, so that the next run reports them again.
     """
     last = ""
     for summary, before in summaries.items():
@@ -63,7 +66,7 @@ def complete(
     The last nine lines are the answer: sentences on the results, the number of skipped
     measurements, the report, the cost and the speed of the machine. Reasons are above them.
     `optional` are the tasks that may be skipped, as `data set/task`. If another task was skipped,
-    the last line begins with INCOMPLETE.
+    or a recording could not be read, the last line begins with INCOMPLETE.
     """
     about_report = read_json(paths.runs)
     results = [
@@ -72,7 +75,12 @@ def complete(
         if (about["dataset"], about["task"], about["kind"]) in requested
     ]
     skipped = _skipped(paths, trained, results)
-    lines = [*_excluded_lines(paths, datasets), *_rare_class_lines(results)]
+    problems = {name: unreadable(read_findings(paths.quarantine(name))) for name in datasets}
+    lines = [
+        *_excluded_lines(paths, datasets),
+        *_unreadable_lines(problems),
+        *_rare_class_lines(results),
+    ]
     lines += _skipped_lines(skipped, optional)
     lines += about_report["answer"]
     if agreements := about_report["agreements"]:
@@ -82,11 +90,9 @@ def complete(
     if cost := run_cost(paths, datasets, everything=not paths.run):
         lines.append(_cost_line(cost[-1]))
     lines.append(machine_line())
-    if required := dict.fromkeys(task for task, _ in skipped if task not in optional):
-        lines.append(
-            f"{INCOMPLETE} {', '.join(required)} skipped (reasons above), everything else is done; "
-            "correct the data, or declare `optional: true` for the task in dataset.yaml"
-        )
+    required = list(dict.fromkeys(task for task, _ in skipped if task not in optional))
+    if incomplete := [*_skipped_end(required), *_unreadable_end(paths, problems)]:
+        lines.append(f"{INCOMPLETE} {'; '.join(incomplete)}")
     write_bytes(summary, "".join(f"{line}\n" for line in lines).encode())
 
 
@@ -121,6 +127,35 @@ def _skipped_lines(
     for (task, reason), parts in sorted(skipped.items()):
         word = "optional" if task in optional else "skipped "
         yield f"{word}  {task}, {', '.join(parts)}: {reason}"
+
+
+def _skipped_end(tasks: Sequence[str]) -> list[str]:
+    """Return what a run without these tasks ends with; nothing if there are none."""
+    if not tasks:
+        return []
+    text = f"{', '.join(tasks)} skipped (reasons above), everything else is done; "
+    fix = "correct the data, or declare `optional: true` for the task in dataset.yaml"
+    return [text + fix]
+
+
+def _unreadable_lines(problems: Mapping[str, Sequence[Finding]]) -> Iterator[str]:
+    """Yield the first unreadable recordings of each data set with their problems."""
+    for name, findings in problems.items():
+        for f in findings[:SHOWN]:
+            yield f"unreadable {name}/{f.session_id}/{f.recording_id}: {f.code}: {f.problem}"
+        if len(findings) > SHOWN:
+            yield f"unreadable and {len(findings) - SHOWN} more of {name}"
+
+
+def _unreadable_end(paths: Paths, problems: Mapping[str, Sequence[Finding]]) -> list[str]:
+    """Return what a run with unreadable recordings ends with, by data set."""
+    fix = "restore the file, or set `quality` to `reject` or remove its row in recordings.csv"
+    return [
+        f"{many(len(recordings), 'recording')} of {name} could not be read, see "
+        f"{paths.quarantine(name)}; {fix}"
+        for name, findings in problems.items()
+        if (recordings := {(f.session_id, f.recording_id) for f in findings})
+    ]
 
 
 def _excluded_lines(paths: Paths, names: Sequence[str]) -> list[str]:

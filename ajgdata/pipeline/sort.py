@@ -44,6 +44,7 @@ def open_run(
         open_hands(
             paths, spec, source=plan.source, card=plan.card, robot=plan.robot, seed=plan.seed,
             confirm=confirm, rate_hz=predictor.sample_rate_hz,
+            microphone=predictor.audio.microphone,
         ) as (robot, card, gripper),
         live_session(folder, spec, card.settings, setup, gripper) as live,
         EventLog(log_file) as log,

@@ -11,6 +11,7 @@ from ajgdata.acquire.protocol import REFERENCE
 from ajgdata.experiments import all_requests
 from ajgdata.paths import DATASET_FILE, Paths
 from ajgdata.pipeline.plan import config_problems
+from ajgdata.pipeline.played_sounds import played_sound_issues
 from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.recordings import examine, finding
 from ajgdata.store.audio import Remark
@@ -19,6 +20,7 @@ from ajgdata.store.labels import bad_labels, copies
 from ajgdata.store.session_audio import AudioFile, SessionAudio, check_session, label_rows
 from ajgdata.store.sessions import (
     check_one_kind,
+    list_datasets,
     list_sessions,
     read_dataset,
     read_recordings,
@@ -43,7 +45,7 @@ def validate_dataset(paths: Paths, dataset: str) -> tuple[int, list[Finding]]:
     list(all_requests(spec, paths.dataset(dataset)))  # raises DataError for what cannot be made
     names = list_sessions(paths, dataset)
     sessions = [check_session(paths.session(dataset, name)) for name in names]
-    issues = list(_check_declaration(paths, spec, names))
+    issues = [*_check_declaration(paths, spec, names), *_no_sessions(paths, spec, names)]
     rows: list[tuple[str, str, tuple[str, ...]]] = []
     for session in sessions:
         problems = _check_session(session, spec)
@@ -55,6 +57,7 @@ def validate_dataset(paths: Paths, dataset: str) -> tuple[int, list[Finding]]:
             for file in session.files
             if (name := file.recording_id) not in unusable
         ]
+    issues += played_sound_issues(paths, spec, names)
     issues += label_issues({session.session_id: session.labels for session in sessions}, spec)
     if rows:
         issues += copies(*zip(*rows, strict=True)).values()
@@ -73,6 +76,23 @@ def _check_declaration(paths: Paths, spec: DatasetSpec, names: Sequence[str]) ->
         check_one_kind(paths, spec, names)
     except DataError as error:
         yield Finding("*", "*", "", "error", "mixed", error.problem, error.fix)
+
+
+def _no_sessions(paths: Paths, spec: DatasetSpec, names: Sequence[str]) -> list[Finding]:
+    """Return an error for a data set without sessions; a recipe is simulated by the next run."""
+    if names or spec.recipe:
+        return []
+    how = f"import FOLDER --dataset {spec.name}` or `ajgdata record {spec.name}"
+    if paths.source(spec.name).is_file():
+        how = f"fetch {spec.name}"
+    problem, fix = "there are no sessions", f"get some with `ajgdata {how}`"
+    return [Finding("*", "*", "", "error", "no_sessions", problem, fix)]
+
+
+def not_fetched(paths: Paths) -> list[str]:
+    """Return the data sets of public recordings (`source.yaml`) without sessions."""
+    public = [name for name in list_datasets(paths) if paths.source(name).is_file()]
+    return [name for name in public if not list_sessions(paths, name)]
 
 
 def _check_session(session: SessionAudio, spec: DatasetSpec) -> list[Finding]:

@@ -104,7 +104,7 @@ def hash_and_inspect(path: Path) -> tuple[str, AudioInfo | AudioError]:
 
 
 def read_audio(path: Path, audio: AudioSettings) -> Audio:
-    """Read a recording, converting channel and rate only as far as `audio` allows.
+    """Read a recording, converting channels and rate only as far as `audio` allows.
 
     Raises AudioError; its `code` is a slug such as `truncated`.
 
@@ -122,7 +122,7 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
         channels: Float32 = file.read(dtype="float32", always_2d=True)
     if len(channels) < info.frames:
         raise _truncated(path, len(channels), info.frames, "frames")
-    recorded, remarks = _used_channels(channels, audio.channel)
+    recorded, remarks = _used_channels(channels, audio.microphone)
     with np.errstate(invalid="ignore", over="ignore"):  # NaN and infinity are for the checks
         samples = recorded[:, 0] if recorded.shape[1] == 1 else recorded.mean(axis=1)
     if info.sample_rate_hz != audio.sample_rate_hz:
@@ -193,26 +193,48 @@ def check_layout(path: Path, info: AudioInfo, audio: AudioSettings) -> None:
         problem = f"sampled at {info.sample_rate_hz} Hz, not {audio.sample_rate_hz} Hz"
         fix = "set audio.other_rate: resample (or audio.sample_rate_hz) in dataset.yaml"
         raise AudioError(path, "other_rate", problem, fix)
-    count, channel = info.channels, audio.channel
-    if channel == "mono" and count != 1:
-        problem = f"has {count} channels, not one"
-        fix = "set audio.channel: mean, or to the number of a channel, in dataset.yaml"
+    check_channels(path, info.channels, audio.microphone)
+
+
+def check_channels(path: Path, count: int, microphone: int | str | None) -> None:
+    """Raise AudioError if a file with `count` channels lacks the microphone of its data set, or if
+    the data set does not specify which of several channels is used."""
+    if microphone is None and count != 1:
+        problem = f"has {count} channels, and the data set does not specify a microphone"
+        fix = "set audio.microphone in dataset.yaml to the number of a channel (from 1), or to mean"
         raise AudioError(path, "channels", problem, fix)
-    if isinstance(channel, int) and channel >= count:
-        problem = f"has {count} channels (0 to {count - 1}), the data set asks for {channel}"
-        raise AudioError(path, "channels", problem, "correct audio.channel in dataset.yaml")
+    if isinstance(microphone, int) and microphone > count:
+        channels = "1 channel" if count == 1 else f"{count} channels"
+        problem = f"has {channels}, and the data set uses microphone {microphone}"
+        fix = f"use a file with at least {microphone} channels, or correct audio.microphone"
+        raise AudioError(path, "channels", problem, fix)
 
 
-def _used_channels(samples: Float32, channel: str | int) -> tuple[Float32, list[Remark]]:
-    """Return the channels (frames, used) that a data set uses, and a note if there are others."""
+def _used_channels(samples: Float32, microphone: int | str | None) -> tuple[Float32, list[Remark]]:
+    """Return the channels (frames, used) that a data set uses, and a note if a file has more.
+
+    `microphone` is `AudioSettings.microphone`: channel 1 is the first column.
+    """
     count = samples.shape[1]
-    if isinstance(channel, int):
-        samples = np.ascontiguousarray(samples[:, channel : channel + 1])
+    if isinstance(microphone, int):
+        samples = np.ascontiguousarray(samples[:, microphone - 1 : microphone])
     if count == 1:
         return samples, []
-    done = f"averaged {count} channels" if channel == "mean" else f"took channel {channel}"
-    fix = f"nothing to do: audio.channel is {channel}"
-    return samples, [Remark("note", "channel_converted", f"{done} of {count}", fix)]
+    done = f"the mean of {count} channels"
+    if microphone != "mean":
+        done = f"microphone {microphone} of {count} channels"
+    fix = f"nothing to do: audio.microphone is {microphone}"
+    return samples, [Remark("note", "channel_converted", f"uses {done}", fix)]
+
+
+def read_channels(path: Path, max_s: float, max_values: int) -> Float32:
+    """Return the beginning of a file with all channels (frames, channels), full scale ±1: up to
+    `max_s` seconds and `max_values` values. Raises AudioError as `read_audio` does."""
+    with _bytes(path) as stream, _decoded(path, stream) as file:
+        info = _info(path, file)
+        frames = min(math.ceil(max_s * info.sample_rate_hz), max_values // info.channels)
+        samples: Float32 = file.read(frames, dtype="float32", always_2d=True)
+    return samples
 
 
 def resample(samples: Float32, from_hz: int, to_hz: int) -> Float32:

@@ -9,6 +9,15 @@ from pathlib import Path
 from ajgdata.store.files import csv_bytes, read_csv, write_bytes
 from ajgdata.types import Finding
 
+#: Codes of recordings that could not be read as their table describes them: the file, its bytes,
+#: its row or its session. Other errors are properties of a readable sound (silent, too short,
+#: another rate) or decisions of a person (`rejected`).
+UNREADABLE = frozenset(
+    {
+        *("missing", "unreadable", "empty", "damaged", "truncated", "no_samples", "implausible"),
+        *("changed", "escapes", "bad_row", "duplicate_id", "bad_session"),
+    }
+)
 FINDING_COLUMNS = tuple(field.name for field in dataclasses.fields(Finding))
 
 
@@ -21,6 +30,11 @@ def read_findings(path: Path) -> list[Finding]:
 def write_findings(path: Path, findings: Sequence[Finding]) -> None:
     """Write a table of findings, sorted."""
     write_bytes(path, csv_bytes(FINDING_COLUMNS, map(vars, sorted(findings))))
+
+
+def unreadable(findings: Iterable[Finding]) -> list[Finding]:
+    """Return the findings of recordings that could not be read."""
+    return [f for f in findings if f.level == "error" and f.code in UNREADABLE]
 
 
 def is_rejected(row: Mapping[str, str]) -> bool:

@@ -15,12 +15,13 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE, SESSION_FILE, Paths
-from ajgdata.store.audio import AudioInfo
+from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE, Paths
+from ajgdata.store.audio import AudioInfo, file_sha256
+from ajgdata.store.files import copy as copy_file
 from ajgdata.store.provenance import software
 from ajgdata.store.scan import Remarks, Scan, ScannedFile
 from ajgdata.store.sessions import inside, read_recordings, read_session, write_session
-from ajgdata.types import DataError, OnChange, Recording, Session, describe
+from ajgdata.types import DataError, Excitation, OnChange, Recording, Session, describe
 
 #: Columns of recordings.csv that a folder specifies, in addition to the labels.
 CELLS = ("grasp_id", "sample", "object", "quality")
@@ -31,6 +32,10 @@ OTHER_BYTES = (
     "--on-change files takes them"
 )
 OTHER_LABEL = "stays; --on-change labels takes the folder's"
+OTHER_PLAYED = (
+    "the played sound is not the stored sound of the session. If these are recordings of another "
+    "sound, import them with --session; --on-change files takes this sound"
+)
 GONE = "no longer in the folder; --on-change prune removes it here, if all files can be read"
 
 
@@ -40,7 +45,8 @@ class Imported:
 
     Kinds: `failed` could not be read, `unreadable` was imported but is not usable audio, `kept` has
     different bytes in the folder, `label` a label that differs from the folder's, `gone` has no
-    file in the folder, `unused` a part of the file names that varies and is not in the pattern,
+    file in the folder, `channels` was imported with another number of channels than other files,
+    `unused` a part of the file names that varies and is not in the pattern,
     `not used` is a file of the folder that is no recording, `note`.
     """
 
@@ -53,9 +59,10 @@ class Imported:
 
     @property
     def is_complete(self) -> bool:
-        """True if everything that belongs to the data set, by name or table, is imported, and the
-        pattern uses all parts of the file names that vary."""
-        return not any(self.remarks[kind] for kind in ("failed", "unreadable", "kept", "unused"))
+        """True if everything that belongs to the data set, by name or table, is imported, files have
+        equal numbers of channels, and the pattern uses all parts of the file names that vary."""
+        kinds = ("failed", "unreadable", "kept", "channels", "unused")
+        return not any(self.remarks[kind] for kind in kinds)
 
 
 def are_simulated(scanned: Scan, contents: Contents) -> bool:
@@ -98,6 +105,7 @@ class _SessionImport:
     def __init__(self, target: Path, scanned: Scan, copy: bool, on_change: OnChange) -> None:
         self.target, self.folder, self.files = target, scanned.folder, scanned.files
         self.copy, self.on_change, self.remarks = copy, on_change, scanned.remarks
+        self.played = scanned.played.get(target.name, [])
         root = None if copy else str(self.folder.absolute())
         is_old = (target / SESSION_FILE).is_file()
         new = _new_session(target, scanned, root)
@@ -128,6 +136,7 @@ class _SessionImport:
             rates = {self.declared.sample_rate_hz, *(i.sample_rate_hz for i in infos if i)} - {None}
             update = {"sample_rate_hz": rates.pop() if len(rates) == 1 else None}
             self.declared = self.declared.model_copy(update=update)
+            self._take_played()
         finally:
             if self.rows:
                 if self.copy:
@@ -207,6 +216,29 @@ class _SessionImport:
             temporary.replace(destination)
         finally:
             temporary.unlink(missing_ok=True)
+
+    def _take_played(self) -> None:
+        """Store the played sound of the session, or list why not.
+
+        It is copied also with `--reference`, because session.yaml names a file of its own folder.
+        """
+        if len(self.played) > 1:
+            names = ", ".join(path.as_posix() for path in self.played)
+            self.remarks["kept"].append((names, "are several played sounds of one session"))
+        if len(self.played) != 1:
+            return
+        (path,) = self.played
+        digest = file_sha256(self.folder / path)
+        known = self.declared.excitation
+        if known and known.sha256 == digest and inside(self.target, known.file).is_file():
+            return
+        if known and self.on_change != OnChange.FILES:
+            self.remarks["kept"].append((path.as_posix(), OTHER_PLAYED))
+            return
+        file = Path(EXCITATION_FILE).with_suffix(path.suffix.lower()).name
+        copy_file(self.folder / path, self.target / file)
+        played = Excitation(file=file, sha256=digest, description=f"imported from {path.name}")
+        self.declared = self.declared.model_copy(update={"excitation": played})
 
     def _merged(self, old: Recording, new: Recording, *, has_quality: bool) -> Recording:
         """Return the old row with new columns of the folder, and with the folder's cells if

@@ -70,6 +70,9 @@ class Scan:
     files: list[ScannedFile] = field(default_factory=list)
     remarks: Remarks = field(default_factory=lambda: defaultdict(list))
     is_simulated: bool = False
+    #: Named groups of each played sound (`0_<name>`), by path, and the played sounds by session.
+    played_rows: Rows = field(default_factory=dict)
+    played: defaultdict[str, list[Path]] = field(default_factory=lambda: defaultdict(list))
 
     def label_columns(self) -> list[str]:
         """Return the columns that are labels of recordings."""
@@ -98,6 +101,8 @@ def scan(folder: Path, settings: ImportSettings, name: str) -> Scan:
             result.files.append(_scanned(path, texts, columns, settings, name))
         else:
             result.remarks["failed"].append((path.as_posix(), "not a file, or a broken link"))
+    for path, texts in result.played_rows.items():
+        result.played[_scanned(path, texts, columns, settings, name).session].append(path)
     numbers = _sample_numbers({file.cells["sample"] for file in result.files})
     result.files = [
         replace(file, cells={**file.cells, "sample": numbers[file.cells["sample"]]})
@@ -170,6 +175,7 @@ def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Sca
             texts["session"] = path.parent.as_posix() if path.parent.name else name
         if is_kit and int(match["n"]) == 0:
             result.remarks["not used"].append((path.as_posix(), "the played sound"))
+            result.played_rows[path] = texts
         else:
             rows[path] = texts
             matches.append(match)

@@ -53,6 +53,12 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
         names = (folder.name, WHOLE_SESSION, file)
         result.findings = [Finding(*names, "error", "bad_session", problem, error.fix)]
         return result
+    is_unfinished = session.acquisition is not None and not session.acquisition.finished
+    if not recordings and not result.findings and not is_unfinished:
+        problem = f"{RECORDINGS_FILE} has a header and no recordings"
+        fix = "import or record some, or remove the folder of this session"
+        names = (folder.name, WHOLE_SESSION, RECORDINGS_FILE)
+        result.findings.append(Finding(*names, "error", "no_recordings", problem, fix))
     for grasp, reason in session.skipped.items():
         problem, _, fix = reason.rpartition("; ")
         result.findings.append(Finding(folder.name, grasp, "", "warning", "skipped", problem, fix))

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from ajgdata.types.registry import MODELS
+from ajgdata.types.replaced_keys import replacement
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -154,6 +155,8 @@ def describe(error: ValidationError, where: object) -> DataError:
     left = len(further) - len(alternatives)
     suffix = f" (and {left} more)" if left else ""
     if first["type"] == "extra_forbidden":
+        if replaced := replacement(first["loc"], first["input"]):
+            return DataError(where, *replaced)
         return DataError(where, f"unknown key {key}{suffix}", "correct its spelling or remove it")
     if first["type"] == "union_tag_not_found":
         key = f"{key}.{first['ctx']['discriminator'].strip(chr(39))}"

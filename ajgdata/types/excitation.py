@@ -7,9 +7,14 @@ virtual gripper.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
 from ajgdata.types.base import Strict
 
@@ -36,6 +41,13 @@ class _Played(Strict):
 
     def _said(self) -> str:
         raise NotImplementedError
+
+    @model_serializer(mode="wrap")
+    def _with_kind(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Write `kind` also if it is the default, because a reader chooses the model by it."""
+        content: dict[str, Any] = serialize(self)
+        content.setdefault("kind", getattr(self, "kind", ""))
+        return content
 
     @model_validator(mode="after")
     def _fades_fit(self) -> _Played:

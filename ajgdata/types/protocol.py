@@ -145,7 +145,7 @@ class SortPlan(Strict):
     )
     card: dict[str, JsonValue] = Field(
         {},
-        description="options of the sound card: device, input_channel and output_channel as in "
+        description="options of the sound card: device, microphone and output_channel as in "
         "`ajgdata record`; attempts: recordings with a fault before the run ends (default 3)",
     )
     robot: RobotProgram | None = Field(

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from ajgdata.types.base import Strict
 from ajgdata.types.registry import Kind
@@ -44,6 +44,21 @@ class FeatureSettings(Strict):
         return self
 
 
+def checked_microphone(value: Any) -> Any:
+    """Return `value` if it names a microphone. Raises ValueError for every other value.
+
+    Numbers are compared by type, because True equals 1.
+    """
+    if value is None or value == "mean" or (type(value) is int and value >= 1):
+        return value
+    raise ValueError("not a microphone: use its number, counted from 1, or mean")
+
+
+#: Which channel of a file is used: the number of a microphone, counted from 1, or the mean of all
+#: channels; None if files must have one channel.
+Microphone = Annotated[int | Literal["mean"] | None, BeforeValidator(checked_microphone)]
+
+
 class AudioSettings(Strict):
     """The format of a data set's recordings, and what may be done to those that differ."""
 
@@ -53,8 +68,10 @@ class AudioSettings(Strict):
     other_rate: Literal["reject", "resample"] = Field(
         "reject", description="a recording at another rate is quarantined, or resampled (polyphase)"
     )
-    channel: Literal["mono", "mean"] | Annotated[int, Field(ge=0)] = Field(
-        "mono", description="'mono': reject others; a number: take that channel; 'mean': average"
+    microphone: Microphone = Field(
+        None,
+        description="which channel of a file is used: its number from 1, or mean (of all "
+        "channels); null: files must have one channel",
     )
 
 

@@ -14,11 +14,20 @@ model, recording = sys.argv[1:]
 session = onnxruntime.InferenceSession(model, providers=["CPUExecutionProvider"])
 about = json.loads(session.get_modelmeta().custom_metadata_map["ajgdata"])
 
-samples, rate = soundfile.read(recording, dtype="float32")
+channels, rate = soundfile.read(recording, dtype="float32", always_2d=True)
 if rate != about["sample_rate_hz"]:
     sys.exit(f"{recording}: sampled at {rate} Hz, the model needs {about['sample_rate_hz']} Hz")
-if samples.ndim != 1 or len(samples) < about["features"]["window"]:
-    sys.exit(f"{recording}: the model needs one channel, {about['features']['window']} samples")
+count, microphone = channels.shape[1], about["microphone"]  # a number from 1, mean, or None
+if microphone == "mean":
+    samples = channels.mean(axis=1)
+elif microphone is None and count > 1:
+    sys.exit(f"{recording}: has {count} channels, the model needs one")
+elif (microphone or 1) > count:
+    sys.exit(f"{recording}: has {count} channel(s), the model needs microphone {microphone}")
+else:
+    samples = channels[:, (microphone or 1) - 1]
+if len(samples) < about["features"]["window"]:
+    sys.exit(f"{recording}: the model needs {about['features']['window']} samples")
 
 outputs = [output.name for output in session.get_outputs()]
 said = dict(zip(outputs, session.run(None, {"waveform": samples[np.newaxis]}), strict=True))

@@ -230,6 +230,18 @@ def test_another_setup_and_a_wrong_name_are_refused(lab):
         lab.acquire(Scripted(), session="../up")
 
 
+def test_a_session_of_an_older_version_is_resumed_with_its_input_channel(lab):
+    """Its setup has the key `input_channel`, which is now `microphone`."""
+    lab.acquire(Scripted(confirms={3: Choice.QUIT}))
+    session = lab.folder() / "session.yaml"
+    assert "    microphone: 1\n" in session.read_text()
+    session.write_text(session.read_text().replace("    microphone: 1\n", "    input_channel: 1\n"))
+    assert lab.acquire(Scripted(), session="soundcard-01")[1].left == 0
+    session.write_text(session.read_text().replace("input_channel: 1\n", "input_channel: 2\n"))
+    with pytest.raises(DataError, match=r"another setup: device\."):
+        lab.acquire(Scripted(), session="soundcard-01")
+
+
 def test_the_table_may_be_edited_during_a_session_and_a_wrong_one_is_not_overwritten(lab):
     table = lab.folder() / "recordings.csv"
 

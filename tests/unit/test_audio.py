@@ -19,7 +19,7 @@ from ajgdata.types import AudioSettings
 from ajgdata.types.base import sentence
 
 AS_IS = AudioSettings()
-ANY = AudioSettings(channel="mean", other_rate="resample")
+ANY = AudioSettings(microphone="mean", other_rate="resample")
 CODES = np.array([0, 1, -1, 2, -32768, 32767, 12345, -4321, 77], dtype="<i2")
 DATA = CODES.tobytes()
 
@@ -176,15 +176,17 @@ def test_no_cut_goes_unnoticed(tmp_path_factory, data):
 def test_rate_and_channels_are_rejected_unless_declared(put):
     path = put(encoded(noise(4800, 2), 48_000, format="WAV", subtype="PCM_16"))
     assert "audio.other_rate: resample" in refusal(path).fix
-    assert refusal(path, AudioSettings(sample_rate_hz=48_000, channel=2)).remark.code == "channels"
+    assert (
+        refusal(path, AudioSettings(sample_rate_hz=48_000, microphone=3)).remark.code == "channels"
+    )
 
 
 def test_conversions_do_what_they_say_and_are_reported(put):
     samples = noise(4800, 2)
     path = put(encoded(samples, 48_000, format="WAV", subtype="DOUBLE"))
-    left = read_audio(path, AudioSettings(sample_rate_hz=48_000, channel=0))
+    left = read_audio(path, AudioSettings(sample_rate_hz=48_000, microphone=1))
     np.testing.assert_array_equal(left.samples, samples[:, 0].astype(np.float32))
-    right = read_audio(path, AudioSettings(sample_rate_hz=48_000, channel=1))
+    right = read_audio(path, AudioSettings(sample_rate_hz=48_000, microphone=2))
     np.testing.assert_array_equal(right.samples, samples[:, 1].astype(np.float32))
     both = read_audio(path, ANY)
     assert both.samples.shape == (4410,)

@@ -62,10 +62,10 @@ def test_clipping_is_counted_and_cut_at_full_scale():
 @pytest.mark.parametrize(
     "line, said",
     [
-        (FakeLine(faults=[Fault(silent=True)] * 3), "input 1 is silent. Check plug"),
+        (FakeLine(faults=[Fault(silent=True)] * 3), "microphone 1 is silent. Check plug"),
         (
             FakeLine(noise=1e-2, faults=[Fault(silent=True)] * 3),
-            r"input 1 does not record the output. Check plug",
+            r"microphone 1 does not record the output. Check plug",
         ),
         (FakeLine(faults=[Fault(unplugged=True)]), "went away while it played"),
     ],

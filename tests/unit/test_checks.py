@@ -100,7 +100,7 @@ def test_quantised_tones_in_float_files_are_not_clipped(frequency_hz, amplitude,
 
 def checked(tmp_path, samples, subtype, rate=44_100):
     sf.write(tmp_path / "a.wav", samples, rate, subtype=subtype)
-    settings = AudioSettings(channel="mean", other_rate="resample")
+    settings = AudioSettings(microphone="mean", other_rate="resample")
     return [r.code for r in check_audio(read_audio(tmp_path / "a.wav", settings), WINDOW)]
 
 

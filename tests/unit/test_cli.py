@@ -76,7 +76,7 @@ def test_import_says_what_it_did(ajgdata, project):
         "not used odd :smile:.wav: does not match the pattern",
         "note target label: a class (2 distinct texts)",
         "note stored, but not a target: n",
-        f"now declared in {project.root}/datasets/e/dataset.yaml: 8000 Hz, channel mono, targets "
+        f"now declared in {project.root}/datasets/e/dataset.yaml: 8000 Hz, one microphone, targets "
         "label",
         "recordings            2",
         "objects               2",

@@ -14,7 +14,7 @@ SOUND = np.random.default_rng(0).uniform(-1, 1, 5_000).astype(np.float32)
 
 
 def opened(fake: FakePortAudio, **settings) -> Duplex:
-    usual = {"device": "fake", "sample_rate_hz": 44_100, "output_channel": 1, "input_channel": 1}
+    usual = {"device": "fake", "sample_rate_hz": 44_100, "output_channel": 1, "microphone": 1}
     return Duplex(fake, {**usual, **settings})
 
 
@@ -58,8 +58,8 @@ TWO = [device("fake", api=0), device("fake", api=1), device("mic", outputs=0)]
     [
         ({"device": "zzz"}, "zzz: there is no such device. .*see `ajgdata device list`"),
         ({}, '2 devices have this name. Use "fake, ALSA" or "fake, JACK Audio Connection Kit"'),
-        ({"device": "mic"}, "mic: channel 1 of 0 outputs. Give another channel"),
-        ({"device": "fake, ALSA", "input_channel": 2}, "channel 2 of 1 inputs"),
+        ({"device": "mic"}, "mic: --output-channel 1 of 0 outputs. Change --output-channel"),
+        ({"device": "fake, ALSA", "microphone": 2}, "--microphone 2 of 1 inputs"),
         (
             {"device": "fake, ALSA", "sample_rate_hz": 48_000},
             "does not support 48000 Hz. Use its own rate, 44100 Hz",

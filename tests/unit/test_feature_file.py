@@ -79,7 +79,7 @@ def test_other_settings_or_code_compute_all(project):
     assert project.build(features=FEATURES.model_copy(update={"quantity": "power"})) == (0, 3)
     assert project.build() == (3, 0)
     assert project.build(code="2") == (3, 0)
-    assert project.build(code="2", audio=AUDIO.model_copy(update={"channel": "mean"})) == (3, 0)
+    assert project.build(code="2", audio=AUDIO.model_copy(update={"microphone": "mean"})) == (3, 0)
 
 
 def test_warnings_survive_reuse(project):

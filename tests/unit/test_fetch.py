@@ -105,6 +105,39 @@ def test_settings_that_may_start_a_program_or_leave_the_folder_are_not_taken_ove
     assert not {"recipe", "protocol", "imports"} & set(registered)
 
 
+@pytest.mark.parametrize(
+    ("old", "microphone", "new"),
+    [
+        (0, 1, "1"),
+        ("mean", "mean", "mean"),
+        ("mono", None, "no microphone (files have one channel)"),
+    ],
+)
+def test_the_key_channel_of_an_older_version_is_converted_with_a_message(
+    tree, elsewhere, ajgdata, monkeypatch, old, microphone, new
+):
+    content = yaml.safe_load((tree / tree.DECLARATION).read_text())
+    content["audio"]["channel"] = old
+    (tree / tree.DECLARATION).write_text(yaml.safe_dump(content))
+    reseal(tree)
+    monkeypatch.chdir(elsewhere.root)
+    code, out, _ = ajgdata("fetch", tree.root)
+    assert code == 0
+    line = f"audio.channel: {old} -> audio.microphone: {new}"
+    assert f"converted from an older version: {line}" in out
+    assert read_dataset(elsewhere.paths, "d").audio.microphone == microphone
+
+
+def test_a_wrong_value_of_the_key_channel_is_refused(tree, elsewhere):
+    content = yaml.safe_load((tree / tree.DECLARATION).read_text())
+    content["audio"]["channel"] = True
+    (tree / tree.DECLARATION).write_text(yaml.safe_dump(content))
+    reseal(tree)
+    with pytest.raises(DataError, match="channel was replaced by audio"):
+        fetch(elsewhere.paths, str(tree.root))
+    assert not elsewhere.paths.dataset("d").exists()
+
+
 def test_a_cut_download_keeps_complete_files(tree, server, elsewhere):
     server.cut["audio.zip"] = (tree / tree.ARCHIVE).stat().st_size // 2
     with pytest.raises(DataError, match=r"audio.zip: cannot be fetched .*complete files are kept"):

@@ -12,8 +12,9 @@ COMMANDS = {name: command for name, command in GROUP.commands.items() if name !=
 COMMANDS |= {
     f"device {name}": command for name, command in GROUP.commands["device"].commands.items()
 }
-#: Both uses mean the same name: of a session, of an object in the gripper.
-TWO_TEXTS = {"--session", "--object", "--out"}
+#: Both uses mean the same name: of a session, of an object in the gripper, of a microphone (channel
+#: of a file, input of a sound card).
+TWO_TEXTS = {"--session", "--object", "--out", "--microphone"}
 
 
 def test_options_have_a_short_help_and_one_meaning():

@@ -185,7 +185,7 @@ def test_another_rate_or_channel_is_refused_but_in_files_that_the_data_set_conve
         predictor.predict(waveform[:, 0], 12_000)
     with pytest.raises(DataError, match=r"float32 of shape \(3001, 2\)"):
         predictor.predict(waveform, RATE_HZ)
-    audio = AudioSettings(sample_rate_hz=RATE_HZ, other_rate="resample", channel=1)
+    audio = AudioSettings(sample_rate_hz=RATE_HZ, other_rate="resample", microphone=2)
     samples = read_audio(path, audio).samples
     converting = dataclasses.replace(predictor, audio=audio)
     assert converting.predict_file(path) == predictor.predict(samples, RATE_HZ)

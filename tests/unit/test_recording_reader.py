@@ -11,8 +11,8 @@ from ajgdata.pipeline.recordings import RecordingReader
 from ajgdata.types import AudioSettings, NotPossibleError
 
 
-def channel(number: int | str) -> AudioSettings:
-    return AudioSettings(sample_rate_hz=RATE_HZ, channel=number)
+def microphone(number: int | str | None) -> AudioSettings:
+    return AudioSettings(sample_rate_hz=RATE_HZ, microphone=number)
 
 
 def test_each_data_set_is_heard_on_its_own_channel(project):
@@ -22,7 +22,7 @@ def test_each_data_set_is_heard_on_its_own_channel(project):
     project.write([row.model_copy(update={"sha256": ""})])
     for name in "em":
         shutil.copytree(project.folder(), project.paths.session(name, "s1"))
-    settings = {"d": channel(0), "e": channel(1), "m": channel("mono")}
+    settings = {"d": microphone(1), "e": microphone(2), "m": microphone(None)}
     reader = RecordingReader(project.paths, settings)
     for dataset, expected in (("d", both[:, 0]), ("e", both[:, 1])):
         (samples,) = reader.samples(dataset, ["s1/a"], 256)

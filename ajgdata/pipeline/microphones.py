@@ -1,0 +1,121 @@
+"""Choice of the microphone of a new data set: which channel of its files is used."""
+
+from __future__ import annotations
+
+from collections import Counter
+from contextlib import suppress
+from pathlib import Path
+
+from ajgdata.features.channels import (
+    MAX_LEVEL_DB,
+    MIN_CORRELATION,
+    ChannelStatistics,
+    channel_statistics,
+)
+from ajgdata.store.audio import AudioError, check_channels, read_channels
+from ajgdata.store.importing import Contents
+from ajgdata.store.scan import Scan
+from ajgdata.types import AudioSettings, DataError
+
+#: Files whose channels are compared, spread evenly over the folder, and what is read of each: the
+#: cost of an import does not grow with the number of files.
+MAX_FILES, MAX_S, MAX_VALUES = 32, 5.0, 4_000_000
+
+
+def check_declared(path: Path, audio: AudioSettings, requested: int | str | None) -> None:
+    """Raise DataError if a microphone is requested that a declared data set does not use."""
+    if requested is not None and requested != audio.microphone:
+        declared = "no microphone" if audio.microphone is None else f"{audio.microphone}"
+        problem = f"{requested} is not the microphone of {path}, which declares {declared}"
+        fix = "change audio.microphone there, or import into another data set"
+        raise DataError("--microphone", problem, fix)
+
+
+def chosen_microphone(
+    scanned: Scan, contents: Contents, requested: int | str | None
+) -> int | str | None:
+    """Return `audio.microphone` for the files of a folder; every choice becomes a remark.
+
+    Without a request, files with one channel need none. Channels that contain nearly the same sound
+    are averaged. Raises DataError with level and correlation of each channel if they do not, and
+    if no file has the requested microphone. Different numbers of channels, and each file that
+    cannot be used with the choice, are remarks `channels`.
+    """
+    counts = {path: info.channels for path, (_, info) in contents.items() if info}
+    microphone = requested
+    if requested is None and min(counts.values()) > 1:
+        statistics = _statistics(scanned, counts)
+        _check_alike(scanned, statistics)
+        microphone = "mean"
+    if isinstance(microphone, int) and microphone > max(counts.values()):
+        problem = f"microphone {microphone} is not in the files, which have up to "
+        problem += f"{max(counts.values())} channels"
+        raise DataError("--microphone", problem, "choose a smaller number, or mean")
+    _note_choice(scanned, counts, microphone, is_guess=requested is None)
+    return microphone
+
+
+def _statistics(scanned: Scan, counts: dict[Path, int]) -> ChannelStatistics | None:
+    """Return level and correlation of the channels; None if nothing in the files can be compared.
+
+    Raises DataError for files with different numbers of channels.
+    """
+    if len(set(counts.values())) > 1:
+        fix = "add --microphone with a number from 1, or --microphone mean"
+        raise DataError(scanned.folder, f"has files with {_numbers(counts)} channels", fix)
+    paths = sorted(counts)
+    step = max(1, -(-len(paths) // MAX_FILES))
+    recordings = []
+    for path in paths[::step]:
+        with suppress(AudioError):  # the import lists it
+            recordings.append(read_channels(scanned.folder / path, MAX_S, MAX_VALUES))
+    return channel_statistics(recordings)
+
+
+def _check_alike(scanned: Scan, statistics: ChannelStatistics | None) -> None:
+    """Raise DataError unless the channels contain nearly the same sound; else note the measured
+    values."""
+    if statistics is None:
+        fix = "add --microphone with a number from 1, or --microphone mean"
+        raise DataError(scanned.folder, "has files with several channels without sound", fix)
+    if not statistics.are_alike:
+        numbers = ", ".join(str(n) for n in range(1, len(statistics.level_dbfs) + 1))
+        problem = f"its channels differ by more than {MAX_LEVEL_DB:g} dB or correlate by less than "
+        problem += f"{MIN_CORRELATION:g}, so they are not averaged ({statistics.text()})"
+        fix = f"add --microphone with one of {numbers}, or --microphone mean"
+        raise DataError(scanned.folder, problem, fix)
+    scanned.remarks["note"].append(("channels", statistics.text()))
+
+
+def _note_choice(
+    scanned: Scan, counts: dict[Path, int], microphone: int | str | None, *, is_guess: bool
+) -> None:
+    """Add remarks: the choice for files with several channels, different numbers of channels, and
+    files that cannot be used with the choice."""
+    if max(counts.values()) == 1 and microphone is None:
+        return
+    if microphone == "mean":
+        used = "the mean of all channels is used"
+    else:
+        used = f"microphone {microphone} is used" if microphone else "none: one channel is used"
+    guess = "; to change it, edit this key in dataset.yaml"
+    scanned.remarks["note"].append(("audio.microphone", used + (guess if is_guess else "")))
+    if len(set(counts.values())) > 1:
+        reason = (
+            f"{_numbers(counts)} channels: recordings that differ in this may not be comparable"
+        )
+        scanned.remarks["channels"].append(("files have", reason))
+    for path, count in sorted(counts.items()):
+        try:
+            check_channels(path, count, microphone)
+        except AudioError as error:
+            reason = f"{error.problem}; a run will quarantine it; {error.fix}"
+            scanned.remarks["channels"].append((path.as_posix(), reason))
+
+
+def _numbers(counts: dict[Path, int]) -> str:
+    """Return the numbers of channels in a folder with their numbers of files."""
+    files = Counter(counts.values())
+    return " and ".join(
+        f"{count} ({files[count]} file{'s' * (files[count] > 1)})" for count in sorted(files)
+    )

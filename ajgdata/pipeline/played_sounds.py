@@ -1,0 +1,159 @@
+"""Played sounds of the sessions of a data set: their differences look like objects."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import TypeAdapter, ValidationError
+
+from ajgdata.acquire.excitation import excitation_samples
+from ajgdata.paths import DATASET_FILE, Paths
+from ajgdata.store.audio import AudioError, file_sha256, inspect_audio, read_channels
+from ajgdata.store.sessions import inside, read_session
+from ajgdata.types import DataError, DatasetSpec, Excitation, ExcitationSpec, Finding
+
+#: Largest difference of samples of one sound in two files: a 16-bit file is rounded to 2^-16, a
+#: file of another bit depth to less, and some programs scale by 32767 instead of 32768.
+SAME_SAMPLES = 2.0**-14
+#: Longest played sound that is compared, in s and in values: twice the longest declared sound.
+MAX_S, MAX_VALUES = 240.0, 50_000_000
+_CODE = "played_sound"
+_SEPARATE = "import or record sessions with another played sound into another data set"
+
+
+@dataclass(frozen=True)
+class PlayedSound:
+    """The played sound of a session: its file, and its entry in session.yaml."""
+
+    session_id: str
+    path: Path
+    about: Excitation
+
+
+def played_sound_issues(paths: Paths, spec: DatasetSpec, names: list[str]) -> Iterator[Finding]:
+    """Yield a warning for each session whose played sound cannot be read, differs from the sound of
+    the first session, or from `excitation` of dataset.yaml.
+
+    A data set with imported sounds is compared with dataset.yaml only if `excitation` is declared
+    there, because its default is the sound that would be played, not the sound that was.
+    """
+    sounds: list[PlayedSound] = []
+    for name in names:
+        try:
+            sound = _played_sound(paths.session(spec.name, name))
+        except DataError as error:
+            yield _warning(name, error.where, error.problem, error.fix)
+            continue
+        if sound is not None:
+            sounds.append(sound)
+    for sound in sounds:
+        file = sound.path.name
+        if not _equal(sounds[0], sound):
+            problem = f"the played sound {_named(sound)} differs from that of session "
+            problem += f"{sounds[0].session_id}, {_named(sounds[0])}"
+            yield _warning(sound.session_id, file, problem, _SEPARATE)
+        if (difference := _from_declared(sound, spec)) is not None:
+            problem = f"the played sound {_named(sound)} is not `excitation` of {DATASET_FILE} "
+            fix = f"correct `excitation`, or {_SEPARATE}"
+            yield _warning(sound.session_id, file, f"{problem}({difference})", fix)
+
+
+def _warning(session: str, file: object, problem: str, fix: str) -> Finding:
+    return Finding(session, "*", Path(str(file)).name, "warning", _CODE, problem, fix)
+
+
+def _played_sound(folder: Path) -> PlayedSound | None:
+    """Return the played sound of a session; None if there was none, or if session.yaml cannot be
+    read, which is another issue. Raises DataError for a file that is not the stored one."""
+    try:
+        session = read_session(folder)
+    except DataError:
+        return None
+    played = session.excitation
+    if played is None:
+        return None
+    path = inside(folder, played.file)
+    if file_sha256(path) != played.sha256:
+        problem = "is not the played sound that session.yaml names (sha256 differs)"
+        raise DataError(path, problem, "restore the file")
+    return PlayedSound(folder.name, path, played)
+
+
+def _named(sound: PlayedSound) -> str:
+    text = sound.about.description or sound.about.file
+    return f"({text}, sha256 {sound.about.sha256[:8]}…)"
+
+
+def _equal(first: PlayedSound, second: PlayedSound) -> bool:
+    """Return True if two sessions played the same sound, whatever the format of its file."""
+    if first.about.sha256 == second.about.sha256:
+        return True
+    if _rate_hz(first) != _rate_hz(second):
+        return False
+    return _same_samples(_samples(first), _samples(second))
+
+
+def _rate_hz(sound: PlayedSound) -> int:
+    """Return the sample rate of a played sound; 0 if it cannot be decoded."""
+    try:
+        return inspect_audio(sound.path).sample_rate_hz
+    except AudioError:
+        return 0
+
+
+def _samples(sound: PlayedSound) -> NDArray[np.float32]:
+    """Return the samples (frames, channels) of a played sound; none if it cannot be decoded."""
+    try:
+        return read_channels(sound.path, MAX_S, MAX_VALUES)
+    except AudioError:
+        return np.zeros((0, 1), np.float32)
+
+
+def _same_samples(first: NDArray[Any], second: NDArray[Any]) -> bool:
+    if first.shape != second.shape or not len(first):
+        return False
+    return float(np.abs(first - second).max()) <= SAME_SAMPLES
+
+
+def _from_declared(sound: PlayedSound, spec: DatasetSpec) -> str | None:
+    """Return in which way a played sound differs from dataset.yaml; None if it does not, or if
+    there is nothing to compare with."""
+    settings = sound.about.settings
+    if settings is not None:
+        if (stored := _declaration(settings)) is None:
+            return None
+        differing = _differing(stored.model_dump(), spec.excitation.model_dump())
+        return ", ".join(differing) or None
+    if "excitation" not in spec.model_fields_set:
+        return None
+    try:
+        declared = excitation_samples(spec.excitation, _rate_hz(sound))
+    except ValueError as error:
+        return str(error)
+    if _same_samples(_samples(sound), declared[:, np.newaxis]):
+        return None
+    return "its samples differ"
+
+
+def _declaration(settings: Mapping[str, Any]) -> ExcitationSpec | None:
+    """Return the declaration that a session stores; None for settings of another version."""
+    adapter: TypeAdapter[ExcitationSpec] = TypeAdapter(ExcitationSpec)
+    try:
+        return adapter.validate_python(settings)
+    except ValidationError:
+        return None
+
+
+def _differing(stored: Mapping[str, Any], declared: Mapping[str, Any]) -> list[str]:
+    """Return the settings that differ, with both values."""
+    keys = dict.fromkeys([*stored, *declared])
+    return [
+        f"{key} {stored.get(key)}, declared {declared.get(key)}"
+        for key in keys
+        if stored.get(key) != declared.get(key)
+    ]
