@@ -6,6 +6,26 @@ def setting(name):
     )[name]
 
 
+def session_tables(wildcards):
+    """Digests of the tables of a data set's sessions. Contents decide, not times of files."""
+    name = wildcards.dataset
+    with errors_in_one_line():
+        return [
+            f"{session} {tables_digest(PATHS.session(name, session))}"
+            for session in PLANS[name].sessions
+        ]
+
+
+def features_of(*names):
+    """Digest of the hashes of features: a job that reads the features is outdated if it differs."""
+    return contents_digest(PATHS.session_hashes(name) for name in names)
+
+
+def own_features(wildcards):
+    """Digest of the features of a job's data set."""
+    return features_of(wildcards.dataset)
+
+
 def requested(wildcards):
     """The experiment of a job and its settings."""
     return REQUESTS[wildcards.dataset, wildcards.task, wildcards.kind]
@@ -50,6 +70,12 @@ def rendered_from(wildcards):
     if not requested(wildcards).experiment.renders or recipe is None:
         return ""
     return settings_digest(recipe)
+
+
+def measured_data(wildcards):
+    """Digest of the features and encoders that an experiment reads."""
+    features = features_of(wildcards.dataset, *requested(wildcards).other_sets)
+    return f"{features} {contents_digest(encoder_files(wildcards))}"
 
 
 def encoder_files(wildcards):

@@ -1,3 +1,13 @@
+def summary_contents(trained):
+    """Digest of the files that the summary of a run is written from."""
+    descriptions = [
+        file
+        for name in trained
+        for file in sorted(PATHS.models(name).glob(f"*/*/{ABOUT_FILE}"))
+    ]
+    return contents_digest([PATHS.runs, *descriptions])
+
+
 # The last job of a target. If a task was skipped, `end_run` removes the summary and sets exit code 1.
 rule complete:
     input:
@@ -20,6 +30,7 @@ rule complete:
             for name, task in MEASURED
             if {**SPECS[name].tasks, **SPECS[name].embeddings}[task].optional
         ],
+        contents=lambda wildcards: summary_contents([] if PAPER else TRAINED),
         code=layer_hash("report"),
     message:
         "Summary of the run"
@@ -37,5 +48,6 @@ use rule complete as complete_everything with:
         str(PATHS.log("complete_everything")),
     params:
         datasets=list(PLANS),
+        contents=lambda wildcards: summary_contents(TRAINED),
         requested=RESULTS,
         trained=TRAINED,

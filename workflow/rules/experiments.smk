@@ -31,6 +31,7 @@ rule experiment:
         rendered=rendered_from,
         seed=config["seed"],
         device=config["device"],
+        data=measured_data,
         code=measure_hash,
     message:
         "Measuring {wildcards.kind} of {wildcards.task} of {wildcards.dataset}"

@@ -1,3 +1,12 @@
+def report_contents(datasets, measured, studies, more=()):
+    """Digest of the files that a report is written from."""
+    files = [PATHS.session_hashes(name) for name in datasets]
+    files += [PATHS.experiment(*key) for key in measured]
+    files += [PATHS.experiment_cost(*key) for key in measured]
+    files += [PATHS.study(name) for name in studies if name in PAGES]
+    return contents_digest([*files, *more])
+
+
 # The report shows all results that exist. That of the first target needs those of the paper.
 rule report:
     input:
@@ -34,6 +43,9 @@ rule report:
         code=layer_hash("report"),
         texts=REPORT_FILES,
         requested=FIRST_RESULTS,
+        contents=lambda wildcards: report_contents(
+            FIRST_DATASETS, FIRST, REQUESTED_STUDIES, [PATHS.opening] if OPENING else []
+        ),
     message:
         "Report"
     script:
@@ -59,5 +71,15 @@ use rule report as report_everything with:
         str(PATHS.benchmark("report_everything"))
     params:
         requested=RESULTS,
+        contents=lambda wildcards: report_contents(
+            PLANS,
+            REQUESTS,
+            STUDIES,
+            # Not the page: this job writes it again.
+            [
+                *map(PATHS.ablation, ABLATED),
+                *map(PATHS.published_sums, PUBLISHED),
+            ],
+        ),
     message:
         "Report on all results"
