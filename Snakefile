@@ -21,7 +21,11 @@ from ajgdata.pipeline.plan import (
     published,
     session_files,
 )
-from ajgdata.pipeline.run_changes import changed_during_run, feature_states
+from ajgdata.pipeline.run_changes import (
+    changed_during_run,
+    correct_future_times,
+    feature_states,
+)
 from ajgdata.pipeline.run_summary import end_run, modified_ns
 from ajgdata.pipeline.studies import (
     ABLATIONS_PAGE,
@@ -124,6 +128,9 @@ SUMMARIES = {path: modified_ns(path) for path in (PATHS.complete, PATHS.everythi
 # Not called in a dry run or in the processes of jobs.
 onstart:
     show_jobs(logger)
+    correct_future_times(
+        PATHS, [file for files in SESSION_FILES.values() for file in files]
+    )
 
 
 onsuccess:

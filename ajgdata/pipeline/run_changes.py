@@ -1,12 +1,15 @@
-"""Tables that changed while a run read them: an import or an edit during the run."""
+"""Tables that changed while a run read them (an import, an edit), and times in the future."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import sys
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.plan import DatasetPlan
+from ajgdata.store.file_times import reset_future_times
 from ajgdata.store.freshness import FeatureHashes, read_hashes, table_changes, table_digests
 
 
@@ -51,3 +54,17 @@ def changed_during_run(
                 f"{name}: {', '.join(changes)} during the run; "
                 f"its results are outdated, `ajgdata run {name}` computes them again"
             )
+
+
+def correct_future_times(paths: Paths, tables: Iterable[Path]) -> None:
+    """Give results and `tables` whose time is in the future the present time, and report it.
+
+    Called when a run starts its jobs: Snakemake fails if a result is older than its inputs.
+    """
+    count = reset_future_times([*tables, *paths.results.rglob("*")])
+    if count:
+        print(
+            f"{count} files of data/ and results/ had a time in the future; they got the present "
+            "time. Check the clock of the computer that wrote them.",
+            file=sys.stderr,
+        )

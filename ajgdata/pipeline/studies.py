@@ -36,7 +36,8 @@ def run_study(
     """Run a study and write its tables, with what made them, to `tables` (JSON).
 
     `quick`: coarser grids and fewer cases; `tests`: folder of the tests of the solver, for the
-    verification, relative to the folder `workflow`. Raises ValueError for a table whose rows do not have its columns.
+    verification, relative to the folder `workflow`. Raises ValueError for a table whose rows do not
+    have its columns.
     """
     if tests:
         sys.path.append(str(workflow / tests))

@@ -99,7 +99,7 @@ def _content(path: Path, parse: Callable[[Path], Any]) -> str:
 
 
 def contents_digest(files: Iterable[Path]) -> str:
-    """Return the digest of the names and bytes of those files that exist."""
+    """Return the digest of the names and bytes of all files that exist."""
     lines = [
         f"{path.as_posix()} {sha256_of(path.read_bytes())}" for path in files if path.is_file()
     ]

@@ -16,11 +16,13 @@ WHOLE_SESSION = "*"
 
 @dataclass(frozen=True)
 class AudioFile:
-    """The file of a recording and the sha256 of its bytes."""
+    """The file of a recording and the sha256 of its bytes; `is_declared` if recordings.csv has
+    it."""
 
     recording_id: str
     path: Path
     sha256: str
+    is_declared: bool = True
 
 
 @dataclass
@@ -60,7 +62,8 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
             else:
                 path = audio_path(folder, session, recording)
                 digest = checked_sha256(path, recording.sha256)
-            result.files.append(AudioFile(recording.recording_id, path, digest))
+            is_declared = bool(recording.sha256)
+            result.files.append(AudioFile(recording.recording_id, path, digest, is_declared))
         except DataError as error:
             code = error.remark.code if isinstance(error, AudioError) else "escapes"
             names = (folder.name, recording.recording_id, recording.file)
@@ -89,4 +92,3 @@ def label_rows(session: Session, recordings: Sequence[Recording]) -> list[dict[s
         | {c: r.labels.get(c, "") for c in columns}
         for r in recordings
     ]
-

@@ -84,3 +84,22 @@ def encoder_files(wildcards):
     if not requested(wildcards).experiment.of_embedding:
         return []
     return [PATHS.latents(*key), PATHS.training_cost(*key)]
+
+
+def report_contents(datasets, measured, studies, more=()):
+    """Digest of the files that a report is written from."""
+    files = [PATHS.session_hashes(name) for name in datasets]
+    files += [PATHS.experiment(*key) for key in measured]
+    files += [PATHS.experiment_cost(*key) for key in measured]
+    files += [PATHS.study(name) for name in studies if name in PAGES]
+    return contents_digest([*files, *more])
+
+
+def summary_contents(trained):
+    """Digest of the files that the summary of a run is written from."""
+    descriptions = [
+        file
+        for name in trained
+        for file in sorted(PATHS.models(name).glob(f"*/*/{ABOUT_FILE}"))
+    ]
+    return contents_digest([PATHS.runs, *descriptions])

@@ -1,13 +1,3 @@
-def summary_contents(trained):
-    """Digest of the files that the summary of a run is written from."""
-    descriptions = [
-        file
-        for name in trained
-        for file in sorted(PATHS.models(name).glob(f"*/*/{ABOUT_FILE}"))
-    ]
-    return contents_digest([PATHS.runs, *descriptions])
-
-
 # The last job of a target. If a task was skipped, `end_run` removes the summary and sets exit code 1.
 rule complete:
     input:

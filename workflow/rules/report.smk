@@ -1,12 +1,3 @@
-def report_contents(datasets, measured, studies, more=()):
-    """Digest of the files that a report is written from."""
-    files = [PATHS.session_hashes(name) for name in datasets]
-    files += [PATHS.experiment(*key) for key in measured]
-    files += [PATHS.experiment_cost(*key) for key in measured]
-    files += [PATHS.study(name) for name in studies if name in PAGES]
-    return contents_digest([*files, *more])
-
-
 # The report shows all results that exist. That of the first target needs those of the paper.
 rule report:
     input:
