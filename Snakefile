@@ -34,8 +34,7 @@ from ajgdata.pipeline.studies import (
 )
 from ajgdata.report.navigation import FIXED
 from ajgdata.store.files import read_yaml
-from ajgdata.store.freshness import contents_digest, files_digest, tables_digest
-from ajgdata.store.models import ABOUT_FILE
+from ajgdata.store.freshness import contents_digest, files_digest, run_tables
 from ajgdata.store.provenance import features_code, layer_hash, settings_digest
 from ajgdata.store.report_files import report_files_digest
 

@@ -125,6 +125,39 @@ def table_digests(paths: Paths, dataset: str, virtual: Collection[str]) -> dict[
     return {name: tables_digest(paths.session(dataset, name)) for name in sorted(names)}
 
 
+def run_tables(
+    paths: Paths, dataset: str, sessions: Iterable[str], virtual: Collection[str]
+) -> list[str]:
+    """Return what decides whether a run computes features again, one text per session.
+
+    For a recorded session: the digest of its tables. The sessions of a recipe (`virtual`) may be
+    recorded later in the same run, and Snakemake may fix parameters before that. Their digests
+    therefore count only where a time would hide a change, see `_hidden_change`; else Snakemake
+    compares times and checksums of their tables.
+    """
+    texts = []
+    for name in sessions:
+        if name in virtual:
+            digest = _hidden_change(paths, dataset, name)
+        else:
+            digest = tables_digest(paths.session(dataset, name))
+        texts.append(f"{name} {digest}")
+    return texts
+
+
+def _hidden_change(paths: Paths, dataset: str, session: str) -> str:
+    """Return the digest of tables that changed since the features, but have an older time than the
+    features; "" for all other tables."""
+    features = paths.features(dataset)
+    hashes = read_hashes(paths.session_hashes(dataset))
+    digest = tables_digest(paths.session(dataset, session))
+    if hashes is None or not features.is_file() or digest in ("", hashes.tables.get(session)):
+        return ""
+    tables = (paths.session_file(dataset, session), paths.recordings_file(dataset, session))
+    newest = max(path.stat().st_mtime for path in tables if path.exists())
+    return digest if newest <= features.stat().st_mtime else ""
+
+
 def table_changes(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
     """Return a clause for each session whose tables differ, e.g. `session day1 changed`."""
     clauses = []

@@ -77,14 +77,6 @@ def test_features_that_another_run_computed_are_evaluated_again(project):
     assert project.planned(*END) == TASKS
 
 
-def test_results_with_an_older_time_reach_the_report(project):
-    path = project.paths.experiment("tones", "pitch", "cross_validation-plain")
-    before = path.stat().st_mtime
-    path.write_text(path.read_text() + "\n")
-    os.utime(path, (before, before))
-    assert project.planned(*END) == {"report": 1}
-
-
 def test_no_parameter_contains_the_folder_of_the_workflow_or_of_the_project(finished):
     records = list((finished.root / ".snakemake" / "metadata").rglob("*"))
     texts = [path.read_text() for path in records if path.is_file()]

@@ -8,12 +8,11 @@ def setting(name):
 
 def session_tables(wildcards):
     """Digests of the tables of a data set's sessions. Contents decide, not times of files."""
-    name = wildcards.dataset
+    plan_of_set = PLANS[wildcards.dataset]
     with errors_in_one_line():
-        return [
-            f"{session} {tables_digest(PATHS.session(name, session))}"
-            for session in PLANS[name].sessions
-        ]
+        return run_tables(
+            PATHS, wildcards.dataset, plan_of_set.sessions, plan_of_set.virtual
+        )
 
 
 def features_of(*names):
@@ -72,34 +71,9 @@ def rendered_from(wildcards):
     return settings_digest(recipe)
 
 
-def measured_data(wildcards):
-    """Digest of the features and encoders that an experiment reads."""
-    features = features_of(wildcards.dataset, *requested(wildcards).other_sets)
-    return f"{features} {contents_digest(encoder_files(wildcards))}"
-
-
 def encoder_files(wildcards):
     """Latents and training cost, for the experiments on them."""
     key = wildcards.dataset, wildcards.task
     if not requested(wildcards).experiment.of_embedding:
         return []
     return [PATHS.latents(*key), PATHS.training_cost(*key)]
-
-
-def report_contents(datasets, measured, studies, more=()):
-    """Digest of the files that a report is written from."""
-    files = [PATHS.session_hashes(name) for name in datasets]
-    files += [PATHS.experiment(*key) for key in measured]
-    files += [PATHS.experiment_cost(*key) for key in measured]
-    files += [PATHS.study(name) for name in studies if name in PAGES]
-    return contents_digest([*files, *more])
-
-
-def summary_contents(trained):
-    """Digest of the files that the summary of a run is written from."""
-    descriptions = [
-        file
-        for name in trained
-        for file in sorted(PATHS.models(name).glob(f"*/*/{ABOUT_FILE}"))
-    ]
-    return contents_digest([PATHS.runs, *descriptions])

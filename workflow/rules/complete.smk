@@ -20,7 +20,6 @@ rule complete:
             for name, task in MEASURED
             if {**SPECS[name].tasks, **SPECS[name].embeddings}[task].optional
         ],
-        contents=lambda wildcards: summary_contents([] if PAPER else TRAINED),
         code=layer_hash("report"),
     message:
         "Summary of the run"
@@ -38,6 +37,5 @@ use rule complete as complete_everything with:
         str(PATHS.log("complete_everything")),
     params:
         datasets=list(PLANS),
-        contents=lambda wildcards: summary_contents(TRAINED),
         requested=RESULTS,
         trained=TRAINED,

@@ -34,9 +34,7 @@ rule report:
         code=layer_hash("report"),
         texts=REPORT_FILES,
         requested=FIRST_RESULTS,
-        contents=lambda wildcards: report_contents(
-            FIRST_DATASETS, FIRST, REQUESTED_STUDIES, [PATHS.opening] if OPENING else []
-        ),
+        data=lambda wildcards: features_of(*FIRST_DATASETS),
     message:
         "Report"
     script:
@@ -62,15 +60,6 @@ use rule report as report_everything with:
         str(PATHS.benchmark("report_everything"))
     params:
         requested=RESULTS,
-        contents=lambda wildcards: report_contents(
-            PLANS,
-            REQUESTS,
-            STUDIES,
-            # Not the page: this job writes it again.
-            [
-                *map(PATHS.ablation, ABLATED),
-                *map(PATHS.published_sums, PUBLISHED),
-            ],
-        ),
+        data=lambda wildcards: features_of(*PLANS),
     message:
         "Report on all results"

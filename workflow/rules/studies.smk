@@ -78,9 +78,6 @@ if OPENING:
             function="opening:build_opening",
             audio=SPECS[OPENING].audio.model_dump(mode="json"),
             data=lambda wildcards: features_of(OPENING),
-            measured=lambda wildcards: contents_digest(
-                [PATHS.experiment(OPENING, OBJECT, OPENING_KIND)]
-            ),
             code=layer_hash("report"),
         message:
             "The gripper in pictures"
