@@ -88,14 +88,14 @@ def _check_session(session: SessionAudio, spec: DatasetSpec) -> list[Finding]:
             issues += [finding(name, file.recording_id, file.path, r) for r in remarks]
     table = {row["recording_id"]: row for row in session.labels}
     issues += [i for n, row in table.items() for i in bad_labels(name, n, row, spec.targets)]
-    issues += _unverified(session)
+    issues += _without_hash(session, spec.name)
     return without_rejected([*session.findings, *issues], list(rejected(name, table).values()))
 
 
-def _unverified(session: SessionAudio) -> Iterator[Finding]:
+def _without_hash(session: SessionAudio, dataset: str) -> Iterator[Finding]:
     """Yield a warning for each recording without a hash: a later change would not be noticed."""
     problem = "`sha256` is empty, so a change of the file is not noticed"
-    fix = "listen to the recording, then use `ajgdata check NAME --accept`"
+    fix = f"listen to the recording, then use `ajgdata check {dataset} --accept`"
     for file in session.files:
         if not file.is_declared:
             names = (session.session_id, file.recording_id, str(file.path))

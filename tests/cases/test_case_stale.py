@@ -179,7 +179,7 @@ def test_an_empty_hash_is_an_issue(imported, ajgdata, rows):
     assert printed.code == 3
     assert "0 errors, 1 warnings" in printed.text
     assert "warning no_sha256 src/1_ball" in printed.text
-    assert "`ajgdata check NAME --accept`" in printed.text
+    assert "`ajgdata check tones --accept`" in printed.text
 
 
 def test_accepting_stores_the_hash_and_the_next_change_is_reported(imported, ajgdata, rows, src):

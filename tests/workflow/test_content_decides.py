@@ -2,6 +2,9 @@
 
 import os
 import shutil
+import subprocess
+import sys
+import time
 
 import pytest
 from conftest import ROOT, Project, copy_workflow, edit_table, snakemake_here
@@ -94,3 +97,27 @@ def test_a_table_that_cannot_be_read_ends_with_one_line(project):
         "data/tones/sessions/day1/recordings.csv: cannot be read (Is a directory). "
         "Check the file and its permissions."
     )
+
+
+@pytest.mark.slow
+def test_a_run_whose_labels_change_meanwhile_fails_and_the_next_run_computes_again(project):
+    """The label is corrected after the features were computed, during an experiment."""
+    relabel(project)
+    experiment = project.paths.experiment("tones", "pitch", "cross_validation-plain")
+    (log,) = (project.paths.results / "logs/experiment").glob("*.log")
+    log.unlink()
+    target = str(experiment.relative_to(project.root))
+    command = [sys.executable, "-m", "snakemake", *project.arguments(target)]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as run:
+        while not log.exists() and run.poll() is None:
+            time.sleep(0.02)
+        edit_table(project, "day1", lambda rows: rows[2].update(pitch="high"))
+        _, printed = run.communicate()
+    assert run.returncode == 1
+    assert printed.rstrip().splitlines()[-1] == (
+        "incomplete: tones: session day1 changed during the run; "
+        "its results are outdated, `ajgdata run tones` computes them again"
+    )
+    assert project.planned(*END) == {"features": 1, **TASKS}
