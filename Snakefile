@@ -21,6 +21,11 @@ from ajgdata.pipeline.plan import (
     published,
     session_files,
 )
+from ajgdata.pipeline.run_changes import (
+    changed_during_run,
+    correct_future_times,
+    feature_states,
+)
 from ajgdata.pipeline.run_summary import end_run, modified_ns
 from ajgdata.pipeline.studies import (
     ABLATIONS_PAGE,
@@ -29,7 +34,8 @@ from ajgdata.pipeline.studies import (
 )
 from ajgdata.report.navigation import FIXED
 from ajgdata.store.files import read_yaml
-from ajgdata.store.provenance import layer_hash, settings_digest
+from ajgdata.store.freshness import contents_digest, files_digest, run_tables
+from ajgdata.store.provenance import features_code, layer_hash, settings_digest
 from ajgdata.store.report_files import report_files_digest
 
 min_version("9.10")
@@ -55,6 +61,7 @@ with errors_in_one_line():
     PLANS = Declared(plan(PATHS, config["datasets"], check=workflow.is_main_process))
     SPECS = Declared({name: item.spec for name, item in PLANS.items()})
     SESSION_FILES = session_files(PATHS, PLANS)
+    STATES = feature_states(PATHS, PLANS) if workflow.is_main_process else {}
     PUBLISHED = published(PLANS, config["publish"])
     # Tasks and embeddings, as data set and name.
     MEASURED = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
@@ -120,10 +127,13 @@ SUMMARIES = {path: modified_ns(path) for path in (PATHS.complete, PATHS.everythi
 # Not called in a dry run or in the processes of jobs.
 onstart:
     show_jobs(logger)
+    correct_future_times(
+        PATHS, [file for files in SESSION_FILES.values() for file in files]
+    )
 
 
 onsuccess:
-    end_run(SUMMARIES)
+    end_run(SUMMARIES, changed_during_run(PATHS, PLANS, STATES))
 
 
 include: "workflow/rules/common.smk"

@@ -15,6 +15,7 @@ from ajgdata.acquire.recipe import session_names
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
 from ajgdata.paths import Paths, find_project
 from ajgdata.store.features import open_store, read_store
+from ajgdata.store.freshness import changes_since_features
 from ajgdata.store.models import other_version_reported, read_about, read_estimator, read_guard
 from ajgdata.store.sessions import check_declared, check_one_kind, read_dataset, whole_sessions
 from ajgdata.types import (
@@ -46,6 +47,7 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
     because the file stays open. `project` is the folder that contains `datasets/` (default:
     AJGDATA_ROOT, else the working directory or the nearest folder above it).
 
+    A UserWarning reports features that are outdated, e.g. because a label changed since then.
     Raises DataError if there is no such data set or if it has no features yet, FileNotFoundError
     outside a project.
 
@@ -59,7 +61,9 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
     file = paths.features(checked_name(name))
     if not file.is_file():
         check_declared(paths, name)
-    return open_store(file)
+    features = open_store(file)
+    _warn_if_outdated(paths, name)
+    return features
 
 
 def load_recordings(name: str, project: Project = None) -> xr.Dataset:
@@ -72,7 +76,8 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
     its bytes are not the recorded ones. No features are needed.
 
     Rejected and unusable recordings are excluded; a UserWarning gives the number of unusable
-    recordings. Raises DataError if no recording is left, FileNotFoundError outside a project.
+    recordings. Another one reports that the features of the data set are outdated. Raises
+    DataError if no recording is left, FileNotFoundError outside a project.
 
     >>> import ajgdata
     >>> recordings = ajgdata.load_recordings("size")
@@ -91,9 +96,27 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
         fix = f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata record`"
         raise DataError(paths.sessions(name), "holds no recording that can be used", fix)
     _warn_of(issues, name)
+    _warn_if_outdated(paths, name)
     is_simulated = bool(SIMULATED_SOURCES & set(recordings.source.values))
     attrs = {"data_set": name, "source": "simulated" if is_simulated else "recorded"}
     return recordings.assign_attrs(attrs, sample_rate_hz=spec.audio.sample_rate_hz)
+
+
+def _warn_if_outdated(paths: Paths, name: str) -> None:
+    """Warn of features that are outdated, and of tables that cannot be read."""
+    if not paths.dataset(name).is_file():
+        return  # only the features are on this machine
+    try:
+        spec = read_dataset(paths, name)
+        changes = changes_since_features(
+            paths, spec, session_names(spec.recipe) if spec.recipe else ()
+        )
+    except DataError as error:
+        warnings.warn(f"features of {name} may be outdated: {error}", stacklevel=3)
+        return
+    if changes:
+        message = f"features of {name} are outdated: {', '.join(changes)}. "
+        warnings.warn(f"{message}Run `ajgdata run {name}`.", stacklevel=3)
 
 
 def _warn_of(issues: Sequence[Finding], name: str) -> None:

@@ -99,8 +99,9 @@ class Paths:
     benchmarks = Place("results/benchmarks")
     acquired = Places("results/acquired/{dataset}/{session}.done")
     features = Places("results/features/{dataset}.nc")  #: features and labels of all sessions
-    #: Hashes of session.yaml and recordings.csv: files of unchanged sessions are not read again.
-    session_hashes = Places("results/features/{dataset}.sessions.csv")
+    #: Hashes of the features and of all that they were computed from, see `store.freshness`: they
+    #: decide what is up to date. Audio files of unchanged sessions are not read again.
+    session_hashes = Places("results/features/{dataset}.hashes.json")
     quarantine = Places("results/quarantine/{dataset}.csv")
     #: Tables of one experiment; `kind` is the name of its job: `reflected_energy`, or
     #: `learning_curve-cnn`. The same bytes for the same inputs, but for the cost.

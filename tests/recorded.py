@@ -8,6 +8,7 @@ import numpy as np
 from ajgdata.paths import Paths
 from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.store.audio import write_pcm24
+from ajgdata.store.provenance import features_code
 from ajgdata.store.sessions import list_sessions, read_dataset, write_session
 from ajgdata.types import Recording, Session
 
@@ -45,7 +46,7 @@ def make_features(paths: Paths, dataset: str) -> None:
         audio=spec.audio,
         features=spec.features,
         targets=spec.targets,
-        code="",
+        code=features_code(),
         store=paths.features(dataset),
         quarantine=paths.quarantine(dataset),
         hashes=paths.session_hashes(dataset),

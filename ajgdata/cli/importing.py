@@ -182,6 +182,9 @@ def check(
     dataset: Annotated[list[str] | None, typer.Argument(help="data sets; default: all")] = None,
     notes: Annotated[bool, typer.Option("--notes", help="also show notes")] = False,
     everything: All = False,
+    accept: Annotated[
+        bool, typer.Option("--accept", help="store the hash of new and changed files first")
+    ] = False,
 ) -> None:
     """Check recordings and labels, and list each issue with its fix."""
     from ajgdata.paths import find_project
@@ -189,6 +192,8 @@ def check(
     from ajgdata.store.sessions import list_datasets
 
     paths = find_project()
+    if accept:
+        accept_changes(paths, dataset or (), everything=everything)
     total, issues = 0, list[Finding]()
     absent = [] if dataset else not_fetched(paths)
     if absent:
@@ -203,6 +208,30 @@ def check(
         f"{counts['note']} notes" + ("" if notes or not counts["note"] else " (--notes shows them)")
     )
     raise typer.Exit(ATTENTION if counts["error"] or counts["warning"] else 0)
+
+
+def accept_changes(paths: Paths, datasets: Sequence[str], *, everything: bool) -> None:
+    """Store the hashes of new and changed recordings of `datasets`, and print which.
+
+    Raises DataError if no data set is named.
+    """
+    from ajgdata.pipeline.accept import accept_recordings
+
+    if not datasets:
+        fix = "name the data sets: `ajgdata check NAME --accept`"
+        raise DataError("--accept", "no data set is named", fix)
+    for name in datasets:
+        accepted = accept_recordings(paths, name)
+        lines = [
+            (
+                f"{item.session_id}/{item.recording_id}",
+                "changed" if item.before else "had no sha256",
+            )
+            for item in accepted
+        ]
+        for recording, reason in shortened(lines, everything=everything):
+            say(f"[yellow]accepted[/yellow] {escape(f'{recording}: {reason}')}")
+        say(f"{len(accepted)} recordings of [b]{name}[/b] accepted")
 
 
 def print_issues(issues: Sequence[Finding], *, everything: bool) -> None:

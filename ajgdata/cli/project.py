@@ -18,7 +18,7 @@ from typing import Annotated, NoReturn
 import typer
 from rich.markup import escape
 
-from ajgdata.cli.console import print_facts, say
+from ajgdata.cli.console import ATTENTION, print_facts, say, warn
 from ajgdata.paths import Paths, find_project
 from ajgdata.types import DataError
 
@@ -66,7 +66,12 @@ def status(
         typer.Argument(metavar="[NAME]... [OPTION]...", help="data sets, and options of Snakemake"),
     ] = None,
 ) -> None:
-    """List outdated results and the reasons."""
+    """List outdated results and the reasons.
+
+    Exit code 3 if a table of a session cannot be used.
+    """
+    from ajgdata.store.sessions import list_datasets
+
     paths = find_project()
     names, options = split_arguments(arguments or ())
     target = [] if names else ["everything"]
@@ -79,7 +84,33 @@ def status(
     )
     for (rule, reason), count in outdated.items():
         say(f"[yellow]{rule}[/yellow] would write {count} files ({escape(reason)})")
+    changes, problems = data_changes(paths, names or list_datasets(paths))
+    for line in changes:
+        say(f"[yellow]features[/yellow] {escape(line)}")
     say(f"{len(results) - outdated.total()} results are current, {outdated.total()} are not")
+    for problem in problems:
+        warn(f"[red]unusable[/red] {escape(problem)}")
+    raise typer.Exit(ATTENTION if problems else 0)
+
+
+def data_changes(paths: Paths, names: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return lines on outdated features, and lines on tables of sessions that cannot be used.
+
+    Raises DataError for a table that cannot be read.
+    """
+    from ajgdata.acquire.recipe import session_names
+    from ajgdata.store.freshness import changes_since_features, table_problems
+    from ajgdata.store.sessions import read_dataset
+
+    changes, problems = [], []
+    for name in names:
+        spec = read_dataset(paths, name)
+        virtual = session_names(spec.recipe) if spec.recipe else []
+        reasons = changes_since_features(paths, spec, virtual)
+        if reasons:
+            changes.append(f"of {name} are outdated: {', '.join(reasons)}")
+        problems += [str(error) for error in table_problems(paths, name, virtual)]
+    return changes, problems
 
 
 def workflow_status(paths: Paths, options: Sequence[str] = ()) -> list[dict[str, str]]:

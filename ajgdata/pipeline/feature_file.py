@@ -15,8 +15,9 @@ from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.recordings import examine, finding
+from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
-from ajgdata.store.files import csv_bytes, read_csv, sha256_of, write_bytes
+from ajgdata.store.files import sha256_of
 from ajgdata.store.findings import (
     is_rejected,
     read_findings,
@@ -24,15 +25,20 @@ from ajgdata.store.findings import (
     without_rejected,
     write_findings,
 )
+from ajgdata.store.freshness import (
+    FeatureHashes,
+    feature_settings,
+    read_hashes,
+    tables_digest,
+    write_hashes,
+)
 from ajgdata.store.labels import bad_labels, label_columns, without_copies
 from ajgdata.store.provenance import settings_digest, software
-from ajgdata.store.session_audio import AudioFile, SessionAudio, check_session, tables_sha256
+from ajgdata.store.session_audio import AudioFile, SessionAudio, check_session
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding, Target, left_out
 from ajgdata.types.session import SIMULATED_SOURCES
 
 SETTINGS_ATTRIBUTE = "settings_digest"
-#: Columns of the list of sessions: the hash is that of their files of metadata and labels.
-HASH_COLUMNS = ("session_id", "sha256")
 
 
 @dataclass(frozen=True)
@@ -47,7 +53,7 @@ class Row:
 
 @dataclass
 class Previous:
-    """The last feature file: rows by session and by (recording_id, sha256), and the hash of the
+    """The last feature file: rows by session and by (recording_id, sha256), and the digest of the
     tables of each session."""
 
     rows: dict[str, dict[tuple[str, str], Row]] = field(default_factory=lambda: defaultdict(dict))
@@ -88,7 +94,7 @@ def build_feature_file(
     hashes: Path,
     threads: int = 1,
 ) -> tuple[int, int]:
-    """Write the feature file `store` of a data set, and the issues of its recordings.
+    """Write the feature file `store` of a data set, the issues of its recordings, and `hashes`.
 
     Returns how many recordings were read and how many features were reused. A row of the old
     `store` is reused while recording, sha256, settings and `code` are the same. Files of a session
@@ -99,7 +105,9 @@ def build_feature_file(
     """
     digest = sha256_of(f"{settings_digest(audio, features)} {code}".encode())[:16]
     previous = _previous(store, quarantine, hashes, digest)
-    parts, tables = [], {name: tables_sha256(paths.session(dataset, name)) for name in sessions}
+    # Before anything else is read: a table that changes meanwhile then differs from its digest.
+    tables = {name: tables_digest(paths.session(dataset, name)) for name in sessions}
+    parts = []
     for name in sessions:
         trusted = previous.trusted(name, tables[name])
         session = check_session(paths.session(dataset, name), trusted)
@@ -108,29 +116,23 @@ def build_feature_file(
     table, copies = without_copies(_joined(parts, audio, features, targets), [*targets])
     issues = [*copies, *(issue for part in parts for issue in part.issues)]
     table = _with_attributes(table, dataset, audio, features, digest)
-    _write(store, table, quarantine, issues, hashes, tables)
+    # The hashes are only valid for this feature file: they are removed first and written last.
+    hashes.unlink(missing_ok=True)
+    write_store(store, table)
+    write_findings(quarantine, issues)
+    content = FeatureHashes(
+        tables=tables,
+        settings=feature_settings(audio, features, targets),
+        code=code,
+        features=file_sha256(store),
+        quarantine=file_sha256(quarantine),
+    )
+    write_hashes(hashes, content)
     if excluded := left_out(issues):
         tell(f"left out  {len(excluded)} of {dataset}: {quarantine} says why")
     computed, reused = sum(part.computed for part in parts), sum(part.reused for part in parts)
     print(f"{computed} recordings read, {reused} features reused")
     return computed, reused
-
-
-def _write(
-    store: Path,
-    table: FeatureRows,
-    quarantine: Path,
-    issues: Sequence[Finding],
-    hashes: Path,
-    tables: Mapping[str, str],
-) -> None:
-    """Write a feature file, its issues, and last the hashes of tables, which are only valid for
-    this feature file."""
-    hashes.unlink(missing_ok=True)
-    write_store(store, table)
-    write_findings(quarantine, issues)
-    lines = [dict(zip(HASH_COLUMNS, pair, strict=True)) for pair in tables.items()]
-    write_bytes(hashes, csv_bytes(HASH_COLUMNS, lines))
 
 
 def _rows(
@@ -240,11 +242,12 @@ def _with_attributes(
 def _previous(path: Path, quarantine: Path, hashes: Path, digest: str) -> Previous:
     """Return the rows of the last feature file; none if its settings differ or it is unreadable."""
     previous = Previous()
-    if not all(file.is_file() for file in (path, quarantine, hashes)):
+    recorded = read_hashes(hashes)
+    if recorded is None or not (path.is_file() and quarantine.is_file()):
         return previous
     try:
-        table, issues = read_store(path), read_findings(quarantine)
-        lines = read_csv(hashes, required=HASH_COLUMNS)[1]
+        table = read_store(path)
+        issues = read_findings(quarantine)
     except DataError:
         return previous  # an unreadable file is computed again
     if table.attrs.get(SETTINGS_ATTRIBUTE) != digest:
@@ -252,7 +255,7 @@ def _previous(path: Path, quarantine: Path, hashes: Path, digest: str) -> Previo
     issues_of = defaultdict(list)
     for issue in issues:
         issues_of[f"{issue.session_id}/{issue.recording_id}"].append(issue)
-    previous.tables.update((line["session_id"], line["sha256"]) for line in lines)
+    previous.tables.update(recorded.tables)
     keys = ("recording", "session_id", "sha256", "flags")
     texts = zip(*(table.columns[key].values.tolist() for key in keys), strict=True)
     for feature, (name, session, sha256, flags) in zip(table.feature, texts, strict=True):

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
 
+from ajgdata.acquire.recipe import session_names
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.published_version import check_version
@@ -16,6 +17,7 @@ from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import FeatureRows, read_store
 from ajgdata.store.files import alone, copy, json_bytes, replacing_folder, sha256_of, yaml_bytes
 from ajgdata.store.findings import read_findings
+from ajgdata.store.freshness import check_up_to_date
 from ajgdata.store.provenance import commit_date, layer_hash, settings_digest, software
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.documents import About, croissant, datapackage
@@ -74,6 +76,7 @@ def publish(
     _check_results(dataset, features, paths.quarantine(dataset))
     features_sha256 = file_sha256(features)
     contents = _contents(paths, spec, features)
+    check_up_to_date(paths, spec, session_names(spec.recipe) if spec.recipe else ())
     suffixes = [path.suffix.lower() for _, path in contents.recordings.values()]
     table = table_of(contents.store, suffixes, features)
     with alone(out, "publishing into it"), replacing_folder(out) as folder:

@@ -26,12 +26,14 @@ INCOMPLETE = "incomplete:"
 SHOWN = 5
 
 
-def end_run(summaries: Mapping[Path, int]) -> None:
+def end_run(summaries: Mapping[Path, int], changed: Iterable[str] = ()) -> None:
     """Print the summary that this run wrote, if any; `summaries` are possible ones with their time
     before the run.
 
     A run that skipped tasks, or could not read recordings, ends with one line and exit code 1. Its
-    summary is removed, so that the next run reports them again.
+    summary is removed, so that the next run reports them again. A run during which tables of data
+    sets changed ends with exit code 1 and one line for each data set (`changed`); the next run
+    computes its results again.
     """
     last = ""
     for summary, before in summaries.items():
@@ -43,8 +45,11 @@ def end_run(summaries: Mapping[Path, int]) -> None:
             text, last = text.removesuffix(f"{line}\n"), line
             summary.unlink()
         print(f"\n{text}", end="", flush=True)
+    lines = [f"{INCOMPLETE} {line}" for line in changed]
     if last:
-        raise SystemExit(last)
+        lines.append(last)
+    if lines:
+        raise SystemExit("\n".join(lines))
 
 
 def modified_ns(path: Path) -> int:

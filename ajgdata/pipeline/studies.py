@@ -24,14 +24,23 @@ ABLATIONS_PAGE = "ablations"
 VERIFICATION = "known_cases"
 
 
-def run_study(study: str, tables: Path, *, code: str, tests: str = "", quick: bool = False) -> None:
+def run_study(
+    study: str,
+    tables: Path,
+    *,
+    code: str,
+    workflow: Path = Path(),
+    tests: str = "",
+    quick: bool = False,
+) -> None:
     """Run a study and write its tables, with what made them, to `tables` (JSON).
 
     `quick`: coarser grids and fewer cases; `tests`: folder of the tests of the solver, for the
-    verification. Raises ValueError for a table whose rows do not have its columns.
+    verification, relative to the folder `workflow`. Raises ValueError for a table whose rows do not
+    have its columns.
     """
     if tests:
-        sys.path.append(tests)
+        sys.path.append(str(workflow / tests))
     module = VERIFICATION if study == "verification" else f"ajgdata.studies.{study}"
     results = importlib.import_module(module).tables(quick)
     write_tables(tables, results, study=study, quick=quick, code=code, **software())

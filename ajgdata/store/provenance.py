@@ -6,7 +6,6 @@ import contextlib
 import functools
 import hashlib
 import json
-import os
 import platform
 import re
 import subprocess
@@ -47,12 +46,14 @@ def layer_hash(layer: str, *extra: str) -> str:
     """Return the hash of the files of a layer and of the layers below, and of library versions.
 
     A rule has it as a parameter, so that its results are computed again if it changes. `extra` are
-    files or patterns relative to the package, or absolute files, that the results also need.
+    files or patterns relative to the package, or absolute files, that the results also need. The
+    folder of the package and of other absolute files does not count, so that a copy of a project
+    has the same hashes.
     """
     patterns = [*LAYERS[layer], *(name for name in extra if not Path(name).is_absolute())]
     files = {file for pattern in patterns for file in PACKAGE.glob(pattern)}
     files |= {Path(name) for name in extra if Path(name).is_absolute()}
-    names = {os.path.relpath(file, PACKAGE): file for file in files}
+    names = {_place(file): file for file in files}
     if layer not in ("gripper", "features"):
         specs = [find_spec(point.module) for point in OWN_MODELS]
         names |= {spec.name: Path(spec.origin) for spec in specs if spec and spec.origin}
@@ -62,6 +63,18 @@ def layer_hash(layer: str, *extra: str) -> str:
         "libraries": {name: version(name) for name in libraries},
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def _place(file: Path) -> str:
+    """Return a file relative to the package, or the last two parts of a file elsewhere."""
+    if file.is_relative_to(PACKAGE):
+        return file.relative_to(PACKAGE).as_posix()
+    return "/".join(file.parts[-2:])
+
+
+def features_code() -> str:
+    """Return the hash of the code that computes feature files."""
+    return layer_hash("features", "pipeline/feature_file.py", "pipeline/recordings.py")
 
 
 @functools.cache

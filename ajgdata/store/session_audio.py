@@ -6,25 +6,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE
 from ajgdata.store.audio import AudioError, file_sha256
-from ajgdata.store.files import sha256_of
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import SESSION_COLUMNS, DataError, Finding, Recording, Session
 
 LABEL_COLUMNS = ("recording_id", "grasp_id", "sample", "object", "quality")
 WHOLE_SESSION = "*"
-#: Files that describe a session and its recordings.
-TABLES = (SESSION_FILE, RECORDINGS_FILE)
 
 
 @dataclass(frozen=True)
 class AudioFile:
-    """The file of a recording and the sha256 of its bytes."""
+    """The file of a recording and the sha256 of its bytes; `is_declared` if recordings.csv has
+    it."""
 
     recording_id: str
     path: Path
     sha256: str
+    is_declared: bool = True
 
 
 @dataclass
@@ -70,7 +68,8 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
             else:
                 path = audio_path(folder, session, recording)
                 digest = checked_sha256(path, recording.sha256)
-            result.files.append(AudioFile(recording.recording_id, path, digest))
+            is_declared = bool(recording.sha256)
+            result.files.append(AudioFile(recording.recording_id, path, digest, is_declared))
         except DataError as error:
             code = error.remark.code if isinstance(error, AudioError) else "escapes"
             names = (folder.name, recording.recording_id, recording.file)
@@ -85,7 +84,7 @@ def checked_sha256(path: Path, declared: str) -> str:
     digest = file_sha256(path)
     if declared and digest != declared:
         problem = "its bytes are not those that were recorded (sha256 differs)"
-        fix = "restore the file, or empty its `sha256` in recordings.csv to accept it"
+        fix = "restore the file, or accept it with `ajgdata check NAME --accept`"
         raise AudioError(path, "changed", problem, fix)
     return digest
 
@@ -99,9 +98,3 @@ def label_rows(session: Session, recordings: Sequence[Recording]) -> list[dict[s
         | {c: r.labels.get(c, "") for c in columns}
         for r in recordings
     ]
-
-
-def tables_sha256(folder: Path) -> str:
-    """Return the hash of the files of a session that exist: session.yaml and recordings.csv."""
-    files = [path for name in TABLES if (path := folder / name).is_file()]
-    return sha256_of(b"\0".join(path.read_bytes() for path in files))

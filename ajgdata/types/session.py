@@ -95,7 +95,8 @@ class Recording(Strict):
         description="relative to the session folder (or to audio_root); may not leave it"
     )
     sha256: Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")] = Field(
-        "", description="empty: any bytes are accepted"
+        "",
+        description="of its file; empty: changes are not noticed; `ajgdata check NAME --accept`",
     )
     grasp_id: Annotated[str, Field(min_length=1)] = Field(
         description="placement of the object; the default group of cross-validation"

@@ -134,6 +134,7 @@ def two(project):
 
 
 def test_values_and_names(two):
+    two.declare(targets={"edge_mm": EDGE.model_dump(exclude_defaults=True)})
     store, quarantine = built(two, "s1", "s2", targets={"edge_mm": EDGE})
     columns = {name: c.values.tolist() for name, c in store.columns.items()}
     assert quarantine == []

@@ -5,6 +5,7 @@ from worlds import assert_one_line
 
 import ajgdata as library
 from ajgdata.pipeline.validate import counts, label_tables, validate_dataset
+from ajgdata.store.audio import file_sha256
 
 
 def check(project):
@@ -29,8 +30,11 @@ def test_mistakes_of_sessions_and_labels(project):
     assert codes(findings) == [
         ("s0", "*", "error", "bad_session"),
         ("s1", "d", "warning", "bad_label"),
+        ("s1", "d", "warning", "no_sha256"),
         ("s1", "e", "error", "two_labels"),
+        ("s1", "e", "warning", "no_sha256"),
         ("s1", "f", "error", "two_labels"),
+        ("s1", "f", "warning", "no_sha256"),
     ]
     assert all("\n" not in f.problem + f.fix and f.fix for f in findings)
 
@@ -40,8 +44,9 @@ def test_an_invalid_cell_excludes_the_recording_from_its_target_only(ajgdata, pr
     project.declare(targets={"edge_mm": number, "other": {"kind": "classification"}})
     project.session("s1", {"a": 500.0, "b": 750.0, "c": 900.0})
     rows = [("a", "1", "x"), ("b", "wide", "y"), ("c", "3", "")]
-    head = "recording_id,file,grasp_id,edge_mm,other\n"
-    body = "".join(f"{name},audio/{name}.wav,{name},{edge},{o}\n" for name, edge, o in rows)
+    sha256 = {name: file_sha256(project.folder() / f"audio/{name}.wav") for name, *_ in rows}
+    head = "recording_id,file,sha256,grasp_id,edge_mm,other\n"
+    body = "".join(f"{n},audio/{n}.wav,{sha256[n]},{n},{edge},{o}\n" for n, edge, o in rows)
     (project.folder() / "recordings.csv").write_text(head + body)
     code, out, _ = ajgdata("check", "d")
     assert (code, out.count("\n")) == (3, 3)

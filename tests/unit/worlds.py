@@ -14,6 +14,7 @@ from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.features import FeatureRows, read_store
 from ajgdata.store.findings import read_findings
+from ajgdata.store.provenance import features_code
 from ajgdata.store.sessions import write_session
 from ajgdata.types import (
     AudioSettings,
@@ -110,7 +111,7 @@ class Project:
         audio: AudioSettings = AUDIO,
         features: FeatureSettings = FEATURES,
         targets: dict[str, Target] | None = None,
-        code: str = "1",
+        code: str = "",
     ) -> tuple[int, int]:
         """Write the feature file of sessions (default: s1); returns (computed, reused)."""
         return build_feature_file(
@@ -120,7 +121,7 @@ class Project:
             audio=audio,
             features=features,
             targets=targets or {"edge_mm": Target(kind="regression", unit="mm")},
-            code=code,
+            code=code or features_code(),
             store=self.paths.features("d"),
             quarantine=self.paths.quarantine("d"),
             hashes=self.paths.session_hashes("d"),

@@ -49,6 +49,8 @@ EMBEDDING = {
 }
 
 
+#: The workflow and all that its rules read.
+WORKFLOW = ("Snakefile", "workflow", "profiles", "environment.yml", "tests/verification")
 #: The studies of the virtual gripper take minutes; tests ask for what they look at.
 SETTINGS = {"pages": [], "publish": [], "quick": True}
 
@@ -89,15 +91,16 @@ def snakemake_here(*arguments: str) -> int | str:
 
 
 class Project:
-    """A project folder and what Snakemake would do in it."""
+    """A project folder and what Snakemake would do in it, with the Snakefile in `workflow`."""
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: Path, workflow: Path = ROOT) -> None:
         self.root, self.paths = root, Paths(root)
+        self.workflow = workflow
         if not (settings := root / "settings.yaml").exists():
             settings.write_text(yaml.safe_dump(SETTINGS))
 
     def arguments(self, *more: str) -> list[str]:
-        given = ["--snakefile", str(ROOT / "Snakefile"), "--directory", str(self.root)]
+        given = ["--snakefile", str(self.workflow / "Snakefile"), "--directory", str(self.root)]
         given += ["--configfile", str(self.root / "settings.yaml"), "--cores", "2"]
         return [*given, "--max-jobs-per-timespan", "1000/1s", *more]  # runs end at once
 
@@ -126,6 +129,18 @@ class Project:
 
     def folder(self, session: str) -> Path:
         return self.paths.session("tones", session)
+
+
+def copy_workflow(folder: Path) -> Path:
+    """Copy the workflow into a folder, as a clone of the same commit has it; return the folder."""
+    for name in WORKFLOW:
+        target = folder / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if (ROOT / name).is_dir():
+            shutil.copytree(ROOT / name, target)
+        else:
+            shutil.copy(ROOT / name, target)
+    return folder
 
 
 def edit_table(project: Project, session: str, change) -> None:

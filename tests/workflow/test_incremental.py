@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 import yaml
-from conftest import DECLARATION, EMBEDDING, add_recording, edit_table
+from conftest import DECLARATION, EMBEDDING, Project, add_recording, copy_workflow, edit_table
 from recorded import write_noisy_tone
 
 from ajgdata.paths import RECORDINGS_FILE, Paths
@@ -154,7 +154,9 @@ def test_failed_features_are_computed_again(project):
 
 
 @pytest.mark.slow
-def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_declared(project):
+def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_declared(
+    project, tmp_path
+):
     """With a page on the gripper and trained models."""
     few = {"models": ["linear"]}  # 7 recordings: too few for k-NN
     redeclare(project, tasks={"other": DECLARATION["tasks"]["pitch"] | few})
@@ -179,6 +181,9 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
     assert "unreadable tones/day1/*: bad_session: session.yaml: not valid YAML" in done.stdout
     assert "1 measurement: 1 made, 0 skipped\n" in done.stdout
     assert project.planned(*ask) == {"complete": 1, "all": 1}
+    clone = copy_workflow(tmp_path / "clone")
+    planned = Project(project.root, clone).planned(*ask)
+    assert planned == {"complete": 1, "all": 1}  # also for the study
     quarantine = project.paths.quarantine("tones").read_text()
     assert "bad_session" in quarantine and "not valid YAML" in quarantine
     sessions = read_store(project.paths.features("tones")).columns["session_id"].values

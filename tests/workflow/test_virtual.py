@@ -60,6 +60,15 @@ def test_sessions_are_recorded_once_and_a_changed_recipe_records_what_it_concern
         ("acquire", "made", "virtual-03"): 1,
         ("features", "made"): 1,
     }
+    simulation.snakemake(*wanted)
+    assert simulation.planned(*wanted) == {}  # the digest of the new session is not a change
+    table = simulation.paths.recordings_file("made", "virtual-01")
+    content = table.read_text()
+    assert ",ok" in content
+    table.write_text(content.replace(",ok", ",reject", 1))
+    os.utime(table, (1e9, 1e9))
+    assert simulation.planned(*wanted) == {"features": 1}
+    table.write_text(content)
     declared["recipe"]["seed"] = 5
     path.write_text(yaml.safe_dump(declared))
     assert simulation.planned(*wanted) == {"acquire": 3, "features": 1}

@@ -6,6 +6,25 @@ def setting(name):
     )[name]
 
 
+def session_tables(wildcards):
+    """Digests of the tables of a data set's sessions. Contents decide, not times of files."""
+    plan_of_set = PLANS[wildcards.dataset]
+    with errors_in_one_line():
+        return run_tables(
+            PATHS, wildcards.dataset, plan_of_set.sessions, plan_of_set.virtual
+        )
+
+
+def features_of(*names):
+    """Digest of the hashes of features: a job that reads the features is outdated if it differs."""
+    return contents_digest(PATHS.session_hashes(name) for name in names)
+
+
+def own_features(wildcards):
+    """Digest of the features of a job's data set."""
+    return features_of(wildcards.dataset)
+
+
 def requested(wildcards):
     """The experiment of a job and its settings."""
     return REQUESTS[wildcards.dataset, wildcards.task, wildcards.kind]

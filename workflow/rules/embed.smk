@@ -16,6 +16,7 @@ rule embed:
         settings=embedding_settings,
         seed=config["seed"],
         device=config["device"],
+        data=own_features,
         code=layer_hash("evaluate", "pipeline/train.py"),
     message:
         "Training encoders for {wildcards.embedding} of {wildcards.dataset}"

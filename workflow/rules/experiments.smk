@@ -31,6 +31,9 @@ rule experiment:
         rendered=rendered_from,
         seed=config["seed"],
         device=config["device"],
+        data=lambda wildcards: features_of(
+            wildcards.dataset, *requested(wildcards).other_sets
+        ),
         code=measure_hash,
     message:
         "Measuring {wildcards.kind} of {wildcards.task} of {wildcards.dataset}"

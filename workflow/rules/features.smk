@@ -20,9 +20,8 @@ rule features:
         audio=setting("audio"),
         features=setting("features"),
         targets=setting("targets"),
-        code=layer_hash(
-            "features", "pipeline/feature_file.py", "pipeline/recordings.py"
-        ),
+        tables=session_tables,
+        code=features_code(),
     message:
         "Spectra and labels of {wildcards.dataset}"
     script:

@@ -21,6 +21,7 @@ rule publish_dataset:
         out=str(PATHS.published("{dataset}")),
         declared=lambda wildcards: settings_digest(SPECS[wildcards.dataset]),
         texts=report_files_digest(PATHS, "templates/card.md.j2"),
+        data=own_features,
         code=layer_hash("report"),
     message:
         "Publishing {wildcards.dataset}"
@@ -41,6 +42,7 @@ rule sample:
     params:
         function="sample:write_sample",
         grasps=2,
+        data=own_features,
     message:
         "Writing a sample of {wildcards.dataset}"
     script:

@@ -34,6 +34,7 @@ rule report:
         code=layer_hash("report"),
         texts=REPORT_FILES,
         requested=FIRST_RESULTS,
+        data=lambda wildcards: features_of(*FIRST_DATASETS),
     message:
         "Report"
     script:
@@ -59,5 +60,6 @@ use rule report as report_everything with:
         str(PATHS.benchmark("report_everything"))
     params:
         requested=RESULTS,
+        data=lambda wildcards: features_of(*PLANS),
     message:
         "Report on all results"

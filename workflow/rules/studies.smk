@@ -4,6 +4,10 @@ wildcard_constraints:
     ablation="|".join(ABLATED) or "-",
 
 
+# Digest of the cases of the verification, by file name: equal in each copy of the workflow.
+KNOWN_CASES = files_digest(HERE / "tests/verification/known_cases", "*.py")
+
+
 rule study:
     output:
         tables=PATHS.study("{study}"),
@@ -16,12 +20,9 @@ rule study:
     params:
         function="studies:run_study",
         quick=config["quick"],
-        tests=str(HERE / "tests/verification"),
-        code=layer_hash(
-            "studies",
-            "pipeline/studies.py",
-            *map(str, (HERE / "tests/verification/known_cases").glob("*.py")),
-        ),
+        tests="tests/verification",
+        cases=KNOWN_CASES,
+        code=layer_hash("studies", "pipeline/studies.py"),
     message:
         "Studying the virtual gripper: {wildcards.study}"
     script:
@@ -47,6 +48,7 @@ rule ablate:
             settings_digest(PLANS[name].spec.recipe, PLANS[name].spec.excitation)
             for name in ABLATED[wildcards.ablation].datasets
         ],
+        data=lambda wildcards: features_of(*ABLATED[wildcards.ablation].datasets),
         settings=lambda wildcards: settings_digest(ABLATED[wildcards.ablation]),
         seed=config["seed"],
         device=config["device"],
@@ -75,6 +77,7 @@ if OPENING:
         params:
             function="opening:build_opening",
             audio=SPECS[OPENING].audio.model_dump(mode="json"),
+            data=lambda wildcards: features_of(OPENING),
             code=layer_hash("report"),
         message:
             "The gripper in pictures"

@@ -15,6 +15,7 @@ rule train:
         tasks=lambda wildcards: SPECS[wildcards.dataset].trainings(),
         seed=config["seed"],
         device=config["device"],
+        data=own_features,
         code=layer_hash("evaluate", "pipeline/train.py"),
     message:
         "Training every model of {wildcards.dataset} on all of it"

@@ -1,0 +1,233 @@
+"""Contents that the features of a data set were computed from, and what changed since then.
+
+Contents decide, never times of files: backups, copies and clocks can give a file any time.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Collection, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE, Paths
+from ajgdata.store.files import json_bytes, read_csv, read_json, read_yaml, sha256_of, write_bytes
+from ajgdata.store.provenance import features_code, settings_digest
+from ajgdata.store.sessions import (
+    dropped_sessions,
+    incomplete_sessions,
+    list_sessions,
+    read_recordings,
+    read_session,
+)
+from ajgdata.types import (
+    AudioSettings,
+    DataError,
+    DatasetSpec,
+    FeatureSettings,
+    Strict,
+    Target,
+)
+
+
+class FeatureHashes(Strict):
+    """Hashes of a feature file and its quarantine, and of all that they were computed from."""
+
+    tables: dict[str, str]  #: by session, see `tables_digest`
+    settings: dict[str, str]  #: by key of dataset.yaml, see `feature_settings`
+    code: str
+    features: str
+    quarantine: str
+
+
+def read_hashes(path: Path) -> FeatureHashes | None:
+    """Return the hashes of a feature file; None if there are none, or if they cannot be read."""
+    if not path.is_file():
+        return None
+    try:
+        return FeatureHashes.model_validate(read_json(path))
+    except (DataError, ValidationError):
+        return None
+
+
+def write_hashes(path: Path, hashes: FeatureHashes) -> None:
+    """Write the hashes of a feature file, atomically."""
+    write_bytes(path, json_bytes(hashes.model_dump(mode="json")))
+
+
+def feature_settings(
+    audio: AudioSettings, features: FeatureSettings, targets: Mapping[str, Target]
+) -> dict[str, str]:
+    """Return the digest of each part of dataset.yaml that a feature file follows from, by key."""
+    plain_targets = {name: target.model_dump(mode="json") for name, target in targets.items()}
+    return {
+        "audio": settings_digest(audio),
+        "features": settings_digest(features),
+        "targets": sha256_of(json.dumps(plain_targets, sort_keys=True).encode())[:16],
+    }
+
+
+def tables_digest(folder: Path) -> str:
+    """Return the digest of session.yaml and recordings.csv of a session; "" if it has neither.
+
+    The values count. Quotes, line ends, comments and the order of columns do not. The column
+    `sha256` counts, because an accepted hash means other samples. A file that is not valid YAML or
+    CSV counts with its bytes. Raises DataError for a file that cannot be read.
+    """
+    contents = [
+        _content(folder / SESSION_FILE, read_yaml),
+        _content(folder / RECORDINGS_FILE, lambda path: read_csv(path)[1]),
+    ]
+    return sha256_of("\n".join(contents).encode()) if any(contents) else ""
+
+
+def _content(path: Path, parse: Callable[[Path], Any]) -> str:
+    """Return the values of a file as JSON, or the hash of its bytes if it cannot be parsed."""
+    if not path.exists():
+        return ""
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        problem = f"cannot be read ({error.strerror})"
+        raise DataError(path, problem, "check the file and its permissions") from None
+    try:
+        return json.dumps(parse(path), sort_keys=True, default=str)
+    except (DataError, TypeError):  # TypeError: keys of several types
+        return sha256_of(content)
+
+
+def contents_digest(files: Iterable[Path]) -> str:
+    """Return the digest of the names and bytes of all files that exist."""
+    lines = [
+        f"{path.as_posix()} {sha256_of(path.read_bytes())}" for path in files if path.is_file()
+    ]
+    return sha256_of("\n".join(lines).encode())[:16]
+
+
+def files_digest(folder: Path, pattern: str) -> str:
+    """Return the digest of the files of a folder; their names count, its own path does not."""
+    lines = [
+        f"{path.relative_to(folder).as_posix()} {sha256_of(path.read_bytes())}"
+        for path in sorted(folder.glob(pattern))
+    ]
+    return sha256_of("\n".join(lines).encode())[:16]
+
+
+def table_digests(paths: Paths, dataset: str, virtual: Collection[str]) -> dict[str, str]:
+    """Return the digest of the tables of each session that a run uses now, by its name.
+
+    `virtual` are the sessions of the recipe. Raises DataError for a table that cannot be read.
+    """
+    dropped = dropped_sessions(paths, dataset, virtual)
+    names = {*virtual, *list_sessions(paths, dataset)} - dropped
+    return {name: tables_digest(paths.session(dataset, name)) for name in sorted(names)}
+
+
+def run_tables(
+    paths: Paths, dataset: str, sessions: Iterable[str], virtual: Collection[str]
+) -> list[str]:
+    """Return what decides whether a run computes features again, one text per session.
+
+    For a recorded session: the digest of its tables. The sessions of a recipe (`virtual`) may be
+    recorded later in the same run, and Snakemake may fix parameters before that. Their digests
+    therefore count only where a time would hide a change, see `_hidden_change`; else Snakemake
+    compares times and checksums of their tables.
+    """
+    texts = []
+    for name in sessions:
+        if name in virtual:
+            digest = _hidden_change(paths, dataset, name)
+        else:
+            digest = tables_digest(paths.session(dataset, name))
+        texts.append(f"{name} {digest}")
+    return texts
+
+
+def _hidden_change(paths: Paths, dataset: str, session: str) -> str:
+    """Return the digest of tables that changed since the features, but have an older time than the
+    features; "" for all other tables."""
+    features = paths.features(dataset)
+    hashes = read_hashes(paths.session_hashes(dataset))
+    digest = tables_digest(paths.session(dataset, session))
+    if hashes is None or not features.is_file() or digest in ("", hashes.tables.get(session)):
+        return ""
+    tables = (paths.session_file(dataset, session), paths.recordings_file(dataset, session))
+    newest = max(path.stat().st_mtime for path in tables if path.exists())
+    return digest if newest <= features.stat().st_mtime else ""
+
+
+def table_changes(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
+    """Return a clause for each session whose tables differ, e.g. `session day1 changed`."""
+    clauses = []
+    for name in sorted({*before, *now}):
+        old = before.get(name, "")
+        new = now.get(name, "")
+        if old == new:
+            continue
+        if not old:
+            clauses.append(f"session {name} is new")
+        elif not new:
+            clauses.append(f"session {name} was removed")
+        else:
+            clauses.append(f"session {name} changed")
+    return clauses
+
+
+def changes_since_features(
+    paths: Paths, spec: DatasetSpec, virtual: Collection[str] = ()
+) -> list[str]:
+    """Return what changed since the features of a data set were computed; nothing if they are up
+    to date.
+
+    This function decides for `status`, `publish`, `load_features` and `load_recordings`; the rule
+    `features` of the workflow compares the same digests. Each element is a clause: a session whose
+    tables changed, a key of dataset.yaml, or the code. `virtual` are the sessions of the recipe.
+    Nothing is compared if there are no features, or if no session is on this machine. Raises
+    DataError for a table that cannot be read.
+    """
+    name = spec.name
+    if not paths.features(name).is_file() or not list_sessions(paths, name):
+        return []
+    hashes = read_hashes(paths.session_hashes(name))
+    if hashes is None:
+        return ["the record of what they were computed from is missing"]
+    changes = table_changes(hashes.tables, table_digests(paths, name, virtual))
+    settings = feature_settings(spec.audio, spec.features, spec.targets)
+    changes += [
+        f"`{key}` of dataset.yaml changed"
+        for key, digest in settings.items()
+        if hashes.settings.get(key) != digest
+    ]
+    if hashes.code != features_code():
+        changes.append("the code that computes features changed")
+    return changes
+
+
+def check_up_to_date(paths: Paths, spec: DatasetSpec, virtual: Collection[str] = ()) -> None:
+    """Raise DataError if the features of a data set are outdated, see `changes_since_features`."""
+    changes = changes_since_features(paths, spec, virtual)
+    if changes:
+        problem = f"the features are outdated: {', '.join(changes)}"
+        fix = f"run `ajgdata run {spec.name}` first"
+        raise DataError(paths.features(spec.name), problem, fix)
+
+
+def table_problems(paths: Paths, dataset: str, virtual: Collection[str] = ()) -> list[DataError]:
+    """Return an error for each session whose session.yaml or recordings.csv cannot be used.
+
+    Sessions of the recipe (`virtual`) that are not recorded yet are excluded.
+    """
+    problems = []
+    unrecorded = incomplete_sessions(paths, dataset, virtual)
+    for name in list_sessions(paths, dataset):
+        if name in unrecorded:
+            continue
+        folder = paths.session(dataset, name)
+        try:
+            read_session(folder)
+            read_recordings(folder)
+        except DataError as error:
+            problems.append(error)
+    return problems
