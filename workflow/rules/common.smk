@@ -16,7 +16,11 @@ def session_tables(wildcards):
 
 
 def features_of(*names):
-    """Digest of the hashes of features: a job that reads the features is outdated if it differs."""
+    """Digest of the hashes of features: a job that reads the features is outdated if it differs.
+
+    The hashes are also an input of the job: features of an older version, which have none, are
+    computed again.
+    """
     return contents_digest(PATHS.session_hashes(name) for name in names)
 
 

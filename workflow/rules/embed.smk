@@ -1,6 +1,7 @@
 rule embed:
     input:
         store=PATHS.features("{dataset}"),
+        hashes=PATHS.session_hashes("{dataset}"),
     output:
         latents=PATHS.latents("{dataset}", "{embedding}"),
         cost=PATHS.training_cost("{dataset}", "{embedding}"),

@@ -2,8 +2,12 @@
 rule experiment:
     input:
         store=PATHS.features("{dataset}"),
+        hashes=PATHS.session_hashes("{dataset}"),
         other_sets=lambda wildcards: [
             PATHS.features(other) for other in requested(wildcards).other_sets
+        ],
+        other_hashes=lambda wildcards: [
+            PATHS.session_hashes(other) for other in requested(wildcards).other_sets
         ],
         encoders=encoder_files,
     output:

@@ -6,6 +6,7 @@ rule publish:
 rule publish_dataset:
     input:
         store=PATHS.features("{dataset}"),
+        hashes=PATHS.session_hashes("{dataset}"),
         quarantine=PATHS.quarantine("{dataset}"),
     output:
         # Kept if the job fails: a refused publishing leaves the published folder unchanged.
@@ -33,6 +34,7 @@ rule publish_dataset:
 rule sample:
     input:
         store=PATHS.features("{dataset}"),
+        hashes=PATHS.session_hashes("{dataset}"),
     output:
         sample=PATHS.sample("{dataset}"),
     log:

@@ -3,6 +3,7 @@ rule report:
     input:
         stores=[PATHS.features(name) for name in FIRST_DATASETS],
         quarantines=[PATHS.quarantine(name) for name in FIRST_DATASETS],
+        hashes=[PATHS.session_hashes(name) for name in FIRST_DATASETS],
         tables=[PATHS.experiment(*key) for key in FIRST],
         costs=[PATHS.experiment_cost(*key) for key in FIRST],
         studies=[PATHS.study(name) for name in REQUESTED_STUDIES if name in PAGES],
@@ -47,6 +48,7 @@ use rule report as report_everything with:
         report=PATHS.report,
         stores=[PATHS.features(name) for name in PLANS],
         quarantines=[PATHS.quarantine(name) for name in PLANS],
+        hashes=[PATHS.session_hashes(name) for name in PLANS],
         tables=[PATHS.experiment(*key) for key in REQUESTS],
         costs=[PATHS.experiment_cost(*key) for key in REQUESTS],
         studies=[PATHS.study(name) for name in STUDIES if name in PAGES],

@@ -34,6 +34,9 @@ rule ablate:
         stores=lambda wildcards: [
             PATHS.features(name) for name in ABLATED[wildcards.ablation].datasets
         ],
+        hashes=lambda wildcards: [
+            PATHS.session_hashes(name) for name in ABLATED[wildcards.ablation].datasets
+        ],
     output:
         tables=PATHS.ablation("{ablation}"),
     log:
@@ -65,6 +68,7 @@ if OPENING:
     rule opening:
         input:
             store=PATHS.features(OPENING),
+            hashes=PATHS.session_hashes(OPENING),
             tables=PATHS.experiment(OPENING, OBJECT, OPENING_KIND),
         output:
             folder=directory(PATHS.opening.parent),

@@ -2,6 +2,7 @@
 rule train:
     input:
         store=PATHS.features("{dataset}"),
+        hashes=PATHS.session_hashes("{dataset}"),
     output:
         folder=directory(PATHS.models("{dataset}")),
     log:
