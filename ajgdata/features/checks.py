@@ -113,9 +113,10 @@ def _check_signal(
     samples = np.ascontiguousarray(samples, np.float32)
     parts = segments(samples, sample_rate_hz)
     is_integer = subtype in _BITS
-    if is_integer and len(parts.rms):
-        if wrong := check_encoding(samples, float(parts.rms.max())):
-            return [wrong]
+    loudest = float(parts.rms.max(initial=0))
+    wrong = check_encoding(samples, loudest) if is_integer else None
+    if wrong:
+        return [wrong]
     quantum = 2.0 ** (1 - _BITS[subtype]) if is_integer else _float_quantum(samples)
     defects = [
         check_offset(samples, parts, sample_rate_hz) if has_lowest_bins else None,

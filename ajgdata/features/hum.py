@@ -79,7 +79,8 @@ def line_amplitudes(
     """Return complex amplitudes of the lines of the mains, and the largest one of the subharmonics.
 
     The amplitudes are the median (mains, harmonics), and those of each pair of neighbouring
-    segments (pairs, mains, harmonics). The phase is that at the first sample. There are at least two segments.
+    segments (pairs, mains, harmonics). The phase is that at the first sample. There are at least
+    two segments.
     """
     demodulation, rotation = _basis(*parts.means.shape, parts.block, float(sample_rate_hz))
     lines = (parts.means @ demodulation).view(np.complex64) * rotation
