@@ -90,11 +90,10 @@ def check_samples(
     remarks = _check_level(columns, subtype, window)
     if any(remark.level == "error" for remark in remarks):
         return remarks
-    defects = [
-        defect
-        for column in columns.T
-        for defect in _check_signal(column, subtype, sample_rate_hz, has_lowest_bins)
-    ]
+    defects: list[Remark] = []
+    with np.errstate(over="ignore", invalid="ignore"):  # a sum that overflows exceeds no limit
+        for column in columns.T:
+            defects += _check_signal(column, subtype, sample_rate_hz, has_lowest_bins)
     first = {defect.code: defect for defect in reversed(defects)}  # the first of each code
     if errors := [defect for defect in first.values() if defect.level == "error"]:
         return errors

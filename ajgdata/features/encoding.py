@@ -2,7 +2,7 @@
 
 The upper byte of a float32 of magnitude 2**-20 to 1 is 0x35 to 0x3F, with a sign bit 0xB5 to 0xBF;
 the upper two bytes of a float64 are 0x3EB0 to 0x3FEF. As an integer of full scale 1, and without
-the upper bit (modulo 1), all of these are 0.41 to 0.5: positive integers just below 0.5, negative
+the upper bit (modulo 1), they are 0.41 to 0.5: positive integers just below 0.5, negative
 ones below -0.5. The integers have 8, 16, 24 or 32 bits, so that the upper byte of a number is in
 each sample or in every second, fourth or eighth one. Sound is symmetric and crosses zero: in each
 of the eight phases, most samples are outside.

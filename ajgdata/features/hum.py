@@ -67,8 +67,10 @@ def check_hum(
         if part > SHARE_LIMIT:
             problem = f"mains hum of {mains_hz} Hz ({count} steady lines): "
             problem += f"{100 * part:.0f} % of the spectrum"
-            fix = "remove the ground loop or shield the cables and record again, or set "
-            fix += "features.band_hz so that it excludes the lines"
+            fix = (
+                "remove the ground loop or shield the cables and record again, or set "
+                "features.band_hz so that it excludes the lines"
+            )
             return Remark("warning", "hum", problem, fix)
     return None
 
@@ -83,13 +85,15 @@ def line_amplitudes(
     two segments.
     """
     demodulation, rotation = _basis(*parts.means.shape, parts.block, float(sample_rate_hz))
-    lines = (parts.means @ demodulation).view(np.complex64) * rotation
-    pairs = (lines[:-1] + lines[1:]) / 2
-    median = np.sort(pairs.view(np.float32), axis=0)[len(pairs) // 2].view(np.complex64)
+    unrotated: NDArray[np.complex64] = (parts.means @ demodulation).view(np.complex64)
+    lines = unrotated * rotation
+    pairs = (lines[:-1] + lines[1:]) * np.complex64(0.5)
+    ordered = np.sort(pairs.view(np.float32), axis=0)  # real and imaginary parts
+    median: NDArray[np.complex64] = ordered[len(pairs) // 2].view(np.complex64)
     count = len(MAINS_HZ) * _HARMONICS
     shape = (len(MAINS_HZ), _HARMONICS)
     lower = float(np.abs(median[count:]).max())
-    return median[:count].reshape(shape), pairs[:, :count].reshape(-1, *shape), lower
+    return median[:count].reshape(shape), pairs[:, :count].reshape(len(pairs), *shape), lower
 
 
 @lru_cache(maxsize=8)

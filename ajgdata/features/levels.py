@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 JUMP_DB = 6.0
 #: A jump exceeds the usual deviation from the median of the object by this number of standard
 #: deviations.
-_DEVIATIONS = 5
+_DEVIATIONS = 6
 #: The quarter of deviations that is nearest to the median is free of jumps, even if half of the
 #: recordings jump. A quarter of a normal distribution is within 0.319 standard deviations.
 _NEAREST = 0.25

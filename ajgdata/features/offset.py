@@ -44,6 +44,8 @@ def check_offset(
     if part <= SHARE_LIMIT:
         return None
     problem = f"constant offset of {offset:.3g} of full scale: {100 * part:.0f} % of the spectrum"
-    fix = "set features.band_hz so that it excludes bins 0 and 1, for example [33, 22050] for "
-    fix += "window 2048 at 44.1 kHz, or high-pass the recordings and import them again"
+    fix = (
+        "set features.band_hz so that it excludes bins 0 and 1, for example [33, 22050] for "
+        "window 2048 at 44.1 kHz, or high-pass the recordings and import them again"
+    )
     return Remark("warning", "offset", problem, fix)

@@ -38,8 +38,10 @@ def _jumps(
 ) -> list[Finding]:
     """Return a warning for each recording whose loudest channel jumps."""
     jumps = level_jumps(table.max(axis=1), [objects.get(name, "") for name in names])
-    fix = "record it again with the gain of the other recordings, or import recordings of each "
-    fix += "gain as a session of their own"
+    fix = (
+        "record it again with the gain of the other recordings, or import recordings of each gain "
+        "as a session of their own"
+    )
     return [
         Finding(
             session,
@@ -58,10 +60,11 @@ def _jumps(
 
 def _swaps(session: str, names: list[str], table: np.ndarray) -> list[Finding]:
     """Return a warning for each recording whose channels are in another order."""
-    problem = "its channels seem to be swapped: their levels are in the opposite order of most "
-    problem += "recordings of this session"
-    fix = "check the cables; swap the channels of the file and import it again, or set quality to "
-    fix += "reject"
+    problem = (
+        "its channels seem to be swapped: their levels are in the opposite order of most "
+        "recordings of this session"
+    )
+    fix = "check the cables, swap the channels of the file and import it again, or reject it"
     swapped = swapped_channels(table)
     return [
         Finding(session, name, "", "warning", "channels_swapped", problem, fix)

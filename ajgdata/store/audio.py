@@ -223,12 +223,13 @@ def _levels_db(channels: Float32) -> tuple[float, ...]:
 
     Two decimals, which the feature file stores: a reused row has the same levels as a new one.
     """
-    rows = channels.T  # the rows of one channel are contiguous
-    with np.errstate(all="ignore"):  # NaN and infinity are for the checks
-        power = np.array([float(np.dot(row, row)) for row in rows]) / len(channels)
-        offsets = rows.mean(axis=1).astype(np.float64)
-        levels = 10 * np.log10(np.maximum(power - np.square(offsets), 0))
-    return tuple(round(level, 2) for level in levels.tolist())
+    levels = []
+    with np.errstate(over="ignore", invalid="ignore"):  # NaN and infinity are for the checks
+        for row in channels.T:  # the row of a single channel is contiguous
+            offset = float(np.add.reduce(row)) / len(row)
+            power = float(np.dot(row, row)) / len(row) - offset**2
+            levels.append(round(10 * math.log10(power), 2) if power > 0 else -math.inf)
+    return tuple(levels)
 
 
 def resample(samples: Float32, from_hz: int, to_hz: int) -> Float32:
