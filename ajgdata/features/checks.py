@@ -135,11 +135,13 @@ def _check_level(columns: NDArray[Any], subtype: str, window: int) -> list[Remar
     """Return remarks on the length and on the amplitudes of samples (n, channels)."""
     if errors := _unusable(columns, window):
         return errors
-    if not len(columns):
-        return []
     remarks = []
     lowest, highest = _extremes(columns)
-    if clipped := sum(_clipped(column, subtype) for column in columns.T):
+    clipped = sum(
+        _clipped(column, subtype, low, high)
+        for column, low, high in zip(columns.T, lowest, highest, strict=True)
+    )
+    if clipped:
         share = 100 * clipped / columns.size
         problem = f"{clipped} samples ({share:.2g} %) lie flat at the extreme: clipped"
         remarks.append(Remark("warning", "clipped", problem, _GAIN))
@@ -196,14 +198,16 @@ def _soundless(columns: NDArray[Any]) -> Remark | None:
     return None
 
 
-def _clipped(samples: NDArray[Any], subtype: str) -> int:
+def _clipped(samples: NDArray[Any], subtype: str, lowest: float, highest: float) -> int:
     """Return the number of samples (n,) that lie in flat runs at the highest or lowest value."""
     if subtype in _BITS:
-        highest = 1 - 2.0 ** (1 - _BITS[subtype])
+        full_scale = np.float32(1 - 2.0 ** (1 - _BITS[subtype]))
         # float32 holds 24 bits: the highest 32-bit codes read as 1
-        return _in_runs(samples >= np.float32(highest)) + _in_runs(samples <= -1)
-    peak = max(samples.max(), -samples.min())
-    tops = [extreme for extreme in (samples.max(), samples.min()) if abs(extreme) > peak / 2]
+        upper = _in_runs(samples >= full_scale) if highest >= full_scale else 0
+        lower = _in_runs(samples <= -1) if lowest <= -1 else 0
+        return upper + lower
+    peak = max(highest, -lowest)
+    tops = [extreme for extreme in (highest, lowest) if abs(extreme) > peak / 2]
     return sum(_flat_top(samples, extreme) for extreme in tops)
 
 

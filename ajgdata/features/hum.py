@@ -46,7 +46,7 @@ def check_hum(
         return None
     median, pairs, lower = line_amplitudes(parts, sample_rate_hz)
     largest = LINE_GAIN * float(np.abs(median).sum(axis=1).max())
-    if not may_exceed(largest, float(parts.rms.mean()) - math.sqrt(2) * largest):
+    if not may_exceed(largest, parts.mean_rms - math.sqrt(2) * largest):
         return None
     near = np.abs(pairs - median) < _DEVIATION * np.abs(median)
     lines = np.where(near.mean(axis=0) >= _STEADY_PART, median, 0)

@@ -26,8 +26,8 @@ def check_offset(
     """
     if not len(parts.rms):
         return None
-    rough = abs(float(parts.means.mean()))
-    if not may_exceed(OFFSET_GAIN * _ROUGHNESS * rough, float(parts.rms.mean()) - rough):
+    rough = abs(parts.mean)
+    if not may_exceed(OFFSET_GAIN * _ROUGHNESS * rough, parts.mean_rms - rough):
         return None
     means = parts.means.mean(axis=1, dtype=np.float64)
     middle = len(means) // 2

@@ -21,12 +21,15 @@ class Segments:
     """Segments of samples, without the incomplete last one.
 
     `means` (segments, blocks) are the means of blocks of `block` samples, `rms` (segments,) is the
-    root mean square of the samples.
+    root mean square of the samples. `mean` and `mean_rms` are the means of both, 0 without
+    segments.
     """
 
     means: NDArray[np.float32]
     rms: NDArray[np.float32]
     block: int
+    mean: float
+    mean_rms: float
 
 
 def segments(samples: NDArray[np.float32], sample_rate_hz: float) -> Segments:
@@ -40,4 +43,7 @@ def segments(samples: NDArray[np.float32], sample_rate_hz: float) -> Segments:
     rows = whole.reshape(count, blocks * block)
     with np.errstate(over="ignore", under="ignore"):
         rms = np.sqrt(np.einsum("ij,ij->i", rows, rows) / max(1, blocks * block))
-    return Segments(means.reshape(count, blocks), rms, block)
+    # np.add.reduce is four times as fast as np.mean for a few numbers
+    mean = float(np.add.reduce(means)) / max(1, len(means))
+    mean_rms = float(np.add.reduce(rms)) / max(1, count)
+    return Segments(means.reshape(count, blocks), rms, block, mean, mean_rms)
