@@ -13,7 +13,16 @@ from rich.markup import escape
 from rich.table import Table
 
 from ajgdata.cli.console import ATTENTION, out, print_facts, say, shortened
-from ajgdata.types import AudioSettings, DataError, Finding, ImportSettings, OnChange, checked
+from ajgdata.types import (
+    AudioSettings,
+    DataError,
+    Finding,
+    ImportSettings,
+    IssueCounts,
+    OnChange,
+    checked,
+    issue_counts,
+)
 
 if TYPE_CHECKING:
     from ajgdata.paths import Paths
@@ -189,25 +198,28 @@ def check(
     """Check recordings and labels, and list each issue with its fix."""
     from ajgdata.paths import find_project
     from ajgdata.pipeline.validate import not_fetched, validate_dataset
+    from ajgdata.store.session_audio import WHOLE_SESSION
     from ajgdata.store.sessions import list_datasets
 
     paths = find_project()
     if accept:
         accept_changes(paths, dataset or (), everything=everything)
     total, issues = 0, list[Finding]()
+    counts = IssueCounts()
     absent = [] if dataset else not_fetched(paths)
     if absent:
         say(f"not fetched, so not checked: {', '.join(absent)}")
     for name in dataset or [name for name in list_datasets(paths) if name not in absent]:
         count, issues_of_set = validate_dataset(paths, name)
         total, issues = total + count, issues + issues_of_set
+        counts += issue_counts(issues_of_set)
     print_issues([i for i in issues if notes or i.level != "note"], everything=everything)
-    counts = Counter(issue.level for issue in issues)
-    say(
-        f"{total} recordings checked: {counts['error']} errors, {counts['warning']} warnings, "
-        f"{counts['note']} notes" + ("" if notes or not counts["note"] else " (--notes shows them)")
-    )
-    raise typer.Exit(ATTENTION if counts["error"] or counts["warning"] else 0)
+    general = sum(issue.recording_id == WHOLE_SESSION for issue in issues)
+    suffix = f"; {general} about sessions or the data set" if general else ""
+    hint = " (--notes shows them)" if counts.notes and not notes else ""
+    say(f"{total} recordings checked: {counts}{suffix}{hint}")
+    levels = {issue.level for issue in issues}
+    raise typer.Exit(ATTENTION if levels & {"error", "warning"} else 0)
 
 
 def accept_changes(paths: Paths, datasets: Sequence[str], *, everything: bool) -> None:

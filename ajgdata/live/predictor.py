@@ -187,7 +187,7 @@ class Predictor:
         self, audio: Audio, where: Path
     ) -> tuple[NDArray[np.float32], Sequence[str]]:
         """Return the feature (f,) of a recording, and warnings about it. Raises DataError."""
-        remarks = check_audio(audio, self.features.window)
+        remarks = check_audio(audio, self.features.window, self.features.band_hz)
         for remark in remarks:
             if remark.level == "error":
                 raise DataError(where, remark.problem, remark.fix)

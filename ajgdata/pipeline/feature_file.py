@@ -15,6 +15,7 @@ from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.recordings import examine, finding
+from ajgdata.pipeline.session_levels import level_issues
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
 from ajgdata.store.files import sha256_of
@@ -32,7 +33,15 @@ from ajgdata.store.freshness import (
     tables_digest,
     write_hashes,
 )
-from ajgdata.store.labels import bad_labels, label_columns, without_copies
+from ajgdata.store.labels import (
+    LEVELS,
+    MEANINGS,
+    bad_labels,
+    label_columns,
+    levels_text,
+    parse_levels,
+    without_copies,
+)
 from ajgdata.store.provenance import settings_digest, software
 from ajgdata.store.session_audio import AudioFile, SessionAudio, check_session
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding, Target, left_out
@@ -43,12 +52,13 @@ SETTINGS_ATTRIBUTE = "settings_digest"
 
 @dataclass(frozen=True)
 class Row:
-    """One recording: feature (f,), None if it cannot be used, its issues, and the sha256 of its
-    file."""
+    """One recording: feature (f,), None if it cannot be used, its issues, the sha256 of its file,
+    and the levels of the channels of the file in dB of full scale."""
 
     feature: np.ndarray | None
     issues: tuple[Finding, ...]
     sha256: str
+    levels_db: tuple[float, ...] = ()
 
 
 @dataclass
@@ -163,7 +173,7 @@ def _rows(
 
 
 def _row(session: str, file: AudioFile, audio: AudioSettings, features: FeatureSettings) -> Row:
-    result = examine(file.path, audio, features.window)
+    result = examine(file.path, audio, features.window, features.band_hz)
     issues = tuple(finding(session, file.recording_id, file.path, r) for r in result.remarks)
     if result.samples is None:
         return Row(None, issues, file.sha256)
@@ -174,7 +184,7 @@ def _row(session: str, file: AudioFile, audio: AudioSettings, features: FeatureS
         names = (session, file.recording_id, "")
         issue = Finding(*names, "error", "no_feature", str(error), fix)
         return Row(None, (*issues, issue), file.sha256)
-    return Row(feature, issues, file.sha256)
+    return Row(feature, issues, file.sha256, result.levels_db)
 
 
 def _part(
@@ -185,6 +195,8 @@ def _part(
     table = {row["recording_id"]: row for row in session.labels}
     usable = {key: row for key, row in rows.items() if row.feature is not None}
     issues = [*session.findings, *(issue for row in rows.values() for issue in row.issues)]
+    levels = {key: row.levels_db for key, row in usable.items()}
+    issues += level_issues(name, levels, {key: table[key]["object"] for key in usable})
     issues += [issue for key in usable for issue in bad_labels(name, key, table[key], targets)]
     return Part(
         rows=list(usable.values()),
@@ -208,10 +220,12 @@ def _joined(
     labels = [row for part in parts for row in part.labels]
     names = set().union(*(part.columns for part in parts))
     flags = [",".join(sorted({issue.code for issue in row.issues})) for row in rows]
+    levels = [levels_text(row.levels_db) for row in rows]
     columns = {
         **label_columns(labels, names, targets),
         "sha256": text_column([row.sha256 for row in rows], long_name="SHA-256 of the file"),
         "flags": text_column(flags, long_name="findings"),
+        LEVELS: text_column(levels, long_name=MEANINGS[LEVELS]),
     }
     feature = np.asarray([row.feature for row in rows], np.float32)
     return FeatureRows(feature.reshape(len(rows), len(frequency)), frequency, columns, {})
@@ -256,12 +270,12 @@ def _previous(path: Path, quarantine: Path, hashes: Path, digest: str) -> Previo
     for issue in issues:
         issues_of[f"{issue.session_id}/{issue.recording_id}"].append(issue)
     previous.tables.update(recorded.tables)
-    keys = ("recording", "session_id", "sha256", "flags")
+    keys = ("recording", "session_id", "sha256", "flags", LEVELS)
     texts = zip(*(table.columns[key].values.tolist() for key in keys), strict=True)
-    for feature, (name, session, sha256, flags) in zip(table.feature, texts, strict=True):
+    for feature, (name, session, sha256, flags, levels) in zip(table.feature, texts, strict=True):
         codes = set(filter(None, flags.split(",")))
         known = tuple(issue for issue in issues_of[name] if issue.code in codes)
         if {issue.code for issue in known} == codes:  # else store and quarantine are of two runs
             row = name.partition("/")[2]
-            previous.rows[session][row, sha256] = Row(feature, known, sha256)
+            previous.rows[session][row, sha256] = Row(feature, known, sha256, parse_levels(levels))
     return previous

@@ -22,22 +22,27 @@ from ajgdata.types import AudioSettings, DataError, Finding, NotPossibleError, R
 
 @dataclass(frozen=True)
 class Examined:
-    """Samples (n,) float32, None if the recording cannot be used, and remarks."""
+    """Samples (n,) float32, None if the recording cannot be used, remarks, and the levels of the
+    channels of its file in dB of full scale."""
 
     samples: np.ndarray | None
     remarks: tuple[Remark, ...]
+    levels_db: tuple[float, ...] = ()
 
 
-def examine(path: Path, audio: AudioSettings, window: int) -> Examined:
-    """Read and check one recording; its feature has windows of `window` samples."""
+def examine(
+    path: Path, audio: AudioSettings, window: int, band_hz: tuple[float, float] | None = None
+) -> Examined:
+    """Read and check one recording; its feature has windows of `window` samples, and the bins of
+    `band_hz`."""
     try:
         read = read_audio(path, audio)
     except AudioError as error:
         return Examined(None, (error.remark,))
-    remarks = tuple(check_audio(read, window))
+    remarks = tuple(check_audio(read, window, band_hz))
     if errors := tuple(remark for remark in remarks if remark.level == "error"):
         return Examined(None, errors)  # what else is odd about it no longer matters
-    return Examined(read.samples, remarks)
+    return Examined(read.samples, remarks, read.levels_db)
 
 
 class RecordingReader:

@@ -98,7 +98,7 @@ def build_report(
         skipped=skipped,
         missing=tuple(f"{noun} ({count})" for noun, count in missing.items() if count),
         earlier=len({*measured} - {*requested}),
-        run_cost=tuple(run_cost(paths, [*existing], everything=bool(pages or present))),
+        run_cost=tuple(run_cost(paths, [*existing])),
         **_studies(pages),
     )
     _write(paths, report, results, pages, present)
@@ -179,7 +179,7 @@ def _is_current(file: Path) -> bool:
 
 def _contents(report: Report, measured: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return what made a report, the measurements of the run, the tally of comparisons with the
-    paper, and the answer."""
+    paper, the answer, and the cost of all results."""
     runs = [
         (about["dataset"], about["task"], about["model"])
         for about in measured
@@ -193,6 +193,7 @@ def _contents(report: Report, measured: Sequence[Mapping[str, Any]]) -> dict[str
         ],
         "agreements": tally(report.comparisons),
         "answer": report.answer,
+        "cost": report.cost,
     }
 
 

@@ -17,7 +17,7 @@ from ajgdata.store.files import read_json, write_bytes
 from ajgdata.store.findings import read_findings, unreadable
 from ajgdata.store.models import ABOUT_FILE
 from ajgdata.store.sessions import list_datasets
-from ajgdata.types import Finding, left_out
+from ajgdata.types import Finding, IssueCounts, issue_counts, left_out
 
 #: The summary of a run that skipped tasks, or could not read recordings, ends with a line that
 #: begins with this.
@@ -90,10 +90,11 @@ def complete(
     lines += about_report["answer"]
     if agreements := about_report["agreements"]:
         lines.append(f"comparison with the paper: {tally_text(agreements)}")
+    lines += _issue_lines(paths, datasets)
     lines += [_used_line(paths, datasets), _measurements_line(results, skipped)]
     lines.append(f"report: {paths.report}")
-    if cost := run_cost(paths, datasets, everything=not paths.run):
-        lines.append(_cost_line(cost[-1]))
+    if cost := about_report["cost"]:
+        lines.append(f"cost of all results: {cost}")
     lines.append(machine_line())
     required = list(dict.fromkeys(task for task, _ in skipped if task not in optional))
     if incomplete := [*_skipped_end(required), *_unreadable_end(paths, problems)]:
@@ -173,6 +174,14 @@ def _excluded_lines(paths: Paths, names: Sequence[str]) -> list[str]:
     ]
 
 
+def _issue_lines(paths: Paths, names: Sequence[str]) -> list[str]:
+    """Return the number of recordings with issues; nothing if there are none."""
+    counts = sum(
+        (issue_counts(read_findings(paths.quarantine(name))) for name in names), IssueCounts()
+    )
+    return [f"recordings with issues: {counts}"] if counts else []
+
+
 def _rare_class_lines(results: Sequence[Mapping[str, Any]]) -> Iterable[str]:
     """Return the classes of each task that are excluded because they have too few groups."""
     return dict.fromkeys(
@@ -204,20 +213,17 @@ def _measurements_line(
     return line
 
 
-def run_cost(paths: Paths, datasets: Sequence[str], *, everything: bool) -> list[RuleCost]:
-    """Return the cost by rule of all jobs on `datasets`; with `everything` also of jobs that do not
-    belong to a data set, such as studies."""
+def run_cost(paths: Paths, datasets: Sequence[str]) -> list[RuleCost]:
+    """Return the cost by rule of all jobs on `datasets`.
+
+    Except for a run of selected data sets, this includes jobs without a data set, such as studies.
+    The report writes this cost, and the summary repeats it: jobs that end in between are in
+    neither.
+    """
     excluded = set(list_datasets(paths)) - set(datasets)
     return read_costs(
         paths.benchmarks,
-        lambda name: name in datasets or (everything and name not in excluded),
-    )
-
-
-def _cost_line(cost: RuleCost) -> str:
-    return (
-        f"cost of all results: {many(cost.jobs, 'job')}, {cost.wall_s / 60:.1f} min wall time, "
-        f"{cost.cpu_s / 60:.1f} min CPU time, peak memory {cost.peak_mb:,.0f} MB"
+        lambda name: name in datasets or (not paths.run and name not in excluded),
     )
 
 

@@ -14,7 +14,7 @@ from ajgdata.acquire.recipe import session_names
 from ajgdata.paths import Paths
 from ajgdata.store.features import Column, FeatureRows
 from ajgdata.store.findings import is_rejected
-from ajgdata.store.labels import label_columns
+from ajgdata.store.labels import LEVELS, label_columns
 from ajgdata.store.publishing.differences import Rows, counted, differences
 from ajgdata.store.publishing.table import cell_texts
 from ajgdata.store.session_audio import WHOLE_SESSION, label_rows
@@ -126,7 +126,7 @@ def _different_labels(spec: DatasetSpec, store: FeatureRows, tables: SessionTabl
     names = [name for name in used if name in tables.labels]
     columns = {column for row in tables.labels.values() for column in row}
     current = label_columns([tables.labels[name] for name in names], columns, spec.targets)
-    ignored = {"recording", "flags", "sha256"}
+    ignored = {"recording", "flags", "sha256", LEVELS}
     before = _rows(used, {n: c for n, c in store.columns.items() if n not in ignored}, names)
     after = _rows(names, {n: c for n, c in current.items() if n not in ignored}, names)
     phrases = differences(before, after)

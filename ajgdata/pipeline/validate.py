@@ -6,6 +6,7 @@ import os
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 from ajgdata.acquire.protocol import REFERENCE
 from ajgdata.experiments import all_requests
@@ -13,8 +14,8 @@ from ajgdata.paths import DATASET_FILE, Paths
 from ajgdata.pipeline.plan import config_problems
 from ajgdata.pipeline.played_sounds import played_sound_issues
 from ajgdata.pipeline.progress import tracked
-from ajgdata.pipeline.recordings import examine, finding
-from ajgdata.store.audio import Remark
+from ajgdata.pipeline.recordings import Examined, examine, finding
+from ajgdata.pipeline.session_levels import level_issues
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
 from ajgdata.store.labels import bad_labels, copies
 from ajgdata.store.session_audio import AudioFile, SessionAudio, check_session, label_rows
@@ -98,15 +99,22 @@ def not_fetched(paths: Paths) -> list[str]:
 def _check_session(session: SessionAudio, spec: DatasetSpec) -> list[Finding]:
     """Return issues of files, samples and labels; a rejected recording has one note."""
     name, issues = session.session_id, list[Finding]()
+    levels: dict[str, tuple[float, ...]] = {}
 
-    def check(file: AudioFile) -> tuple[Remark, ...]:
-        return examine(file.path, spec.audio, spec.features.window).remarks
+    def check(file: AudioFile) -> Examined:
+        result = examine(file.path, spec.audio, spec.features.window, spec.features.band_hz)
+        return replace(result, samples=None)  # not kept: a session may be larger than the memory
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # numpy and the file system release the lock
         files = tracked(session.files, f"checking {name}")
-        for file, remarks in zip(files, pool.map(check, session.files), strict=True):
-            issues += [finding(name, file.recording_id, file.path, r) for r in remarks]
+        for file, result in zip(files, pool.map(check, session.files), strict=True):
+            issues += [finding(name, file.recording_id, file.path, r) for r in result.remarks]
+            if result.levels_db:
+                levels[file.recording_id] = result.levels_db
     table = {row["recording_id"]: row for row in session.labels}
+    objects = {recording_id: row["object"] for recording_id, row in table.items()}
+    used = {key: value for key, value in levels.items() if not is_rejected(table[key])}
+    issues += level_issues(name, used, objects)
     issues += [i for n, row in table.items() for i in bad_labels(name, n, row, spec.targets)]
     issues += _without_hash(session, spec.name)
     return without_rejected([*session.findings, *issues], list(rejected(name, table).values()))

@@ -14,8 +14,15 @@ import numpy as np
 
 from ajgdata.report.comparison import Mark, PaperComparison, PaperFigure, Reason, tally, tally_text
 from ajgdata.report.format import Caption, Source
-from ajgdata.store.benchmarks import RuleCost
-from ajgdata.types import FeatureSettings, Finding, flagged, left_out
+from ajgdata.store.benchmarks import RuleCost, cost_text
+from ajgdata.types import (
+    FeatureSettings,
+    Finding,
+    IssueCounts,
+    flagged,
+    issue_counts,
+    left_out,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -96,6 +103,11 @@ class DatasetSummary:
     def n_flagged(self) -> int:
         """Return the number of recordings that are used, and not without remark."""
         return len(flagged(self.findings))
+
+    @property
+    def issues(self) -> IssueCounts:
+        """Return the numbers of recordings with issues, as `ajgdata check` counts them."""
+        return issue_counts(self.findings)
 
 
 @dataclass(frozen=True)
@@ -187,6 +199,16 @@ class Report:
     answer: tuple[str, ...] = ()
     practice: tuple[tuple[str, str, str], ...] = ()
     machine: str = ""
+
+    @property
+    def issues(self) -> IssueCounts:
+        """Return the numbers of recordings with issues, in all data sets."""
+        return sum((dataset.issues for dataset in self.datasets), IssueCounts())
+
+    @property
+    def cost(self) -> str:
+        """Return the cost of all jobs in words, "" if nothing was measured."""
+        return cost_text(self.run_cost[-1]) if self.run_cost else ""
 
     @property
     def advice(self) -> list[tuple[TaskSection, str]]:

@@ -76,13 +76,15 @@ class Audio:
 
     `samples` (n,) float32, full scale ±1 (float files may exceed it). `recorded` (frames, used
     channels) holds the samples before averaging and resampling: clipping shows only there.
-    `remarks` tell what was converted.
+    `remarks` tell what was converted. `levels_db` are the levels of all channels of the file in dB
+    of full scale, without offset; -inf for silence.
     """
 
     samples: Float32
     recorded: Float32
     info: AudioInfo
     remarks: tuple[Remark, ...]
+    levels_db: tuple[float, ...] = ()
 
 
 def inspect_audio(path: Path) -> AudioInfo:
@@ -122,6 +124,7 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
         channels: Float32 = file.read(dtype="float32", always_2d=True)
     if len(channels) < info.frames:
         raise _truncated(path, len(channels), info.frames, "frames")
+    levels_db = _levels_db(channels)
     recorded, remarks = _used_channels(channels, audio.microphone)
     with np.errstate(invalid="ignore", over="ignore"):  # NaN and infinity are for the checks
         samples = recorded[:, 0] if recorded.shape[1] == 1 else recorded.mean(axis=1)
@@ -130,7 +133,7 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
         problem = f"resampled from {info.sample_rate_hz} to {audio.sample_rate_hz} Hz"
         fix = "nothing to do: audio.other_rate is resample"
         remarks.append(Remark("note", "resampled", problem, fix))
-    return Audio(samples, recorded, info, tuple(remarks))
+    return Audio(samples, recorded, info, tuple(remarks), levels_db)
 
 
 @contextmanager
@@ -235,6 +238,20 @@ def read_channels(path: Path, max_s: float, max_values: int) -> Float32:
         frames = min(math.ceil(max_s * info.sample_rate_hz), max_values // info.channels)
         samples: Float32 = file.read(frames, dtype="float32", always_2d=True)
     return samples
+
+
+def _levels_db(channels: Float32) -> tuple[float, ...]:
+    """Return the level of each channel (frames, channels) in dB of full scale, without offset.
+
+    Two decimals, which the feature file stores: a reused row has the same levels as a new one.
+    """
+    levels = []
+    with np.errstate(over="ignore", invalid="ignore"):  # NaN and infinity are for the checks
+        for row in channels.T:  # the row of a single channel is contiguous
+            offset = float(np.add.reduce(row)) / len(row)
+            power = float(np.dot(row, row)) / len(row) - offset**2
+            levels.append(round(10 * math.log10(power), 2) if power > 0 else -math.inf)
+    return tuple(levels)
 
 
 def resample(samples: Float32, from_hz: int, to_hz: int) -> Float32:

@@ -20,6 +20,15 @@ class RuleCost(NamedTuple):
     peak_mb: float
 
 
+def cost_text(cost: RuleCost) -> str:
+    """Return the cost of jobs in words, which the report and the console share."""
+    jobs = f"{cost.jobs:,} job{'' if cost.jobs == 1 else 's'}"
+    return (
+        f"{jobs}, {cost.wall_s / 60:.1f} min wall time, {cost.cpu_s / 60:.1f} min CPU time, "
+        f"peak memory {cost.peak_mb:,.0f} MB"
+    )
+
+
 def read_costs(folder: Path, is_included: Callable[[str], bool]) -> list[RuleCost]:
     """Return a row per rule, the longest first, and the row ALL; no rows without jobs.
 

@@ -59,8 +59,8 @@ class Imported:
 
     @property
     def is_complete(self) -> bool:
-        """True if everything that belongs to the data set, by name or table, is imported, files have
-        equal numbers of channels, and the pattern uses all parts of the file names that vary."""
+        """True if everything that belongs to the data set, by name or table, is imported, if files
+        have equal numbers of channels, and if the pattern uses all parts of the names that vary."""
         kinds = ("failed", "unreadable", "kept", "channels", "unused")
         return not any(self.remarks[kind] for kind in kinds)
 

@@ -14,6 +14,8 @@ from ajgdata.types import Finding, Target
 
 #: Columns of the table of labels that identify rows; all others become coordinates as they are.
 IDENTITY = ("recording_id", "grasp_id", "sample")
+#: Column of the levels of all channels of a file.
+LEVELS = "channel_levels"
 #: What the columns that every store has mean, for whoever opens one without this library.
 MEANINGS = {
     "recording": "recording: session/recording_id",
@@ -25,6 +27,7 @@ MEANINGS = {
     "source": "virtual or virtual-import (simulated), soundcard or import",
     "gripper": "gripper",
     "medium": "granular medium in the gripper",
+    LEVELS: "level of each channel of the file, relative to full scale and without offset",
 }
 
 
@@ -76,6 +79,16 @@ def number(text: str) -> float:
     if not math.isfinite(value) or "_" in text:
         raise ValueError(f"{text!r} is not a finite number")
     return value
+
+
+def levels_text(levels_db: Sequence[float]) -> str:
+    """Return levels in dB as a text, `-20.13 dB, -31.5 dB`."""
+    return ", ".join(f"{level:g} dB" for level in levels_db)
+
+
+def parse_levels(text: str) -> tuple[float, ...]:
+    """Return the levels in dB of a text of `levels_text`. Raises ValueError for any other text."""
+    return tuple(float(level.removesuffix(" dB")) for level in text.split(", ") if level)
 
 
 def take_rows(table: FeatureRows, rows: np.ndarray) -> FeatureRows:

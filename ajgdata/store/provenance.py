@@ -74,7 +74,8 @@ def _place(file: Path) -> str:
 
 def features_code() -> str:
     """Return the hash of the code that computes feature files."""
-    return layer_hash("features", "pipeline/feature_file.py", "pipeline/recordings.py")
+    jobs = ("pipeline/feature_file.py", "pipeline/recordings.py", "pipeline/session_levels.py")
+    return layer_hash("features", *jobs)
 
 
 @functools.cache

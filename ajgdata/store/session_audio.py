@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ajgdata.paths import RECORDINGS_FILE
 from ajgdata.store.audio import AudioError, file_sha256
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import SESSION_COLUMNS, DataError, Finding, Recording, Session

@@ -28,6 +28,7 @@ from ajgdata.types.excitation import (
     LogSweep,
     MaximumLengthSequence,
 )
+from ajgdata.types.issue_counts import IssueCounts, issue_counts
 from ajgdata.types.protocol import GraspProtocol
 from ajgdata.types.recipe import Recipe, RecipeObject
 from ajgdata.types.registry import MODELS, Kind, Model

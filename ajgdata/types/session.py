@@ -19,7 +19,7 @@ HIGHEST_SAMPLE = 2**31 - 1
 #: Columns that session.yaml gives to every recording of a session.
 SESSION_COLUMNS = ("source", "gripper", "medium")
 #: Names that the feature store uses itself.
-STORE_NAMES = ("recording", "session_id", "flags", "feature", "frequency")
+STORE_NAMES = ("recording", "session_id", "flags", "channel_levels", "feature", "frequency")
 
 
 class Excitation(Strict):

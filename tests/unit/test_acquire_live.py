@@ -157,7 +157,7 @@ def test_clipping_is_counted_marked_and_offered(lab):
     assert "clipped" in operator.problems[0][0]
     assert [qualities(lab)[f"cube_01_{n}"] for n in (1, 2)] == ["clipped", "clipped"]
     assert int(rows(lab)[4].labels["clipped"]) > 100 and rows(lab)[4].recording_id == "cube_01_1"
-    assert {p.code for p in problems(lab)} == {"clipped"}
+    assert {p.code for p in problems(lab)} == {"clipped", "level_jump"}
 
 
 def test_nobody_is_there(lab):

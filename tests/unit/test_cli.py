@@ -26,7 +26,7 @@ def test_check_clean_and_not(ajgdata, project, snapshot):
     assert lines[0] == (
         "error missing s1/b: no such file, or a broken link; restore it or remove its row"
     )
-    assert lines[-1] == "3 recordings checked: 1 errors, 0 warnings, 0 notes"
+    assert lines[-1] == "3 recordings checked: 1 error, 0 warnings, 0 notes"
     assert lines[-2] == "missing 1"
 
 

@@ -6,9 +6,10 @@ from experiment_samples import small_store
 from ajgdata.cli.project import snakemake_command as command
 from ajgdata.cli.project import split_arguments
 from ajgdata.paths import Paths, run_name
-from ajgdata.pipeline.run_summary import complete, end_run
+from ajgdata.pipeline.run_summary import complete, end_run, run_cost
+from ajgdata.store.benchmarks import cost_text
 from ajgdata.store.features import write_store
-from ajgdata.store.files import json_bytes, write_bytes
+from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.findings import write_findings
 from ajgdata.types import DataError, Finding
 
@@ -35,7 +36,7 @@ def paths(tmp_path, monkeypatch) -> Paths:
         for task in ("t", "u")
         for kind in KINDS
     ]
-    about = {"agreements": {"agrees": 3, "worse": 2}, "answer": ["A.", "B."]}
+    about = {"agreements": {"agrees": 3, "worse": 2}, "answer": ["A.", "B."], "cost": ""}
     write_bytes(folders.runs, json_bytes({**about, "measurements": results}))
     model = folders.model("d", "t", "cnn") / "model.json"
     write_bytes(model, json_bytes({"skipped": "one class only"}))
@@ -54,6 +55,8 @@ def test_everything_that_a_person_needs_to_know(paths):
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(f"s\tcpu_time\tmax_rss\tmax_pss\n60\t30\t{memory}\t{memory}\n")
     write_bytes(paths.dataset("other"), b"name: other\n")
+    about = read_json(paths.runs) | {"cost": cost_text(run_cost(paths, ["d"])[-1])}
+    write_bytes(paths.runs, json_bytes(about))
     assert summary(paths)[:-1] == [
         f"left out  2 recordings: {paths.quarantine('d')}",
         "left out  classes of d/t with fewer groups than min_groups: rare",
@@ -62,6 +65,7 @@ def test_everything_that_a_person_needs_to_know(paths):
         "A.",
         "B.",
         "comparison with the paper: 3 agree, 2 worse",
+        "recordings with issues: 1 error, 2 warnings, 0 notes",
         "1 data set: 60 recordings used",
         "6 measurements: 4 made, 2 skipped (d/t; reasons above)",
         f"report: {paths.report}",
