@@ -215,7 +215,8 @@ def check(
         counts += issue_counts(issues_of_set)
     print_issues([i for i in issues if notes or i.level != "note"], everything=everything)
     general = sum(issue.recording_id == WHOLE_SESSION for issue in issues)
-    suffix = f"; {general} about sessions or the data set" if general else ""
+    noun = "issue" if general == 1 else "issues"
+    suffix = f"; {general} {noun} of sessions or the data set" if general else ""
     hint = " (--notes shows them)" if counts.notes and not notes else ""
     say(f"{total} recordings checked: {counts}{suffix}{hint}")
     levels = {issue.level for issue in issues}

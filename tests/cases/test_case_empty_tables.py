@@ -25,7 +25,7 @@ def test_a_table_with_a_header_only_fails_check(ajgdata, paths, mine):
     assert checked.code == 3
     line = "error no_recordings src/*: recordings.csv has a header and no recordings; import or"
     assert line in checked.text
-    assert "0 recordings checked: 1 errors, 0 warnings" in checked.text
+    assert "1 issue of sessions or the data set" in checked.text
 
 
 def test_one_empty_table_among_sessions_fails_check(ajgdata, paths, mine):
@@ -37,7 +37,7 @@ def test_one_empty_table_among_sessions_fails_check(ajgdata, paths, mine):
     checked = ajgdata("check")
     assert checked.code == 3
     assert "error no_recordings day2/*" in checked.text
-    assert "6 recordings checked: 1 errors" in checked.text
+    assert "1 issue of sessions or the data set" in checked.text
 
 
 @pytest.mark.parametrize("folder", ["", "data/mine", "data/mine/sessions", "data/mine/sessions/.x"])
@@ -50,7 +50,7 @@ def test_a_data_set_without_sessions_fails_check(ajgdata, paths, folder, argumen
     assert checked.code == 3
     line = "error no_sessions */*: there are no sessions; get some with `ajgdata import FOLDER"
     assert line in checked.text
-    assert "0 recordings checked: 1 errors" in checked.text
+    assert "1 issue of sessions or the data set" in checked.text
 
 
 def test_a_recipe_and_public_recordings_need_no_session_yet(ajgdata, paths):
@@ -77,7 +77,7 @@ def run(paths) -> str:
         targets=spec.targets, code="", store=paths.features("mine"),
         quarantine=paths.quarantine("mine"), hashes=paths.session_hashes("mine"),
     )  # fmt: skip
-    about = {"measurements": [], "agreements": {}, "answer": []}
+    about = {"measurements": [], "agreements": {}, "answer": [], "cost": ""}
     write_bytes(paths.runs, json_bytes(about))
     complete(paths, ["mine"], [], [], [], paths.complete)
     return paths.complete.read_text()

@@ -17,6 +17,7 @@ from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.pipeline.fetch import fetch
 from ajgdata.pipeline.publish import publish
 from ajgdata.store.files import read_csv
+from ajgdata.store.provenance import features_code
 from ajgdata.store.sessions import list_sessions, read_dataset
 from ajgdata.types import DataError
 
@@ -49,7 +50,7 @@ def build(paths):
             audio=spec.audio,
             features=spec.features,
             targets=spec.targets,
-            code="1",
+            code=features_code(),
             store=paths.features(dataset),
             quarantine=paths.quarantine(dataset),
             hashes=paths.session_hashes(dataset),

@@ -128,8 +128,8 @@ def test_publish_refuses_outdated_features_and_writes_nothing(imported):
     out = imported.root / "published"
     with pytest.raises(DataError) as refused:
         publish(imported, NAME, out)
-    assert refused.value.problem == "the features are outdated: session src changed"
-    assert refused.value.fix == "run `ajgdata run tones` first"
+    assert refused.value.problem.startswith("differs from the recordings of the sessions: ")
+    assert refused.value.fix == "run `ajgdata run tones`, then publish again"
     assert not out.exists()
 
 
@@ -177,7 +177,7 @@ def test_an_empty_hash_is_an_issue(imported, ajgdata, rows):
     without_hash(imported, rows)
     printed = ajgdata("check", NAME)
     assert printed.code == 3
-    assert "0 errors, 1 warnings" in printed.text
+    assert "0 errors, 1 warning," in printed.text
     assert "warning no_sha256 src/1_ball" in printed.text
     assert "`ajgdata check tones --accept`" in printed.text
 
