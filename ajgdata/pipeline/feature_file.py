@@ -15,6 +15,7 @@ from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.recordings import examine, finding
+from ajgdata.pipeline.similar_sounds import without_equal_sounds
 from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
 from ajgdata.store.files import csv_bytes, read_csv, sha256_of, write_bytes
 from ajgdata.store.findings import (
@@ -106,7 +107,8 @@ def build_feature_file(
         rows, computed = _rows(session, previous.rows[name], audio, features, threads)
         parts.append(_part(session, rows, computed, targets))
     table, copies = without_copies(_joined(parts, audio, features, targets), [*targets])
-    issues = [*copies, *(issue for part in parts for issue in part.issues)]
+    table, sounds = without_equal_sounds(table, [*targets], features.quantity)
+    issues = [*copies, *sounds, *(issue for part in parts for issue in part.issues)]
     table = _with_attributes(table, dataset, audio, features, digest)
     _write(store, table, quarantine, issues, hashes, tables)
     if excluded := left_out(issues):

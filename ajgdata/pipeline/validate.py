@@ -13,6 +13,7 @@ from ajgdata.paths import DATASET_FILE, Paths
 from ajgdata.pipeline.plan import config_problems
 from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.recordings import examine, finding
+from ajgdata.pipeline.similar_sounds import Fingerprints, checked_sounds
 from ajgdata.store.audio import Remark
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
 from ajgdata.store.labels import bad_labels, copies
@@ -44,21 +45,35 @@ def validate_dataset(paths: Paths, dataset: str) -> tuple[int, list[Finding]]:
     names = list_sessions(paths, dataset)
     sessions = [check_session(paths.session(dataset, name)) for name in names]
     issues = list(_check_declaration(paths, spec, names))
-    rows: list[tuple[str, str, tuple[str, ...]]] = []
+    used: list[tuple[str, str, Row]] = []
+    prints = Fingerprints(paths, spec)
     for session in sessions:
-        problems = _check_session(session, spec)
+        problems = _check_session(session, spec, prints)
         issues += problems
         unusable = {f.recording_id for f in problems if f.level == "error" or f.code == "rejected"}
         labels = {row["recording_id"]: row for row in session.labels}
-        rows += [
-            (f"{session.session_id}/{name}", file.sha256, _values(labels[name], spec))
+        used += [
+            (f"{session.session_id}/{name}", file.sha256, labels[name])
             for file in session.files
             if (name := file.recording_id) not in unusable
         ]
     issues += label_issues({session.session_id: session.labels for session in sessions}, spec)
-    if rows:
-        issues += copies(*zip(*rows, strict=True)).values()
+    issues += _check_copies(paths, spec, used, prints)
     return sum(len(session.labels) for session in sessions), sorted(issues)
+
+
+def _check_copies(
+    paths: Paths, spec: DatasetSpec, used: Sequence[tuple[str, str, Row]], prints: Fingerprints
+) -> list[Finding]:
+    """Return issues of equal bytes, and of equal or similar sounds.
+
+    `used` are name `<session>/<recording_id>`, sha256 and labels of recordings.
+    """
+    names = [name for name, _, _ in used]
+    digests = [digest for _, digest, _ in used]
+    copied = copies(names, digests, [_values(row, spec) for _, _, row in used])
+    rest = [recording for number, recording in enumerate(used) if number not in copied]
+    return [*copied.values(), *checked_sounds(paths, spec, prints.sounds(rest, spec.targets))]
 
 
 def _values(row: Row, spec: DatasetSpec) -> tuple[str, ...]:
@@ -75,12 +90,14 @@ def _check_declaration(paths: Paths, spec: DatasetSpec, names: Sequence[str]) ->
         yield Finding("*", "*", "", "error", "mixed", error.problem, error.fix)
 
 
-def _check_session(session: SessionAudio, spec: DatasetSpec) -> list[Finding]:
+def _check_session(session: SessionAudio, spec: DatasetSpec, prints: Fingerprints) -> list[Finding]:
     """Return issues of files, samples and labels; a rejected recording has one note."""
     name, issues = session.session_id, list[Finding]()
 
     def check(file: AudioFile) -> tuple[Remark, ...]:
-        return examine(file.path, spec.audio, spec.features.window).remarks
+        result = examine(file.path, spec.audio, spec.features.window)
+        prints.add(file.sha256, result.samples)
+        return result.remarks
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # numpy and the file system release the lock
         files = tracked(session.files, f"checking {name}")
