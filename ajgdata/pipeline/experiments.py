@@ -162,8 +162,8 @@ def _refuse_copies(inputs: Inputs, test_on: Sequence[str]) -> None:
     if not test_on:
         return
     quantity = inputs.features.quantity
-    others = {name: sounds_of(inputs.other_sets[name], [], quantity) for name in test_on}
-    if refusal := leak_refusal(sounds_of(inputs.store, [], quantity), others):
+    tests = {name: sounds_of(inputs.other_sets[name], [], quantity) for name in test_on}
+    if refusal := leak_refusal(sounds_of(inputs.store, [], quantity), tests):
         raise NotPossibleError(refusal)
 
 

@@ -84,8 +84,8 @@ def sound_issues(sounds: Sounds) -> list[Finding]:
     otherwise all but the first are excluded. Similar sounds are warnings.
     """
     excluded = _equal_sounds(sounds)
-    rest = sounds.where([row for row in range(len(sounds.recordings)) if row not in excluded])
-    return [*excluded.values(), *_similar_sounds(rest)]
+    used = [row for row in range(len(sounds.recordings)) if row not in excluded]
+    return [*excluded.values(), *_similar_sounds(sounds.where(used))]
 
 
 def _equal_sounds(sounds: Sounds) -> dict[int, Finding]:
@@ -98,8 +98,8 @@ def _equal_sounds(sounds: Sounds) -> dict[int, Finding]:
             continue
         for row in rows:
             if differ or sounds.grasps[row] != grasps[0]:
-                others = [other for other in rows if sounds.grasps[other] != sounds.grasps[row]]
-                findings[row] = _equal(sounds.recordings, row, others[0], len(rows), differ)
+                copied = [other for other in rows if sounds.grasps[other] != sounds.grasps[row]]
+                findings[row] = _equal(sounds.recordings, row, copied[0], len(rows), differ)
     return findings
 
 
@@ -129,9 +129,9 @@ def _similar_sounds(sounds: Sounds) -> list[Finding]:
     for row in sorted(nearest):
         distance, other = nearest[row]
         session, _, name = sounds.recordings[row].partition("/")
-        more = f" and {counts[row] - 1} more" if counts[row] > 1 else ""
+        further = f" and {counts[row] - 1} more" if counts[row] > 1 else ""
         problem = (
-            f"nearly the same sound as {sounds.recordings[other]}{more} of another grasp "
+            f"nearly the same sound as {sounds.recordings[other]}{further} of another grasp "
             f"(distance {_shown(distance, limit)})"
         )
         findings.append(Finding(session, name, "", "warning", SIMILAR, problem, _FIX))
@@ -176,15 +176,15 @@ def leak(own: Sounds, other: Sounds, name: str) -> str:
     )
 
 
-def leak_refusal(own: Sounds, others: Mapping[str, Sounds]) -> str:
+def leak_refusal(own: Sounds, tests: Mapping[str, Sounds]) -> str:
     """Return why a task cannot be tested on other data sets, with the fix; "" if it can."""
-    lines = [line for name, sounds in others.items() if (line := leak(own, sounds, name))]
+    lines = [line for name, sounds in tests.items() if (line := leak(own, sounds, name))]
     return f"{'; '.join(lines)}. {_LEAK_FIX[:1].upper()}{_LEAK_FIX[1:]}" if lines else ""
 
 
-def leak_issues(own: Sounds, others: Mapping[str, Sounds]) -> list[Finding]:
+def leak_issues(own: Sounds, tests: Mapping[str, Sounds]) -> list[Finding]:
     """Return an error for each data set of `test_on` that contains copies of own recordings."""
-    lines = [line for name, sounds in others.items() if (line := leak(own, sounds, name))]
+    lines = [line for name, sounds in tests.items() if (line := leak(own, sounds, name))]
     return [Finding("*", "*", "", "error", LEAK, line, _LEAK_FIX) for line in lines]
 
 
@@ -300,10 +300,10 @@ def checked_sounds(paths: Paths, spec: DatasetSpec, sounds: Sounds) -> list[Find
     tasks are tested on."""
     if not sounds.recordings:
         return []
-    others = {name: dataset_sounds(paths, name) for name in tested_on(spec)}
+    tests = {name: dataset_sounds(paths, name) for name in tested_on(spec)}
     comparable = {
         name: other
-        for name, other in others.items()
+        for name, other in tests.items()
         if other and other.fingerprints.shape[1] == sounds.fingerprints.shape[1]
     }
     return [*sound_issues(sounds), *leak_issues(sounds, comparable)]

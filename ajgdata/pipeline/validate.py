@@ -72,8 +72,8 @@ def _check_copies(
     names = [name for name, _, _ in used]
     digests = [digest for _, digest, _ in used]
     copied = copies(names, digests, [_values(row, spec) for _, _, row in used])
-    rest = [recording for number, recording in enumerate(used) if number not in copied]
-    return [*copied.values(), *checked_sounds(paths, spec, prints.sounds(rest, spec.targets))]
+    distinct = [recording for number, recording in enumerate(used) if number not in copied]
+    return [*copied.values(), *checked_sounds(paths, spec, prints.sounds(distinct, spec.targets))]
 
 
 def _values(row: Row, spec: DatasetSpec) -> tuple[str, ...]:
