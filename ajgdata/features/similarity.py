@@ -50,6 +50,8 @@ QUANTILE = 0.1
 #: Grasps that a tolerance from pairs of different grasps requires. If each recording has one copy,
 #: 1 / (n - 1) of all pairs are copies, which must remain below QUANTILE.
 FEWEST_GRASPS = 12
+#: Share of recordings that are repeats of a grasp, for a tolerance from their distances.
+FEWEST_REPEATS = 1 / 4
 #: Pairs whose distances are computed for a tolerance.
 SAMPLED_PAIRS = 2_000
 #: Pairs after which a search stops: no user reads more, and memory remains bounded.
@@ -87,37 +89,45 @@ def fingerprints(
     >>> from ajgdata.features.similarity import fingerprints
     >>> spectra = np.array([[1.0, 2.0], [10.0, 20.0]])
     >>> fingerprints(spectra, np.array([100.0, 200.0]), "magnitude").round(3)
-    array([[-0.245,  0.245],
-           [-0.245,  0.245]], dtype=float32)
+    array([[-0.221,  0.221],
+           [-0.221,  0.221]], dtype=float32)
     """
     inside = (frequency_hz >= BAND_HZ[0]) & (frequency_hz <= BAND_HZ[1])
-    values = spectra[:, inside if inside.any() else slice(None)].astype(np.float64)
-    if quantity == "power":
-        values = np.sqrt(values)
-    bins = values.shape[1]
-    bands = min(BANDS, bins)
-    edges = np.linspace(0, bins, bands + 1).astype(int)
+    columns = np.flatnonzero(inside if inside.any() else np.ones_like(inside))
+    edges = np.linspace(0, len(columns), min(BANDS, len(columns)) + 1).astype(int)
+    prints = np.empty((len(spectra), len(edges) - 1), np.float32)
+    for start in range(0, len(spectra), _BLOCK):
+        values = spectra[start : start + _BLOCK, columns].astype(np.float64)
+        if quantity == "power":
+            values = np.sqrt(values)
+        prints[start : start + _BLOCK] = _levels(values, edges)
+    return prints
+
+
+def _levels(values: NDArray[np.float64], edges: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return centred logarithms (n, b) of mean magnitudes between edges (b + 1,) of columns."""
     level = np.add.reduceat(values, edges[:-1], axis=1) / np.diff(edges)
     mean = level.mean(axis=1, keepdims=True)
     relative = np.divide(level, mean, out=np.zeros_like(level), where=mean > 0)
     logarithm = np.log(relative + FLOOR)
     centred = logarithm - logarithm.mean(axis=1, keepdims=True)
-    return (centred / np.sqrt(bands)).astype(np.float32)
+    return centred / np.sqrt(level.shape[1])
 
 
 def tolerance(prints: Float32, grasp: Sequence[str]) -> float:
     """Return the distance up to which recordings of different grasps are reported as similar.
 
     It is `SHARE_WITHIN` of a low quantile of the distances between recordings of one grasp, at
-    least `FORMAT` and at most `LARGEST_OF_COPIES`. Without two recordings of a grasp, it is
+    least `FORMAT` and at most `LARGEST_OF_COPIES`. Without repeated recordings it is
     `LARGEST_OF_COPIES`; if there are `FEWEST_GRASPS`, at most `SHARE_BETWEEN` of a low quantile of
-    the distances between grasps.
+    the distances between grasps. A few repeats do not count, because they can be copies that share
+    a grasp.
     """
     groups = np.unique(np.asarray(grasp, np.str_), return_inverse=True)[1]
     first, second = _pairs_of_grasps(groups)
     share = SHARE_WITHIN
-    if not len(first):
-        if len(prints) < FEWEST_GRASPS:
+    if not len(first) or len(first) < FEWEST_REPEATS * len(prints):
+        if len(np.unique(groups)) < FEWEST_GRASPS:
             return LARGEST_OF_COPIES
         first, second = _random_pairs(len(prints))
         share = SHARE_BETWEEN

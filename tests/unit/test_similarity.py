@@ -91,7 +91,10 @@ def test_tolerance_without_repeated_recordings():
     assert tolerance(few, list("abcde")) == similarity.LARGEST_OF_COPIES
     corners = 0.06 * np.eye(20, dtype=np.float32)  # all at the distance .06 sqrt(2)
     expected = 0.4 * 0.06 * np.sqrt(2)
-    assert tolerance(corners, [str(n) for n in range(20)]) == pytest.approx(expected)
+    grasps = [str(n) for n in range(20)]
+    assert tolerance(corners, grasps) == pytest.approx(expected)
+    corners[1] = corners[0]  # two copies that share a grasp do not decide
+    assert tolerance(corners, ["0", *grasps[:1], *grasps[2:]]) == pytest.approx(expected)
 
 
 def test_noise_has_the_distance_of_the_formula():
