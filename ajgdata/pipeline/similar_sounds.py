@@ -211,19 +211,27 @@ class Fingerprints:
     def __init__(self, paths: Paths, spec: DatasetSpec) -> None:
         self._audio, self._features = spec.audio, spec.features
         self._frequency_hz = frequencies_hz(spec.audio.sample_rate_hz, spec.features)
+        self._spectra: dict[str, np.ndarray] = {}
         self.known = _stored(paths.features(spec.name), spec)
 
     def add(self, sha256: str, samples: np.ndarray | None) -> None:
-        """Compute the fingerprint of samples (n,), unless it is known or they have no spectrum."""
+        """Compute the spectrum of samples (n,), unless it is known or they have none."""
         if samples is None or sha256 in self.known:
             return
         try:
             values = spectrum(samples, self._audio.sample_rate_hz, self._features)
         except ValueError:  # the feature job reports it
             return
-        self.known[sha256] = similarity.fingerprints(
-            values[np.newaxis], self._frequency_hz, self._features.quantity
-        )[0]
+        self._spectra[sha256] = values
+
+    def finish(self) -> None:
+        """Replace the spectra since the last call by fingerprints, which are smaller."""
+        if self._spectra:
+            prints = similarity.fingerprints(
+                np.asarray([*self._spectra.values()]), self._frequency_hz, self._features.quantity
+            )
+            self.known.update(zip(self._spectra, prints, strict=True))
+            self._spectra.clear()
 
     def sounds(
         self, recordings: Sequence[tuple[str, str, Mapping[str, str]]], targets: Iterable[str]
@@ -297,6 +305,7 @@ def dataset_sounds(paths: Paths, dataset: str) -> Sounds | None:
                 prints.add(file.sha256, samples)
             name = f"{session.session_id}/{file.recording_id}"
             recordings.append((name, file.sha256, labels[file.recording_id]))
+        prints.finish()
     sounds = prints.sounds(recordings, [])
     return sounds if sounds.recordings else None
 

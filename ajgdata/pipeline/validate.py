@@ -49,6 +49,7 @@ def validate_dataset(paths: Paths, dataset: str) -> tuple[int, list[Finding]]:
     prints = Fingerprints(paths, spec)
     for session in sessions:
         problems = _check_session(session, spec, prints)
+        prints.finish()
         issues += problems
         unusable = {f.recording_id for f in problems if f.level == "error" or f.code == "rejected"}
         labels = {row["recording_id"]: row for row in session.labels}

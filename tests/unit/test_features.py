@@ -4,7 +4,7 @@ import scipy.signal
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ajgdata.features.spectrum import frequencies_hz, spectrum
+from ajgdata.features.spectrum import frequencies_hz, periodic_window, spectrum
 from ajgdata.types import FeatureSettings
 
 RATE = 44_100
@@ -159,3 +159,11 @@ def test_silence_is_zero_and_an_overflow_is_said():
     settings = FeatureSettings(quantity="power", normalisation="none")
     with pytest.raises(ValueError, match="exceeds float32"):
         spectrum(noise(3000) * np.float32(1e20), RATE, settings)
+
+
+@pytest.mark.parametrize("shape", ["hann", "hamming", "blackman", "boxcar"])
+def test_windows_are_those_of_scipy(shape):
+    for length in (16, 999, 2048):
+        np.testing.assert_array_equal(
+            periodic_window(shape, length), scipy.signal.get_window(shape, length)
+        )
