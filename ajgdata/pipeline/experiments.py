@@ -148,6 +148,7 @@ def _measure(
 ) -> Outcome:
     """Return tables of results and of cost, and `about` with more facts, or why there are none."""
     try:
+        _refuse_copies(inputs, getattr(settings, "test_on", ()))
         about = {**about, "left_out": dict(inputs.classes_of_task[1])}
         outcome = experiment.measure(inputs, settings, about["model"])
     except NotPossibleError as error:
@@ -155,6 +156,19 @@ def _measure(
         tell(f"skipped   {about['dataset']}/{about['task']}, {name}: {error}")
         return Outcome((), (), {**about, "skipped": str(error)})
     return replace(outcome, about={**about, **outcome.about})
+
+
+def _refuse_copies(inputs: Inputs, test_on: Sequence[str]) -> None:
+    """Raise NotPossibleError if a data set of `test_on` contains copies of training recordings."""
+    # the simulation, which Snakemake does not need
+    from ajgdata.pipeline.similar_sounds import leak_refusal, sounds_of
+
+    if not test_on:
+        return
+    quantity = inputs.features.quantity
+    tests = {name: sounds_of(inputs.other_sets[name], [], quantity) for name in test_on}
+    if refusal := leak_refusal(sounds_of(inputs.store, [], quantity), tests):
+        raise NotPossibleError(refusal)
 
 
 def _comparable(store: Path, table: FeatureRows, path: Path) -> FeatureRows:

@@ -16,6 +16,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.recordings import examine, finding
 from ajgdata.pipeline.session_levels import level_issues
+from ajgdata.pipeline.similar_sounds import without_equal_sounds
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import FeatureRows, read_store, text_column, write_store
 from ajgdata.store.files import sha256_of
@@ -124,7 +125,8 @@ def build_feature_file(
         rows, computed = _rows(session, previous.rows[name], audio, features, threads)
         parts.append(_part(session, rows, computed, targets))
     table, copies = without_copies(_joined(parts, audio, features, targets), [*targets])
-    issues = [*copies, *(issue for part in parts for issue in part.issues)]
+    table, sounds = without_equal_sounds(table, [*targets], features.quantity)
+    issues = [*copies, *sounds, *(issue for part in parts for issue in part.issues)]
     table = _with_attributes(table, dataset, audio, features, digest)
     # The hashes are only valid for this feature file: they are removed first and written last.
     hashes.unlink(missing_ok=True)

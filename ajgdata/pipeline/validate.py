@@ -16,6 +16,7 @@ from ajgdata.pipeline.played_sounds import played_sound_issues
 from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.recordings import Examined, examine, finding
 from ajgdata.pipeline.session_levels import level_issues
+from ajgdata.pipeline.similar_sounds import Fingerprints, checked_sounds
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
 from ajgdata.store.labels import bad_labels, copies
 from ajgdata.store.session_audio import AudioFile, SessionAudio, check_session, label_rows
@@ -47,22 +48,37 @@ def validate_dataset(paths: Paths, dataset: str) -> tuple[int, list[Finding]]:
     names = list_sessions(paths, dataset)
     sessions = [check_session(paths.session(dataset, name)) for name in names]
     issues = [*_check_declaration(paths, spec, names), *_no_sessions(paths, spec, names)]
-    rows: list[tuple[str, str, tuple[str, ...]]] = []
+    used: list[tuple[str, str, Row]] = []
+    prints = Fingerprints(paths, spec)
     for session in sessions:
-        problems = _check_session(session, spec)
+        problems = _check_session(session, spec, prints)
+        prints.finish()
         issues += problems
         unusable = {f.recording_id for f in problems if f.level == "error" or f.code == "rejected"}
         labels = {row["recording_id"]: row for row in session.labels}
-        rows += [
-            (f"{session.session_id}/{name}", file.sha256, _values(labels[name], spec))
+        used += [
+            (f"{session.session_id}/{name}", file.sha256, labels[name])
             for file in session.files
             if (name := file.recording_id) not in unusable
         ]
     issues += played_sound_issues(paths, spec, names)
     issues += label_issues({session.session_id: session.labels for session in sessions}, spec)
-    if rows:
-        issues += copies(*zip(*rows, strict=True)).values()
+    issues += _check_copies(paths, spec, used, prints)
     return sum(len(session.labels) for session in sessions), sorted(issues)
+
+
+def _check_copies(
+    paths: Paths, spec: DatasetSpec, used: Sequence[tuple[str, str, Row]], prints: Fingerprints
+) -> list[Finding]:
+    """Return issues of equal bytes, and of equal or similar sounds.
+
+    `used` are name `<session>/<recording_id>`, sha256 and labels of recordings.
+    """
+    names = [name for name, _, _ in used]
+    digests = [digest for _, digest, _ in used]
+    copied = copies(names, digests, [_values(row, spec) for _, _, row in used])
+    distinct = [recording for number, recording in enumerate(used) if number not in copied]
+    return [*copied.values(), *checked_sounds(paths, spec, prints.sounds(distinct, spec.targets))]
 
 
 def _values(row: Row, spec: DatasetSpec) -> tuple[str, ...]:
@@ -96,14 +112,15 @@ def not_fetched(paths: Paths) -> list[str]:
     return [name for name in public if not list_sessions(paths, name)]
 
 
-def _check_session(session: SessionAudio, spec: DatasetSpec) -> list[Finding]:
+def _check_session(session: SessionAudio, spec: DatasetSpec, prints: Fingerprints) -> list[Finding]:
     """Return issues of files, samples and labels; a rejected recording has one note."""
     name, issues = session.session_id, list[Finding]()
     levels: dict[str, tuple[float, ...]] = {}
 
     def check(file: AudioFile) -> Examined:
         result = examine(file.path, spec.audio, spec.features.window, spec.features.band_hz)
-        return replace(result, samples=None)  # not kept: a session may be larger than the memory
+        prints.add(file.sha256, result.samples)
+        return replace(result, samples=None)  # a session may be larger than the memory
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # numpy and the file system release the lock
         files = tracked(session.files, f"checking {name}")

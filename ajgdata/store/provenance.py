@@ -74,7 +74,8 @@ def _place(file: Path) -> str:
 
 def features_code() -> str:
     """Return the hash of the code that computes feature files."""
-    jobs = ("pipeline/feature_file.py", "pipeline/recordings.py", "pipeline/session_levels.py")
+    names = ("feature_file", "recordings", "session_levels", "similar_sounds")
+    jobs = [f"pipeline/{name}.py" for name in names]
     return layer_hash("features", *jobs)
 
 

@@ -4,7 +4,7 @@ import scipy.signal
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ajgdata.features.spectrum import frequencies_hz, spectrum, within
+from ajgdata.features.spectrum import frequencies_hz, periodic_window, spectrum, within
 from ajgdata.types import FeatureSettings
 
 RATE = 44_100
@@ -175,3 +175,11 @@ def test_bins_at_both_ends_of_a_band_are_within_it():
     np.testing.assert_allclose(feature[0], spectrum(noise(), RATE, settings), rtol=1e-6)
     with pytest.raises(ValueError, match="no bin of the feature lies within 11 to 19 Hz"):
         within(shares, bins, (11.0, 19.0), "l1")
+
+
+@pytest.mark.parametrize("shape", ["hann", "hamming", "blackman", "boxcar"])
+def test_windows_are_those_of_scipy(shape):
+    for length in (16, 999, 2048):
+        np.testing.assert_array_equal(
+            periodic_window(shape, length), scipy.signal.get_window(shape, length)
+        )

@@ -1,0 +1,293 @@
+"""Recordings of one sound, detected by their spectra: copies that differ in format, gain or length.
+
+A fingerprint is a spectrum in equal bands between the limits of `BAND_HZ`. With b the mean
+magnitude of a band over the mean of all bands, the fingerprint is log(b + FLOOR) minus its own
+mean, over the root of the number of bands. The Euclidean distance of two fingerprints is then the
+root mean square difference of two levels, in nepers (1 neper = 8.7 dB).
+
+- A gain changes no level relative to the mean. An offset of the samples is below the first band.
+- A file of 22.05 kHz contains the complete bands, so resampling changes little.
+- In the logarithm, noise has equal weight in loud and in quiet bands. Two recordings of one scene
+  have different noise; two copies of one recording have the same noise.
+- FLOOR reduces the weight of bands 20 dB below the mean. Rounding to 16 bits changes these bands,
+  and so does the level of noise relative to a decaying sound when its start is removed.
+
+A copy of noise that lacks the share p differs from the original by sqrt(p / (2 (1 - p))) of the
+distance between two independent recordings: the mean over 1 - p of the frames has 1 / (1 - p) times
+the variance of the mean over all frames, and both share these frames.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float32 = NDArray[np.float32]
+Rows = NDArray[np.intp]
+
+#: From above the leakage of an offset, to below the filter of a file of 22.05 kHz.
+BAND_HZ = (50.0, 9_500.0)
+#: Most bands. With the default features each bin of the band (439) is a band.
+BANDS = 512
+FLOOR = 0.1
+#: Largest distance of copies. We measured synthetic decaying sounds of 0.25 s (16 bits): 50 ms
+#: removed at the start .082, at the end .046. Other repeats of these sounds differ by .14 or more.
+LARGEST_OF_COPIES = 0.09
+#: Distance of copies that differ in format only. We measured up to .0023 for these sounds as files
+#: of 22.05 or 48 kHz, and with noise of one quantum.
+FORMAT = 0.004
+#: Share of the distance between two recordings of one grasp. By the formula above, a copy may lack
+#: a third of its sound.
+SHARE_WITHIN = 1 / 2
+#: Share of the distance between recordings of two grasps. It is smaller because the nearest of all
+#: pairs are compared with this distance; a copy may lack a quarter of its sound.
+SHARE_BETWEEN = 0.4
+#: Low quantile of these distances, because recordings may also differ in other ways than noise.
+QUANTILE = 0.1
+#: Grasps that a tolerance from pairs of different grasps requires. If each recording has one copy,
+#: 1 / (n - 1) of all pairs are copies, which must remain below QUANTILE.
+FEWEST_GRASPS = 12
+#: Share of recordings that are repeats of a grasp, for a tolerance from their distances.
+FEWEST_REPEATS = 1 / 4
+#: Pairs whose distances are computed for a tolerance.
+SAMPLED_PAIRS = 2_000
+#: Pairs after which a search stops: no user reads more, and memory remains bounded.
+MOST_PAIRS = 100_000
+#: Dimensions of the projection that selects candidates.
+_PROJECTED = 128
+_BLOCK = 2_048  # rows compared at once: 16 MiB of distances
+#: Error of a float32 matrix product of _PROJECTED + 2 terms, relative to its largest terms.
+_ROUNDING = 1e-5
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Rows `first` (m,) and `second` (m,) of near fingerprints with their `distance` (m,).
+
+    The list is incomplete if the search stopped after `MOST_PAIRS`.
+    """
+
+    first: Rows
+    second: Rows
+    distance: NDArray[np.float64]
+    complete: bool
+
+
+def fingerprints(
+    spectra: NDArray[np.floating], frequency_hz: NDArray[np.float64], quantity: str
+) -> Float32:
+    """Return fingerprints (n, b) of spectra (n, f) with bins at `frequency_hz` (f,).
+
+    `quantity` is that of `FeatureSettings`; the root of a power is a magnitude. Spectra without a
+    bin in `BAND_HZ` are compared in all their bins. There are fewer than `BANDS` bands if there are
+    fewer bins.
+
+    >>> import numpy as np
+    >>> from ajgdata.features.similarity import fingerprints
+    >>> spectra = np.array([[1.0, 2.0], [10.0, 20.0]])
+    >>> fingerprints(spectra, np.array([100.0, 200.0]), "magnitude").round(3)
+    array([[-0.221,  0.221],
+           [-0.221,  0.221]], dtype=float32)
+    """
+    inside = (frequency_hz >= BAND_HZ[0]) & (frequency_hz <= BAND_HZ[1])
+    columns = np.flatnonzero(inside if inside.any() else np.ones_like(inside))
+    edges = np.linspace(0, len(columns), min(BANDS, len(columns)) + 1).astype(int)
+    prints = np.empty((len(spectra), len(edges) - 1), np.float32)
+    for start in range(0, len(spectra), _BLOCK):
+        values = spectra[start : start + _BLOCK, columns].astype(np.float64)
+        if quantity == "power":
+            values = np.sqrt(values)
+        prints[start : start + _BLOCK] = _levels(values, edges)
+    return prints
+
+
+def _levels(values: NDArray[np.float64], edges: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return centred logarithms (n, b) of mean magnitudes between edges (b + 1,) of columns."""
+    level = np.add.reduceat(values, edges[:-1], axis=1) / np.diff(edges)
+    mean = level.mean(axis=1, keepdims=True)
+    relative = np.divide(level, mean, out=np.zeros_like(level), where=mean > 0)
+    logarithm = np.log(relative + FLOOR)
+    centred = logarithm - logarithm.mean(axis=1, keepdims=True)
+    return centred / np.sqrt(level.shape[1])
+
+
+def tolerance(prints: Float32, grasp: Sequence[str]) -> float:
+    """Return the distance up to which recordings of different grasps are reported as similar.
+
+    It is `SHARE_WITHIN` of a low quantile of the distances between recordings of one grasp, at
+    least `FORMAT` and at most `LARGEST_OF_COPIES`. Without repeated recordings it is
+    `LARGEST_OF_COPIES`; if there are `FEWEST_GRASPS`, at most `SHARE_BETWEEN` of a low quantile of
+    the distances between grasps. A few repeats do not count, because they can be copies that share
+    a grasp.
+    """
+    groups = np.unique(np.asarray(grasp, np.str_), return_inverse=True)[1]
+    first, second = _pairs_of_grasps(groups)
+    share = SHARE_WITHIN
+    if not len(first) or len(first) < FEWEST_REPEATS * len(prints):
+        if len(np.unique(groups)) < FEWEST_GRASPS:
+            return LARGEST_OF_COPIES
+        first, second = _random_pairs(len(prints))
+        share = SHARE_BETWEEN
+    typical = float(np.quantile(distances(prints[first], prints[second]), QUANTILE))
+    return min(LARGEST_OF_COPIES, max(FORMAT, share * typical))
+
+
+def _pairs_of_grasps(groups: NDArray[np.intp]) -> tuple[Rows, Rows]:
+    """Return pairs of rows with the same group: neighbours within a group, evenly sampled."""
+    order = np.argsort(groups, kind="stable")
+    same = np.flatnonzero(groups[order][1:] == groups[order][:-1])
+    if len(same) > SAMPLED_PAIRS:
+        same = same[np.linspace(0, len(same) - 1, SAMPLED_PAIRS).astype(int)]
+    return order[same], order[same + 1]
+
+
+def _random_pairs(count: int) -> tuple[Rows, Rows]:
+    """Return all pairs of `count` rows, or a random sample with a constant seed."""
+    if count * (count - 1) // 2 <= SAMPLED_PAIRS:
+        return np.triu_indices(count, 1)
+    random = np.random.default_rng(0)
+    first = random.integers(0, count, SAMPLED_PAIRS)
+    step = random.integers(1, count, SAMPLED_PAIRS)
+    return first, (first + step) % count
+
+
+def equal_groups(prints: Float32) -> list[list[int]]:
+    """Return the rows of each group of two or more identical fingerprints."""
+    rows_of: dict[bytes, list[int]] = {}
+    for row, values in enumerate(prints):
+        rows_of.setdefault(values.tobytes(), []).append(row)
+    return [rows for rows in rows_of.values() if len(rows) > 1]
+
+
+def similar_pairs(prints: Float32, grasp: Sequence[str], limit: float) -> Pairs:
+    """Return all pairs of rows of different grasps whose distance is up to `limit`.
+
+    The search has no false negatives. `first` is the earlier row of a pair.
+    """
+    return _search(prints, prints, grasp, grasp, limit, True)
+
+
+def similar_between(
+    own: Float32, other: Float32, own_grasp: Sequence[str], other_grasp: Sequence[str], limit: float
+) -> Pairs:
+    """Return all pairs of a row of `own` and a row of `other` whose distance is up to `limit` and
+    whose grasps have different names."""
+    return _search(own, other, own_grasp, other_grasp, limit, False)
+
+
+def _search(
+    own: Float32,
+    other: Float32,
+    own_grasp: Sequence[str],
+    other_grasp: Sequence[str],
+    limit: float,
+    same_set: bool,
+) -> Pairs:
+    names = np.asarray([*own_grasp, *other_grasp], np.str_)
+    codes = np.unique(names, return_inverse=True)[1]
+    own_code = codes[: len(own)]
+    other_code = codes[len(own) :]
+    parts: list[tuple[Rows, Rows, NDArray[np.float64]]] = []
+    count = 0
+    for own_rows, other_rows in _candidates(own, other, limit, same_set):
+        differs = own_code[own_rows] != other_code[other_rows]
+        first = own_rows[differs]
+        second = other_rows[differs]
+        for start in range(0, len(first), _BLOCK):
+            rows = slice(start, start + _BLOCK)
+            distance = distances(own[first[rows]], other[second[rows]])
+            near = distance <= limit
+            parts.append((first[rows][near], second[rows][near], distance[near]))
+            count += int(near.sum())
+            if count >= MOST_PAIRS:
+                return _joined(parts, False, same_set)
+    return _joined(parts, True, same_set)
+
+
+def _joined(
+    parts: Sequence[tuple[Rows, Rows, NDArray[np.float64]]], complete: bool, same_set: bool
+) -> Pairs:
+    """Return pairs in the order of their rows."""
+    first = np.concatenate([part[0] for part in parts] or [np.zeros(0, np.intp)])
+    second = np.concatenate([part[1] for part in parts] or [np.zeros(0, np.intp)])
+    distance = np.concatenate([part[2] for part in parts] or [np.zeros(0)])
+    if same_set:
+        earlier = np.minimum(first, second)
+        second = np.maximum(first, second)
+        first = earlier
+    order = np.lexsort((second, first))
+    return Pairs(first[order], second[order], distance[order], complete)
+
+
+def _candidates(
+    own: Float32, other: Float32, limit: float, same_set: bool
+) -> Iterator[tuple[Rows, Rows]]:
+    """Yield pairs of rows that include all with a distance up to `limit`.
+
+    A projection never increases a distance. Rows are projected on sums of neighbouring bands, whose
+    noise is correlated, and sorted by the direction of largest variance: blocks further apart than
+    `limit` are not compared. All other blocks are compared by a matrix product, whose time does not
+    depend on the data.
+    """
+    if not len(own) or not len(other):
+        return
+    centre = own.mean(axis=0)
+    own_rows = _projected(own - centre)
+    other_rows = _projected(other - centre)
+    direction = _largest_direction(own_rows)
+    own_order = np.argsort(own_rows @ direction, kind="stable")
+    other_order = np.argsort(other_rows @ direction, kind="stable")
+    own_place = (own_rows @ direction)[own_order]
+    other_place = (other_rows @ direction)[other_order]
+    left = _augmented(own_rows[own_order], True)
+    right = _augmented(other_rows[other_order], False)
+    largest = float(left[:, -2].max() + right[:, -1].max())
+    slack = _ROUNDING * largest
+    reach = limit + np.sqrt(slack)
+    for start in range(0, len(left), _BLOCK):
+        stop = min(start + _BLOCK, len(left))
+        low = np.searchsorted(other_place, own_place[start] - reach)
+        high = np.searchsorted(other_place, own_place[stop - 1] + reach, "right")
+        for begin in range(start if same_set else int(low), int(high), _BLOCK):
+            end = min(begin + _BLOCK, int(high))
+            squared = left[start:stop] @ right[begin:end].T
+            rows, columns = np.nonzero(squared <= limit**2 + slack)
+            if same_set:
+                later = columns + begin > rows + start
+                rows = rows[later]
+                columns = columns[later]
+            if len(rows):
+                yield own_order[rows + start], other_order[columns + begin]
+
+
+def _projected(rows: Float32) -> Float32:
+    """Return the projection (n, p) of rows (n, b) on orthonormal vectors, which are constant within
+    groups of neighbouring bands."""
+    bands = rows.shape[1]
+    edges = np.linspace(0, bands, min(_PROJECTED, bands) + 1).astype(int)
+    sums = np.add.reduceat(rows, edges[:-1], axis=1)
+    return (sums / np.sqrt(np.diff(edges))).astype(np.float32)
+
+
+def _largest_direction(rows: Float32) -> Float32:
+    """Return the unit vector (b,) of largest variance of up to 2,000 rows (n, b)."""
+    sample = rows[:: max(1, len(rows) // SAMPLED_PAIRS)].astype(np.float64)
+    vectors = np.linalg.eigh(sample.T @ sample)[1]
+    return vectors[:, -1].astype(np.float32)
+
+
+def _augmented(rows: Float32, is_left: bool) -> Float32:
+    """Return rows (n, b + 2) whose products left @ right.T are squared distances."""
+    squares = np.einsum("ij,ij->i", rows, rows)[:, np.newaxis]
+    ones = np.ones_like(squares)
+    parts = [rows, squares, ones] if is_left else [-2 * rows, ones, squares]
+    return np.concatenate(parts, axis=1)
+
+
+def distances(first: Float32, second: Float32) -> NDArray[np.float64]:
+    """Return the distances (m,) of fingerprints (m, b)."""
+    difference = first.astype(np.float64) - second
+    return np.sqrt(np.einsum("ij,ij->i", difference, difference))

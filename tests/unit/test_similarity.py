@@ -1,0 +1,116 @@
+"""Similar fingerprints: known distances, invariance, exact search, tolerances."""
+
+import numpy as np
+import pytest
+
+from ajgdata.features import similarity
+from ajgdata.features.similarity import (
+    equal_groups,
+    fingerprints,
+    similar_between,
+    similar_pairs,
+    tolerance,
+)
+
+
+def brute_force(prints, grasps, limit):
+    difference = prints[:, None].astype(float) - prints[None]
+    distance = np.sqrt(np.square(difference).sum(axis=2))
+    count = len(prints)
+    return [
+        (a, b)
+        for a in range(count)
+        for b in range(a + 1, count)
+        if grasps[a] != grasps[b] and distance[a, b] <= limit
+    ]
+
+
+def test_distance_is_the_rms_difference_of_levels():
+    frequency_hz = np.linspace(100, 9_000, 128)
+    flat = np.ones(128)
+    changed = np.where(np.arange(128) % 2, 1.2, 0.8)  # the mean remains 1
+    first, second = fingerprints(np.array([flat, changed]), frequency_hz, "magnitude")
+    expected = np.log(1.3 / 0.9) / 2  # FLOOR is added to both
+    assert np.linalg.norm(first - second) == pytest.approx(expected, rel=1e-5)
+
+
+def test_gain_power_and_sound_outside_the_band_change_nothing():
+    frequency_hz = np.linspace(0, 22_050, 1025)
+    values = np.random.default_rng(0).uniform(1, 2, 1025)
+    louder = 7 * values
+    louder[(frequency_hz < 50) | (frequency_hz > 9_500)] = 0
+    prints = fingerprints(np.array([values, louder]), frequency_hz, "magnitude")
+    np.testing.assert_allclose(prints[0], prints[1], atol=1e-6)
+    power = fingerprints(values[np.newaxis] ** 2, frequency_hz, "power")
+    np.testing.assert_allclose(power[0], prints[0], atol=1e-6)
+    assert prints.shape == (2, 439)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_search_is_exact(seed, monkeypatch):
+    monkeypatch.setattr(similarity, "_BLOCK", 17)
+    random = np.random.default_rng(seed)
+    centres = random.normal(size=(5, 12))
+    prints = centres[random.integers(0, 5, 150)] + 0.1 * random.normal(size=(150, 12))
+    monkeypatch.setattr(similarity, "_PROJECTED", 5)
+    prints = prints.astype(np.float32)
+    grasps = random.integers(0, 60, 150).astype(str).tolist()
+    for limit in (0.3, 0.5):
+        pairs = similar_pairs(prints, grasps, limit)
+        expected = brute_force(prints, grasps, limit)
+        assert list(zip(pairs.first, pairs.second, strict=True)) == expected
+        assert pairs.complete
+        assert expected
+        between = similar_between(prints[:70], prints[70:], grasps[:70], grasps[70:], limit)
+        across = [(a, b - 70) for a, b in expected if a < 70 <= b]
+        assert list(zip(between.first, between.second, strict=True)) == across
+
+
+def test_search_stops_after_a_bounded_number_of_pairs(monkeypatch):
+    monkeypatch.setattr(similarity, "MOST_PAIRS", 50)
+    monkeypatch.setattr(similarity, "_BLOCK", 64)
+    pairs = similar_pairs(np.zeros((500, 4), np.float32), [str(n) for n in range(500)], 0.1)
+    assert not pairs.complete
+    assert 50 <= len(pairs.first) < 50 + 64
+
+
+def test_equal_groups():
+    prints = np.array([[1, 2], [3, 4], [1, 2], [5, 6], [3, 4]], np.float32)
+    assert equal_groups(prints) == [[0, 2], [1, 4]]
+
+
+def test_tolerance_follows_from_recordings_of_one_grasp():
+    prints = np.array([[0, 0], [0.1, 0], [5, 0], [5, 0.1]], np.float32)
+    assert tolerance(prints, ["a", "a", "b", "b"]) == pytest.approx(0.05)
+    assert tolerance(10 * prints, ["a", "a", "b", "b"]) == similarity.LARGEST_OF_COPIES
+    assert tolerance(0 * prints, ["a", "a", "b", "b"]) == similarity.FORMAT
+
+
+def test_tolerance_without_repeated_recordings():
+    few = np.arange(5, dtype=np.float32)[:, np.newaxis] / 100
+    assert tolerance(few, list("abcde")) == similarity.LARGEST_OF_COPIES
+    corners = 0.06 * np.eye(20, dtype=np.float32)  # all at the distance .06 sqrt(2)
+    expected = 0.4 * 0.06 * np.sqrt(2)
+    grasps = [str(n) for n in range(20)]
+    assert tolerance(corners, grasps) == pytest.approx(expected)
+    corners[1] = corners[0]  # two copies that share a grasp do not decide
+    assert tolerance(corners, ["0", *grasps[:1], *grasps[2:]]) == pytest.approx(expected)
+
+
+def test_noise_has_the_distance_of_the_formula():
+    """Noise with a share p removed is nearer than independent noise by sqrt(p / (2 (1 - p)))."""
+    random = np.random.default_rng(0)
+    frames = random.rayleigh(size=(400, 512))
+    other = random.rayleigh(size=(400, 512))
+    frequency_hz = np.linspace(100, 9_000, 512)
+    parts = np.array([frames.sum(axis=0), frames[80:].sum(axis=0), other.sum(axis=0)])
+    prints = fingerprints(parts, frequency_hz, "magnitude")
+    copy = np.linalg.norm(prints[1] - prints[0])
+    independent = np.linalg.norm(prints[2] - prints[0])
+    assert copy / independent == pytest.approx(np.sqrt(0.2 / (2 * 0.8)), rel=0.1)
+
+
+def test_no_recordings():
+    empty = np.zeros((0, 128), np.float32)
+    assert not len(similar_pairs(empty, [], 0.1).first)
+    assert tolerance(empty, []) == similarity.LARGEST_OF_COPIES
