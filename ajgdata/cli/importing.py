@@ -26,6 +26,7 @@ LEVELS = ("error", "warning", "note")
 #: Kinds of remarks with their colours, the worst first.
 KINDS = {
     **{"failed": "red", "unreadable": "yellow", "kept": "yellow", "label": "yellow"},
+    **{"warning": "yellow"},
     **{"gone": "yellow", "not used": "default", "note": "yellow"},
 }
 Pattern = Annotated[

@@ -17,6 +17,7 @@ from pydantic import ValidationError
 
 from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE, SESSION_FILE, Paths
 from ajgdata.store.audio import AudioInfo
+from ajgdata.store.counters import grasp_key
 from ajgdata.store.provenance import software
 from ajgdata.store.scan import Remarks, Scan, ScannedFile
 from ajgdata.store.sessions import inside, read_recordings, read_session, write_session
@@ -31,6 +32,10 @@ OTHER_BYTES = (
     "--on-change files takes them"
 )
 OTHER_LABEL = "stays; --on-change labels takes the folder's"
+STILL_THERE = (
+    "stays, because its file is in the folder although this --pattern or --table does not read it. "
+    "To remove it, move the file out of the folder"
+)
 GONE = "no longer in the folder; --on-change prune removes it here, if all files can be read"
 
 
@@ -40,7 +45,8 @@ class Imported:
 
     Kinds: `failed` could not be read, `unreadable` was imported but is not usable audio, `kept` has
     different bytes in the folder, `label` a label that differs from the folder's, `gone` has no
-    file in the folder, `not used` is a file of the folder that is no recording, `note`.
+    file in the folder, `not used` is a file of the folder that is no recording, `warning`
+    what is probably wrong, `note`.
     """
 
     sessions: int = 0
@@ -53,7 +59,7 @@ class Imported:
     @property
     def is_complete(self) -> bool:
         """True if everything that belongs to the data set, by name or table, is imported."""
-        return not any(self.remarks[kind] for kind in ("failed", "unreadable", "kept"))
+        return not any(self.remarks[kind] for kind in ("failed", "unreadable", "kept", "warning"))
 
 
 def are_simulated(scanned: Scan, contents: Contents) -> bool:
@@ -70,9 +76,18 @@ def are_simulated(scanned: Scan, contents: Contents) -> bool:
 
 
 def import_sessions(
-    paths: Paths, dataset: str, scanned: Scan, contents: Contents, copy: bool, on_change: OnChange
+    paths: Paths,
+    dataset: str,
+    scanned: Scan,
+    contents: Contents,
+    copy: bool,
+    on_change: OnChange,
+    *,
+    is_named: bool = False,
 ) -> Imported:
     """Write the sessions of `scanned` into `dataset`.
+
+    `is_named`: the user named the session, so it may get the recordings of another folder.
 
     A file that is not in `contents` could not be read, and nothing of it is written. Raises
     DataError, before anything is written, for a session that cannot be added to.
@@ -85,6 +100,9 @@ def import_sessions(
         _SessionImport(paths.session(dataset, name), replace(scanned, files=own), copy, on_change)
         for name, own in sorted(files.items())
     ]
+    if not is_named and on_change != OnChange.FILES:
+        for session in sessions:
+            session.check_same_folder(contents)
     for session in sessions:
         session.run(contents, result)
     return result
@@ -101,12 +119,29 @@ class _SessionImport:
         new = _new_session(target, scanned, root)
         self.declared = read_session(target) if is_old else new
         self.rows = _rows(target)
+        #: Spelling of each grasp that the session has already.
+        self.known_grasps = {grasp_key(row.grasp_id): row.grasp_id for row in self.rows.values()}
         self.original_files = {row.file for row in self.rows.values()}
         if self.declared.source != new.source or self.declared.audio_root != root:
             held = self.declared.audio_root
             problem = f"this session's source is {self.declared.source}, "
             problem += f"its recordings are in {held}" if held else "with copies of its recordings"
             raise DataError(target, problem, "import the same way, or with another --session")
+
+    def check_same_folder(self, contents: Contents) -> None:
+        """Raise DataError if the folder has new recordings and none that the session has.
+
+        Folders of two days can have one name, and even the same names of files.
+        """
+        files = [file for file in self.files if file.path in contents]
+        known = {row.sha256 for row in self.rows.values()}
+        is_known = any(contents[file.path][0] in known for file in files)
+        has_new = any(self._file_name(file.path) not in self.original_files for file in files)
+        if not self.rows or is_known or not has_new:
+            return
+        problem = f"session {self.target.name!r} has {len(self.rows)} recordings from another "
+        problem += f"folder, and none of the {len(files)} files of {self.folder}"
+        raise DataError(self.target, problem, "name another session with --session")
 
     def run(self, contents: Contents, result: Imported) -> None:
         """Import the files of this session. Whatever ends it, written files are in the table."""
@@ -117,11 +152,14 @@ class _SessionImport:
             for file, name in names:
                 self._take(file, name, contents[file.path][0], result)
             unmatched = sorted(set(self.rows) - {name for _, name in names})
+            unread = [name for name in unmatched if self._is_in_folder(self.rows[name])]
+            self.remarks["warning"] += [(name, STILL_THERE) for name in unread]
+            gone = [name for name in unmatched if name not in unread]
             if self.on_change == OnChange.PRUNE and not self.remarks["failed"]:
-                obsolete = [self.rows.pop(name).file for name in unmatched]
+                obsolete = [self.rows.pop(name).file for name in gone]
                 result.removed += len(obsolete)
             else:
-                self.remarks["gone"] += [(name, GONE) for name in unmatched]
+                self.remarks["gone"] += [(name, GONE) for name in gone]
             infos = [contents[file.path][1] for file, _ in names]
             rates = {self.declared.sample_rate_hz, *(i.sample_rate_hz for i in infos if i)} - {None}
             update = {"sample_rate_hz": rates.pop() if len(rates) == 1 else None}
@@ -134,6 +172,12 @@ class _SessionImport:
                 write_session(self.target, self.declared, rows)
         for name in obsolete if self.copy else ():
             (self.target / name).unlink(missing_ok=True)
+
+    def _is_in_folder(self, row: Recording) -> bool:
+        """Return True if the folder has the file of a row, and this import does not read it."""
+        file = row.file.removeprefix(f"{AUDIO_FOLDER}/") if self.copy else row.file
+        is_read = any(Path(file) == read.path for read in self.files)
+        return not is_read and (self.folder / file).is_file()
 
     def _matched(self, contents: Contents) -> list[tuple[ScannedFile, str]]:
         """Return each readable file with the recording_id of its row: the row with its sha256 (and
@@ -192,6 +236,10 @@ class _SessionImport:
             target = f"{Path(target).with_suffix('')}~{digest[:12]}{file.path.suffix}"
         defaults = {"sample": "0", "quality": "ok"}
         cells = {column: file.cells[column] or defaults.get(column, "") for column in CELLS}
+        if file.has_grasp_number:
+            cells["grasp_id"] = self.known_grasps.get(
+                grasp_key(cells["grasp_id"]), cells["grasp_id"]
+            )
         values = {"recording_id": name, "file": target, "sha256": digest, "labels": file.labels}
         return Recording.model_validate(cells | values)
 
