@@ -153,7 +153,7 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
         say(f"next: ajgdata check {spec.name}, then ajgdata run {spec.name}")
     else:
         say(f"next: ajgdata check {spec.name} (no task of this data set is possible yet)")
-    return any(issue.code == "mixed_grasp" for issue in issues)
+    return any(issue.code in ("mixed_grasp", "repeated_sample") for issue in issues)
 
 
 def check(
