@@ -45,16 +45,16 @@ def column_kind(texts: Collection[str]) -> ColumnKind:
     """
     present = {text for text in texts if text}
     missing_numbers = {text for text in present if text.lower() in MISSING_NUMBERS}
-    numbers, others = _split(present - missing_numbers)
+    numbers, words = _split(present - missing_numbers)
     is_number = len(numbers) >= MIN_NUMBERS
-    if is_number and len(numbers) >= MIN_SHARE * (len(numbers) + len(others)):
+    if is_number and len(numbers) >= MIN_SHARE * (len(numbers) + len(words)):
         values = [number(text) for text in numbers]
         reason = f"{len(numbers)} distinct numbers, {min(values):g} to {max(values):g}"
-        return _declared("regression", missing_numbers, f"a number ({reason})", _no_numbers(others))
+        return _declared("regression", missing_numbers, f"a number ({reason})", _no_numbers(words))
     missing = {text for text in present if text.lower() in MISSING}
     classes = present - missing
     warnings = [
-        *_commas(others),
+        *_commas(words),
         *_like_missing(classes & missing_numbers),
         *_like_each_other(classes),
     ]
@@ -74,15 +74,15 @@ def _declared(
 
 def _split(texts: Collection[str]) -> tuple[list[str], list[str]]:
     """Return the texts that are finite numbers, and the others."""
-    numbers, others = [], []
+    numbers, words = [], []
     for text in sorted(texts):
         try:
             number(text)
         except ValueError:
-            others.append(text)
+            words.append(text)
         else:
             numbers.append(text)
-    return numbers, others
+    return numbers, words
 
 
 def _listed(texts: Collection[str]) -> str:
@@ -90,15 +90,15 @@ def _listed(texts: Collection[str]) -> str:
     return ", ".join(shown[:LISTED]) + (", …" if len(shown) > LISTED else "")
 
 
-def _no_numbers(others: Collection[str]) -> list[str]:
-    if not others:
+def _no_numbers(words: Collection[str]) -> list[str]:
+    if not words:
         return []
     fix = "correct the cells (a decimal point, no unit), or declare the text under `missing`"
-    return [f"{_listed(others)} among numbers: no task uses these recordings; {fix}"]
+    return [f"{_listed(words)} among numbers: no task uses these recordings; {fix}"]
 
 
-def _commas(others: Collection[str]) -> list[str]:
-    commas = [text for text in others if _DECIMAL_COMMA.fullmatch(text)]
+def _commas(words: Collection[str]) -> list[str]:
+    commas = [text for text in words if _DECIMAL_COMMA.fullmatch(text)]
     if len(commas) < MIN_NUMBERS:
         return []
     return [f"{_listed(commas)} are numbers with a decimal comma; write a point instead"]

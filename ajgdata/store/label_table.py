@@ -165,9 +165,9 @@ class FoundFile:
 
 def find_files(names: Collection[str], files: Collection[Path]) -> dict[str, FoundFile]:
     """Return, for each name, the files of the first step of STEPS that finds any."""
-    found: dict[str, FoundFile] = {}
+    matches: dict[str, FoundFile] = {}
     for step, reading in STEPS.items():
-        open_names = [name for name in names if name not in found]
+        open_names = [name for name in names if name not in matches]
         if not open_names:
             break
         by_reading: dict[str, list[Path]] = defaultdict(list)
@@ -175,8 +175,8 @@ def find_files(names: Collection[str], files: Collection[Path]) -> dict[str, Fou
             by_reading[reading(file.as_posix())].append(file)
         for name in open_names:
             if candidates := by_reading.get(reading(name)):
-                found[name] = FoundFile(step, tuple(candidates))
-    return found
+                matches[name] = FoundFile(step, tuple(candidates))
+    return matches
 
 
 def visible(text: str) -> str:

@@ -104,6 +104,7 @@ def scan(folder: Path, settings: ImportSettings, name: str) -> Scan:
         else:
             result.remarks["failed"].append((path.as_posix(), "not a file, or a broken link"))
     _name_sessions(result)
+    _note_grasps_without_object(result)
     numbers = _sample_numbers({file.cells["sample"] for file in result.files})
     result.files = [
         replace(file, cells={**file.cells, "sample": numbers[file.cells["sample"]]})
@@ -196,13 +197,13 @@ def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result:
     table = read_label_table(where, re.findall(r"\{([^{}]*)\}", settings.file))
     result.remarks["note"] += table.notes
     named = [(_filled("file", settings.file, cells), cells) for _, cells in table.rows]
-    found = find_files({name for name, _ in named}, audio)
+    matches = find_files({name for name, _ in named}, audio)
     rows: Rows = {}
     names: dict[Path, str] = {}
     looser: dict[str, list[str]] = defaultdict(list)
     missing = []
     for name, cells in named:
-        match = found.get(name)
+        match = matches.get(name)
         if match is None:
             missing.append((visible(name), f"in {settings.table} but not in the folder"))
             continue
@@ -306,13 +307,14 @@ def _plain(texts: Mapping[str, str]) -> dict[str, str]:
     return {column: plain_text(text) for column, text in texts.items()}
 
 
-def _grasp_columns(columns: Mapping[str, str], settings: ImportSettings) -> list[str]:
+def _grasp_columns(rows: Rows, columns: Mapping[str, str], settings: ImportSettings) -> list[str]:
     """Return the columns that a grasp is identified by: those of --grasp, else those of the role.
 
     `object` identifies a grasp too, but a grasp without one is still a grasp of several recordings.
     """
     if settings.grasp:
-        return [name for name in re.findall(r"\{([^{}]*)\}", settings.grasp) if name in columns]
+        names = next(iter(rows.values()), {})
+        return [name for name in re.findall(r"\{([^{}]*)\}", settings.grasp) if name in names]
     return [name for name, role in columns.items() if role in ("grasp", "grasp_id")]
 
 
@@ -320,7 +322,7 @@ def _note_empty_grasps(
     rows: Rows, columns: Mapping[str, str], settings: ImportSettings, result: Scan
 ) -> None:
     """Warn about rows whose grasp is empty: they would be grasps of their own."""
-    used = _grasp_columns(columns, settings)
+    used = _grasp_columns(rows, columns, settings)
     if settings.grasp:
         empty = [path for path, texts in rows.items() if not all(texts[name] for name in used)]
     else:
@@ -343,7 +345,7 @@ def _with_joined_numbers(
     several."""
     samples = [name for name, role in columns.items() if role == "sample"]
     joined = {path: dict(texts) for path, texts in rows.items()}
-    for name in [*_grasp_columns(columns, settings), *samples]:
+    for name in [*_grasp_columns(rows, columns, settings), *samples]:
         spellings = joined_spellings({texts[name] for texts in rows.values()})
         for texts in joined.values():
             texts[name] = spellings.get(texts[name], texts[name])
@@ -353,6 +355,19 @@ def _with_joined_numbers(
             problem = f"{count} numbers of {name} are spelled in several ways"
             result.remarks["note"].append((problem, f"each is one {name}: {forms}"))
     return joined
+
+
+def _note_grasps_without_object(result: Scan) -> None:
+    """Warn about numbered grasps without an object or label, if other rows have one: equal numbers
+    of different objects would be one grasp."""
+    numbered = [file for file in result.files if file.has_grasp_number]
+    empty = [file.path.as_posix() for file in numbered if not file.cells["object"]]
+    has_label = any(file.cells["object"] for file in numbered)
+    if empty and has_label:
+        counted = f"{len(empty)} of {len(numbered)} rows have the number of a grasp, "
+        counted += "but no object or label"
+        reason = f"equal numbers are one grasp ({_examples(empty)}); fill the cells"
+        result.remarks["warning"].append((counted, reason))
 
 
 def _name_sessions(result: Scan) -> None:

@@ -75,3 +75,15 @@ def test_prune_with_a_narrower_pattern_removes_only_what_is_gone(src, ajgdata, r
     assert printed.code == 3
     assert "its file is in the folder" in printed.text
     assert {row["recording_id"] for row in rows("d")} == {"1_cube", "1_ball", "2_ball"}
+
+
+def test_a_numbered_grasp_without_its_label_is_a_warning(src, ajgdata):
+    lines = ["file,label,grasp"]
+    for number, label in enumerate(("cube", "", "ball", "")):
+        write_wav(src / f"r{number}.wav", resonances(0, number))
+        lines.append(f"r{number},{label},1")
+    (src / "t.csv").write_text("\n".join(lines) + "\n")
+    table = ("--table", "t.csv", "--file", "{file}.wav", "--target", "label")
+    printed = ajgdata("import", src, "--dataset", "d", *table)
+    assert printed.code == 3
+    assert "2 of 4 rows have the number of a grasp, but no object or label" in printed.text
