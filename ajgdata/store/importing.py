@@ -19,7 +19,7 @@ from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE, SESSION_FILE, Paths
 from ajgdata.store.audio import AudioInfo
 from ajgdata.store.counters import grasp_key
 from ajgdata.store.provenance import software
-from ajgdata.store.scan import Remarks, Scan, ScannedFile
+from ajgdata.store.scan import Remarks, Scan, ScannedFile, file_id
 from ajgdata.store.sessions import inside, read_recordings, read_session, write_session
 from ajgdata.types import DataError, OnChange, Recording, Session, describe
 
@@ -205,7 +205,10 @@ class _SessionImport:
 
     def _file_name(self, path: Path) -> str:
         """Return `file` of a new row: the path in the folder, or below audio/ for a copy."""
-        return f"{AUDIO_FOLDER}/{path.as_posix()}" if self.copy else path.as_posix()
+        name = path.as_posix()
+        if self.copy:
+            return f"{AUDIO_FOLDER}/{name}"
+        return name if name == name.strip() else f"./{name}"  # a cell loses blanks at its ends
 
     def _take(self, file: ScannedFile, name: str, digest: str, result: Imported) -> None:
         """Import one file as the recording `name`, or list why not."""
@@ -274,7 +277,7 @@ class _SessionImport:
 
 def _new_id(file: ScannedFile, used: Collection[str]) -> str:
     """Return the id that a table gives, else the path without suffix; numbered if it is used."""
-    plain = file.cells["recording_id"] or file.path.with_suffix("").as_posix()
+    plain = file.cells["recording_id"] or file_id(file.path)
     name, count = plain, 1
     while name in used:
         count += 1

@@ -238,6 +238,12 @@ def _examples(texts: list[str]) -> str:
     return ", ".join(texts[:EXAMPLES]) + (", …" if len(texts) > EXAMPLES else "")
 
 
+def file_id(path: Path) -> str:
+    """Return what identifies a file: its path without suffix. Blanks at the ends, which a table
+    does not keep, become _."""
+    return re.sub(r"^\s+|\s+$", "_", path.with_suffix("").as_posix())
+
+
 def _columns(texts: Mapping[str, str], settings: ImportSettings, result: Scan) -> dict[str, str]:
     """Return the role, or the name as a label, of each column that is stored.
 
@@ -295,7 +301,7 @@ def _scanned(
     grasp = f"{object_name}/{number}" if object_name and number else number
     grasp_id = filled.get("grasp") or ("" if settings.grasp else named.get("grasp_id", ""))
     cells = {
-        "grasp_id": grasp_id or grasp or path.with_suffix("").as_posix(),
+        "grasp_id": grasp_id or grasp or file_id(path),
         "object": object_name,
         **{role: named.get(role, "") for role in ("recording_id", "sample", "quality")},
     }

@@ -96,3 +96,17 @@ def test_a_name_that_two_files_fit_is_not_guessed(src, ajgdata, rows):
     assert printed.code == 3
     assert "several files have this name" in printed.text
     assert labels(rows) == {"2.wav": "ball", "3.wav": "cube"}
+
+
+@pytest.mark.parametrize("options", [(), ("--reference",)])
+def test_twins_that_differ_in_a_space_are_two_recordings(src, ajgdata, rows, options):
+    recordings(src, [" a.wav", "a.wav", " b.wav", "b.wav"])
+    (src / "t.csv").write_text("name,label\n a,cube\na,ball\n b,cube\nb,ball\n")
+    table = ("--table", "t.csv", "--file", "{name}.wav", "--target", "label")
+    assert ajgdata("import", src, "--dataset", "d", *table, *options).code == 0
+    cells = rows("d")
+    assert {row["recording_id"] for row in cells} == {"_a", "a", "_b", "b"}
+    assert len({row["grasp_id"] for row in cells}) == 4
+    assert "4 recordings checked: 0 errors, 0 warnings" in ajgdata("check", "d").text
+    again = ajgdata("import", src, "--dataset", "d", *options)
+    assert "0 added, 0 changed, 4 unchanged" in again.text
