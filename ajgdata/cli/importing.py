@@ -34,7 +34,7 @@ LEVELS = ("error", "warning", "note")
 #: Kinds of remarks with their colours, the worst first.
 KINDS = {
     **{"failed": "red", "unreadable": "yellow", "kept": "yellow", "label": "yellow"},
-    **{"unused": "yellow", "gone": "yellow", "channels": "yellow"},
+    **{"warning": "yellow", "unused": "yellow", "gone": "yellow", "channels": "yellow"},
     **{"not used": "default", "note": "yellow"},
 }
 Pattern = Annotated[
@@ -177,7 +177,7 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
         say(f"next: ajgdata check {spec.name}, then ajgdata run {spec.name}")
     else:
         say(f"next: ajgdata check {spec.name} (no task of this data set is possible yet)")
-    return any(issue.code == "mixed_grasp" for issue in issues)
+    return any(issue.code in ("mixed_grasp", "repeated_sample") for issue in issues)
 
 
 def _used(microphone: int | str | None) -> str:

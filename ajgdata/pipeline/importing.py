@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline.column_kinds import ColumnKind, column_kind
 from ajgdata.pipeline.microphones import check_declared, chosen_microphone
 from ajgdata.pipeline.progress import tracked
 from ajgdata.store.audio import AudioError, hash_and_inspect
 from ajgdata.store.file_names import UNUSED_FIELD
 from ajgdata.store.files import BRINGING, alone
 from ajgdata.store.importing import Contents, Imported, are_simulated, import_sessions
-from ajgdata.store.labels import number
 from ajgdata.store.publishing.columns import RENAME, unpublishable
-from ajgdata.store.scan import Scan, scan, slug
+from ajgdata.store.scan import Scan, scan
+from ajgdata.store.session_names import slug
 from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset, write_dataset
 from ajgdata.types import (
     AudioSettings,
@@ -26,7 +27,6 @@ from ajgdata.types import (
     DatasetSpec,
     ImportSettings,
     OnChange,
-    Target,
     Task,
     checked,
     checked_name,
@@ -36,10 +36,8 @@ from ajgdata.types import (
 FOLDS = 5
 #: Models of a first run: they train in seconds.
 FIRST_MODELS = ("linear", "knn")
-#: A column with fewer distinct numbers is a class.
-MIN_NUMBERS = 11
-#: How programs write a missing value.
-MISSING = {"nan", "n/a", "#n/a", "<na>", "null"}
+#: Recordings listed in a remark.
+SHOWN = 3
 #: Groups of a pattern that count, and are not learnt unless named.
 COUNTERS = ("n", "fold", "take", "clip")
 
@@ -68,7 +66,7 @@ def import_folder(
     if declared and declared.recipe:
         raise DataError(path, "has a recipe, which makes its sessions", "choose another data set")
     chosen = _chosen(settings, declared)
-    scanned = scan(folder, chosen, name=slug(folder.resolve().name))
+    scanned = scan(folder, chosen, name=folder.resolve().name)
     contents = _read(scanned)
     scanned.is_simulated = are_simulated(scanned, contents)
     if declared:
@@ -77,9 +75,12 @@ def import_folder(
         check_declared(path, declared.audio, microphone)
     spec = declared or declare(dataset, scanned, contents, chosen, targets, microphone)
     _note_columns(paths, spec, scanned, targets)
+    is_named = bool(settings and settings.session)
     with alone(paths.recordings(dataset), BRINGING):
         try:
-            result = import_sessions(paths, dataset, scanned, contents, copy, on_change)
+            result = import_sessions(
+                paths, dataset, scanned, contents, copy, on_change, is_named=is_named
+            )
         finally:
             if not path.exists() and list_sessions(paths, dataset):
                 write_dataset(paths, spec)
@@ -151,10 +152,15 @@ def declare(
     if settings.table and not targets:
         raise DataError("--target", "a table has many columns", f"name labels among {columns}")
     texts = {column: {file.text(column) for file in scanned.files} for column in chosen}
-    inferred = {column: infer_target(texts[column]) for column in chosen}
-    for column, (_, reason) in inferred.items():
-        scanned.remarks["note"].append((f"target {column}", reason))
-    possible = [c for c, (t, _) in inferred.items() if len(texts[c] - {"", *t.missing}) > 1]
+    inferred = {column: column_kind(texts[column]) for column in chosen}
+    for column, kind in inferred.items():
+        scanned.remarks["note"].append((f"target {column}", kind.reason))
+        _note_cells(scanned, column, kind)
+    possible = [
+        column
+        for column, kind in inferred.items()
+        if len(texts[column] - {"", *kind.target.missing}) > 1
+    ]
     folder = scanned.folder.name
     try:
         return DatasetSpec(
@@ -162,7 +168,7 @@ def declare(
             title=name,
             description=f"Imported from a folder named {folder!r}. Complete this declaration.",
             audio=_common_audio(scanned, contents, microphone),
-            targets={column: target for column, (target, _) in inferred.items()},
+            targets={column: kind.target for column, kind in inferred.items()},
             tasks={
                 column: Task(target=column, folds=FOLDS, models=FIRST_MODELS)
                 for column in possible or inferred
@@ -178,26 +184,19 @@ def _is_learnt(column: str) -> bool:
     return column not in COUNTERS and not re.fullmatch(UNUSED_FIELD.format(r"\d+"), column)
 
 
-def infer_target(texts: Collection[str]) -> tuple[Target, str]:
-    """Return how a column with these distinct texts is declared, and why.
-
-    A column with at least MIN_NUMBERS distinct numbers and no other text is a number, any other
-    column is a class. Words for a missing value are declared missing.
-    """
-    missing = tuple(sorted(text for text in texts if text.lower() in MISSING))
-    present = set(texts) - {"", *missing}
-    try:
-        values = [number(text) for text in present]
-    except ValueError:
-        values = []
-    if len(values) >= MIN_NUMBERS:
-        kind, reason = "regression", f"{len(values)} distinct numbers, "
-        reason = f"a number ({reason}{min(values):g} to {max(values):g})"
-    else:
-        kind, reason = "classification", f"a class ({len(present)} distinct texts)"
-    if missing:
-        reason += f"; declared missing: {', '.join(missing)}"
-    return Target(kind=kind, missing=missing), reason
+def _note_cells(scanned: Scan, column: str, kind: ColumnKind) -> None:
+    """Note the recordings whose cell is missing by its text, and warn about doubtful cells."""
+    for text in kind.target.missing:
+        files = [file.path.as_posix() for file in scanned.files if file.text(column) == text]
+        shown = ", ".join(files[:SHOWN]) + (", …" if len(files) > SHOWN else "")
+        reason = f"{text!r} is missing in {len(files)} recordings: {shown}"
+        scanned.remarks["note"].append((f"target {column}", reason))
+    for warning in kind.warnings:
+        files = [
+            file.path.as_posix() for file in scanned.files if repr(file.text(column)) in warning
+        ]
+        shown = ", ".join(files[:SHOWN]) + (", …" if len(files) > SHOWN else "")
+        scanned.remarks["warning"].append((f"target {column}", f"{warning} (in {shown})"))
 
 
 def _common_audio(scanned: Scan, contents: Contents, microphone: int | str | None) -> AudioSettings:

@@ -154,11 +154,15 @@ def label_tables(paths: Paths, dataset: str) -> dict[str, list[dict[str, str]]]:
 
 
 def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
-    """Return a warning for grasps with two objects or target values, and for impossible tasks."""
+    """Return a warning for grasps with two objects or target values, for numbers of samples that
+    stand twice in a grasp, and for impossible tasks."""
     mixed_fix = "give each grasp of a session its own grasp_id"
     columns = dict.fromkeys(("object", *spec.targets))
     problems = [_mixed_grasps(tables, column, spec.targets.get(column)) for column in columns]
     issues = [("mixed_grasp", problem, mixed_fix) for problem in problems if problem]
+    if problem := _repeated_samples(tables):
+        sample_fix = "correct the numbers, or import with a --grasp that separates them"
+        issues.append(("repeated_sample", problem, sample_fix))
     class_fix = "record or import another class"
     issues += [("no_task", problem, class_fix) for problem in impossible_tasks(tables, spec)]
     return [Finding("*", "*", "", "warning", *issue) for issue in issues]
@@ -175,6 +179,27 @@ def _mixed_grasps(tables: Tables, column: str, target: Target | None) -> str:
     noun = "object" if column == "object" else f"value of {column}"
     counted = f"{len(mixed)} of {len(values)} grasps have more than one {noun}"
     return f"{counted}: {_listed(mixed)}" if mixed else ""
+
+
+def _repeated_samples(tables: Tables) -> str:
+    """Return a line on recordings with one grasp and one sample; "" if there are none.
+
+    A grasp whose recordings all have sample 0 has no numbers of samples.
+    """
+    samples: dict[str, dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
+    for session, rows in tables.items():
+        for row in rows:
+            if not is_rejected(row):
+                grasp = samples[f"{session}/{row['grasp_id']}"]
+                grasp[str(row["sample"])].append(row["recording_id"])
+    repeated = [
+        f"{grasp}, sample {number} ({', '.join(names[:2])})"
+        for grasp, numbers in samples.items()
+        for number, names in numbers.items()
+        if len(names) > 1 and set(numbers) != {"0"}
+    ]
+    counted = f"{len(repeated)} pairs of grasp and sample have several recordings"
+    return f"{counted}: {_listed(repeated)}" if repeated else ""
 
 
 def impossible_tasks(tables: Tables, spec: DatasetSpec) -> list[str]:

@@ -17,9 +17,10 @@ from pydantic import ValidationError
 
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE, Paths
 from ajgdata.store.audio import AudioInfo, file_sha256
+from ajgdata.store.counters import grasp_key
 from ajgdata.store.files import copy as copy_file
 from ajgdata.store.provenance import software
-from ajgdata.store.scan import Remarks, Scan, ScannedFile
+from ajgdata.store.scan import Remarks, Scan, ScannedFile, file_id
 from ajgdata.store.sessions import inside, read_recordings, read_session, write_session
 from ajgdata.types import DataError, Excitation, OnChange, Recording, Session, describe
 
@@ -36,6 +37,10 @@ OTHER_PLAYED = (
     "the played sound is not the stored sound of the session. If these are recordings of another "
     "sound, import them with --session; --on-change files takes this sound"
 )
+STILL_THERE = (
+    "stays, because its file is in the folder although this --pattern or --table does not read it. "
+    "To remove it, move the file out of the folder"
+)
 GONE = "no longer in the folder; --on-change prune removes it here, if all files can be read"
 
 
@@ -46,8 +51,8 @@ class Imported:
     Kinds: `failed` could not be read, `unreadable` was imported but is not usable audio, `kept` has
     different bytes in the folder, `label` a label that differs from the folder's, `gone` has no
     file in the folder, `channels` was imported with another number of channels than other files,
-    `unused` a part of the file names that varies and is not in the pattern,
-    `not used` is a file of the folder that is no recording, `note`.
+    `unused` a part of the file names that varies and is not in the pattern, `not used` is a file
+    of the folder that is no recording, `warning` what is probably wrong, `note`.
     """
 
     sessions: int = 0
@@ -59,9 +64,9 @@ class Imported:
 
     @property
     def is_complete(self) -> bool:
-        """True if everything that belongs to the data set, by name or table, is imported, if files
-        have equal numbers of channels, and if the pattern uses all parts of the names that vary."""
-        kinds = ("failed", "unreadable", "kept", "channels", "unused")
+        """True if everything that belongs to the data set, by name or table, is imported, and no
+        remark is a warning."""
+        kinds = ("failed", "unreadable", "kept", "channels", "unused", "warning")
         return not any(self.remarks[kind] for kind in kinds)
 
 
@@ -79,9 +84,18 @@ def are_simulated(scanned: Scan, contents: Contents) -> bool:
 
 
 def import_sessions(
-    paths: Paths, dataset: str, scanned: Scan, contents: Contents, copy: bool, on_change: OnChange
+    paths: Paths,
+    dataset: str,
+    scanned: Scan,
+    contents: Contents,
+    copy: bool,
+    on_change: OnChange,
+    *,
+    is_named: bool = False,
 ) -> Imported:
     """Write the sessions of `scanned` into `dataset`.
+
+    `is_named`: the user named the session, so it may get the recordings of another folder.
 
     A file that is not in `contents` could not be read, and nothing of it is written. Raises
     DataError, before anything is written, for a session that cannot be added to.
@@ -94,6 +108,9 @@ def import_sessions(
         _SessionImport(paths.session(dataset, name), replace(scanned, files=own), copy, on_change)
         for name, own in sorted(files.items())
     ]
+    if not is_named and on_change != OnChange.FILES:
+        for session in sessions:
+            session.check_same_folder(contents)
     for session in sessions:
         session.run(contents, result)
     return result
@@ -111,12 +128,29 @@ class _SessionImport:
         new = _new_session(target, scanned, root)
         self.declared = read_session(target) if is_old else new
         self.rows = _rows(target)
+        #: Spelling of each grasp that the session has already.
+        self.known_grasps = {grasp_key(row.grasp_id): row.grasp_id for row in self.rows.values()}
         self.original_files = {row.file for row in self.rows.values()}
         if self.declared.source != new.source or self.declared.audio_root != root:
             held = self.declared.audio_root
             problem = f"this session's source is {self.declared.source}, "
             problem += f"its recordings are in {held}" if held else "with copies of its recordings"
             raise DataError(target, problem, "import the same way, or with another --session")
+
+    def check_same_folder(self, contents: Contents) -> None:
+        """Raise DataError if the folder has new recordings and none that the session has.
+
+        Folders of two days can have one name, and even the same names of files.
+        """
+        files = [file for file in self.files if file.path in contents]
+        known = {row.sha256 for row in self.rows.values()}
+        is_known = any(contents[file.path][0] in known for file in files)
+        has_new = any(self._file_name(file.path) not in self.original_files for file in files)
+        if not self.rows or is_known or not has_new:
+            return
+        problem = f"session {self.target.name!r} has {len(self.rows)} recordings from another "
+        problem += f"folder, and none of the {len(files)} files of {self.folder}"
+        raise DataError(self.target, problem, "name another session with --session")
 
     def run(self, contents: Contents, result: Imported) -> None:
         """Import the files of this session. Whatever ends it, written files are in the table."""
@@ -127,11 +161,14 @@ class _SessionImport:
             for file, name in names:
                 self._take(file, name, contents[file.path][0], result)
             unmatched = sorted(set(self.rows) - {name for _, name in names})
+            unread = [name for name in unmatched if self._is_in_folder(self.rows[name])]
+            self.remarks["warning"] += [(name, STILL_THERE) for name in unread]
+            gone = [name for name in unmatched if name not in unread]
             if self.on_change == OnChange.PRUNE and not self.remarks["failed"]:
-                obsolete = [self.rows.pop(name).file for name in unmatched]
+                obsolete = [self.rows.pop(name).file for name in gone]
                 result.removed += len(obsolete)
             else:
-                self.remarks["gone"] += [(name, GONE) for name in unmatched]
+                self.remarks["gone"] += [(name, GONE) for name in gone]
             infos = [contents[file.path][1] for file, _ in names]
             rates = {self.declared.sample_rate_hz, *(i.sample_rate_hz for i in infos if i)} - {None}
             update = {"sample_rate_hz": rates.pop() if len(rates) == 1 else None}
@@ -145,6 +182,12 @@ class _SessionImport:
                 write_session(self.target, self.declared, rows)
         for name in obsolete if self.copy else ():
             (self.target / name).unlink(missing_ok=True)
+
+    def _is_in_folder(self, row: Recording) -> bool:
+        """Return True if the folder has the file of a row, and this import does not read it."""
+        file = row.file.removeprefix(f"{AUDIO_FOLDER}/") if self.copy else row.file
+        is_read = any(Path(file) == read.path for read in self.files)
+        return not is_read and (self.folder / file).is_file()
 
     def _matched(self, contents: Contents) -> list[tuple[ScannedFile, str]]:
         """Return each readable file with the recording_id of its row: the row with its sha256 (and
@@ -172,7 +215,10 @@ class _SessionImport:
 
     def _file_name(self, path: Path) -> str:
         """Return `file` of a new row: the path in the folder, or below audio/ for a copy."""
-        return f"{AUDIO_FOLDER}/{path.as_posix()}" if self.copy else path.as_posix()
+        name = path.as_posix()
+        if self.copy:
+            return f"{AUDIO_FOLDER}/{name}"
+        return name if name == name.strip() else f"./{name}"  # a cell loses blanks at its ends
 
     def _take(self, file: ScannedFile, name: str, digest: str, result: Imported) -> None:
         """Import one file as the recording `name`, or list why not."""
@@ -203,6 +249,10 @@ class _SessionImport:
             target = f"{Path(target).with_suffix('')}~{digest[:12]}{file.path.suffix}"
         defaults = {"sample": "0", "quality": "ok"}
         cells = {column: file.cells[column] or defaults.get(column, "") for column in CELLS}
+        if file.has_grasp_number:
+            cells["grasp_id"] = self.known_grasps.get(
+                grasp_key(cells["grasp_id"]), cells["grasp_id"]
+            )
         values = {"recording_id": name, "file": target, "sha256": digest, "labels": file.labels}
         return Recording.model_validate(cells | values)
 
@@ -260,7 +310,7 @@ class _SessionImport:
 
 def _new_id(file: ScannedFile, used: Collection[str]) -> str:
     """Return the id that a table gives, else the path without suffix; numbered if it is used."""
-    plain = file.cells["recording_id"] or file.path.with_suffix("").as_posix()
+    plain = file.cells["recording_id"] or file_id(file.path)
     name, count = plain, 1
     while name in used:
         count += 1

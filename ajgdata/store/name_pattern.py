@@ -1,4 +1,4 @@
-"""Regular expressions for file names: a wrong pattern, or an endless search, is one line."""
+"""Regular expressions for file names: one line for a wrong pattern or an endless search."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def compile_pattern(text: str) -> regex.Pattern[str]:
 
 
 def match_name(pattern: regex.Pattern[str], name: str) -> regex.Match[str] | None:
-    """Return the match of a whole file name, None if there is none.
+    """Return the match of a whole file name, None if the name does not match.
 
     Raises DataError if the search takes more than TIMEOUT_S.
     """

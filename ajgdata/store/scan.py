@@ -13,9 +13,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ajgdata.paths import SESSION_FILE
+from ajgdata.store.counters import joined_spellings
 from ajgdata.store.file_names import unused_parts
-from ajgdata.store.files import plain_text, read_csv, read_text
+from ajgdata.store.files import plain_text
+from ajgdata.store.label_table import find_files, read_label_table, row_cells, visible
 from ajgdata.store.name_pattern import compile_pattern, match_name
+from ajgdata.store.session_names import is_changed, session_names, slug
 from ajgdata.store.starter_kit import STARTER_KIT
 from ajgdata.types import NAME, DataError, ImportSettings, checked_name, is_reserved
 
@@ -34,6 +37,10 @@ UNUSED_PART = (
     "differ between files in a part that the pattern does not use. Name this part, e.g. "
     r"(?P<grasp>\d+), or (?P<take>.+) for a part that is stored and not learnt"
 )
+#: A match by the last step is a guess about what a spreadsheet did; see `label_table.STEPS`.
+LOOSEST_STEP = "zeros of numbers"
+#: Examples in a remark about many files.
+EXAMPLES = 3
 #: Names and reasons by kind, e.g. `failed`.
 Remarks = defaultdict[str, list[tuple[str, str]]]
 Rows = dict[Path, dict[str, str]]
@@ -51,6 +58,7 @@ class ScannedFile:
     session: str
     cells: Mapping[str, str]
     labels: Mapping[str, str]
+    has_grasp_number: bool = False
 
     def text(self, column: str) -> str:
         """Return the text of a label or of `object`."""
@@ -62,8 +70,8 @@ class Scan:
     """Recordings found in a folder, and remarks.
 
     Kinds of remarks: `failed` are files that belong to the recordings but cannot be imported,
-    `unused` parts of file names that vary and that the pattern does not use, `not used` all other
-    files.
+    `unused` parts of file names that vary and that the pattern does not use, `warning` what is
+    probably wrong, `not used` all other files.
     """
 
     folder: Path
@@ -96,13 +104,19 @@ def scan(folder: Path, settings: ImportSettings, name: str) -> Scan:
     else:
         rows = _by_name(audio, settings, name, result)
     columns = _columns(next(iter(rows.values()), {}), settings, result)
+    rows = {path: _plain(texts) for path, texts in rows.items()}
+    _note_empty_grasps(rows, columns, settings, result)
+    rows = _with_joined_numbers(rows, columns, settings, result)
     for path, texts in sorted(rows.items()):
         if (folder / path).is_file():
             result.files.append(_scanned(path, texts, columns, settings, name))
         else:
             result.remarks["failed"].append((path.as_posix(), "not a file, or a broken link"))
     for path, texts in result.played_rows.items():
-        result.played[_scanned(path, texts, columns, settings, name).session].append(path)
+        session = _scanned(path, _plain(texts), columns, settings, name).session
+        result.played[session].append(path)
+    _name_sessions(result)
+    _note_grasps_without_object(result)
     numbers = _sample_numbers({file.cells["sample"] for file in result.files})
     result.files = [
         replace(file, cells={**file.cells, "sample": numbers[file.cells["sample"]]})
@@ -186,28 +200,60 @@ def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Sca
 
 
 def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result: Scan) -> Rows:
-    """Return the cells of each row of the table whose file is in the folder, by path."""
+    """Return the cells of each row of the table whose file is in the folder, by path.
+
+    A looser reading of a file name (see `label_table.STEPS`) is a remark. Raises DataError if two
+    rows name one file.
+    """
     where = folder / settings.table
-    delimiter = max(",;\t", key=read_text(where).partition("\n")[0].count)
+    table = read_label_table(where, re.findall(r"\{([^{}]*)\}", settings.file))
+    result.remarks["note"] += table.notes
+    named = [(_filled("file", settings.file, cells), cells) for _, cells in table.rows]
+    matches = find_files({name for name, _ in named}, audio)
     rows: Rows = {}
-    missing, in_folder = [], set(audio)
-    for cells in read_csv(where, delimiter=delimiter)[1]:
-        path = Path(_filled("file", settings.file, cells))
+    names: dict[Path, str] = {}
+    looser: dict[str, list[str]] = defaultdict(list)
+    missing = []
+    for name, cells in named:
+        match = matches.get(name)
+        if match is None:
+            missing.append((visible(name), f"in {settings.table} but not in the folder"))
+            continue
+        if len(match.files) > 1:
+            files = ", ".join(ascii(path.as_posix()) for path in match.files)
+            reason = f"in {settings.table}, and several files have this name without regard to"
+            missing.append((ascii(name), f"{reason} {match.step}: {files}; write the exact name"))
+            continue
+        path = match.files[0]
         if path in rows:
-            raise DataError(where, f"{path} is in two rows", "keep one of them")
-        if path in in_folder:
-            rows[path] = cells
-        else:
-            missing.append((path.as_posix(), f"in {settings.table} but not in the folder"))
+            problem = f"{visible(path.as_posix())} is in two rows"
+            if names[path] != name:
+                problem += f", as {names[path]!a} and as {name!a}"
+            raise DataError(where, problem, "keep one of them, with the exact name")
+        rows[path], names[path] = row_cells(cells), name
+        if match.step:
+            looser[match.step].append(f"{name!a} is {path.as_posix()!a}")
+    for step, examples in looser.items():
+        counted = f"{len(examples)} file names match only without regard to {step}"
+        kind = "warning" if step == LOOSEST_STEP else "note"
+        result.remarks[kind].append((counted, _examples(examples)))
     result.remarks["failed"] += sorted(missing)
-    unlisted = sorted(in_folder - set(rows))
-    result.remarks["not used"] += [(p.as_posix(), f"no row in {settings.table}") for p in unlisted]
+    unlisted = sorted(set(audio) - set(rows))
+    result.remarks["not used"] += [
+        (visible(path.as_posix()), f"no row in {settings.table}") for path in unlisted
+    ]
     return rows
 
 
-def slug(text: str) -> str:
-    """Return `text` with everything but letters, digits and - replaced by _."""
-    return re.sub(r"[^A-Za-z0-9-]+", "_", text).strip("_-") or "x"
+def _examples(texts: list[str]) -> str:
+    """Return the first texts of a list."""
+    return ", ".join(texts[:EXAMPLES]) + (", …" if len(texts) > EXAMPLES else "")
+
+
+def file_id(path: Path) -> str:
+    """Return what identifies a file: its path without suffix. Blanks at the ends, which a table
+    does not keep, become _."""
+    return re.sub(r"^\s+|\s+$", "_", path.with_suffix("").as_posix())
 
 
 def _columns(texts: Mapping[str, str], settings: ImportSettings, result: Scan) -> dict[str, str]:
@@ -247,10 +293,16 @@ def _filled(option: str, template: str, cells: Mapping[str, str]) -> str:
 
 
 def _scanned(
-    path: Path, texts: dict[str, str], columns: dict[str, str], settings: ImportSettings, name: str
+    path: Path,
+    texts: Mapping[str, str],
+    columns: dict[str, str],
+    settings: ImportSettings,
+    name: str,
 ) -> ScannedFile:
-    """Return the recording of a row. A grasp number counts within its object."""
-    texts = {column: plain_text(text) for column, text in texts.items()}
+    """Return the recording of a row, its session as the folder names it.
+
+    A grasp number counts within its object.
+    """
     named = {columns[column]: text for column, text in texts.items() if column in columns}
     labels = {column: text for column, text in named.items() if column not in ROLES.values()}
     label = next((text for column, text in labels.items() if column.lower() == "label"), "")
@@ -261,12 +313,91 @@ def _scanned(
     grasp = f"{object_name}/{number}" if object_name and number else number
     grasp_id = filled.get("grasp") or ("" if settings.grasp else named.get("grasp_id", ""))
     cells = {
-        "grasp_id": grasp_id or grasp or path.with_suffix("").as_posix(),
+        "grasp_id": grasp_id or grasp or file_id(path),
         "object": object_name,
         **{role: named.get(role, "") for role in ("recording_id", "sample", "quality")},
     }
     session = filled.get("session") or named.get("session", "") or name
-    return ScannedFile(path, checked_name(slug(session), "session"), cells, labels)
+    return ScannedFile(path, session, cells, labels, has_grasp_number=bool(grasp) and not grasp_id)
+
+
+def _plain(texts: Mapping[str, str]) -> dict[str, str]:
+    return {column: plain_text(text) for column, text in texts.items()}
+
+
+def _grasp_columns(rows: Rows, columns: Mapping[str, str], settings: ImportSettings) -> list[str]:
+    """Return the columns that a grasp is identified by: those of --grasp, else those of the role.
+
+    `object` identifies a grasp too, but a grasp without one is still a grasp of several recordings.
+    """
+    if settings.grasp:
+        names = next(iter(rows.values()), {})
+        return [name for name in re.findall(r"\{([^{}]*)\}", settings.grasp) if name in names]
+    return [name for name, role in columns.items() if role in ("grasp", "grasp_id")]
+
+
+def _note_empty_grasps(
+    rows: Rows, columns: Mapping[str, str], settings: ImportSettings, result: Scan
+) -> None:
+    """Warn about rows whose grasp is empty: they would be grasps of their own."""
+    used = _grasp_columns(rows, columns, settings)
+    if settings.grasp:
+        empty = [path for path, texts in rows.items() if not all(texts[name] for name in used)]
+    else:
+        empty = [path for path, texts in rows.items() if not any(texts[name] for name in used)]
+    if not used or not empty:
+        return
+    counted = f"{len(empty)} of {len(rows)} rows have no grasp"
+    consequence = "each of them is a grasp of its own"
+    if settings.grasp:
+        consequence = f"a column of --grasp {settings.grasp!r} is empty"
+    fix = f"fill the cells of {', '.join(map(repr, used))}, or name other columns with --grasp"
+    examples = _examples([path.as_posix() for path in sorted(empty)])
+    result.remarks["warning"].append((counted, f"{consequence} ({examples}); {fix}"))
+
+
+def _with_joined_numbers(
+    rows: Rows, columns: Mapping[str, str], settings: ImportSettings, result: Scan
+) -> Rows:
+    """Return rows in which a number of a grasp or sample has one spelling, and note which had
+    several."""
+    samples = [name for name, role in columns.items() if role == "sample"]
+    joined = {path: dict(texts) for path, texts in rows.items()}
+    for name in [*_grasp_columns(rows, columns, settings), *samples]:
+        spellings = joined_spellings({texts[name] for texts in rows.values()})
+        for texts in joined.values():
+            texts[name] = spellings.get(texts[name], texts[name])
+        if spellings:
+            count = len(set(spellings.values()))
+            forms = _examples(sorted(spellings))
+            problem = f"{count} numbers of {name} are spelled in several ways"
+            result.remarks["note"].append((problem, f"each is one {name}: {forms}"))
+    return joined
+
+
+def _note_grasps_without_object(result: Scan) -> None:
+    """Warn about numbered grasps without an object or label, if other rows have one: equal numbers
+    of different objects would be one grasp."""
+    numbered = [file for file in result.files if file.has_grasp_number]
+    empty = [file.path.as_posix() for file in numbered if not file.cells["object"]]
+    has_label = any(file.cells["object"] for file in numbered)
+    if empty and has_label:
+        counted = f"{len(empty)} of {len(numbered)} rows have the number of a grasp, "
+        counted += "but no object or label"
+        reason = f"equal numbers are one grasp ({_examples(empty)}); fill the cells"
+        result.remarks["warning"].append((counted, reason))
+
+
+def _name_sessions(result: Scan) -> None:
+    """Replace the values of sessions by their names, and note values that are not their name."""
+    names = session_names({*result.played, *(file.session for file in result.files)})
+    for value, name in sorted(names.items()):
+        checked_name(name, "session")
+        if is_changed(value, name):
+            result.remarks["note"].append((f"session {value!r}", f"is stored as {name}"))
+    result.files = [replace(file, session=names[file.session]) for file in result.files]
+    played = defaultdict(list, {names[value]: paths for value, paths in result.played.items()})
+    result.played = played
 
 
 def _sample_numbers(texts: Collection[str]) -> dict[str, str]:

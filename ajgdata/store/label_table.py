@@ -1,0 +1,189 @@
+"""Tables of labels, as spreadsheets and programs write them, and the files that their rows name."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import unicodedata
+from collections import defaultdict
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ajgdata.store.files import plain_text, read_text
+from ajgdata.types import DataError
+
+#: First bytes of workbooks: ZIP (.xlsx, .ods) and OLE (.xls).
+WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")
+DELIMITERS = ",;\t"
+#: Number with leading zeros or a fraction of zeros, within the name of a file.
+_NUMBER = re.compile(r"(?<![\d.])0*(\d+)(?:\.0+)?(?![\d.])")
+
+
+@dataclass(frozen=True)
+class LabelTable:
+    """Rows of a table, each with its line; cells keep the blanks at their ends.
+
+    `notes` are names and reasons of what was ignored.
+    """
+
+    rows: list[tuple[int, dict[str, str]]]
+    notes: list[tuple[str, str]]
+
+
+def read_label_table(path: Path, columns: Collection[str]) -> LabelTable:
+    """Return the rows of a table whose header has `columns`.
+
+    Lines on top that begin with # and lack these columns are ignored, and so are empty lines,
+    unnamed columns that are empty, and an unnamed column that counts the rows. Raises DataError
+    for a workbook, an unnamed column with contents, a doubled name and a row of another length.
+    """
+    if path.is_file():
+        with path.open("rb") as stream:
+            if stream.read(8).startswith(WORKBOOKS):
+                fix = "export it as CSV (UTF-8), and name that file"
+                raise DataError(path, "is a workbook, not a table of text", fix)
+    text = read_text(path)
+    notes: list[tuple[str, str]] = []
+    skipped = 0
+    top = text.partition("\n")[0]
+    while top.startswith("#") and not _has(top, columns):
+        notes.append((f"line {skipped + 1}", f"ignored as a comment: {top.strip()!r}"))
+        text = text.partition("\n")[2]
+        top = text.partition("\n")[0]
+        skipped += 1
+    header, lines = _cells(path, text, _delimiter(top, columns), skipped)
+    unnamed = [place for place, name in enumerate(header) if not name]
+    for place in unnamed:
+        _check_unnamed(path, place, [(line, cells[place]) for line, cells in lines], notes)
+    named = [place for place in range(len(header)) if place not in unnamed]
+    names = [header[place] for place in named]
+    if not names or len(set(names)) < len(names):
+        problem = f"needs one name per column; its header is {header}"
+        raise DataError(path, problem, "correct the header, with one delimiter between all cells")
+    rows = [(line, {header[place]: cells[place] for place in named}) for line, cells in lines]
+    return LabelTable(rows, notes)
+
+
+def _header(line: str, delimiter: str) -> list[str]:
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
+
+
+def _has(line: str, columns: Collection[str]) -> bool:
+    """Return True if a header has all columns, with any of the delimiters."""
+    return any(set(columns) <= set(_header(line, delimiter)) for delimiter in DELIMITERS)
+
+
+def _delimiter(line: str, columns: Collection[str]) -> str:
+    """Return the delimiter with which a header has most of the columns, then most cells."""
+
+    def rank(delimiter: str) -> tuple[int, int]:
+        names = _header(line, delimiter)
+        return len(set(columns) & set(names)), len(names)
+
+    return max(DELIMITERS, key=rank)
+
+
+def _cells(
+    path: Path, text: str, delimiter: str, skipped: int
+) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Return the header and the cells of each line that is not empty, all of one length."""
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
+    try:
+        lines = [(reader.line_num + skipped, cells) for cells in reader]
+    except csv.Error as error:
+        where = f"{path}:{reader.line_num + skipped}"
+        raise DataError(where, f"not valid CSV ({error})", "correct the quotes") from None
+    header = [cell.strip() for cell in lines[0][1]] if lines else []
+    filled = []
+    for line, cells in lines[1:]:
+        if not any(cell.strip() for cell in cells):
+            continue
+        surplus = any(cell.strip() for cell in cells[len(header) :])
+        if surplus or any(header[len(cells) :]):
+            problem = f"{len(cells)} cells, the header has {len(header)}"
+            raise DataError(f"{path}:{line}", problem, f"quote cells that contain {delimiter!r}")
+        padding = [""] * (len(header) - len(cells))
+        filled.append((line, cells[: len(header)] + padding))
+    return header, filled
+
+
+def _check_unnamed(
+    path: Path, place: int, cells: Sequence[tuple[int, str]], notes: list[tuple[str, str]]
+) -> None:
+    """Note that a column without a name counts the rows. Raises DataError for other contents."""
+    texts = [text.strip() for _, text in cells]
+    if not any(texts):
+        return
+    count = len(texts)
+    if texts in ([str(i) for i in range(count)], [str(i + 1) for i in range(count)]):
+        notes.append((f"column {place + 1}", "has no name and counts the rows: ignored"))
+        return
+    line, text = next((line, text) for line, text in cells if text.strip())
+    problem = f"column {place + 1} has no name, but contents: {text!r}"
+    raise DataError(f"{path}:{line}", problem, "name it in the header, or delete it")
+
+
+def _without_blanks(name: str) -> str:
+    """Return a name with / between folders, without blanks at its ends and those of its stem."""
+    path = Path(name.replace("\\", "/").strip())
+    return (path.parent / f"{path.stem.strip()}{path.suffix.strip()}").as_posix()
+
+
+def _normal_form(name: str) -> str:
+    return unicodedata.normalize("NFC", _without_blanks(name))
+
+
+def _without_case(name: str) -> str:
+    return _normal_form(name).casefold()
+
+
+def _without_zeros(name: str) -> str:
+    path = Path(_without_case(name))
+    stem = path.with_suffix("").as_posix()
+    return _NUMBER.sub(lambda match: match[1], stem) + path.suffix
+
+
+#: What a step ignores, and how it reads a name; from the strictest step to the loosest.
+STEPS: dict[str, Callable[[str], str]] = {
+    "": lambda name: Path(name).as_posix(),
+    "blanks and \\": _without_blanks,
+    "Unicode form": _normal_form,
+    "upper and lower case": _without_case,
+    "zeros of numbers": _without_zeros,
+}
+
+
+@dataclass(frozen=True)
+class FoundFile:
+    """Files that a name of a table can mean, and what had to be ignored ("": nothing)."""
+
+    step: str
+    files: tuple[Path, ...]
+
+
+def find_files(names: Collection[str], files: Collection[Path]) -> dict[str, FoundFile]:
+    """Return, for each name, the files of the first step of STEPS that finds any."""
+    matches: dict[str, FoundFile] = {}
+    for step, reading in STEPS.items():
+        open_names = [name for name in names if name not in matches]
+        if not open_names:
+            break
+        by_reading: dict[str, list[Path]] = defaultdict(list)
+        for file in files:
+            by_reading[reading(file.as_posix())].append(file)
+        for name in open_names:
+            if candidates := by_reading.get(reading(name)):
+                matches[name] = FoundFile(step, tuple(candidates))
+    return matches
+
+
+def visible(text: str) -> str:
+    """Return text as it is if people can read all of it, else quoted with escapes."""
+    return text if text == plain_text(text) else ascii(text)
+
+
+def row_cells(cells: Mapping[str, str]) -> dict[str, str]:
+    """Return the cells of a row without the blanks at their ends."""
+    return {column: text.strip() for column, text in cells.items()}
