@@ -15,14 +15,15 @@ MIN_NUMBERS = 11
 #: Share of the distinct texts that must be numbers in a column of numbers; the others are probably
 #: typing errors. Classes with such a share of numbers are not to be expected.
 MIN_SHARE = 0.8
-#: How programs, people and spreadsheets write a missing number; in a column of text it can be a
-#: class, e.g. `none` for an empty gripper.
+#: How programs, people and spreadsheets write a missing value.
 MISSING = {
     *("nan", "n/a", "#n/a", "<na>", "null"),
-    *("na", "none", "nil", "-", "--", "---", "\u2013", "\u2014", "?", "."),
+    *("na", "-", "--", "---", "\u2013", "\u2014", "?", "."),
     *("#div/0!", "#value!", "#ref!", "#name?", "#num!", "#null!"),
     *("inf", "-inf", "+inf", "infinity", "-infinity"),
 }
+#: Words that are missing among numbers, but common classes, e.g. of an empty gripper.
+NO_NUMBER = {"none", "nil", "no"}
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+")
 #: Texts listed in a remark.
 LISTED = 5
@@ -45,12 +46,13 @@ def column_kind(texts: Collection[str]) -> ColumnKind:
     """
     present = {text for text in texts if text}
     missing = {text for text in present if text.lower() in MISSING}
-    numbers, words = _split(present - missing)
+    missing_numbers = missing | {text for text in present if text.lower() in NO_NUMBER}
+    numbers, words = _split(present - missing_numbers)
     is_number = len(numbers) >= MIN_NUMBERS
     if is_number and len(numbers) >= MIN_SHARE * (len(numbers) + len(words)):
         values = [number(text) for text in numbers]
         reason = f"{len(numbers)} distinct numbers, {min(values):g} to {max(values):g}"
-        return _declared("regression", missing, f"a number ({reason})", _no_numbers(words))
+        return _declared("regression", missing_numbers, f"a number ({reason})", _no_numbers(words))
     warnings = [*_commas(words), *_like_missing(missing), *_like_each_other(present)]
     return _declared("classification", (), f"a class ({len(present)} distinct texts)", warnings)
 

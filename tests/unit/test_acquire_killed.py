@@ -104,4 +104,5 @@ def test_killed_at_any_moment(tmp_path, kills):
             pass
     assert without_a_row(paths) == []
     _, issues = validate_dataset(paths, "d")
-    assert [issue for issue in issues if issue.level != "note"] == []
+    # All grasps of the lab have the same sound.
+    assert [i for i in issues if i.level != "note" and i.code != "similar"] == []
