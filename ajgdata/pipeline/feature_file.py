@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -103,7 +102,6 @@ def build_feature_file(
     store: Path,
     quarantine: Path,
     hashes: Path,
-    threads: int = 1,
 ) -> tuple[int, int]:
     """Write the feature file `store` of a data set, the issues of its recordings, and `hashes`.
 
@@ -122,7 +120,7 @@ def build_feature_file(
     for name in sessions:
         trusted = previous.trusted(name, tables[name])
         session = check_session(paths.session(dataset, name), trusted)
-        rows, computed = _rows(session, previous.rows[name], audio, features, threads)
+        rows, computed = _rows(session, previous.rows[name], audio, features)
         parts.append(_part(session, rows, computed, targets))
     table, copies = without_copies(_joined(parts, audio, features, targets), [*targets])
     table, sounds = without_equal_sounds(table, [*targets], features.quantity)
@@ -152,7 +150,6 @@ def _rows(
     known: Mapping[tuple[str, str], Row],
     audio: AudioSettings,
     features: FeatureSettings,
-    threads: int,
 ) -> tuple[dict[str, Row], int]:
     """Return a row for each file that is not rejected, by recording_id, and how many files were
     read."""
@@ -160,13 +157,8 @@ def _rows(
     files = [file for file in session.files if file.recording_id not in rejected_names]
     new = [file for file in files if (file.recording_id, file.sha256) not in known]
 
-    def compute(file: AudioFile) -> Row:
-        return _row(session.session_id, file, audio, features)
-
-    with ThreadPoolExecutor(threads) as pool:  # FFT and file system release Python's lock
-        computed = dict(
-            zip((file.recording_id for file in new), pool.map(compute, new), strict=True)
-        )
+    # One after the other: threads wait for Python's lock, and need twice the CPU time.
+    computed = {file.recording_id: _row(session.session_id, file, audio, features) for file in new}
     rows = {
         file.recording_id: computed.get(file.recording_id) or known[file.recording_id, file.sha256]
         for file in files

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 
 from ajgdata.acquire.protocol import REFERENCE
 from ajgdata.experiments import all_requests
@@ -14,12 +11,12 @@ from ajgdata.paths import DATASET_FILE, Paths
 from ajgdata.pipeline.plan import config_problems
 from ajgdata.pipeline.played_sounds import played_sound_issues
 from ajgdata.pipeline.progress import tracked
-from ajgdata.pipeline.recordings import Examined, examine, finding
+from ajgdata.pipeline.recordings import examine, finding
 from ajgdata.pipeline.session_levels import level_issues
 from ajgdata.pipeline.similar_sounds import Fingerprints, checked_sounds
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
 from ajgdata.store.labels import bad_labels, copies
-from ajgdata.store.session_audio import AudioFile, SessionAudio, check_session, label_rows
+from ajgdata.store.session_audio import SessionAudio, check_session, label_rows
 from ajgdata.store.sessions import (
     check_one_kind,
     list_datasets,
@@ -117,17 +114,13 @@ def _check_session(session: SessionAudio, spec: DatasetSpec, prints: Fingerprint
     name, issues = session.session_id, list[Finding]()
     levels: dict[str, tuple[float, ...]] = {}
 
-    def check(file: AudioFile) -> Examined:
+    # One after the other: threads wait for Python's lock, and need twice the CPU time.
+    for file in tracked(session.files, f"checking {name}"):
         result = examine(file.path, spec.audio, spec.features.window, spec.features.band_hz)
         prints.add(file.sha256, result.samples)
-        return replace(result, samples=None)  # a session may be larger than the memory
-
-    with ThreadPoolExecutor(os.cpu_count()) as pool:  # numpy and the file system release the lock
-        files = tracked(session.files, f"checking {name}")
-        for file, result in zip(files, pool.map(check, session.files), strict=True):
-            issues += [finding(name, file.recording_id, file.path, r) for r in result.remarks]
-            if result.levels_db:
-                levels[file.recording_id] = result.levels_db
+        issues += [finding(name, file.recording_id, file.path, r) for r in result.remarks]
+        if result.levels_db:
+            levels[file.recording_id] = result.levels_db
     table = {row["recording_id"]: row for row in session.labels}
     objects = {recording_id: row["object"] for recording_id, row in table.items()}
     used = {key: value for key, value in levels.items() if not is_rejected(table[key])}

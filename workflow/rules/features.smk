@@ -13,7 +13,6 @@ rule features:
         "results/benchmarks/features/{dataset}.tsv"
     conda:
         "../../environment.yml"
-    threads: 2
     params:
         function="feature_file:build_feature_file",
         sessions=lambda wildcards: list(PLANS[wildcards.dataset].sessions),
