@@ -20,7 +20,7 @@ from pydantic import ValidationError
 
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE, Paths
 from ajgdata.store.audio import AudioInfo, file_sha256
-from ajgdata.store.counters import grasp_key
+from ajgdata.store.counters import canonical, grasp_key
 from ajgdata.store.files import copy as copy_file
 from ajgdata.store.provenance import software
 from ajgdata.store.scan import Remarks, Scan, ScannedFile, file_id, search
@@ -181,8 +181,10 @@ class _SessionImport:
         new = _new_session(target, scanned, root)
         self.declared = read_session(target) if is_old else new
         self.rows = _rows(target)
-        #: Spelling of each grasp that the session has already.
-        self.known_grasps = {grasp_key(row.grasp_id): row.grasp_id for row in self.rows.values()}
+        #: Spelling of each grasp that the session has already; of several, the canonical one.
+        spellings = {row.grasp_id for row in self.rows.values()}
+        ordered = sorted(spellings, key=lambda text: ("/".join(grasp_key(text)) == text, text))
+        self.known_grasps = {grasp_key(text): text for text in ordered}
         self.original_files = {row.file for row in self.rows.values()}
         self.session_template = scanned.session_template
         self.is_only_folder = not self.declared.has_several_folders
@@ -362,10 +364,10 @@ class _SessionImport:
             target = f"{Path(target).with_suffix('')}~{digest[:DIGEST_DIGITS]}{file.path.suffix}"
         defaults = {"sample": "0", "quality": "ok"}
         cells = {column: file.cells[column] or defaults.get(column, "") for column in CELLS}
-        if file.has_grasp_number:
-            cells["grasp_id"] = self.known_grasps.get(
-                grasp_key(cells["grasp_id"]), cells["grasp_id"]
-            )
+        if file.has_grasp:
+            grasp = cells["grasp_id"]
+            key = grasp_key(grasp) if file.has_grasp_number else (canonical(grasp),)
+            cells["grasp_id"] = self.known_grasps.get(key, grasp)
         values = {"recording_id": name, "file": target, "sha256": digest, "labels": file.labels}
         return Recording.model_validate(cells | values)
 

@@ -52,13 +52,15 @@ class ScannedFile:
     """One recording in the folder: its path relative to the folder, session, cells and labels.
 
     `cells` are texts of `grasp_id`, `object`, `recording_id`, `sample` and `quality`; "" if the
-    folder does not specify them.
+    folder does not specify them. `has_grasp` is True if it specifies the grasp, `has_grasp_number`
+    if this is a number within the object.
     """
 
     path: Path
     session: str
     cells: Mapping[str, str]
     labels: Mapping[str, str]
+    has_grasp: bool = False
     has_grasp_number: bool = False
 
     def text(self, column: str) -> str:
@@ -347,7 +349,14 @@ def _scanned(
         "quality": named.get("quality", ""),
     }
     session = filled.get("session") or named.get("session", "") or name
-    return ScannedFile(path, session, cells, labels, has_grasp_number=bool(grasp) and not grasp_id)
+    return ScannedFile(
+        path,
+        session,
+        cells,
+        labels,
+        has_grasp=bool(grasp_id or grasp),
+        has_grasp_number=bool(grasp) and not grasp_id,
+    )
 
 
 def template_columns(template: str) -> list[str]:
