@@ -434,10 +434,11 @@ def _with_joined_numbers(
         for texts in joined.values():
             texts[name] = spellings.get(texts[name], texts[name])
         if spellings:
-            count = len(set(spellings.values()))
-            forms = _examples(sorted(spellings))
-            problem = f"{count} numbers of {name} are spelled in several ways"
-            result.remarks["note"].append((problem, f"each is one {name}: {forms}"))
+            numbers = sorted(set(spellings.values()))
+            forms = sorted(form for form, number in spellings.items() if number == numbers[0])
+            problem = f"{len(numbers)} numbers of {name} are spelled in several ways"
+            example = f"each is one {name}, e.g. {', '.join(map(repr, forms))}"
+            result.remarks["note"].append((problem, example))
     return joined
 
 

@@ -94,7 +94,7 @@ def test_pure_numbers_of_grasp_id_and_templates_are_joined(ajgdata, src, rows, h
     assert [row["grasp_id"] for row in rows("mine")] == ["1", "1", "1", "S01", "S1"]
     assert "1 numbers of " in imported.text
     assert "are spelled in several ways: " in imported.text
-    assert "01, 1, 1.0" in imported.text
+    assert "e.g. '01', '1', '1.0'" in imported.text
 
 
 def test_a_number_within_a_template_is_joined(ajgdata, src, rows):
