@@ -177,7 +177,8 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
         say(f"next: ajgdata check {spec.name}, then ajgdata run {spec.name}")
     else:
         say(f"next: ajgdata check {spec.name} (no task of this data set is possible yet)")
-    return any(issue.code in ("mixed_grasp", "repeated_sample") for issue in issues)
+    ambiguous = ("mixed_grasp", "repeated_sample", "grasp_spelling")
+    return any(issue.code in ambiguous for issue in issues)
 
 
 def _used(microphone: int | str | None) -> str:

@@ -16,9 +16,15 @@ from ajgdata.pipeline.progress import tracked
 from ajgdata.store.audio import AudioError, hash_and_inspect
 from ajgdata.store.file_names import UNUSED_FIELD
 from ajgdata.store.files import BRINGING, alone
-from ajgdata.store.importing import Contents, Imported, are_simulated, import_sessions
+from ajgdata.store.importing import (
+    Contents,
+    Imported,
+    are_simulated,
+    import_sessions,
+    known_sessions,
+)
 from ajgdata.store.publishing.columns import RENAME, unpublishable
-from ajgdata.store.scan import Scan, scan
+from ajgdata.store.scan import Scan, scan, template_columns
 from ajgdata.store.session_names import slug
 from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset, write_dataset
 from ajgdata.types import (
@@ -66,7 +72,7 @@ def import_folder(
     if declared and declared.recipe:
         raise DataError(path, "has a recipe, which makes its sessions", "choose another data set")
     chosen = _chosen(settings, declared)
-    scanned = scan(folder, chosen, name=folder.resolve().name)
+    scanned = scan(folder, chosen, folder.resolve().name, known_sessions(paths, dataset))
     contents = _read(scanned)
     scanned.is_simulated = are_simulated(scanned, contents)
     if declared:
@@ -75,7 +81,8 @@ def import_folder(
         check_declared(path, declared.audio, microphone)
     spec = declared or declare(dataset, scanned, contents, chosen, targets, microphone)
     _note_columns(paths, spec, scanned, targets)
-    is_named = bool(settings and settings.session)
+    # a template can name sessions of another folder by chance, a name is meant
+    is_named = bool(settings and settings.session and not template_columns(settings.session))
     with alone(paths.recordings(dataset), BRINGING):
         try:
             result = import_sessions(

@@ -14,6 +14,7 @@ from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.recordings import examine, finding
 from ajgdata.pipeline.session_levels import level_issues
 from ajgdata.pipeline.similar_sounds import Fingerprints, checked_sounds
+from ajgdata.store.counters import grasp_key
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
 from ajgdata.store.labels import bad_labels, copies
 from ajgdata.store.session_audio import SessionAudio, check_session, label_rows
@@ -156,6 +157,9 @@ def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
     if problem := _repeated_samples(tables):
         sample_fix = "correct the numbers, or import with a --grasp that separates them"
         issues.append(("repeated_sample", problem, sample_fix))
+    if problem := _grasp_spellings(tables):
+        spelling_fix = "give both the same grasp_id in recordings.csv"
+        issues.append(("grasp_spelling", problem, spelling_fix))
     class_fix = "record or import another class"
     issues += [("no_task", problem, class_fix) for problem in impossible_tasks(tables, spec)]
     return [Finding("*", "*", "", "warning", *issue) for issue in issues]
@@ -193,6 +197,25 @@ def _repeated_samples(tables: Tables) -> str:
     ]
     counted = f"{len(repeated)} pairs of grasp and sample have several recordings"
     return f"{counted}: {_listed(repeated)}" if repeated else ""
+
+
+def _grasp_spellings(tables: Tables) -> str:
+    """Return a line on grasps of a session that differ only in the spelling of a number.
+
+    A recording without a grasp has its recording_id as grasp_id: these are no spellings. Returns
+    "" if no grasp has two spellings.
+    """
+    spellings: dict[str, dict[str, None]] = defaultdict(dict)
+    for session, rows in tables.items():
+        for row in rows:
+            if row["grasp_id"] != row["recording_id"] and not is_rejected(row):
+                grasp = "/".join((session, *grasp_key(row["grasp_id"])))
+                spellings[grasp][row["grasp_id"]] = None
+    several = [f"{grasp} ({', '.join(ids)})" for grasp, ids in spellings.items() if len(ids) > 1]
+    if not several:
+        return ""
+    counted = f"{len(several)} of {len(spellings)} grasps have several spellings of a number"
+    return f"{counted}: {_listed(several)}"
 
 
 def impossible_tasks(tables: Tables, spec: DatasetSpec) -> list[str]:

@@ -7,9 +7,12 @@ Rows of a session and files of the folder are matched by sha256, then by path. W
 from __future__ import annotations
 
 import os
+import re
+import shlex
 import shutil
 from collections import defaultdict
 from collections.abc import Collection
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -17,13 +20,22 @@ from pydantic import ValidationError
 
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE, Paths
 from ajgdata.store.audio import AudioInfo, file_sha256
-from ajgdata.store.counters import grasp_key
+from ajgdata.store.counters import canonical, grasp_key
 from ajgdata.store.files import copy as copy_file
 from ajgdata.store.provenance import software
-from ajgdata.store.scan import Remarks, Scan, ScannedFile, file_id
-from ajgdata.store.sessions import inside, read_recordings, read_session, write_session
+from ajgdata.store.scan import Remarks, Scan, ScannedFile, file_id, search
+from ajgdata.store.session_names import KnownSession, session_names
+from ajgdata.store.sessions import (
+    inside,
+    list_sessions,
+    read_recordings,
+    read_session,
+    write_session,
+)
 from ajgdata.types import DataError, Excitation, OnChange, Recording, Session, describe
 
+#: Digits of the sha256 in the name of a copy whose path another recording has.
+DIGEST_DIGITS = 12
 #: Columns of recordings.csv that a folder specifies, in addition to the labels.
 CELLS = ("grasp_id", "sample", "object", "quality")
 #: sha256 and header of each file; None if it is not usable audio.
@@ -41,6 +53,7 @@ STILL_THERE = (
     "stays, because its file is in the folder although this --pattern or --table does not read it. "
     "To remove it, move the file out of the folder"
 )
+OTHER_FOLDER = "is not in this folder, but may be in another folder. The recording stays"
 GONE = "no longer in the folder; --on-change prune removes it here, if all files can be read"
 
 
@@ -83,6 +96,46 @@ def are_simulated(scanned: Scan, contents: Contents) -> bool:
     return bool(simulated)
 
 
+def known_sessions(paths: Paths, dataset: str) -> dict[str, KnownSession]:
+    """Return the sessions of a data set by name; their tables are read if their text is unknown.
+
+    A session whose files cannot be read has no text and no recordings.
+    """
+    known = {}
+    for name in list_sessions(paths, dataset):
+        folder = paths.session(dataset, name)
+        text = None
+        files: frozenset[str] = frozenset()
+        with suppress(DataError):
+            session = read_session(folder)
+            text = session.imported_as
+            if text is None:
+                is_copy = session.audio_root is None
+                paths_in_folder = (
+                    original_path(row.file, is_copy=is_copy) for row in read_recordings(folder)[0]
+                )
+                files = frozenset(path.as_posix() for path in paths_in_folder)
+        known[name] = KnownSession(text, files)
+    return known
+
+
+def original_path(file: str, *, is_copy: bool) -> Path:
+    """Return the path in the imported folder of a recording's `file`, which is a copy or not.
+
+    >>> original_path("audio/wav/1.wav", is_copy=True).as_posix()
+    'wav/1.wav'
+    >>> original_path("audio/1~0123456789ab.wav", is_copy=True).as_posix()
+    '1.wav'
+    >>> original_path("audio/wav/1.wav", is_copy=False).as_posix()
+    'audio/wav/1.wav'
+    """
+    path = Path(file)
+    if not (is_copy and path.parts[0] == AUDIO_FOLDER):
+        return path
+    name = re.sub(rf"~[0-9a-f]{{{DIGEST_DIGITS}}}(?=\.[^.]*$)", "", path.name)
+    return path.with_name(name).relative_to(AUDIO_FOLDER)
+
+
 def import_sessions(
     paths: Paths,
     dataset: str,
@@ -95,7 +148,8 @@ def import_sessions(
 ) -> Imported:
     """Write the sessions of `scanned` into `dataset`.
 
-    `is_named`: the user named the session, so it may get the recordings of another folder.
+    `is_named`: the user named the session, so it may get the recordings of another folder, and
+    nothing of the session is pruned from then on.
 
     A file that is not in `contents` could not be read, and nothing of it is written. Raises
     DataError, before anything is written, for a session that cannot be added to.
@@ -108,9 +162,8 @@ def import_sessions(
         _SessionImport(paths.session(dataset, name), replace(scanned, files=own), copy, on_change)
         for name, own in sorted(files.items())
     ]
-    if not is_named and on_change != OnChange.FILES:
-        for session in sessions:
-            session.check_same_folder(contents)
+    for session in sessions:
+        session.check_folder(contents, is_named=is_named, is_only=len(sessions) == 1)
     for session in sessions:
         session.run(contents, result)
     return result
@@ -128,29 +181,74 @@ class _SessionImport:
         new = _new_session(target, scanned, root)
         self.declared = read_session(target) if is_old else new
         self.rows = _rows(target)
-        #: Spelling of each grasp that the session has already.
-        self.known_grasps = {grasp_key(row.grasp_id): row.grasp_id for row in self.rows.values()}
+        #: Spelling of each grasp that the session has already; of several, the canonical one.
+        spellings = {row.grasp_id for row in self.rows.values()}
+        ordered = sorted(spellings, key=lambda text: ("/".join(grasp_key(text)) == text, text))
+        self.known_grasps = {grasp_key(text): text for text in ordered}
         self.original_files = {row.file for row in self.rows.values()}
+        self.session_template = scanned.session_template
+        self.is_only_folder = not self.declared.has_several_folders
         if self.declared.source != new.source or self.declared.audio_root != root:
             held = self.declared.audio_root
             problem = f"this session's source is {self.declared.source}, "
             problem += f"its recordings are in {held}" if held else "with copies of its recordings"
             raise DataError(target, problem, "import the same way, or with another --session")
 
-    def check_same_folder(self, contents: Contents) -> None:
+    def check_folder(self, contents: Contents, *, is_named: bool, is_only: bool) -> None:
         """Raise DataError if the folder has new recordings and none that the session has.
 
-        Folders of two days can have one name, and even the same names of files.
+        Folders of two days can have one name, and even the same names of files. `is_only` is True
+        if the folder has no other session.
         """
-        files = [file for file in self.files if file.path in contents]
-        known = {row.sha256 for row in self.rows.values()}
-        is_known = any(contents[file.path][0] in known for file in files)
-        has_new = any(self._file_name(file.path) not in self.original_files for file in files)
-        if not self.rows or is_known or not has_new:
+        digests = {contents[file.path][0] for file in self.files if file.path in contents}
+        is_reference = self.declared.audio_root is not None
+        is_known = not digests.isdisjoint(row.sha256 for row in self.rows.values())
+        if not self.rows or not digests or is_reference or is_known:
+            return
+        originals = {self._original(row): row.sha256 for row in self.rows.values()}
+        present = [path for path in sorted(originals) if (self.folder / path).is_file()]
+        if any(not originals[path] for path in present):  # nobody knows whether the bytes differ
+            return
+        self.is_only_folder = False
+        new_files = [file.path for file in self.files if file.path not in originals]
+        if not new_files:
+            return
+        if is_named:
+            self.declared = self.declared.model_copy(update={"has_several_folders": True})
+            return
+        if present and self.on_change == OnChange.FILES:
             return
         problem = f"session {self.target.name!r} has {len(self.rows)} recordings from another "
-        problem += f"folder, and none of the {len(files)} files of {self.folder}"
-        raise DataError(self.target, problem, "name another session with --session")
+        problem += f"folder, and none of the {len(digests)} files of {self.folder}"
+        proposed = self._proposed_session(digests, is_only=is_only)
+        fix = f"import the folder with --session {shlex.quote(proposed)}"
+        if present:
+            fix += f"; if its files were edited (e.g. {present[0].as_posix()!r}), use "
+            fix += "--on-change files"
+        elif is_only:
+            text = self.declared.imported_as or self.target.name
+            fix += f" (--session {shlex.quote(text)} adds it to this session)"
+        raise DataError(self.target, problem, fix)
+
+    def _proposed_session(self, digests: Collection[str], *, is_only: bool) -> str:
+        """Return a session for the folder, whose files have `digests`, or its template.
+
+        This is the session that has these recordings, else one that begins with the name of the
+        parent folder.
+        """
+        parent = self.folder.resolve().parent.name or "new"
+        if self.session_template and not is_only:
+            return f"{parent} {self.session_template}"
+        used = set()
+        for folder in sorted(self.target.parent.iterdir()):
+            used.add(folder.name)
+            with suppress(DataError):
+                recordings, _ = read_recordings(folder)
+                if any(row.sha256 in digests for row in recordings):
+                    return read_session(folder).imported_as or folder.name
+        names = [parent, f"{parent}_{self.target.name}"]
+        names += [f"{parent}_{self.target.name}_{number}" for number in range(2, len(used) + 3)]
+        return next(name for name in names if session_names([name])[name] not in used)
 
     def run(self, contents: Contents, result: Imported) -> None:
         """Import the files of this session. Whatever ends it, written files are in the table."""
@@ -161,10 +259,16 @@ class _SessionImport:
             for file, name in names:
                 self._take(file, name, contents[file.path][0], result)
             unmatched = sorted(set(self.rows) - {name for _, name in names})
-            unread = [name for name in unmatched if self._is_in_folder(self.rows[name])]
+            imported = {file.path for file, _ in names}
+            gone = [name for name in unmatched if not self._is_in_folder(name, imported)]
+            if gone and self.on_change == OnChange.PRUNE:
+                renamed = self._unused_digests(contents)
+                gone = [name for name in gone if self.rows[name].sha256 not in renamed]
+            unread = sorted(set(unmatched) - set(gone))
             self.remarks["warning"] += [(name, STILL_THERE) for name in unread]
-            gone = [name for name in unmatched if name not in unread]
-            if self.on_change == OnChange.PRUNE and not self.remarks["failed"]:
+            if not self.is_only_folder:
+                self.remarks["gone"] += [(name, OTHER_FOLDER) for name in gone]
+            elif self.on_change == OnChange.PRUNE and not self.remarks["failed"]:
                 obsolete = [self.rows.pop(name).file for name in gone]
                 result.removed += len(obsolete)
             else:
@@ -183,11 +287,22 @@ class _SessionImport:
         for name in obsolete if self.copy else ():
             (self.target / name).unlink(missing_ok=True)
 
-    def _is_in_folder(self, row: Recording) -> bool:
-        """Return True if the folder has the file of a row, and this import does not read it."""
-        file = row.file.removeprefix(f"{AUDIO_FOLDER}/") if self.copy else row.file
-        is_read = any(Path(file) == read.path for read in self.files)
-        return not is_read and (self.folder / file).is_file()
+    def _original(self, row: Recording) -> Path:
+        """Return the path of a recording in the imported folder."""
+        return original_path(row.file, is_copy=self.copy)
+
+    def _is_in_folder(self, name: str, imported: Collection[Path]) -> bool:
+        """Return True if the file of a row is in the folder, and not `imported` for another row."""
+        path = self._original(self.rows[name])
+        return path not in imported and (self.folder / path).is_file()
+
+    def _unused_digests(self, contents: Contents) -> set[str]:
+        """Return the sha256 of the audio files of the folder that are readable and not imported."""
+        digests = set()
+        for path in set(search(self.folder)[0]) - set(contents):
+            with suppress(DataError):
+                digests.add(file_sha256(self.folder / path))
+        return digests
 
     def _matched(self, contents: Contents) -> list[tuple[ScannedFile, str]]:
         """Return each readable file with the recording_id of its row: the row with its sha256 (and
@@ -246,13 +361,13 @@ class _SessionImport:
         if self.copy and name in self.rows:
             target = self.rows[name].file
         elif self.copy and target in self.original_files:  # of a recording that was moved
-            target = f"{Path(target).with_suffix('')}~{digest[:12]}{file.path.suffix}"
+            target = f"{Path(target).with_suffix('')}~{digest[:DIGEST_DIGITS]}{file.path.suffix}"
         defaults = {"sample": "0", "quality": "ok"}
         cells = {column: file.cells[column] or defaults.get(column, "") for column in CELLS}
-        if file.has_grasp_number:
-            cells["grasp_id"] = self.known_grasps.get(
-                grasp_key(cells["grasp_id"]), cells["grasp_id"]
-            )
+        if file.has_grasp:
+            grasp = cells["grasp_id"]
+            key = grasp_key(grasp) if file.has_grasp_number else (canonical(grasp),)
+            cells["grasp_id"] = self.known_grasps.get(key, grasp)
         values = {"recording_id": name, "file": target, "sha256": digest, "labels": file.labels}
         return Recording.model_validate(cells | values)
 
@@ -322,6 +437,7 @@ def _new_session(target: Path, scanned: Scan, root: str | None) -> Session:
     return Session(
         session_id=target.name,
         source="virtual-import" if scanned.is_simulated else "import",
+        imported_as=scanned.session_texts.get(target.name),
         audio_root=root,
         software=f"ajgdata {software()['ajgdata_version']}",
         notes=f"imported from a folder named {scanned.folder.name!r}",

@@ -11,6 +11,7 @@ from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 
 from ajgdata.paths import SESSION_FILE
 from ajgdata.store.counters import joined_spellings
@@ -18,7 +19,7 @@ from ajgdata.store.file_names import unused_parts
 from ajgdata.store.files import plain_text
 from ajgdata.store.label_table import find_files, read_label_table, row_cells, visible
 from ajgdata.store.name_pattern import compile_pattern, match_name
-from ajgdata.store.session_names import is_changed, session_names, slug
+from ajgdata.store.session_names import KnownSession, is_changed, session_names, slug
 from ajgdata.store.starter_kit import STARTER_KIT
 from ajgdata.types import NAME, DataError, ImportSettings, checked_name, is_reserved
 
@@ -51,13 +52,15 @@ class ScannedFile:
     """One recording in the folder: its path relative to the folder, session, cells and labels.
 
     `cells` are texts of `grasp_id`, `object`, `recording_id`, `sample` and `quality`; "" if the
-    folder does not specify them.
+    folder does not specify them. `has_grasp` is True if it specifies the grasp, `has_grasp_number`
+    if this is a number within the object.
     """
 
     path: Path
     session: str
     cells: Mapping[str, str]
     labels: Mapping[str, str]
+    has_grasp: bool = False
     has_grasp_number: bool = False
 
     def text(self, column: str) -> str:
@@ -81,18 +84,29 @@ class Scan:
     #: Named groups of each played sound (`0_<name>`), by path, and the played sounds by session.
     played_rows: Rows = field(default_factory=dict)
     played: defaultdict[str, list[Path]] = field(default_factory=lambda: defaultdict(list))
+    #: Text of each session in the folder or table, by name, and the template of these texts;
+    #: the template is "" if the session is the folder.
+    session_texts: dict[str, str] = field(default_factory=dict)
+    session_template: str = ""
 
     def label_columns(self) -> list[str]:
         """Return the columns that are labels of recordings."""
         return list(self.files[0].labels)
 
 
-def scan(folder: Path, settings: ImportSettings, name: str) -> Scan:
+def scan(
+    folder: Path,
+    settings: ImportSettings,
+    name: str,
+    known: Mapping[str, KnownSession] = MappingProxyType({}),
+) -> Scan:
     """Return every recording below `folder` (sorted by path), by `settings.pattern` or `.table`.
 
-    `name` is the session of recordings without a session. Raises DataError if the folder, the
-    pattern or the table cannot be used, or if nothing in the folder matches.
+    `name` is the session of recordings without a session, `known` are the sessions of the data
+    set. Raises DataError if the folder, the pattern or the table cannot be used, or if nothing in
+    the folder matches.
     """
+    name = plain_text(name)
     if not folder.is_dir():
         raise DataError(folder, "is not a folder", "name the folder that holds the recordings")
     result = Scan(folder)
@@ -106,16 +120,18 @@ def scan(folder: Path, settings: ImportSettings, name: str) -> Scan:
     columns = _columns(next(iter(rows.values()), {}), settings, result)
     rows = {path: _plain(texts) for path, texts in rows.items()}
     _note_empty_grasps(rows, columns, settings, result)
-    rows = _with_joined_numbers(rows, columns, settings, result)
+    _warn_of_empty_sessions(rows, result)
+    numbered = _with_joined_numbers(rows, columns, settings, result)
     for path, texts in sorted(rows.items()):
         if (folder / path).is_file():
-            result.files.append(_scanned(path, texts, columns, settings, name))
+            result.files.append(_scanned(path, texts, numbered[path], columns, settings, name))
         else:
             result.remarks["failed"].append((path.as_posix(), "not a file, or a broken link"))
     for path, texts in result.played_rows.items():
-        session = _scanned(path, _plain(texts), columns, settings, name).session
+        cells = _plain(texts)
+        session = _scanned(path, cells, cells, columns, settings, name).session
         result.played[session].append(path)
-    _name_sessions(result)
+    _name_sessions(result, known)
     _note_grasps_without_object(result)
     numbers = _sample_numbers({file.cells["sample"] for file in result.files})
     result.files = [
@@ -176,6 +192,11 @@ def _copies_of_wavs(audio: Iterable[Path]) -> set[Path]:
 def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Scan) -> Rows:
     """Return the named groups of each file that matches, by path."""
     is_kit = settings.pattern in ("", "starter-kit")
+    folders = {path.parent for path in audio}
+    if is_kit and Path() in folders and Path(name) in folders and not settings.session:
+        problem = f"its files and those of its folder {name!r} would be one session"
+        fix = "rename that folder, or import both folders with --session"
+        raise DataError(result.folder, problem, fix)
     pattern = compile_pattern(STARTER_KIT if is_kit else settings.pattern)
     rows = {}
     matches = []
@@ -271,6 +292,9 @@ def _columns(texts: Mapping[str, str], settings: ImportSettings, result: Scan) -
         problem = "names `sample` without `grasp`: recordings of a grasp would be different grasps"
         fix = "name the grasp; if each file is one grasp, add --grasp with columns that identify it"
         raise DataError(settings.table or "--pattern", problem, fix)
+    result.session_template = settings.session or next(
+        (f"{{{name}}}" for name, meaning in columns.items() if meaning == "session"), ""
+    )
     roles = set(ROLES.values())
     stored = {
         name: meaning
@@ -295,30 +319,71 @@ def _filled(option: str, template: str, cells: Mapping[str, str]) -> str:
 def _scanned(
     path: Path,
     texts: Mapping[str, str],
+    numbered: Mapping[str, str],
     columns: dict[str, str],
     settings: ImportSettings,
     name: str,
 ) -> ScannedFile:
     """Return the recording of a row, its session as the folder names it.
 
-    A grasp number counts within its object.
+    `numbered` are the texts with one spelling of each number of a grasp or sample; labels keep
+    theirs. A grasp number counts within its object.
     """
     named = {columns[column]: text for column, text in texts.items() if column in columns}
     labels = {column: text for column, text in named.items() if column not in ROLES.values()}
     label = next((text for column, text in labels.items() if column.lower() == "label"), "")
-    templates = {"object": settings.object, "session": settings.session, "grasp": settings.grasp}
+    counters = {columns[column]: text for column, text in numbered.items() if column in columns}
+    templates = {"object": settings.object, "session": settings.session}
     filled = {role: _filled(role, text, texts) for role, text in templates.items() if text}
+    if settings.grasp:
+        filled["grasp"] = _filled_grasp(settings.grasp, numbered)
     object_name = (filled.get("object") or named.get("object", "")) or label
-    number = named.get("grasp", "")
+    number = counters.get("grasp", "")
     grasp = f"{object_name}/{number}" if object_name and number else number
-    grasp_id = filled.get("grasp") or ("" if settings.grasp else named.get("grasp_id", ""))
+    grasp_id = filled.get("grasp") or ("" if settings.grasp else counters.get("grasp_id", ""))
     cells = {
         "grasp_id": grasp_id or grasp or file_id(path),
         "object": object_name,
-        **{role: named.get(role, "") for role in ("recording_id", "sample", "quality")},
+        "recording_id": named.get("recording_id", ""),
+        "sample": counters.get("sample", ""),
+        "quality": named.get("quality", ""),
     }
     session = filled.get("session") or named.get("session", "") or name
-    return ScannedFile(path, session, cells, labels, has_grasp_number=bool(grasp) and not grasp_id)
+    return ScannedFile(
+        path,
+        session,
+        cells,
+        labels,
+        has_grasp=bool(grasp_id or grasp),
+        has_grasp_number=bool(grasp) and not grasp_id,
+    )
+
+
+def template_columns(template: str) -> list[str]:
+    """Return the columns that a template names."""
+    return re.findall(r"\{([^{}]*)\}", template)
+
+
+def _filled_grasp(template: str, cells: Mapping[str, str]) -> str:
+    """Return the grasp by a template; "" if all cells that the template names are empty."""
+    grasp = _filled("grasp", template, cells)
+    names = template_columns(template)
+    return grasp if not names or any(cells[name] for name in names) else ""
+
+
+def _warn_of_empty_sessions(rows: Rows, result: Scan) -> None:
+    """Warn about rows in which all cells of the session are empty: they are one session."""
+    used = template_columns(result.session_template)
+    empty = [
+        path.as_posix()
+        for path, texts in sorted(rows.items())
+        if used and not any(texts.get(name, "") for name in used)
+    ]
+    if empty:
+        counted = f"{len(empty)} of {len(rows)} rows have no session"
+        fix = f"fill the cells of {', '.join(map(repr, used))}"
+        reason = f"they are one session ({_examples(empty)}); {fix}"
+        result.remarks["warning"].append((counted, reason))
 
 
 def _plain(texts: Mapping[str, str]) -> dict[str, str]:
@@ -332,7 +397,7 @@ def _grasp_columns(rows: Rows, columns: Mapping[str, str], settings: ImportSetti
     """
     if settings.grasp:
         names = next(iter(rows.values()), {})
-        return [name for name in re.findall(r"\{([^{}]*)\}", settings.grasp) if name in names]
+        return [name for name in template_columns(settings.grasp) if name in names]
     return [name for name, role in columns.items() if role in ("grasp", "grasp_id")]
 
 
@@ -351,6 +416,7 @@ def _note_empty_grasps(
     consequence = "each of them is a grasp of its own"
     if settings.grasp:
         consequence = f"a column of --grasp {settings.grasp!r} is empty"
+        consequence += "; a row in which all are empty is a grasp of its own"
     fix = f"fill the cells of {', '.join(map(repr, used))}, or name other columns with --grasp"
     examples = _examples([path.as_posix() for path in sorted(empty)])
     result.remarks["warning"].append((counted, f"{consequence} ({examples}); {fix}"))
@@ -368,10 +434,11 @@ def _with_joined_numbers(
         for texts in joined.values():
             texts[name] = spellings.get(texts[name], texts[name])
         if spellings:
-            count = len(set(spellings.values()))
-            forms = _examples(sorted(spellings))
-            problem = f"{count} numbers of {name} are spelled in several ways"
-            result.remarks["note"].append((problem, f"each is one {name}: {forms}"))
+            numbers = sorted(set(spellings.values()))
+            forms = sorted(form for form, number in spellings.items() if number == numbers[0])
+            problem = f"{len(numbers)} numbers of {name} are spelled in several ways"
+            example = f"each is one {name}, e.g. {', '.join(map(repr, forms))}"
+            result.remarks["note"].append((problem, example))
     return joined
 
 
@@ -388,9 +455,13 @@ def _note_grasps_without_object(result: Scan) -> None:
         result.remarks["warning"].append((counted, reason))
 
 
-def _name_sessions(result: Scan) -> None:
+def _name_sessions(result: Scan, known: Mapping[str, KnownSession]) -> None:
     """Replace the values of sessions by their names, and note values that are not their name."""
-    names = session_names({*result.played, *(file.session for file in result.files)})
+    paths: dict[str, set[str]] = {value: set() for value in result.played}
+    for file in result.files:
+        paths.setdefault(file.session, set()).add(file.path.as_posix())
+    names = session_names(paths, known, paths)
+    result.session_texts = {name: value for value, name in names.items()}
     for value, name in sorted(names.items()):
         checked_name(name, "session")
         if is_changed(value, name):

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections import defaultdict
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
 
 #: Digits of the hash that separates names which would otherwise be equal.
 HASH_DIGITS = 6
+#: Name of a value without a Latin letter or a digit, before its hash.
+NAMELESS = "session"
 _SIGNED = re.compile(r"([+\-\u2212])(?=[\d.])")
 _SIGNS = {"+": "plus", "-": "minus", "\u2212": "minus"}
 
@@ -18,23 +21,68 @@ def slug(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9-]+", "_", text).strip("_-") or "x"
 
 
-def session_names(values: Collection[str]) -> dict[str, str]:
+@dataclass(frozen=True)
+class KnownSession:
+    """A session of the data set: the text that it was imported as, and the paths of its recordings
+    in the imported folder.
+
+    `text` is None for a session that was recorded, or that an older version imported.
+    """
+
+    text: str | None
+    files: Collection[str] = ()
+
+
+def session_names(
+    values: Collection[str],
+    known: Mapping[str, KnownSession] = MappingProxyType({}),
+    files: Mapping[str, Collection[str]] = MappingProxyType({}),
+) -> dict[str, str]:
     """Return the name of a session for each value. Names differ even where case is ignored.
 
     A leading sign becomes a word. A value with characters of other scripts, and all values but one
-    that would have one name, get a hash of the value at the end: its own name each time.
+    that would have one name, get a hash of the value at the end. `known` are the sessions of the
+    data set by name: a value keeps its name in later imports, and no other value gets it. `files`
+    are the paths of recordings by value.
+
+    >>> session_names(["run 1", "run_1", "-5"])
+    {'run_1': 'run_1', '-5': 'minus5', 'run 1': 'run_1-b945d8'}
+    >>> session_names(["run_1"], {"run_1": KnownSession("run 1")})
+    {'run_1': 'run_1-37ddff'}
     """
-    groups: dict[str, list[str]] = defaultdict(list)
-    for value in values:
-        groups[_plain_name(value).casefold()].append(value)
-    names = {}
-    for group in groups.values():
-        # A value that is a name already keeps it.
-        ordered = sorted(group, key=lambda value: (_plain_name(value) != value, value))
-        for place, value in enumerate(ordered):
+    by_text = {session.text: name for name, session in known.items() if session.text is not None}
+    names = {value: by_text[value] for value in sorted(values) if value in by_text}
+    used = {name.casefold() for name in known}
+    # A value that is a name already keeps it.
+    new_values = sorted(
+        set(values) - set(names), key=lambda value: (_plain_name(value) != value, value)
+    )
+    for value in new_values:
+        name = _name_in_older_version(value, files.get(value, ()), known, names.values())
+        if not name:
             name = _plain_name(value)
-            names[value] = name if place == 0 else f"{name}-{_hash(value)}"
+            if name.casefold() in used:
+                name = f"{name}-{_hash(value)}"
+        names[value] = name
+        used.add(name.casefold())
     return names
+
+
+def _name_in_older_version(
+    value: str, files: Collection[str], known: Mapping[str, KnownSession], used: Collection[str]
+) -> str:
+    """Return the name of a known session without a text that has this value; "" for no session.
+
+    Older versions replaced all signs and letters of other scripts. If the name is not the present
+    one, the session has to contain one of the `files`.
+    """
+    for name in (_plain_name(value), slug(value)):
+        session = known.get(name)
+        if session is None or session.text is not None or name in used:
+            continue
+        if name == _plain_name(value) or set(files) & set(session.files):
+            return name
+    return ""
 
 
 def is_changed(value: str, name: str) -> bool:
@@ -48,7 +96,8 @@ def _plain_name(value: str) -> str:
     has_letters_lost = any(c.isalnum() and not c.isascii() for c in text)
     is_empty = not re.search("[A-Za-z0-9]", text)
     if has_letters_lost or is_empty:
-        return f"{slug(text)}-{_hash(value)}"
+        readable = NAMELESS if is_empty else slug(text)
+        return f"{readable}-{_hash(value)}"
     return slug(text)
 
 

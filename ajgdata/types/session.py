@@ -66,6 +66,12 @@ class Session(Strict):
     audio_root: str | None = Field(
         None, description="folder the files are relative to; null: the session folder"
     )
+    imported_as: str | None = Field(
+        None, description="text of the imported folder or table that identifies the session"
+    )
+    has_several_folders: bool | None = Field(
+        None, description="true if `--session` added another folder; nothing is then pruned"
+    )
     software: str = Field("", description="what wrote this session")
     scene: dict[str, Any] = Field({}, description="settings of the source, for provenance")
     skipped: dict[str, str] = Field({}, description="grasps that could not be made, and why")
