@@ -95,8 +95,10 @@ def import_command(
         copy=not reference, on_change=on_change, microphone=_microphone(microphone),
     )  # fmt: skip
     show_import(result, dataset, everything=everything)
-    is_mixed = show_summary(paths, spec, known=known) if paths.dataset(dataset).is_file() else False
-    raise typer.Exit(0 if result.is_complete and not is_mixed else ATTENTION)
+    is_ambiguous = (
+        show_summary(paths, spec, known=known) if paths.dataset(dataset).is_file() else False
+    )
+    raise typer.Exit(0 if result.is_complete and not is_ambiguous else ATTENTION)
 
 
 def show_file_names(folder: Path) -> None:
@@ -159,7 +161,7 @@ def show_import(result: Imported, dataset: str, *, everything: bool) -> None:
 
 def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
     """Print the declaration, the numbers of recordings, grasps and classes, what is wrong with the
-    labels, and the next command. Returns True if grasps are ambiguous."""
+    labels, and the next command. Returns True if grasps or classes are ambiguous."""
     from ajgdata.pipeline.validate import counts, impossible_tasks, label_issues, label_tables
 
     where = escape(str(paths.dataset(spec.name)))
@@ -177,7 +179,8 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
         say(f"next: ajgdata check {spec.name}, then ajgdata run {spec.name}")
     else:
         say(f"next: ajgdata check {spec.name} (no task of this data set is possible yet)")
-    return any(issue.code in ("mixed_grasp", "repeated_sample") for issue in issues)
+    codes = ("mixed_grasp", "repeated_sample", "similar_classes")
+    return any(issue.code in codes for issue in issues)
 
 
 def _used(microphone: int | str | None) -> str:

@@ -16,6 +16,7 @@ from ajgdata.pipeline.played_sounds import played_sound_issues
 from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.recordings import Examined, examine, finding
 from ajgdata.pipeline.session_levels import level_issues
+from ajgdata.pipeline.similar_classes import similar_classes
 from ajgdata.pipeline.similar_sounds import Fingerprints, checked_sounds
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
 from ajgdata.store.labels import bad_labels, copies
@@ -155,7 +156,7 @@ def label_tables(paths: Paths, dataset: str) -> dict[str, list[dict[str, str]]]:
 
 def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
     """Return a warning for grasps with two objects or target values, for numbers of samples that
-    stand twice in a grasp, and for impossible tasks."""
+    stand twice in a grasp, for classes that differ only in spelling, and for impossible tasks."""
     mixed_fix = "give each grasp of a session its own grasp_id"
     columns = dict.fromkeys(("object", *spec.targets))
     problems = [_mixed_grasps(tables, column, spec.targets.get(column)) for column in columns]
@@ -163,6 +164,10 @@ def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
     if problem := _repeated_samples(tables):
         sample_fix = "correct the numbers, or import with a --grasp that separates them"
         issues.append(("repeated_sample", problem, sample_fix))
+    spelling_fix = "write each class in one way in recordings.csv, or in the folder or table, then "
+    spelling_fix += "import again with --on-change labels"
+    spellings = _similar_classes(tables, spec)
+    issues += [("similar_classes", problem, spelling_fix) for problem in spellings]
     class_fix = "record or import another class"
     issues += [("no_task", problem, class_fix) for problem in impossible_tasks(tables, spec)]
     return [Finding("*", "*", "", "warning", *issue) for issue in issues]
@@ -200,6 +205,27 @@ def _repeated_samples(tables: Tables) -> str:
     ]
     counted = f"{len(repeated)} pairs of grasp and sample have several recordings"
     return f"{counted}: {_listed(repeated)}" if repeated else ""
+
+
+def _similar_classes(tables: Tables, spec: DatasetSpec) -> list[str]:
+    """Return a line for each target with classes that differ only in spelling.
+
+    Objects are classes too; if they have the spellings of a target, they have no line of their own.
+    """
+    rows = [row for table in tables.values() for row in table if not is_rejected(row)]
+    classes = [name for name, target in spec.targets.items() if target.kind == "classification"]
+    problems: dict[str, str] = {}
+    for column in dict.fromkeys((*classes, "object")):
+        counted = Counter(row.get(column, "") for row in rows)
+        for text in _missing(spec.targets.get(column)):
+            del counted[text]
+        groups = similar_classes(counted)
+        texts = ["; ".join(f"{name!r} {count}" for name, count in g.items()) for g in groups]
+        if texts:
+            noun = "objects" if column == "object" else f"classes of {column}"
+            listed = ", and ".join(texts)
+            problems.setdefault(listed, f"{noun} differ only in spelling: {listed}")
+    return list(problems.values())
 
 
 def impossible_tasks(tables: Tables, spec: DatasetSpec) -> list[str]:

@@ -1,4 +1,4 @@
-"""Which file of a folder the name in a table means: exactly, or by looser readings in a fixed order.
+"""Files of a folder that the names in a table mean: exact names first, then looser readings.
 
 Programs change names: macOS stores decomposed letters (Unicode form NFD), Windows ignores case and
 writes backslashes, spreadsheets write `001` as `1` and, next to an empty cell, 300 as `300.0`.
