@@ -117,8 +117,7 @@ def _not_numbers(words: Mapping[str, int], count: int) -> Doubt | None:
     if not words:
         return None
     noun = "a number" if sum(words.values()) == 1 else "numbers"
-    fix = "no task uses these recordings: correct the cells (a decimal point, no unit), "
-    fix += "or declare the texts under `missing`"
+    fix = "correct the cells (a decimal point, no unit), or list the texts under `missing`"
     return Doubt(tuple(words), f"{_counted(words, count)} not {noun}", fix)
 
 

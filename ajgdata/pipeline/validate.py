@@ -19,7 +19,7 @@ from ajgdata.pipeline.session_levels import level_issues
 from ajgdata.pipeline.similar_classes import similar_classes
 from ajgdata.pipeline.similar_sounds import Fingerprints, checked_sounds
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
-from ajgdata.store.labels import bad_labels, copies
+from ajgdata.store.labels import bad_labels, copies, parse_label
 from ajgdata.store.session_audio import AudioFile, SessionAudio, check_session, label_rows
 from ajgdata.store.sessions import (
     check_one_kind,
@@ -164,8 +164,8 @@ def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
     if problem := _repeated_samples(tables):
         sample_fix = "correct the numbers, or import with a --grasp that separates them"
         issues.append(("repeated_sample", problem, sample_fix))
-    spelling_fix = "write each class in one way in recordings.csv, or in the folder or table, then "
-    spelling_fix += "import again with --on-change labels"
+    spelling_fix = "write each class in one way in the table or recordings.csv; "
+    spelling_fix += "--on-change labels takes the texts of the table"
     spellings = _similar_classes(tables, spec)
     issues += [("similar_classes", problem, spelling_fix) for problem in spellings]
     class_fix = "record or import another class"
@@ -267,11 +267,43 @@ def counts(tables: Tables, targets: Mapping[str, Target]) -> dict[str, str]:
         cells = Counter(row.get(name, "") for row in used)
         missing = sum(cells.pop(text, 0) for text in _missing(target))
         values = [f"{text} {count}" for text, count in cells.most_common()]
-        if target.kind == "regression":
-            values = [f"{cells.total()} numbers, {len(cells)} distinct"]
         suffix = f"; {missing} missing" if missing else ""
+        if target.kind == "regression":
+            words = {text: count for text, count in cells.items() if not _is_value(text, target)}
+            numbers = cells - Counter(words)
+            values = [f"{numbers.total()} numbers, {len(numbers)} distinct"]
+            suffix += f"; {sum(words.values())} not a number" if words else ""
         facts[f"recordings per {name}"] = _listed(values) + suffix
     return facts
+
+
+def cells_without_value(tables: Tables, spec: DatasetSpec) -> list[Finding]:
+    """Return a warning for each target of numbers with cells that are not numbers.
+
+    `bad_labels` returns one for each recording.
+    """
+    fix = "correct recordings.csv, or declare the text under `missing` of the target"
+    rows = [(name, row) for name, table in tables.items() for row in table if not is_rejected(row)]
+    findings = []
+    for column, target in spec.targets.items():
+        cells = [
+            f"{row[column]!r} ({session}/{row['recording_id']})"
+            for session, row in rows
+            if not _is_value(row.get(column, ""), target)
+        ]
+        if cells:
+            verb = "cell is not a number" if len(cells) == 1 else "cells are not numbers"
+            problem = f"{len(cells)} {verb} in {column}: {_listed(cells)}"
+            findings.append(Finding("*", "*", "", "warning", "bad_label", problem, fix))
+    return findings
+
+
+def _is_value(text: str, target: Target) -> bool:
+    try:
+        parse_label(text, target)
+    except ValueError:
+        return False
+    return True
 
 
 def _listed(texts: Sequence[str]) -> str:

@@ -37,6 +37,17 @@ def test_a_cell_that_is_no_number_is_named(src, ajgdata, paths, text):
     problem = f"target label: 1 of 24 cells is not a number: {text!r} (r07.wav)"
     assert f"warning {problem}" in printed.text
     assert "under `missing`" in printed.text
+    assert "23 numbers, 23 distinct; 1 not a number" in printed.text
+
+
+def test_a_later_cell_that_is_no_number_is_named(src, ajgdata):
+    assert import_column(ajgdata, src, NUMBERS).code == 0
+    write_wav(src / "r90.wav", resonances(0, 90, frames=2048))
+    with (src / "t.csv").open("a", encoding="utf-8") as table:
+        table.write("r90;12 mm\n")
+    printed = ajgdata("import", src, "--dataset", "d")
+    assert printed.code == 3
+    assert "1 cell is not a number in label: '12 mm' (src/r90)" in printed.text
 
 
 COMMAS = [
