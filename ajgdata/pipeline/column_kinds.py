@@ -18,14 +18,15 @@ MIN_SHARE = 0.8
 #: A class with this share of numbers, and MIN_NUMBERS distinct ones, is probably a column of
 #: numbers with many errors.
 DOUBTFUL_SHARE = 0.5
-#: How programs, people and spreadsheets write a missing number; in a column of text it can be a
-#: class, e.g. `none` for an empty gripper.
+#: How programs, people and spreadsheets write a missing value.
 MISSING = {
     *("nan", "n/a", "#n/a", "<na>", "null"),
-    *("na", "n.a.", "none", "nil", "-", "--", "---", "\u2013", "\u2014", "?", "."),
+    *("na", "n.a.", "-", "--", "---", "\u2013", "\u2014", "?", "."),
     *("#div/0!", "#value!", "#ref!", "#name?", "#num!", "#null!", "1.#ind", "1.#qnan"),
     *("inf", "-inf", "+inf", "infinity", "-infinity", "-nan", "+nan"),
 }
+#: Words that are missing among numbers, but common classes, e.g. of an empty gripper.
+NO_NUMBER = {"none", "nil", "no"}
 #: 17,5 and 1.234,5.
 _DECIMAL_COMMA = re.compile(r"[+-]?(?:\d{1,3}(?:\.\d{3})+|\d+),\d+")
 
@@ -53,8 +54,8 @@ def column_kind(cells: Mapping[str, int]) -> ColumnKind:
 
     It is a column of numbers if it has at least MIN_NUMBERS distinct numbers, and if at least
     MIN_SHARE of the cells that are neither empty nor missing are numbers. Otherwise it is a column
-    of classes. Texts in MISSING are missing among numbers: in a column of numbers, and among
-    classes if MIN_SHARE of all cells are numbers and no other text is there.
+    of classes. Texts in MISSING are missing in a column of numbers, and also among classes if
+    MIN_SHARE of all cells are numbers and there is no other text.
 
     >>> kind = column_kind({"NA": 2, "17,5": 1} | {str(n): 1 for n in range(20)})
     >>> kind.target.kind, kind.target.missing, kind.doubts[0].problem
@@ -64,24 +65,25 @@ def column_kind(cells: Mapping[str, int]) -> ColumnKind:
     """
     present = {text: count for text, count in cells.items() if text}
     missing = {text: count for text, count in present.items() if text.lower() in MISSING}
-    numbers, words = _split({t: count for t, count in present.items() if t not in missing})
+    no_number = {text: count for text, count in present.items() if text.lower() in NO_NUMBER}
+    numbers, words = _split({text: n for text, n in present.items() if text not in missing})
     values = {number(text) for text in numbers}
     number_count = sum(numbers.values())
-    count = number_count + sum(words.values())
-    if len(values) >= MIN_NUMBERS and number_count >= MIN_SHARE * count:
-        reason = f"{len(values)} distinct numbers, {min(values):g} to {max(values):g}"
-        return _declared(
-            "regression", missing, f"a number ({reason})", [_not_numbers(words, count)]
-        )
-    reason = f"a class ({len(present)} distinct texts)"
-    all_count = count + sum(missing.values())
+    count = sum(present.values()) - sum(missing.values())
+    typed_count = count - sum(no_number.values())
+    if len(values) >= MIN_NUMBERS and number_count >= MIN_SHARE * typed_count:
+        reason = f"a number ({len(values)} distinct numbers, {min(values):g} to {max(values):g})"
+        wrong = {text: n for text, n in words.items() if text not in no_number}
+        doubts = [_not_numbers(wrong, typed_count)]
+        return _declared("regression", missing | no_number, reason, doubts)
+    all_count = sum(present.values())
     if missing and not words and number_count >= MIN_SHARE * all_count:
         reason = f"a class ({len(numbers)} distinct texts)"
         return _declared("classification", missing, reason, [])
-    doubts = [_commas(words, number_count, count), _like_missing(missing, all_count)]
+    doubts = [_commas(words, numbers, count), _like_missing(missing, all_count)]
     if doubts[0] is None and len(values) >= MIN_NUMBERS and number_count >= DOUBTFUL_SHARE * count:
         doubts.append(_many_numbers(words, count))
-    return _declared("classification", {}, reason, doubts)
+    return _declared("classification", {}, f"a class ({len(present)} distinct texts)", doubts)
 
 
 def _declared(
@@ -121,10 +123,11 @@ def _not_numbers(words: Mapping[str, int], count: int) -> Doubt | None:
     return Doubt(tuple(words), f"{_counted(words, count)} not {noun}", fix)
 
 
-def _commas(words: Mapping[str, int], number_count: int, count: int) -> Doubt | None:
+def _commas(words: Mapping[str, int], numbers: Mapping[str, int], count: int) -> Doubt | None:
     """Return the doubt about a column that would be numbers if commas were points."""
     commas = {text: own for text, own in words.items() if _DECIMAL_COMMA.fullmatch(text)}
-    if not commas or number_count + sum(commas.values()) < MIN_SHARE * count:
+    share = sum({**numbers, **commas}.values()) / count if count else 0.0
+    if not commas or len(numbers) + len(commas) < MIN_NUMBERS or share < MIN_SHARE:
         return None
     problem = f"{_counted(commas, count)} written with a decimal comma, so the column is a class"
     fix = "export the table with decimal points, and import it into a new data set"

@@ -52,9 +52,8 @@ def test_a_later_cell_that_is_no_number_is_named(src, ajgdata):
 
 COMMAS = [
     ([f"{number},5" for number in range(24)], 24),
-    ([f"{number},5" for number in range(3)] * 4, 12),
     ([*NUMBERS[:6], *[f"{number},25" for number in range(6)]], 6),
-    ([f"1.{number}00,5" for number in range(1, 9)], 8),
+    ([f"1.{number}00,5" for number in range(1, 10)] + ["1,0", "2,0"], 11),
 ]
 
 
@@ -66,6 +65,10 @@ def test_a_column_of_decimal_commas_is_named(src, ajgdata, paths, texts, count):
     assert read_dataset(paths, "d").targets["label"].kind == "classification"
 
 
+def test_few_texts_with_commas_are_classes(src, ajgdata):
+    assert import_column(ajgdata, src, ["7,5", "10,0"] * 3).code == 0
+
+
 def test_several_words_for_a_missing_number_are_all_listed(src, ajgdata, paths):
     texts = [*NUMBERS[:16], "NA", "NA", "-", "#DIV/0!", "", "NaN"]
     printed = import_column(ajgdata, src, texts)
@@ -73,6 +76,11 @@ def test_several_words_for_a_missing_number_are_all_listed(src, ajgdata, paths):
     target = read_dataset(paths, "d").targets["label"]
     assert (target.kind, target.missing) == ("regression", ("#DIV/0!", "-", "NA", "NaN"))
     assert "'NA' is missing in 2 recordings: r16.wav, r17.wav" in printed.text
+
+
+def test_none_among_classes_is_a_class_without_a_warning(src, ajgdata, paths):
+    assert import_column(ajgdata, src, ["cube", "none", "10", "none"]).code == 0
+    assert read_dataset(paths, "d").targets["label"].missing == ()
 
 
 def test_na_among_few_numbers_is_missing(src, ajgdata, paths):
