@@ -95,8 +95,10 @@ def import_command(
         copy=not reference, on_change=on_change, microphone=_microphone(microphone),
     )  # fmt: skip
     show_import(result, dataset, everything=everything)
-    is_mixed = show_summary(paths, spec, known=known) if paths.dataset(dataset).is_file() else False
-    raise typer.Exit(0 if result.is_complete and not is_mixed else ATTENTION)
+    is_ambiguous = (
+        show_summary(paths, spec, known=known) if paths.dataset(dataset).is_file() else False
+    )
+    raise typer.Exit(0 if result.is_complete and not is_ambiguous else ATTENTION)
 
 
 def show_file_names(folder: Path) -> None:
@@ -159,8 +161,15 @@ def show_import(result: Imported, dataset: str, *, everything: bool) -> None:
 
 def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
     """Print the declaration, the numbers of recordings, grasps and classes, what is wrong with the
-    labels, and the next command. Returns True if grasps are ambiguous."""
-    from ajgdata.pipeline.validate import counts, impossible_tasks, label_issues, label_tables
+    labels, and the next command. Returns True if grasps or classes are ambiguous, or if a cell of
+    a declared target is not a number."""
+    from ajgdata.pipeline.validate import (
+        cells_without_value,
+        counts,
+        impossible_tasks,
+        label_issues,
+        label_tables,
+    )
 
     where = escape(str(paths.dataset(spec.name)))
     summary = f"{spec.audio.sample_rate_hz} Hz, {_used(spec.audio.microphone)}, targets "
@@ -171,14 +180,16 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
     if not known:
         say("models: linear and k-NN; to train the CNN too, add `cnn` to `models` of a task")
     issues = label_issues(tables, spec)
+    if known:  # the declaration of a new data set has listed these cells with their files
+        issues += cells_without_value(tables, spec)
     for issue in issues:
         say(f"[yellow]warning[/yellow] {escape(issue.problem)}; {issue.fix}")
     if len(impossible_tasks(tables, spec)) < len(spec.tasks):
         say(f"next: ajgdata check {spec.name}, then ajgdata run {spec.name}")
     else:
         say(f"next: ajgdata check {spec.name} (no task of this data set is possible yet)")
-    ambiguous = ("mixed_grasp", "repeated_sample", "grasp_spelling")
-    return any(issue.code in ambiguous for issue in issues)
+    codes = {"mixed_grasp", "repeated_sample", "grasp_spelling", "similar_classes", "bad_label"}
+    return any(issue.code in codes for issue in issues)
 
 
 def _used(microphone: int | str | None) -> str:

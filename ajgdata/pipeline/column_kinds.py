@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections import defaultdict
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from ajgdata.store.labels import number
@@ -12,21 +11,33 @@ from ajgdata.types import Target
 
 #: A column with fewer distinct numbers is a class.
 MIN_NUMBERS = 11
-#: Share of the distinct texts that must be numbers in a column of numbers; the others are probably
-#: typing errors. Classes with such a share of numbers are not to be expected.
+#: Share of the present cells that must be numbers in a column of numbers. A fifth leaves room for
+#: typing errors and words for missing values that `MISSING` does not list. Names of classes are
+#: hardly ever numbers in four of five recordings and words in the others.
 MIN_SHARE = 0.8
+#: A class with this share of numbers, and MIN_NUMBERS distinct ones, is probably a column of
+#: numbers with many errors.
+DOUBTFUL_SHARE = 0.5
 #: How programs, people and spreadsheets write a missing value.
 MISSING = {
     *("nan", "n/a", "#n/a", "<na>", "null"),
-    *("na", "-", "--", "---", "\u2013", "\u2014", "?", "."),
-    *("#div/0!", "#value!", "#ref!", "#name?", "#num!", "#null!"),
-    *("inf", "-inf", "+inf", "infinity", "-infinity"),
+    *("na", "n.a.", "-", "--", "---", "\u2013", "\u2014", "?", "."),
+    *("#div/0!", "#value!", "#ref!", "#name?", "#num!", "#null!", "1.#ind", "1.#qnan"),
+    *("inf", "-inf", "+inf", "infinity", "-infinity", "-nan", "+nan"),
 }
 #: Words that are missing among numbers, but common classes, e.g. of an empty gripper.
 NO_NUMBER = {"none", "nil", "no"}
-_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+")
-#: Texts listed in a remark.
-LISTED = 5
+#: 17,5 and 1.234,5.
+_DECIMAL_COMMA = re.compile(r"[+-]?(?:\d{1,3}(?:\.\d{3})+|\d+),\d+")
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Texts of a column that are probably wrong; `problem` is a clause with their count."""
+
+    texts: tuple[str, ...]
+    problem: str
+    fix: str
 
 
 @dataclass(frozen=True)
@@ -35,83 +46,105 @@ class ColumnKind:
 
     target: Target
     reason: str
-    warnings: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
 
 
-def column_kind(texts: Collection[str]) -> ColumnKind:
-    """Return how a column with these distinct texts is declared.
+def column_kind(cells: Mapping[str, int]) -> ColumnKind:
+    """Return how a column is declared; `cells` are the numbers of recordings with each text.
 
-    It is a column of numbers if it has at least MIN_NUMBERS distinct numbers, and if they are at
-    least MIN_SHARE of its texts; otherwise it is a column of classes.
+    It is a column of numbers if it has at least MIN_NUMBERS distinct numbers, and if at least
+    MIN_SHARE of the cells that are neither empty nor missing are numbers. Otherwise it is a column
+    of classes. Texts in MISSING are missing in a column of numbers, and also among classes if
+    MIN_SHARE of all cells are numbers and there is no other text.
+
+    >>> kind = column_kind({"NA": 2, "17,5": 1} | {str(n): 1 for n in range(20)})
+    >>> kind.target.kind, kind.target.missing, kind.doubts[0].problem
+    ('regression', ('NA',), '1 of 21 cells is not a number')
+    >>> column_kind({"cube": 3, "NA": 2}).target.missing
+    ()
     """
-    present = {text for text in texts if text}
-    missing = {text for text in present if text.lower() in MISSING}
-    missing_numbers = missing | {text for text in present if text.lower() in NO_NUMBER}
-    numbers, words = _split(present - missing_numbers)
-    is_number = len(numbers) >= MIN_NUMBERS
-    if is_number and len(numbers) >= MIN_SHARE * (len(numbers) + len(words)):
-        values = [number(text) for text in numbers]
-        reason = f"{len(numbers)} distinct numbers, {min(values):g} to {max(values):g}"
-        return _declared("regression", missing_numbers, f"a number ({reason})", _no_numbers(words))
-    warnings = [*_commas(words), *_like_missing(missing), *_like_each_other(present)]
-    return _declared("classification", (), f"a class ({len(present)} distinct texts)", warnings)
+    present = {text: count for text, count in cells.items() if text}
+    missing = {text: count for text, count in present.items() if text.lower() in MISSING}
+    no_number = {text: count for text, count in present.items() if text.lower() in NO_NUMBER}
+    numbers, words = _split({text: n for text, n in present.items() if text not in missing})
+    values = {number(text) for text in numbers}
+    number_count = sum(numbers.values())
+    count = sum(present.values()) - sum(missing.values())
+    typed_count = count - sum(no_number.values())
+    if len(values) >= MIN_NUMBERS and number_count >= MIN_SHARE * typed_count:
+        reason = f"a number ({len(values)} distinct numbers, {min(values):g} to {max(values):g})"
+        wrong = {text: n for text, n in words.items() if text not in no_number}
+        doubts = [_not_numbers(wrong, typed_count)]
+        return _declared("regression", missing | no_number, reason, doubts)
+    all_count = sum(present.values())
+    if missing and not words and number_count >= MIN_SHARE * all_count:
+        reason = f"a class ({len(numbers)} distinct texts)"
+        return _declared("classification", missing, reason, [])
+    doubts = [_commas(words, numbers, count), _like_missing(missing, all_count)]
+    if doubts[0] is None and len(values) >= MIN_NUMBERS and number_count >= DOUBTFUL_SHARE * count:
+        doubts.append(_many_numbers(words, count))
+    return _declared("classification", {}, f"a class ({len(present)} distinct texts)", doubts)
 
 
 def _declared(
-    kind: str, missing: Collection[str], reason: str, warnings: Collection[str]
+    kind: str, missing: Collection[str], reason: str, doubts: Collection[Doubt | None]
 ) -> ColumnKind:
     if missing:
         reason += f"; declared missing: {', '.join(sorted(missing))}"
     target = Target.model_validate({"kind": kind, "missing": tuple(sorted(missing))})
-    return ColumnKind(target, reason, tuple(warnings))
+    return ColumnKind(target, reason, tuple(doubt for doubt in doubts if doubt))
 
 
-def _split(texts: Collection[str]) -> tuple[list[str], list[str]]:
-    """Return the texts that are finite numbers, and the others."""
-    numbers, words = [], []
-    for text in sorted(texts):
+def _split(cells: Mapping[str, int]) -> tuple[dict[str, int], dict[str, int]]:
+    """Return the cells that are finite numbers, and the others."""
+    numbers: dict[str, int] = {}
+    words: dict[str, int] = {}
+    for text, count in sorted(cells.items()):
         try:
             number(text)
         except ValueError:
-            words.append(text)
+            words[text] = count
         else:
-            numbers.append(text)
+            numbers[text] = count
     return numbers, words
 
 
-def _listed(texts: Collection[str]) -> str:
-    shown = [repr(text) for text in sorted(texts)]
-    return ", ".join(shown[:LISTED]) + (", …" if len(shown) > LISTED else "")
+def _counted(texts: Mapping[str, int], count: int) -> str:
+    """Return `2 of 24 cells are`."""
+    own = sum(texts.values())
+    return f"{own} of {count} cells {'is' if own == 1 else 'are'}"
 
 
-def _no_numbers(words: Collection[str]) -> list[str]:
+def _not_numbers(words: Mapping[str, int], count: int) -> Doubt | None:
     if not words:
-        return []
-    fix = "correct the cells (a decimal point, no unit), or declare the text under `missing`"
-    return [f"{_listed(words)} among numbers: no task uses these recordings; {fix}"]
+        return None
+    noun = "a number" if sum(words.values()) == 1 else "numbers"
+    fix = "correct the cells (a decimal point, no unit), or list the texts under `missing`"
+    return Doubt(tuple(words), f"{_counted(words, count)} not {noun}", fix)
 
 
-def _commas(words: Collection[str]) -> list[str]:
-    commas = [text for text in words if _DECIMAL_COMMA.fullmatch(text)]
-    if len(commas) < MIN_NUMBERS:
-        return []
-    return [f"{_listed(commas)} are numbers with a decimal comma; write a point instead"]
+def _commas(words: Mapping[str, int], numbers: Mapping[str, int], count: int) -> Doubt | None:
+    """Return the doubt about a column that would be numbers if commas were points."""
+    commas = {text: own for text, own in words.items() if _DECIMAL_COMMA.fullmatch(text)}
+    share = sum({**numbers, **commas}.values()) / count if count else 0.0
+    if not commas or len(numbers) + len(commas) < MIN_NUMBERS or share < MIN_SHARE:
+        return None
+    problem = f"{_counted(commas, count)} written with a decimal comma, so the column is a class"
+    fix = "export the table with decimal points, and import it into a new data set"
+    return Doubt(tuple(commas), problem, fix)
 
 
-def _like_missing(texts: Collection[str]) -> list[str]:
-    if not texts:
-        return []
-    fix = "if they are missing values, declare them under `missing` of the target"
-    return [f"{_listed(texts)} in a column of text stay classes; {fix}"]
+def _many_numbers(words: Mapping[str, int], count: int) -> Doubt:
+    problem = f"only {_counted(words, count)} not numbers, but the column is declared as a class"
+    fix = "for a column of numbers, correct the cells, and import into a new data set"
+    return Doubt(tuple(words), problem, fix)
 
 
-def _like_each_other(classes: Collection[str]) -> list[str]:
-    """Return a warning for classes that differ only in case or blanks."""
-    groups: dict[str, list[str]] = defaultdict(list)
-    for text in sorted(classes):
-        groups["".join(text.casefold().split())].append(text)
-    alike = [text for group in groups.values() if len(group) > 1 for text in group]
-    if not alike:
-        return []
-    names = ", ".join(map(repr, alike))
-    return [f"classes differ only in case or blanks: {names}; write each class in one way"]
+def _like_missing(missing: Mapping[str, int], count: int) -> Doubt | None:
+    if not missing:
+        return None
+    problem = f"{_counted(missing, count)} probably missing, but a class of its own"
+    if len(missing) > 1:
+        problem = f"{_counted(missing, count)} probably missing, but classes of their own"
+    fix = "if the values are missing, list the texts under `missing` of the target in dataset.yaml"
+    return Doubt(tuple(missing), problem, fix)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -42,7 +42,7 @@ from ajgdata.types import (
 FOLDS = 5
 #: Models of a first run: they train in seconds.
 FIRST_MODELS = ("linear", "knn")
-#: Recordings listed in a remark.
+#: Recordings, or texts, listed in a remark.
 SHOWN = 3
 #: Groups of a pattern that count, and are not learnt unless named.
 COUNTERS = ("n", "fold", "take", "clip")
@@ -158,7 +158,7 @@ def declare(
         raise DataError("--target", f"there is no column {unknown[0]!r}", f"use one of {columns}")
     if settings.table and not targets:
         raise DataError("--target", "a table has many columns", f"name labels among {columns}")
-    texts = {column: {file.text(column) for file in scanned.files} for column in chosen}
+    texts = {column: Counter(file.text(column) for file in scanned.files) for column in chosen}
     inferred = {column: column_kind(texts[column]) for column in chosen}
     for column, kind in inferred.items():
         scanned.remarks["note"].append((f"target {column}", kind.reason))
@@ -166,7 +166,7 @@ def declare(
     possible = [
         column
         for column, kind in inferred.items()
-        if len(texts[column] - {"", *kind.target.missing}) > 1
+        if len(set(texts[column]) - {"", *kind.target.missing}) > 1
     ]
     folder = scanned.folder.name
     try:
@@ -193,17 +193,22 @@ def _is_learnt(column: str) -> bool:
 
 def _note_cells(scanned: Scan, column: str, kind: ColumnKind) -> None:
     """Note the recordings whose cell is missing by its text, and warn about doubtful cells."""
+    files: dict[str, list[str]] = defaultdict(list)
+    for file in scanned.files:
+        files[file.text(column)].append(file.path.as_posix())
     for text in kind.target.missing:
-        files = [file.path.as_posix() for file in scanned.files if file.text(column) == text]
-        shown = ", ".join(files[:SHOWN]) + (", …" if len(files) > SHOWN else "")
-        reason = f"{text!r} is missing in {len(files)} recordings: {shown}"
+        noun = "recording" if len(files[text]) == 1 else "recordings"
+        reason = f"{text!r} is missing in {len(files[text])} {noun}: {_shown(files[text])}"
         scanned.remarks["note"].append((f"target {column}", reason))
-    for warning in kind.warnings:
-        files = [
-            file.path.as_posix() for file in scanned.files if repr(file.text(column)) in warning
-        ]
-        shown = ", ".join(files[:SHOWN]) + (", …" if len(files) > SHOWN else "")
-        scanned.remarks["warning"].append((f"target {column}", f"{warning} (in {shown})"))
+    for doubt in kind.doubts:
+        examples = [f"{text!r} ({_shown(files[text])})" for text in doubt.texts]
+        reason = f"{doubt.problem}: {_shown(examples)}; {doubt.fix}"
+        scanned.remarks["warning"].append((f"target {column}", reason))
+
+
+def _shown(texts: Sequence[str]) -> str:
+    """Return the first texts of a list."""
+    return ", ".join(texts[:SHOWN]) + (", …" if len(texts) > SHOWN else "")
 
 
 def _common_audio(scanned: Scan, contents: Contents, microphone: int | str | None) -> AudioSettings:

@@ -13,10 +13,11 @@ from ajgdata.pipeline.played_sounds import played_sound_issues
 from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.recordings import examine, finding
 from ajgdata.pipeline.session_levels import level_issues
+from ajgdata.pipeline.similar_classes import similar_classes
 from ajgdata.pipeline.similar_sounds import Fingerprints, checked_sounds
 from ajgdata.store.counters import grasp_key
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
-from ajgdata.store.labels import bad_labels, copies
+from ajgdata.store.labels import bad_labels, copies, parse_label
 from ajgdata.store.session_audio import SessionAudio, check_session, label_rows
 from ajgdata.store.sessions import (
     check_one_kind,
@@ -149,7 +150,7 @@ def label_tables(paths: Paths, dataset: str) -> dict[str, list[dict[str, str]]]:
 
 def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
     """Return a warning for grasps with two objects or target values, for numbers of samples that
-    stand twice in a grasp, and for impossible tasks."""
+    stand twice in a grasp, for classes that differ only in spelling, and for impossible tasks."""
     mixed_fix = "give each grasp of a session its own grasp_id"
     columns = dict.fromkeys(("object", *spec.targets))
     problems = [_mixed_grasps(tables, column, spec.targets.get(column)) for column in columns]
@@ -158,10 +159,14 @@ def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
         sample_fix = "correct the numbers, or import with a --grasp that separates them"
         issues.append(("repeated_sample", problem, sample_fix))
     if problem := _grasp_spellings(tables):
-        spelling_fix = "give both the same grasp_id in recordings.csv"
-        issues.append(("grasp_spelling", problem, spelling_fix))
-    class_fix = "record or import another class"
-    issues += [("no_task", problem, class_fix) for problem in impossible_tasks(tables, spec)]
+        grasp_fix = "give both the same grasp_id in recordings.csv"
+        issues.append(("grasp_spelling", problem, grasp_fix))
+    class_fix = "write each class in one way in the table or recordings.csv; "
+    class_fix += "--on-change labels takes the texts of the table"
+    spellings = _similar_classes(tables, spec)
+    issues += [("similar_classes", problem, class_fix) for problem in spellings]
+    task_fix = "record or import another class"
+    issues += [("no_task", problem, task_fix) for problem in impossible_tasks(tables, spec)]
     return [Finding("*", "*", "", "warning", *issue) for issue in issues]
 
 
@@ -218,6 +223,27 @@ def _grasp_spellings(tables: Tables) -> str:
     return f"{counted}: {_listed(several)}"
 
 
+def _similar_classes(tables: Tables, spec: DatasetSpec) -> list[str]:
+    """Return a line for each target with classes that differ only in spelling.
+
+    Objects are classes too; if they have the spellings of a target, they have no line of their own.
+    """
+    rows = [row for table in tables.values() for row in table if not is_rejected(row)]
+    classes = [name for name, target in spec.targets.items() if target.kind == "classification"]
+    problems: dict[str, str] = {}
+    for column in dict.fromkeys((*classes, "object")):
+        counted = Counter(row.get(column, "") for row in rows)
+        for text in _missing(spec.targets.get(column)):
+            del counted[text]
+        groups = similar_classes(counted)
+        texts = ["; ".join(f"{name!r} {count}" for name, count in g.items()) for g in groups]
+        if texts:
+            noun = "objects" if column == "object" else f"classes of {column}"
+            listed = ", and ".join(texts)
+            problems.setdefault(listed, f"{noun} differ only in spelling: {listed}")
+    return list(problems.values())
+
+
 def impossible_tasks(tables: Tables, spec: DatasetSpec) -> list[str]:
     """Return a line for each task without two classes, or without a number."""
     rows = [row for table in tables.values() for row in table if not is_rejected(row)]
@@ -257,11 +283,43 @@ def counts(tables: Tables, targets: Mapping[str, Target]) -> dict[str, str]:
         cells = Counter(row.get(name, "") for row in used)
         missing = sum(cells.pop(text, 0) for text in _missing(target))
         values = [f"{text} {count}" for text, count in cells.most_common()]
-        if target.kind == "regression":
-            values = [f"{cells.total()} numbers, {len(cells)} distinct"]
         suffix = f"; {missing} missing" if missing else ""
+        if target.kind == "regression":
+            words = {text: count for text, count in cells.items() if not _is_value(text, target)}
+            numbers = cells - Counter(words)
+            values = [f"{numbers.total()} numbers, {len(numbers)} distinct"]
+            suffix += f"; {sum(words.values())} not a number" if words else ""
         facts[f"recordings per {name}"] = _listed(values) + suffix
     return facts
+
+
+def cells_without_value(tables: Tables, spec: DatasetSpec) -> list[Finding]:
+    """Return a warning for each target of numbers with cells that are not numbers.
+
+    `bad_labels` returns one for each recording.
+    """
+    fix = "correct recordings.csv, or declare the text under `missing` of the target"
+    rows = [(name, row) for name, table in tables.items() for row in table if not is_rejected(row)]
+    findings = []
+    for column, target in spec.targets.items():
+        cells = [
+            f"{row[column]!r} ({session}/{row['recording_id']})"
+            for session, row in rows
+            if not _is_value(row.get(column, ""), target)
+        ]
+        if cells:
+            verb = "cell is not a number" if len(cells) == 1 else "cells are not numbers"
+            problem = f"{len(cells)} {verb} in {column}: {_listed(cells)}"
+            findings.append(Finding("*", "*", "", "warning", "bad_label", problem, fix))
+    return findings
+
+
+def _is_value(text: str, target: Target) -> bool:
+    try:
+        parse_label(text, target)
+    except ValueError:
+        return False
+    return True
 
 
 def _listed(texts: Sequence[str]) -> str:

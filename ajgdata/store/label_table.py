@@ -1,13 +1,11 @@
-"""Tables of labels, as spreadsheets and programs write them, and the files that their rows name."""
+"""Tables of labels, as spreadsheets and programs write them."""
 
 from __future__ import annotations
 
 import csv
 import io
 import re
-import unicodedata
-from collections import defaultdict
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,9 +14,16 @@ from ajgdata.types import DataError
 
 #: First bytes of workbooks: ZIP (.xlsx, .ods) and OLE (.xls).
 WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")
-DELIMITERS = ",;\t"
-#: Number with leading zeros or a fraction of zeros, within the name of a file.
-_NUMBER = re.compile(r"(?<![\d.])0*(\d+)(?:\.0+)?(?![\d.])")
+#: Delimiters, and the words of a message.
+DELIMITERS = {
+    ",": "commas between the cells",
+    ";": "semicolons between the cells",
+    "\t": "tabs between the cells",
+}
+#: A header is searched in this number of lines on top.
+TOP_LINES = 20
+#: Ends of lines of Windows, old spreadsheets of macOS, and other systems.
+_LINE_END = re.compile(r"\r\n|\r|\n")
 
 
 @dataclass(frozen=True)
@@ -37,7 +42,8 @@ def read_label_table(path: Path, columns: Collection[str]) -> LabelTable:
 
     Lines on top that begin with # and lack these columns are ignored, and so are empty lines,
     unnamed columns that are empty, and an unnamed column that counts the rows. Raises DataError
-    for a workbook, an unnamed column with contents, a doubled name and a row of another length.
+    for a workbook, another text above the header, an unnamed column with contents, a doubled name
+    and a row of another length.
     """
     if path.is_file():
         with path.open("rb") as stream:
@@ -47,13 +53,15 @@ def read_label_table(path: Path, columns: Collection[str]) -> LabelTable:
     text = read_text(path)
     notes: list[tuple[str, str]] = []
     skipped = 0
-    top = text.partition("\n")[0]
+    top, following = _first_line(text)
     while top.startswith("#") and not _has(top, columns):
         notes.append((f"line {skipped + 1}", f"ignored as a comment: {top.strip()!r}"))
-        text = text.partition("\n")[2]
-        top = text.partition("\n")[0]
+        text = following
+        top, following = _first_line(text)
         skipped += 1
-    header, lines = _cells(path, text, _delimiter(top, columns), skipped)
+    _check_top(path, text, columns, skipped)
+    delimiter = _delimiter(top, columns)
+    header, lines = _cells(path, text, delimiter, skipped)
     unnamed = [place for place, name in enumerate(header) if not name]
     for place in unnamed:
         _check_unnamed(path, place, [(line, cells[place]) for line, cells in lines], notes)
@@ -61,9 +69,35 @@ def read_label_table(path: Path, columns: Collection[str]) -> LabelTable:
     names = [header[place] for place in named]
     if not names or len(set(names)) < len(names):
         problem = f"needs one name per column; its header is {header}"
-        raise DataError(path, problem, "correct the header, with one delimiter between all cells")
+        raise DataError(path, problem, f"correct the header, with {DELIMITERS[delimiter]}")
     rows = [(line, {header[place]: cells[place] for place in named}) for line, cells in lines]
     return LabelTable(rows, notes)
+
+
+def _first_line(text: str) -> tuple[str, str]:
+    """Return the first line of a text, and the text after it."""
+    lines = _LINE_END.split(text, maxsplit=1)
+    return lines[0], lines[1] if len(lines) > 1 else ""
+
+
+def _check_top(path: Path, text: str, columns: Collection[str], skipped: int) -> None:
+    """Raise DataError if the header is not the first line, but one below it.
+
+    Spreadsheets write titles and lines such as `sep=;` above it.
+    """
+    lines = _LINE_END.split(text, maxsplit=TOP_LINES)[:TOP_LINES]
+    if not columns or _has(lines[0], columns):
+        return
+    for place, line in enumerate(lines):
+        if _has(line, columns):
+            first = skipped + 1
+            problem = f"{lines[0].strip()!r} is not the header, which is line {place + first}"
+            fix = (
+                f"delete line {first}"
+                if place == 1
+                else f"delete lines {first} to {place + skipped}"
+            )
+            raise DataError(f"{path}:{first}", problem, fix)
 
 
 def _header(line: str, delimiter: str) -> list[str]:
@@ -125,63 +159,9 @@ def _check_unnamed(
     raise DataError(f"{path}:{line}", problem, "name it in the header, or delete it")
 
 
-def _without_blanks(name: str) -> str:
-    """Return a name with / between folders, without blanks at its ends and those of its stem."""
-    path = Path(name.replace("\\", "/").strip())
-    return (path.parent / f"{path.stem.strip()}{path.suffix.strip()}").as_posix()
-
-
-def _normal_form(name: str) -> str:
-    return unicodedata.normalize("NFC", _without_blanks(name))
-
-
-def _without_case(name: str) -> str:
-    return _normal_form(name).casefold()
-
-
-def _without_zeros(name: str) -> str:
-    path = Path(_without_case(name))
-    stem = path.with_suffix("").as_posix()
-    return _NUMBER.sub(lambda match: match[1], stem) + path.suffix
-
-
-#: What a step ignores, and how it reads a name; from the strictest step to the loosest.
-STEPS: dict[str, Callable[[str], str]] = {
-    "": lambda name: Path(name).as_posix(),
-    "blanks and \\": _without_blanks,
-    "Unicode form": _normal_form,
-    "upper and lower case": _without_case,
-    "zeros of numbers": _without_zeros,
-}
-
-
-@dataclass(frozen=True)
-class FoundFile:
-    """Files that a name of a table can mean, and what had to be ignored ("": nothing)."""
-
-    step: str
-    files: tuple[Path, ...]
-
-
-def find_files(names: Collection[str], files: Collection[Path]) -> dict[str, FoundFile]:
-    """Return, for each name, the files of the first step of STEPS that finds any."""
-    matches: dict[str, FoundFile] = {}
-    for step, reading in STEPS.items():
-        open_names = [name for name in names if name not in matches]
-        if not open_names:
-            break
-        by_reading: dict[str, list[Path]] = defaultdict(list)
-        for file in files:
-            by_reading[reading(file.as_posix())].append(file)
-        for name in open_names:
-            if candidates := by_reading.get(reading(name)):
-                matches[name] = FoundFile(step, tuple(candidates))
-    return matches
-
-
 def visible(text: str) -> str:
     """Return text as it is if people can read all of it, else quoted with escapes."""
-    return text if text == plain_text(text) else ascii(text)
+    return text if text and text == plain_text(text) else ascii(text)
 
 
 def row_cells(cells: Mapping[str, str]) -> dict[str, str]:

@@ -15,9 +15,10 @@ from types import MappingProxyType
 
 from ajgdata.paths import SESSION_FILE
 from ajgdata.store.counters import joined_spellings
+from ajgdata.store.file_matching import LOOSEST_STEP, find_files
 from ajgdata.store.file_names import unused_parts
 from ajgdata.store.files import plain_text
-from ajgdata.store.label_table import find_files, read_label_table, row_cells, visible
+from ajgdata.store.label_table import read_label_table, row_cells, visible
 from ajgdata.store.name_pattern import compile_pattern, match_name
 from ajgdata.store.session_names import KnownSession, is_changed, session_names, slug
 from ajgdata.store.starter_kit import STARTER_KIT
@@ -38,8 +39,6 @@ UNUSED_PART = (
     "differ between files in a part that the pattern does not use. Name this part, e.g. "
     r"(?P<grasp>\d+), or (?P<take>.+) for a part that is stored and not learnt"
 )
-#: A match by the last step is a guess about what a spreadsheet did; see `label_table.STEPS`.
-LOOSEST_STEP = "zeros of numbers"
 #: Examples in a remark about many files.
 EXAMPLES = 3
 #: Names and reasons by kind, e.g. `failed`.
@@ -223,8 +222,9 @@ def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Sca
 def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result: Scan) -> Rows:
     """Return the cells of each row of the table whose file is in the folder, by path.
 
-    A looser reading of a file name (see `label_table.STEPS`) is a remark. Raises DataError if two
-    rows name one file.
+    A looser reading of a file name (see `file_matching.STEPS`) is a remark. A row whose file
+    another row names more exactly has no file. Raises DataError if two rows name one file by one
+    step.
     """
     where = folder / settings.table
     table = read_label_table(where, re.findall(r"\{([^{}]*)\}", settings.file))
@@ -246,6 +246,11 @@ def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result:
             missing.append((ascii(name), f"{reason} {match.step}: {files}; write the exact name"))
             continue
         path = match.files[0]
+        if match.taken_by is not None:
+            reason = f"in {settings.table} but not in the folder; {visible(path.as_posix())} is "
+            reason += f"the file of the row {match.taken_by!a}"
+            missing.append((ascii(name), reason))
+            continue
         if path in rows:
             problem = f"{visible(path.as_posix())} is in two rows"
             if names[path] != name:
@@ -253,9 +258,10 @@ def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result:
             raise DataError(where, problem, "keep one of them, with the exact name")
         rows[path], names[path] = row_cells(cells), name
         if match.step:
-            looser[match.step].append(f"{name!a} is {path.as_posix()!a}")
+            looser[match.step].append(f"{name!a} (table) is {path.as_posix()!a} (folder)")
     for step, examples in looser.items():
-        counted = f"{len(examples)} file names match only without regard to {step}"
+        noun = "file name matches" if len(examples) == 1 else "file names match"
+        counted = f"{len(examples)} {noun} only without regard to {step}"
         kind = "warning" if step == LOOSEST_STEP else "note"
         result.remarks[kind].append((counted, _examples(examples)))
     result.remarks["failed"] += sorted(missing)

@@ -77,17 +77,114 @@ def test_a_file_in_another_unicode_form_is_noted(src, ajgdata, rows):
     recordings(src, [decomposed, "Ball.wav"])
     printed = import_table(ajgdata, src, "name,label\nwürfel,cube\nball,ball\n")
     assert printed.code == 0, printed.text
-    assert "1 file names match only without regard to Unicode form" in printed.text
-    assert "u\\u0308" in printed.text
+    assert "1 file name matches only without regard to Unicode form" in printed.text
+    assert r"'w\xfcrfel.wav' (table) is 'wu\u0308rfel.wav' (folder)" in printed.text
     assert "without regard to upper and lower case" in printed.text
     assert sorted(labels(rows).values()) == ["ball", "cube"]
 
 
-def test_two_rows_that_mean_one_file_are_refused(src, ajgdata):
+def test_two_rows_that_mean_one_file_by_one_step_are_refused(src, ajgdata, paths):
     recordings(src, ["a.wav", "b.wav"])
-    printed = import_table(ajgdata, src, "name,label\na,cube\nA,ball\n")
+    printed = import_table(ajgdata, src, "name,label\nb,cube\nA,cube\n A,ball\n")
     assert printed.code == 1
-    assert "a.wav is in two rows, as 'a.wav' and as 'A.wav'" in printed.text
+    assert "a.wav is in two rows, as 'A.wav' and as ' A.wav'" in printed.text
+    assert not paths.dataset("d").exists()
+
+
+@pytest.mark.parametrize("looser", ["A", " a", "a\xa0"])
+@pytest.mark.parametrize("is_first", [True, False])
+def test_the_exact_row_has_the_file(src, ajgdata, rows, looser, is_first):
+    recordings(src, ["a.wav", "b.wav"])
+    lines = [f"{looser},ball", "a,cube"] if is_first else ["a,cube", f"{looser},ball"]
+    printed = import_table(ajgdata, src, "\n".join(["name,label", *lines, "b,ball", ""]))
+    assert printed.code == 3
+    assert labels(rows) == {"a.wav": "cube", "b.wav": "ball"}
+    assert f"failed {looser + '.wav'!a}: in labels.csv but not in the folder" in printed.text
+    assert "a.wav is the file of the row 'a.wav'" in printed.text
+
+
+NAMES = [
+    (".\\wav\\a.wav", "wav/a.wav", "blanks"),
+    ("./wav/a.wav", "wav/a.wav", ""),
+    ("wav/a.wav\xa0", "wav/a.wav", "blanks"),
+    ("\u200bwav/a.wav", "wav/a.wav", "blanks"),
+    ("WAV/A.WAV", "wav/a.wav", "case"),
+    ("\u00dcbung.wav", "u\u0308bung.wav", "case"),
+    ("7.wav", "007.wav", "zeros"),
+    ("7.0.wav", "007.wav", "zeros"),
+    ("7.5.wav", "7.5.wav", ""),
+    ("take 1.wav", "take 001.wav", "zeros"),
+]
+
+
+@pytest.mark.parametrize(("cell", "file", "step"), NAMES)
+def test_a_name_is_matched_by_the_first_step_that_finds_it(src, ajgdata, rows, cell, file, step):
+    recordings(src, [file, "other.wav"])
+    table = f"file,label\n{cell},cube\nother.wav,ball\n"
+    printed = import_table(ajgdata, src, table, file="{file}")
+    assert labels(rows) == {file: "cube", "other.wav": "ball"}
+    steps = printed.text.partition("only without regard to ")[2]
+    assert (step in steps.partition(":")[0]) if step else not steps
+    assert printed.code == (3 if step == "zeros" else 0)
+
+
+@pytest.mark.parametrize("cell", ["1.5.wav", "10.wav", "a 1.wav", '""'])
+def test_a_name_that_is_another_number_has_no_file(src, ajgdata, rows, cell):
+    recordings(src, ["1.wav", "a.wav", "b.wav"])
+    table = f"file,label\n{cell},cube\na.wav,ball\nb.wav,cube\n"
+    printed = import_table(ajgdata, src, table, file="{file}")
+    assert printed.code == 3
+    assert labels(rows) == {"a.wav": "ball", "b.wav": "cube"}
+    shown = "''" if cell == '""' else cell
+    assert f"failed {shown}: in labels.csv" in printed.text
+
+
+@pytest.mark.parametrize("title", ["Recorded on Monday;;", "sep=;", "% recorded on Monday"])
+def test_a_line_above_the_header_is_named(src, ajgdata, paths, title):
+    recordings(src, FOUR)
+    printed = import_table(ajgdata, src, f"{title}\nname;label\n00;cube\n01;ball\n")
+    assert printed.code == 1
+    assert "labels.csv:1:" in printed.text
+    assert "is not the header, which is line 2. Delete line 1" in printed.text
+    assert not paths.dataset("d").exists()
+
+
+@pytest.mark.parametrize("end", ["\r", "\r\n"])
+def test_ends_of_lines_of_other_systems_are_read(src, ajgdata, rows, end):
+    recordings(src, FOUR)
+    lines = ["name;label", "00;cube", "01;cube", "10;ball", "11;ball", ""]
+    assert import_table(ajgdata, src, end.join(lines)).code == 0
+    assert labels(rows) == RIGHT
+
+
+HEADERS = [
+    ('name;label;"mass, dry; in g"', ";"),
+    ('name,label,"a;b;c;d"', ","),
+    ('name\tlabel\t"x;y,z"', "\t"),
+    ('"a,b,c,d";name;label', ";"),
+]
+
+
+@pytest.mark.parametrize(("header", "delimiter"), HEADERS)
+def test_the_delimiter_is_that_between_the_names(src, ajgdata, rows, header, delimiter):
+    recordings(src, FOUR)
+    is_first = header.startswith('"')
+    lines = [header]
+    for name, label in RIGHT.items():
+        cells = [name.removesuffix(".wav"), label]
+        lines.append(delimiter.join(["1", *cells] if is_first else [*cells, "1"]))
+    assert import_table(ajgdata, src, "\n".join(lines) + "\n").code == 0
+    assert labels(rows) == RIGHT
+
+
+@pytest.mark.parametrize(("delimiter", "words"), [(",", "commas"), (";", "semicolons")])
+def test_a_wrong_header_names_the_delimiter(src, ajgdata, delimiter, words):
+    recordings(src, FOUR)
+    lines = ["name,label,label", "00,cube,x", "01,ball,y"]
+    text = "\n".join(lines).replace(",", delimiter)
+    printed = import_table(ajgdata, src, text)
+    assert printed.code == 1
+    assert f"with {words} between the cells" in printed.text
 
 
 def test_a_name_that_two_files_fit_is_not_guessed(src, ajgdata, rows):

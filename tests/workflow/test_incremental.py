@@ -19,7 +19,7 @@ from ajgdata.store.tables import read_measurements
 
 #: What follows from a changed store.
 PITCH = DECLARATION["tasks"]["pitch"]
-TASKS = {"experiment": 1, "report": 1}
+TASKS = {"experiment": 1, "train": 1, "report": 1}
 END = ("results/report/index.html",)
 #: Enough of a run where only the features are looked at.
 STORE = ("results/features/tones.nc",)
