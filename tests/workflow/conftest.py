@@ -90,6 +90,16 @@ def snakemake_here(*arguments: str) -> int | str:
     return code
 
 
+@pytest.fixture(autouse=True)
+def collected():
+    """Free what Snakemake leaves to the interpreter, e.g. temporary folders, before the next test:
+    a warning would fail a test that has nothing to do with it."""
+    yield
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)
+        gc.collect()
+
+
 class Project:
     """A project folder and what Snakemake would do in it, with the Snakefile in `workflow`."""
 
