@@ -117,12 +117,16 @@ def workflow_status(paths: Paths, options: Sequence[str] = ()) -> list[dict[str,
     """Return the rows of Snakemake's summary, one per result, see COLUMNS.
 
     `snakemake --summary` prints them, with the arguments `options`; as a dry run it writes no log.
+    The project need not be writable.
     Raises DataError with Snakemake's message.
     """
+    from ajgdata.store.read_only import writable_view
+
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile_of(paths))]
-    command += ["--directory", str(paths.root), "--summary", "--dry-run", *options]
     both = subprocess.STDOUT  # a dry run prints to one stream what other runs print to the other
-    done = subprocess.run(command, check=False, stdout=subprocess.PIPE, stderr=both, text=True)
+    with writable_view(paths.root) as folder:
+        command += ["--directory", str(folder), "--summary", "--dry-run", *options]
+        done = subprocess.run(command, check=False, stdout=subprocess.PIPE, stderr=both, text=True)
     lines = [line for line in done.stdout.splitlines() if line.strip()]
     if done.returncode:
         problem = lines[-1].strip(" .") if lines else "snakemake stopped without a message"

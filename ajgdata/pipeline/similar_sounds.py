@@ -21,6 +21,7 @@ from ajgdata.store.labels import take_rows
 from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import list_sessions, read_dataset, read_recordings
 from ajgdata.types import DataError, DatasetSpec, Finding
+from ajgdata.types.session import SIMULATED_SOURCES
 
 SIMILAR, LEAK = "similar", "leak"
 _FIX = "check whether one is a copy: give both the same grasp_id, or set quality to reject for one"
@@ -31,15 +32,15 @@ class Sounds(NamedTuple):
     """Recordings of grasps by name `<session>/<recording_id>`, with their grasps, the texts of
     their labels, and fingerprints (n, b).
 
-    The virtual gripper simulates each grasp of a recipe, so similar recordings in sessions of its
-    own (`virtual`) are not copies; only equal sounds are issues.
+    Simulated grasps of one object differ less than real ones, so similar sounds of a simulation
+    (`is_simulated`) are not copies; only equal sounds are issues.
     """
 
     recordings: Sequence[str]
     grasps: Sequence[str]
     labels: Sequence[tuple[str, ...]]
     fingerprints: np.ndarray
-    virtual: bool
+    is_simulated: bool
 
     def where(self, rows: Sequence[int]) -> Sounds:
         """Return the recordings that `rows` names."""
@@ -48,7 +49,7 @@ class Sounds(NamedTuple):
             [self.grasps[row] for row in rows],
             [self.labels[row] for row in rows],
             self.fingerprints[np.asarray(rows, int)],
-            self.virtual,
+            self.is_simulated,
         )
 
 
@@ -61,14 +62,15 @@ def sounds_of(table: FeatureRows, targets: Sequence[str], quantity: str) -> Soun
         [str(name) for name in table.columns["grasp_id"].values],
         [tuple(str(values[row]) for values in columns) for row in range(count)],
         similarity.fingerprints(table.feature, table.frequency_hz, quantity),
-        _is_virtual(table.columns["source"].values if "source" in table.columns else []),
+        _are_simulated(table.columns["source"].values if "source" in table.columns else []),
     )
     return sounds.where(_grasped(table))
 
 
-def _is_virtual(sources: Iterable[str]) -> bool:
-    """Return whether the virtual gripper recorded all sessions."""
-    return {str(source) for source in sources} == {"virtual"}
+def _are_simulated(sources: Iterable[str]) -> bool:
+    """Return whether all sessions were simulated."""
+    names = {str(source) for source in sources}
+    return bool(names) and names <= SIMULATED_SOURCES
 
 
 def _grasped(table: FeatureRows) -> list[int]:
@@ -127,7 +129,7 @@ def _equal(recordings: Sequence[str], row: int, other: int, count: int, differ: 
 
 def _similar_sounds(sounds: Sounds) -> list[Finding]:
     """Return a warning for each recording that is similar to one of another grasp."""
-    if sounds.virtual:
+    if sounds.is_simulated:
         return []
     limit = similarity.tolerance(sounds.fingerprints, sounds.grasps)
     pairs = similarity.similar_pairs(sounds.fingerprints, sounds.grasps, limit)
@@ -170,7 +172,7 @@ def leak(own: Sounds, other: Sounds, name: str) -> str:
     them with the models of the fold that does not contain this grasp.
     """
     limits = [similarity.tolerance(sounds.fingerprints, sounds.grasps) for sounds in (own, other)]
-    limit = 0.0 if own.virtual and other.virtual else min(limits)
+    limit = 0.0 if own.is_simulated and other.is_simulated else min(limits)
     pairs = similarity.similar_between(
         own.fingerprints, other.fingerprints, own.grasps, other.grasps, limit
     )
@@ -253,7 +255,7 @@ class Fingerprints:
             [f"{name.partition('/')[0]}/{row['grasp_id']}" for name, _, row in used],
             [tuple(row.get(column, "") for column in columns) for _, _, row in used],
             prints.reshape(len(used), bands),
-            _is_virtual(row["source"] for _, _, row in used),
+            _are_simulated(row["source"] for _, _, row in used),
         )
 
 

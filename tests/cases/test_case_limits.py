@@ -14,6 +14,7 @@ from ajgdata.store.features import open_store
 from ajgdata.store.files import MAX_YAML_BYTES, read_yaml, replacing_folder
 from ajgdata.store.models import ESTIMATOR_FILE, read_estimator
 from ajgdata.store.publishing.archive import read_checksums
+from ajgdata.store.read_only import writable_view
 from ajgdata.types import DataError, one_line
 
 
@@ -112,3 +113,22 @@ def test_a_pattern_that_would_search_for_ever_is_refused(ajgdata, src, paths):
     assert stopped.code != 0
     assert f"--pattern: needs more than 1 s for the file name '{name}!.wav'" in stopped.text
     assert not paths.dataset("mine").exists()
+
+
+def test_a_project_that_cannot_be_written_has_a_view_that_can(tmp_path, monkeypatch):
+    """Snakemake writes a lock even if `ajgdata status` only asks for the state."""
+    root = tmp_path / "project"
+    (root / ".snakemake/metadata").mkdir(parents=True)
+    (root / ".snakemake/metadata/record").write_text("known")
+    (root / "data").mkdir()
+    with writable_view(root) as folder:
+        assert folder == root
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    before = sorted(root.rglob("*"))
+    with writable_view(root) as folder:
+        assert folder != root
+        assert (folder / ".snakemake/metadata/record").read_text() == "known"
+        assert (folder / "data").resolve() == root / "data"
+        (folder / ".snakemake/locks").mkdir()
+    assert sorted(root.rglob("*")) == before
+    assert not folder.exists()

@@ -1,0 +1,38 @@
+"""Projects that cannot be written: a folder in which Snakemake can still look at their state."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+#: Folder in which Snakemake stores what it knows about results, and its locks.
+STATE = ".snakemake"
+#: Its parts that a dry run reads and does not write.
+RECORDS = ("metadata", "incomplete")
+
+
+@contextmanager
+def writable_view(root: Path) -> Iterator[Path]:
+    """Yield the folder `root` if it can be written, else a temporary folder with its content.
+
+    The temporary folder has links to the files and folders of `root`. Only the state of Snakemake
+    is a folder of its own, with links to its records, because Snakemake writes a lock and a cache
+    there even if it only reads.
+    """
+    state = root / STATE
+    if os.access(state if state.is_dir() else root, os.W_OK):
+        yield root
+        return
+    with tempfile.TemporaryDirectory() as temporary:
+        view = Path(temporary)
+        (view / STATE).mkdir()
+        for path in root.iterdir():
+            if path.name != STATE:
+                (view / path.name).symlink_to(path)
+        for name in RECORDS:
+            if (state / name).is_dir():
+                (view / STATE / name).symlink_to(state / name)
+        yield view
