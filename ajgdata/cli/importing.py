@@ -77,7 +77,7 @@ def import_command(
 
     Groups of a pattern, and columns of a table, are labels, or session, grasp, object, sample and
     quality. Importing again adds new recordings and lists differences. Exit code 3 if recordings
-    of the data set were skipped or cannot be used, or the pattern ignores a part of the names.
+    of the data set were skipped or cannot be used, or if there are warnings.
     """
     from ajgdata.paths import find_project
     from ajgdata.pipeline.importing import import_folder

@@ -148,7 +148,7 @@ def run(arguments: Arguments) -> None:
 
     Computes features, models, experiments and the report. Prints the equivalent `snakemake`
     command first, and a summary at the end. Exit code 1 if a task was skipped that is not declared
-    optional.
+    optional, if recordings could not be read, or if tables changed during the run.
     """
     from ajgdata.store.sessions import read_dataset
 

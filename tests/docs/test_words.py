@@ -53,7 +53,9 @@ def documented(path: Path) -> str:
 
 def test_readme_and_documentation_are_short():
     assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 600
-    assert sum(len(prose(path).split()) for path in DOCS) <= 17_000
+    # The list of decisions has an entry for each decision; the other pages are what users read.
+    pages = [path for path in DOCS if path.name != "decisions.md"]
+    assert sum(len(prose(path).split()) for path in pages) <= 15_500
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
