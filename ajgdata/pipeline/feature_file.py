@@ -102,8 +102,11 @@ def build_feature_file(
     store: Path,
     quarantine: Path,
     hashes: Path,
+    tables: Sequence[str] = (),
 ) -> tuple[int, int]:
     """Write the feature file `store` of a data set, the issues of its recordings, and `hashes`.
+
+    `tables` are the digests for which Snakemake started the job (see `freshness.run_tables`).
 
     Returns how many recordings were read and how many features were reused. A row of the old
     `store` is reused while recording, sha256, settings and `code` are the same. Files of a session
@@ -115,10 +118,10 @@ def build_feature_file(
     digest = sha256_of(f"{settings_digest(audio, features)} {code}".encode())[:16]
     previous = _previous(store, quarantine, hashes, digest)
     # Before anything else is read: a table that changes meanwhile then differs from its digest.
-    tables = {name: tables_digest(paths.session(dataset, name)) for name in sessions}
+    digests = {name: tables_digest(paths.session(dataset, name)) for name in sessions}
     parts = []
     for name in sessions:
-        trusted = previous.trusted(name, tables[name])
+        trusted = previous.trusted(name, digests[name])
         session = check_session(paths.session(dataset, name), trusted)
         rows, computed = _rows(session, previous.rows[name], audio, features)
         parts.append(_part(session, rows, computed, targets))
@@ -131,7 +134,8 @@ def build_feature_file(
     write_store(store, table)
     write_findings(quarantine, issues)
     content = FeatureHashes(
-        tables=tables,
+        tables=digests,
+        parameter=tuple(tables),
         settings=feature_settings(audio, features, targets),
         code=code,
         features=file_sha256(store),

@@ -16,12 +16,15 @@ from ajgdata.store.features import open_store
 from ajgdata.store.files import read_json, write_bytes
 from ajgdata.store.findings import read_findings, unreadable
 from ajgdata.store.models import ABOUT_FILE
+from ajgdata.store.session_audio import WHOLE_SESSION
 from ajgdata.store.sessions import list_datasets
 from ajgdata.types import Finding, IssueCounts, issue_counts, left_out
 
 #: The summary of a run that skipped tasks, or could not read recordings, ends with a line that
 #: begins with this.
 INCOMPLETE = "incomplete:"
+#: Rule that trains the final models.
+FINAL_MODELS = "train"
 #: Unreadable recordings of a data set that the summary names; the quarantine lists all.
 SHOWN = 5
 
@@ -94,7 +97,7 @@ def complete(
     lines += [_used_line(paths, datasets), _measurements_line(results, skipped)]
     lines.append(f"report: {paths.report}")
     if cost := about_report["cost"]:
-        lines.append(f"cost of all results: {cost}")
+        lines.append(f"cost without final models: {cost}")
     lines.append(machine_line())
     required = list(dict.fromkeys(task for task, _ in skipped if task not in optional))
     if incomplete := [*_skipped_end(required), *_unreadable_end(paths, problems)]:
@@ -154,14 +157,22 @@ def _unreadable_lines(problems: Mapping[str, Sequence[Finding]]) -> Iterator[str
 
 
 def _unreadable_end(paths: Paths, problems: Mapping[str, Sequence[Finding]]) -> list[str]:
-    """Return what a run with unreadable recordings ends with, by data set."""
-    fix = "restore the file, or set `quality` to `reject` or remove its row in recordings.csv"
-    return [
-        f"{many(len(recordings), 'recording')} of {name} could not be read, see "
-        f"{paths.quarantine(name)}; {fix}"
-        for name, findings in problems.items()
-        if (recordings := {(f.session_id, f.recording_id) for f in findings})
-    ]
+    """Return what a run with unreadable recordings or sessions ends with, by data set."""
+    texts = []
+    for name, findings in problems.items():
+        if not findings:
+            continue
+        recordings = {(f.session_id, f.recording_id) for f in findings}
+        sessions = {session for session, recording in recordings if recording == WHOLE_SESSION}
+        count = len(recordings) - len(sessions)
+        counted = [many(count, "recording")] if count else []
+        counted += [many(len(sessions), "session")] if sessions else []
+        fixes = "; or ".join(dict.fromkeys(finding.fix for finding in findings[:SHOWN]))
+        texts.append(
+            f"{' and '.join(counted)} of {name} could not be read, see {paths.quarantine(name)}; "
+            f"{fixes}, or set `quality` to `reject` in recordings.csv"
+        )
+    return texts
 
 
 def _excluded_lines(paths: Paths, names: Sequence[str]) -> list[str]:
@@ -217,13 +228,14 @@ def run_cost(paths: Paths, datasets: Sequence[str]) -> list[RuleCost]:
     """Return the cost by rule of all jobs on `datasets`.
 
     Except for a run of selected data sets, this includes jobs without a data set, such as studies.
-    The report writes this cost, and the summary repeats it: jobs that end in between are in
-    neither.
+    The report writes this cost, and the summary repeats it. Final models are excluded, because the
+    report does not wait for them.
     """
     excluded = set(list_datasets(paths)) - set(datasets)
     return read_costs(
         paths.benchmarks,
         lambda name: name in datasets or (not paths.run and name not in excluded),
+        without=(FINAL_MODELS,),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import NamedTuple
 
@@ -29,11 +29,14 @@ def cost_text(cost: RuleCost) -> str:
     )
 
 
-def read_costs(folder: Path, is_included: Callable[[str], bool]) -> list[RuleCost]:
+def read_costs(
+    folder: Path, is_included: Callable[[str], bool], without: Collection[str] = ()
+) -> list[RuleCost]:
     """Return a row per rule, the longest first, and the row ALL; no rows without jobs.
 
     The files in `folder` are `<rule>/<wildcards with dots>.tsv` and `<rule>.tsv`; `is_included`
-    chooses them by the first wildcard ("" without wildcards). Each has the last execution of a job.
+    chooses them by the first wildcard ("" without wildcards), and rules of `without` are excluded.
+    Each has the last execution of a job.
     """
     import pandas as pd
 
@@ -42,7 +45,8 @@ def read_costs(folder: Path, is_included: Callable[[str], bool]) -> list[RuleCos
         has_wildcards = path.parent != folder
         if is_included(path.stem.partition(".")[0] if has_wildcards else ""):
             rule = path.parent.name if has_wildcards else path.stem
-            jobs.append(pd.read_csv(path, sep="\t", na_values="-").assign(rule=rule))
+            if rule not in without:
+                jobs.append(pd.read_csv(path, sep="\t", na_values="-").assign(rule=rule))
     if not jobs:
         return []
     table = pd.concat(jobs)

@@ -36,6 +36,7 @@ class FeatureHashes(Strict):
     """Hashes of a feature file and its quarantine, and of all that they were computed from."""
 
     tables: dict[str, str]  #: by session, see `tables_digest`
+    parameter: tuple[str, ...] = ()  #: for which the job was started, see `run_tables`
     settings: dict[str, str]  #: by key of dataset.yaml, see `feature_settings`
     code: str
     features: str
@@ -132,16 +133,18 @@ def run_tables(
 
     For a recorded session: the digest of its tables. The sessions of a recipe (`virtual`) may be
     recorded later in the same run, and Snakemake may fix parameters before that. Their digests
-    therefore count only where a time would hide a change, see `_hidden_change`; else Snakemake
-    compares times and checksums of their tables.
+    therefore count only where a time would hide a change, see `_hidden_change`, and as long as the
+    features follow from this change; else Snakemake compares times and checksums of their tables.
     """
+    hashes = read_hashes(paths.session_hashes(dataset))
     texts = []
     for name in sessions:
-        if name in virtual:
-            digest = _hidden_change(paths, dataset, name)
-        else:
-            digest = tables_digest(paths.session(dataset, name))
-        texts.append(f"{name} {digest}")
+        digest = tables_digest(paths.session(dataset, name))
+        text = f"{name} {digest}"
+        is_stated = hashes is not None and text in hashes.parameter
+        if name in virtual and not is_stated:
+            text = f"{name} {_hidden_change(paths, dataset, name)}"
+        texts.append(text)
     return texts
 
 
@@ -201,7 +204,7 @@ def changes_since_features(
         if hashes.settings.get(key) != digest
     ]
     if hashes.code != features_code():
-        changes.append("the code that computes features changed")
+        changes.append("the code that computes features, or a library, changed")
     return changes
 
 

@@ -10,6 +10,8 @@ from ajgdata.types.base import Finding
 _LEVELS = ("error", "warning", "note")
 #: The recording_id of an issue of a whole session or data set.
 _WHOLE = "*"
+#: Code of an issue of a grasp that was not recorded.
+_NO_RECORDING = "skipped"
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ def issue_counts(issues: Iterable[Finding]) -> IssueCounts:
     """
     worst: dict[tuple[str, str], int] = {}
     for issue in issues:
-        if issue.recording_id == _WHOLE:
+        if issue.recording_id == _WHOLE or issue.code == _NO_RECORDING:
             continue
         name = (issue.session_id, issue.recording_id)
         rank = _LEVELS.index(issue.level)

@@ -92,8 +92,8 @@ def test_cost_is_the_same_text_in_report_and_summary(ajgdata, paths, src):
     complete(paths, ["mine"], [], [], [], paths.complete)
     page = " ".join(re.sub(r"<[^>]+>", "", paths.report.read_text(encoding="utf-8")).split())
     cost = "2 jobs, 2.0 min wall time, 2.0 min CPU time, peak memory 3,146 MB"
-    assert f"Cost of all results: {cost}" in page
-    assert f"cost of all results: {cost}\n" in paths.complete.read_text(encoding="utf-8")
+    assert f"Cost without final models: {cost}" in page
+    assert f"cost without final models: {cost}\n" in paths.complete.read_text(encoding="utf-8")
 
 
 def test_a_level_jump_is_reported_again_when_features_are_reused(ajgdata, paths, src, capsys):

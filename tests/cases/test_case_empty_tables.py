@@ -110,7 +110,10 @@ def test_an_unreadable_recording_is_named_and_ends_the_run_with_exit_code_1(
     with pytest.raises(SystemExit) as ended:
         end_run({paths.complete: 0})
     assert ended.value.code.startswith("incomplete: 1 recording of mine could not be read, see ")
-    assert f"{paths.quarantine('mine')}; restore the file, or set `quality` to" in ended.value.code
+    line = ended.value.code
+    assert f"see {paths.quarantine('mine')}; " in line
+    assert line.endswith(", or set `quality` to `reject` in recordings.csv")
+    assert ("--accept" in line) == (code == "changed")
     assert not paths.complete.exists()  # the next run reports it again
     assert "1 data set: 5 recordings used" in capsys.readouterr().out
     edit(paths, "2_cube", quality="reject")
@@ -144,7 +147,7 @@ def test_readable_recordings_with_issues_do_not_change_the_exit_code(paths, mine
 def test_an_unreadable_session_changes_the_exit_code(paths, mine):
     paths.session_file("mine", "src").write_text("session_id: [")
     assert "unreadable mine/src/*: bad_session: session.yaml: not valid YAML" in run(paths)
-    with pytest.raises(SystemExit, match="1 recording of mine could not be read"):
+    with pytest.raises(SystemExit, match="1 session of mine could not be read"):
         end_run({paths.complete: 0})
 
 

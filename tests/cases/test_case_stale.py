@@ -96,7 +96,7 @@ def test_settings_and_code_are_changes(imported, monkeypatch):
     monkeypatch.setattr("ajgdata.store.freshness.features_code", lambda: "another")
     assert changes(imported) == [
         "`features` of dataset.yaml changed",
-        "the code that computes features changed",
+        "the code that computes features, or a library, changed",
     ]
 
 

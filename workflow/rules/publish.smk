@@ -44,6 +44,7 @@ rule sample:
     params:
         function="sample:write_sample",
         grasps=2,
+        code=layer_hash("features", "pipeline/sample.py"),
         data=own_features,
     message:
         "Writing a sample of {wildcards.dataset}"

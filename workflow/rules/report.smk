@@ -8,8 +8,6 @@ rule report:
         costs=[PATHS.experiment_cost(*key) for key in FIRST],
         studies=[PATHS.study(name) for name in REQUESTED_STUDIES if name in PAGES],
         opening=rules.opening.output.folder if OPENING else [],
-        # Only their cost: the times of a folder do not count.
-        models=ancient([PATHS.models(name) for name in TRAINED if not PAPER]),
     output:
         page=PATHS.report,
         fixed=[PATHS.report.with_name(page.link) for page in FIXED.values()],
@@ -56,7 +54,6 @@ use rule report as report_everything with:
         studies=[PATHS.study(name) for name in STUDIES if name in PAGES],
         ablations=[PATHS.ablation(name) for name in ABLATED],
         published=[PATHS.published_sums(name) for name in PUBLISHED],
-        models=ancient([PATHS.models(name) for name in TRAINED]),
     output:
         touch(PATHS.report_on_everything),
     log:
