@@ -69,7 +69,8 @@ def test_everything_that_a_person_needs_to_know(paths):
         "1 data set: 60 recordings used",
         "6 measurements: 4 made, 2 skipped (d/t; reasons above)",
         f"report: {paths.report}",
-        "cost without final models: 2 jobs, 2.0 min wall time, 1.0 min CPU time, peak memory 105 MB",
+        "cost without final models: 2 jobs, 2.0 min wall time, 1.0 min CPU time, "
+        "peak memory 105 MB",
         "machine: fast",
     ]
 
