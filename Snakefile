@@ -1,5 +1,6 @@
 # From recordings to the report. `snakemake` makes the results of the paper, and the studies of
 # error against run time, stability and omissions; `snakemake everything` makes all results.
+import functools
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -34,7 +35,7 @@ from ajgdata.pipeline.studies import (
 )
 from ajgdata.report.navigation import FIXED
 from ajgdata.store.files import read_yaml
-from ajgdata.store.freshness import contents_digest, files_digest, run_tables
+from ajgdata.store.freshness import features_key, files_digest, run_tables
 from ajgdata.store.provenance import features_code, layer_hash, settings_digest
 from ajgdata.store.report_files import report_files_digest
 

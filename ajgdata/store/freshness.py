@@ -99,11 +99,13 @@ def _content(path: Path, parse: Callable[[Path], Any]) -> str:
         return sha256_of(content)
 
 
-def contents_digest(files: Iterable[Path]) -> str:
-    """Return the digest of the names and bytes of all files that exist."""
-    lines = [
-        f"{path.as_posix()} {sha256_of(path.read_bytes())}" for path in files if path.is_file()
-    ]
+def features_key(sources: Iterable[str], spec: DatasetSpec) -> str:
+    """Return the digest of all that the features of a data set follow from.
+
+    `sources` are the digests of its tables (see `run_tables`) and of its recipe.
+    """
+    settings = feature_settings(spec.audio, spec.features, spec.targets)
+    lines = [*sources, *settings.values(), features_code()]
     return sha256_of("\n".join(lines).encode())[:16]
 
 

@@ -6,22 +6,34 @@ def setting(name):
     )[name]
 
 
-def session_tables(wildcards):
+@functools.cache
+def tables_of(name):
     """Digests of the tables of a data set's sessions. Contents decide, not times of files."""
-    plan_of_set = PLANS[wildcards.dataset]
     with errors_in_one_line():
-        return run_tables(
-            PATHS, wildcards.dataset, plan_of_set.sessions, plan_of_set.virtual
-        )
+        return run_tables(PATHS, name, PLANS[name].sessions, PLANS[name].virtual)
+
+
+def session_tables(wildcards):
+    """Digests of the tables of the sessions of a job's data set."""
+    return tables_of(wildcards.dataset)
 
 
 def features_of(*names):
-    """Digest of the hashes of features: a job that reads the features is outdated if it differs.
+    """Digest of all that features follow from: a job that reads them is outdated if it differs.
 
-    The hashes are also an input of the job: features of an older version, which have none, are
-    computed again.
+    It is known before the features are computed, because Snakemake may fix a parameter before a
+    run. The hashes of the features are also an input of the job: features of an older version,
+    which have none, are computed again.
     """
-    return contents_digest(PATHS.session_hashes(name) for name in names)
+    keys = []
+    for name in names:
+        spec = SPECS[name]
+        recipes = [
+            recipe_hash(spec.recipe, session, spec.excitation)
+            for session in PLANS[name].virtual
+        ]
+        keys.append(features_key([*tables_of(name), *recipes], spec))
+    return " ".join(keys)
 
 
 def own_features(wildcards):
