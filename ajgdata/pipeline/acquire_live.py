@@ -65,7 +65,7 @@ def acquire_live(
             planned=plan_protocol(protocol, session),
             protocol=protocol,
             targets=spec.targets.keys() - {"object"},  # it has its own column
-            window=spec.features.window,
+            features=spec.features,
             card=card,
             played=stored_excitation(folder, settings.sample_rate_hz),
             robot=make_robot(protocol.robot, operator.confirm),

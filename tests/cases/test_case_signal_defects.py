@@ -83,6 +83,16 @@ def test_a_defect_of_one_recording_is_reported_for_this_recording(ajgdata, src, 
     assert "20 recordings checked: 0 errors, 1 warning, 0 notes" in printed.text
 
 
+def test_a_feature_without_the_lines_has_no_hum(ajgdata, paths, src):
+    write_session(src, hum)
+    assert len(issues(checked(ajgdata, src), "hum")) == 20
+    file = paths.dataset("mine")
+    file.write_text(f"{file.read_text()}\nfeatures: {{band_hz: [500, 20000]}}\n")
+    printed = ajgdata("check", "mine")
+    assert issues(printed, "hum") == []
+    assert printed.code == 0
+
+
 @pytest.mark.parametrize(("bits", "dtype"), [(16, "<f4"), (32, "<f4"), (24, "<f4"), (16, "<f8")])
 def test_float_bytes_under_an_integer_header_are_unusable(ajgdata, src, bits, dtype):
     write_session(src)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from ajgdata.features.band import reaching_hz
 from ajgdata.features.checks import check_samples
 from ajgdata.features.encoding import check_encoding
 from ajgdata.features.gaps import MIN_BUFFER, MIN_QUANTA, check_gaps
@@ -155,9 +156,9 @@ def test_bytes_of_floats_are_found_in_integers_of_any_width(signal, bits, kind):
     content = signal().astype(kind).tobytes()
     samples = integers(content, bits)
     assert check_encoding(samples, 0.5).code == "float_bytes"
-    codes = [remark.code for remark in check_samples(samples, f"PCM_{bits}", 2048)]
-    if bits != 8:
-        assert codes == ["float_bytes"]
+    subtype = "PCM_U8" if bits == 8 else f"PCM_{bits}"
+    codes = [remark.code for remark in check_samples(samples, subtype, 2048)]
+    assert codes == ["float_bytes"]
 
 
 def integers(content, bits):
@@ -225,3 +226,25 @@ def test_a_third_channel_and_silent_channels_do_not_matter():
     assert np.flatnonzero(swapped_channels(levels)).tolist() == [4]
     silent = np.tile([-20.0, -np.inf], (6, 1))
     assert not swapped_channels(silent).any()
+
+
+@pytest.mark.parametrize(
+    ("band_hz", "codes"),
+    [
+        (None, ["hum"]),
+        ((500, 20_000), []),  # 50, 100 and 150 Hz are excluded
+        ((170, 20_000), ["hum"]),  # 150 Hz is in the neighbour of the lowest bin
+        ((0, 60), ["offset", "hum"]),
+    ],
+)
+def test_only_lines_that_reach_the_feature_are_hum(band_hz, codes):
+    """The remedy of the message, another `features.band_hz`, ends the issue."""
+    sound = sweep()
+    lines = [np.sin(2 * np.pi * 50 * n * TIME_S + n) for n in (1, 2, 3)]
+    samples = sound + 0.05 * np.sum(lines, axis=0)
+    if "offset" in codes:
+        samples += 0.1
+    lines_hz = reaching_hz(band_hz, 2048, RATE_HZ)
+    samples = samples.astype(np.float32)
+    remarks = check_samples(samples, "PCM_16", 2048, sample_rate_hz=RATE_HZ, lines_hz=lines_hz)
+    assert [remark.code for remark in remarks] == codes
