@@ -220,6 +220,23 @@ def test_swapped_channels_are_those_with_the_rarer_order(factor, swapped):
     assert np.flatnonzero(swapped_channels(levels)).tolist() == swapped
 
 
+@pytest.mark.parametrize(("count", "is_found"), [(3, True), (4, False)])
+def test_swapped_channels_need_a_usual_order(count, is_found):
+    """Two thirds of ten recordings or more have it; it may be that of another contact, if not."""
+    levels = np.tile([-20.0, -40.0], (10, 1))
+    levels[:count] = levels[:count, ::-1]
+    expected = np.arange(10) < count if is_found else np.zeros(10, bool)
+    np.testing.assert_array_equal(swapped_channels(levels), expected)
+
+
+@pytest.mark.parametrize("deviation_db", [3.5, 8])
+def test_channels_whose_levels_vary_independently_are_not_swapped(deviation_db):
+    """The difference has a standard deviation of 5 dB, that of hammer hits, or more."""
+    for seed in range(5):
+        levels = -30 + deviation_db * np.random.default_rng(seed).normal(size=(200, 2))
+        assert not swapped_channels(levels).any()
+
+
 def test_a_third_channel_and_silent_channels_do_not_matter():
     levels = np.tile([-20.0, -45.0, -60.0], (6, 1))
     levels[4] = [-20.0, -60.0, -45.0]
