@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 #: Least jump in dB: a factor of two in amplitude, the smallest step of switches of gain. Grasps of
 #: one object have a standard deviation of 0.25 dB (simulated) to 4 dB (touched by hand).
 JUMP_DB = 6.0
-#: A jump exceeds the usual deviation from the median of the object by this number of standard
+#: A jump exceeds the usual deviation from the median of the group by this number of standard
 #: deviations.
 _DEVIATIONS = 6
 #: The quarter of deviations that is nearest to the median is free of jumps, even if half of the
 #: recordings jump. A quarter of a normal distribution is within 0.319 standard deviations.
 _NEAREST = 0.25
 _NEAREST_DEVIATION = 0.319
-#: Fewer recordings of an object do not show which one is unusual.
+#: Fewer recordings of a group do not show which one is unusual.
 MIN_RECORDINGS = 3
 #: Least difference of two channels in dB. Differences within a session have a standard deviation of
 #: 5 dB (hammer hits, stereo); a swap changes this difference by 12 dB or more.
@@ -32,16 +32,18 @@ SWAP_DB = 6.0
 USUAL_ORDER = 2 / 3
 
 
-def level_jumps(level_db: NDArray[np.float64], objects: Sequence[str]) -> NDArray[np.float64]:
+def level_jumps(level_db: NDArray[np.float64], groups: Sequence[str]) -> NDArray[np.float64]:
     """Return by how many dB each recording (n,) of a session jumps; 0 if it does not.
 
-    A level is compared with the median of the recordings of its object; only if no object has
-    MIN_RECORDINGS or more, all recordings are compared. A level that is not finite never jumps.
+    `groups` are the names of what sounds alike: object and classes. A level is compared with the
+    median of the recordings of its group; only if no group has MIN_RECORDINGS or more, all
+    recordings are compared. A recording without a group, and a level that is not finite, never
+    jump.
     """
-    names = np.asarray(objects, dtype=np.str_)
-    used = np.isfinite(level_db)
-    groups = [np.flatnonzero(used & (names == name)) for name in np.unique(names)]
-    large = [group for group in groups if len(group) >= MIN_RECORDINGS]
+    names = np.asarray(groups, dtype=np.str_)
+    used = np.isfinite(level_db) & (names != "")
+    alike = [np.flatnonzero(used & (names == name)) for name in np.unique(names)]
+    large = [group for group in alike if len(group) >= MIN_RECORDINGS]
     if not large and np.count_nonzero(used) >= MIN_RECORDINGS:
         large = [np.flatnonzero(used)]
     jumps = np.zeros(len(level_db))

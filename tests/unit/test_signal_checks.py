@@ -211,6 +211,7 @@ def test_levels_that_vary_widely_do_not_jump():
     assert not level_jumps(levels, ["stone"] * 200).any()
     assert not level_jumps(np.array([-np.inf, -20, -20, -20]), ["a"] * 4).any()
     assert not level_jumps(np.array([-60.0, -20.0]), ["a", "a"]).any()
+    assert not level_jumps(np.array([-40.0, -20.1, -20, -20.2]), [""] * 4).any()
 
 
 @pytest.mark.parametrize(("factor", "swapped"), [(0.5, []), (2, [3, 7])])
