@@ -149,6 +149,36 @@ def test_half_a_buffer_a_quiet_block_and_a_periodic_sound_are_no_repeats():
     assert check_repeats(periodic, QUANTUM) is None
 
 
+@pytest.mark.parametrize("count", [1000, RATE_HZ // 10])
+def test_periodic_sound_that_ends_abruptly_is_no_repeat(count):
+    """A burst without noise, digital silence, and the burst again."""
+    burst = 0.5 * np.sin(2 * np.pi * 1000 * TIME_S[:count])
+    silence = np.zeros(RATE_HZ // 10)
+    for samples in (np.r_[burst, silence], np.r_[silence, burst, silence, burst, silence]):
+        assert check_repeats(quantised(samples), QUANTUM) is None
+
+
+def test_equal_sweeps_with_digital_silence_between_them_have_a_gap_and_no_repeat():
+    samples = quantised(np.tile(np.r_[sweep()[:20_000], np.zeros(2000)], 2))
+    assert check_repeats(samples, QUANTUM) is None
+    assert check_gaps(samples, QUANTUM).code == "gap"
+
+
+def test_a_block_that_follows_itself_next_to_digital_silence_is_found():
+    samples = quantised(noise(count=8000))
+    samples[5512:6024] = samples[5000:5512]
+    for ends in (samples[:6024], samples[5000:]):
+        padded = np.r_[np.zeros(2000, np.float32), ends, np.zeros(2000, np.float32)]
+        assert "512 samples at" in check_repeats(padded, QUANTUM).problem
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_a_block_that_follows_itself_several_times_is_found(count):
+    samples = quantised(noise())
+    samples[5000 : 5000 + count * 512] = np.tile(samples[5000:5512], count)
+    assert "512 samples at 5000" in check_repeats(samples, QUANTUM).problem
+
+
 @pytest.mark.parametrize("signal", [sweep, noise])
 @pytest.mark.parametrize("bits", [8, 16, 24, 32])
 @pytest.mark.parametrize("kind", ["<f4", "<f8"])
