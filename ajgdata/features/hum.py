@@ -44,7 +44,7 @@ def check_hum(
     """Return a warning if mains hum has more than SHARE_LIMIT of the spectrum.
 
     `samples` (n,) have the segments `parts`; only lines within `lines_hz` reach the spectrum. All
-    lines show that the hum is that of the mains. The recording has 0.2 s or more; shorter recordings
+    lines show that the hum is that of the mains. The recording has 0.2 s or more; shorter ones
     cannot show that a line is steady.
     """
     if len(parts.rms) < _MIN_SEGMENTS:

@@ -64,9 +64,7 @@ def _used_db(channels_db: np.ndarray, microphone: Microphone) -> np.ndarray:
         return 10 * np.log10(power.mean(axis=1))
 
 
-def _jumps(
-    session: str, names: list[str], used_db: np.ndarray, groups: list[str]
-) -> list[Finding]:
+def _jumps(session: str, names: list[str], used_db: np.ndarray, groups: list[str]) -> list[Finding]:
     """Return a warning for each recording (n,) whose level jumps."""
     jumps = level_jumps(used_db, groups)
     fix = (
