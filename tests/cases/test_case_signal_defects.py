@@ -132,8 +132,8 @@ def jumps_of(rows, targets, levels_db=LEVELS_DB):
     deviations = 0.3 * np.random.default_rng(1).normal(size=len(levels_db))
     levels = {str(n): (level,) for n, level in enumerate(levels_db + deviations)}
     table = {str(n): row for n, row in enumerate(rows)}
-    found = level_issues("day1", levels, table, targets, None)
-    return [int(issue.recording_id) for issue in found]
+    reported = level_issues("day1", levels, table, targets, None)
+    return [int(issue.recording_id) for issue in reported]
 
 
 def test_a_class_that_is_quieter_than_the_others_does_not_jump():
@@ -152,9 +152,9 @@ def test_recordings_without_object_and_class_are_not_compared():
 
 
 @pytest.mark.parametrize(
-    ("microphone", "found"), [("1", ["4_ball", "5_ball"]), ("2", []), ("mean", [])]
+    ("microphone", "names"), [("1", ["4_ball", "5_ball"]), ("2", []), ("mean", [])]
 )
-def test_the_level_is_that_of_the_microphone_of_the_data_set(ajgdata, src, microphone, found):
+def test_the_level_is_that_of_the_microphone_of_the_data_set(ajgdata, src, microphone, names):
     """The loop-back in channel 2 is louder than the microphone, whose gain changes."""
     for number, label in enumerate(OBJECTS):
         for grasp in GRASPS:
@@ -164,7 +164,7 @@ def test_the_level_is_that_of_the_microphone_of_the_data_set(ajgdata, src, micro
             path = src / f"{grasp + 1}_{label}.wav"
             write_wav(path, np.stack([gain * sound, loop_back], axis=1))
     printed = checked(ajgdata, src, "--microphone", microphone)
-    assert sorted(issues(printed, "level_jump")) == found
+    assert sorted(issues(printed, "level_jump")) == names
 
 
 def test_channels_that_are_swapped_in_some_recordings_are_reported(ajgdata, src):
