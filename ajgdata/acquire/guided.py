@@ -14,8 +14,9 @@ from ajgdata.acquire.operator import Choice, Decision, Operator
 from ajgdata.acquire.protocol import DOUBT, REFERENCE, PlannedGrasp, grasp_id, remaining
 from ajgdata.acquire.robot import Placement, Robot, RobotError, grasp_once
 from ajgdata.acquire.virtual import Card
+from ajgdata.features.band import reaching_hz
 from ajgdata.features.checks import check_samples
-from ajgdata.types import GraspProtocol
+from ajgdata.types import FeatureSettings, GraspProtocol
 
 _CHOICES = (Choice.REDO, Choice.SKIP, Choice.QUIT)
 
@@ -30,27 +31,25 @@ class Outcome(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """A problem of a recording. It cannot be kept if `fatal`; nobody needs to decide if `marked`,
-    because its column `quality` shows the problem."""
+    """A problem of a recording, which its column `doubt` shows. It cannot be kept if `fatal`."""
 
     text: str
     fatal: bool
-    marked: bool = False
 
 
 @dataclass
 class GuidedAcquisition:
     """Records the remaining grasps of a plan into a session.
 
-    `played` float32 (n,) is the excitation, `targets` are the columns of labels, `window` is the
-    number of samples that a feature needs.
+    `played` float32 (n,) is the excitation, `targets` are the columns of labels, `features` are
+    the settings of the feature that the recordings must give.
     """
 
     session: LiveSession
     planned: Sequence[PlannedGrasp]
     protocol: GraspProtocol
     targets: Collection[str]
-    window: int
+    features: FeatureSettings
     card: Card
     played: np.ndarray
     robot: Robot
@@ -130,14 +129,16 @@ class GuidedAcquisition:
 
     def _check(self, capture: Capture) -> list[Problem]:
         """Return the problems that `ajgdata check` would report, and samples at full scale."""
-        issues = check_samples(capture.samples, "PCM_24", self.window)
-        problems = [
-            Problem(f"{i.problem}; {i.fix}", i.level == "error", i.code == "clipped")
-            for i in issues
-        ]
+        window = self.features.window
+        rate_hz = self.card.settings.sample_rate_hz
+        lines_hz = reaching_hz(self.features.band_hz, window, rate_hz)
+        issues = check_samples(
+            capture.samples, "PCM_24", window, sample_rate_hz=rate_hz, lines_hz=lines_hz
+        )
+        problems = [Problem(f"{i.problem}; {i.fix}", i.level == "error") for i in issues]
         if capture.clipped and "clipped" not in {issue.code for issue in issues}:
             text = f"{capture.clipped} samples reach full scale: clipped; lower the gain and redo"
-            problems.append(Problem(text, fatal=False, marked=True))
+            problems.append(Problem(text, fatal=False))
         return problems
 
     def _judge(self, grasp: PlannedGrasp, attempt: int) -> Choice:
@@ -145,8 +146,7 @@ class GuidedAcquisition:
         if not self._problems:
             return Choice.KEEP
         text = "; ".join(dict.fromkeys(problem.text for problem in self._problems))
-        person = self.operator.attended
-        may_keep = not any(p.fatal or not (person or p.marked) for p in self._problems)
+        may_keep = not any(problem.fatal for problem in self._problems)
         choice = self._decide(text, may_keep)
         if choice is Choice.KEEP:
             self.session.accept(grasp, attempt)

@@ -291,6 +291,15 @@ def _checked_setup(folder: Path, setup: Mapping[str, Any]) -> dict[str, Any]:
     return dict(known.setup)
 
 
+def recorded_microphone(session: Session) -> int | None:
+    """Return the input of the sound card that recorded a session; None for a session of files or of
+    the virtual gripper."""
+    if session.acquisition is None or session.is_simulated:
+        return None
+    microphone = _renamed_keys(session.acquisition.setup)["device"].get("microphone")
+    return microphone if isinstance(microphone, int) else None
+
+
 def _renamed_keys(setup: Mapping[str, Any]) -> dict[str, Any]:
     """Return a setup of an older version with the present name of the input channel."""
     device = dict(setup.get("device") or {})

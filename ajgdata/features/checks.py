@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ajgdata.features.band import ALL_HZ, reaching_hz
 from ajgdata.features.encoding import check_encoding
 from ajgdata.features.gaps import check_gaps
 from ajgdata.features.hum import check_hum
@@ -49,7 +50,7 @@ def check_audio(
         audio.info.subtype,
         0 if is_converted else window,
         sample_rate_hz=audio.info.sample_rate_hz,
-        has_lowest_bins=has_lowest_bins(audio, window, band_hz),
+        lines_hz=_lines_hz(audio, window, band_hz),
     )
     if is_converted:
         of_converted = _check_level(_columns(audio.samples), audio.info.subtype, window)
@@ -61,13 +62,14 @@ def check_audio(
     return [*audio.remarks, *remarks]
 
 
-def has_lowest_bins(audio: Audio, window: int, band_hz: tuple[float, float] | None) -> bool:
-    """Return True if the feature has bin 0 or 1, which are those of an offset."""
-    if band_hz is None:
-        return True
-    duration_s = audio.recorded.shape[0] / audio.info.sample_rate_hz
-    bin_hz = len(audio.samples) / duration_s / window
-    return band_hz[0] <= bin_hz
+def _lines_hz(
+    audio: Audio, window: int, band_hz: tuple[float, float] | None
+) -> tuple[float, float]:
+    """Return the frequencies that reach the feature of the converted samples."""
+    if band_hz is None:  # also without samples
+        return ALL_HZ
+    rate_hz = audio.info.sample_rate_hz * len(audio.samples) / len(audio.recorded)
+    return reaching_hz(band_hz, window, rate_hz)
 
 
 def check_samples(
@@ -76,15 +78,15 @@ def check_samples(
     window: int,
     *,
     sample_rate_hz: float = 44_100,
-    has_lowest_bins: bool = True,
+    lines_hz: tuple[float, float] = ALL_HZ,
 ) -> list[Remark]:
     """Return remarks on samples (n,) or (n, channels) as recorded, full scale +-1.
 
     `subtype` is libsndfile's name of the encoding (`AudioInfo.subtype`): integers clip at full
     scale, float samples may exceed it and clip wherever a flat top shows. `window` is the number of
-    samples that the feature needs; `has_lowest_bins` is False if it excludes bins 0 and 1. With an
-    error nothing else is looked for: of samples without sound, the first reason is reported in
-    addition to their length.
+    samples that the feature needs; `lines_hz` are the frequencies that reach it. With an error
+    nothing else is looked for: of samples without sound, the first reason is reported in addition
+    to their length.
     """
     columns = _columns(samples)
     remarks = _check_level(columns, subtype, window)
@@ -93,7 +95,7 @@ def check_samples(
     defects: list[Remark] = []
     with np.errstate(over="ignore", invalid="ignore"):  # a sum that overflows exceeds no limit
         for column in columns.T:
-            defects += _check_signal(column, subtype, sample_rate_hz, has_lowest_bins)
+            defects += _check_signal(column, subtype, sample_rate_hz, lines_hz)
     first = {defect.code: defect for defect in reversed(defects)}  # the first of each code
     if errors := [defect for defect in first.values() if defect.level == "error"]:
         return errors
@@ -106,7 +108,10 @@ def _columns(samples: NDArray[Any]) -> NDArray[Any]:
 
 
 def _check_signal(
-    samples: NDArray[Any], subtype: str, sample_rate_hz: float, has_lowest_bins: bool
+    samples: NDArray[Any],
+    subtype: str,
+    sample_rate_hz: float,
+    lines_hz: tuple[float, float],
 ) -> list[Remark]:
     """Return the defects of the signal of one channel (n,), which has sound."""
     samples = np.ascontiguousarray(samples, np.float32)
@@ -118,8 +123,8 @@ def _check_signal(
         return [wrong]
     quantum = 2.0 ** (1 - _BITS[subtype]) if is_integer else _float_quantum(samples)
     defects = [
-        check_offset(samples, parts, sample_rate_hz) if has_lowest_bins else None,
-        check_hum(samples, parts, sample_rate_hz),
+        check_offset(samples, parts, sample_rate_hz) if lines_hz[0] <= 0 else None,
+        check_hum(samples, parts, sample_rate_hz, lines_hz),
         check_gaps(samples, quantum),
         check_repeats(samples, quantum),
     ]

@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ajgdata.features.band import ALL_HZ
 from ajgdata.features.segments import Segments
 from ajgdata.features.share import LINE_GAIN, SHARE_LIMIT, may_exceed, share
 from ajgdata.store.audio import Remark
@@ -35,11 +36,15 @@ _RECTIFIED = 2
 
 
 def check_hum(
-    samples: NDArray[np.float32], parts: Segments, sample_rate_hz: float
+    samples: NDArray[np.float32],
+    parts: Segments,
+    sample_rate_hz: float,
+    lines_hz: tuple[float, float] = ALL_HZ,
 ) -> Remark | None:
     """Return a warning if mains hum has more than SHARE_LIMIT of the spectrum.
 
-    `samples` (n,) have the segments `parts`. The recording has 0.2 s or more; shorter recordings
+    `samples` (n,) have the segments `parts`; only lines within `lines_hz` reach the spectrum. All
+    lines show that the hum is that of the mains. The recording has 0.2 s or more; shorter ones
     cannot show that a line is steady.
     """
     if len(parts.rms) < _MIN_SEGMENTS:
@@ -57,7 +62,9 @@ def check_hum(
         is_mains = count >= _MIN_LINES and np.gcd.reduce(numbers) <= _RECTIFIED
         if not is_mains or lower >= amplitudes.max():
             continue
-        component = LINE_GAIN * float(amplitudes.sum())
+        frequency_hz = mains_hz * (1 + np.arange(_HARMONICS))
+        reaches = (lines_hz[0] <= frequency_hz) & (frequency_hz <= lines_hz[1])
+        component = LINE_GAIN * float(amplitudes[reaches].sum())
         power = float(np.square(amplitudes).sum()) / 2
         variance = np.square(parts.rms, dtype=np.float64) - power
         if not may_exceed(component, float(np.sqrt(np.maximum(variance, 0)).mean())):

@@ -14,30 +14,36 @@ from numpy.typing import NDArray
 #: Least jump in dB: a factor of two in amplitude, the smallest step of switches of gain. Grasps of
 #: one object have a standard deviation of 0.25 dB (simulated) to 4 dB (touched by hand).
 JUMP_DB = 6.0
-#: A jump exceeds the usual deviation from the median of the object by this number of standard
+#: A jump exceeds the usual deviation from the median of the group by this number of standard
 #: deviations.
 _DEVIATIONS = 6
 #: The quarter of deviations that is nearest to the median is free of jumps, even if half of the
 #: recordings jump. A quarter of a normal distribution is within 0.319 standard deviations.
 _NEAREST = 0.25
 _NEAREST_DEVIATION = 0.319
-#: Fewer recordings of an object do not show which one is unusual.
+#: Fewer recordings of a group do not show which one is unusual.
 MIN_RECORDINGS = 3
 #: Least difference of two channels in dB. Differences within a session have a standard deviation of
 #: 5 dB (hammer hits, stereo); a swap changes this difference by 12 dB or more.
 SWAP_DB = 6.0
+#: Least part of the recordings of a session with the usual order of two channels. Channels of equal
+#: mean level, whose difference has a standard deviation of 5 dB, have each order in 12 %; two
+#: microphones on both sides of the gripper may have each order in half of the recordings.
+USUAL_ORDER = 2 / 3
 
 
-def level_jumps(level_db: NDArray[np.float64], objects: Sequence[str]) -> NDArray[np.float64]:
+def level_jumps(level_db: NDArray[np.float64], groups: Sequence[str]) -> NDArray[np.float64]:
     """Return by how many dB each recording (n,) of a session jumps; 0 if it does not.
 
-    A level is compared with the median of the recordings of its object; only if no object has
-    MIN_RECORDINGS or more, all recordings are compared. A level that is not finite never jumps.
+    `groups` are the names of what sounds alike: object and classes. A level is compared with the
+    median of the recordings of its group; only if no group has MIN_RECORDINGS or more, all
+    recordings are compared. A recording without a group, and a level that is not finite, never
+    jump.
     """
-    names = np.asarray(objects, dtype=np.str_)
-    used = np.isfinite(level_db)
-    groups = [np.flatnonzero(used & (names == name)) for name in np.unique(names)]
-    large = [group for group in groups if len(group) >= MIN_RECORDINGS]
+    names = np.asarray(groups, dtype=np.str_)
+    used = np.isfinite(level_db) & (names != "")
+    alike = [np.flatnonzero(used & (names == name)) for name in np.unique(names)]
+    large = [group for group in alike if len(group) >= MIN_RECORDINGS]
     if not large and np.count_nonzero(used) >= MIN_RECORDINGS:
         large = [np.flatnonzero(used)]
     jumps = np.zeros(len(level_db))
@@ -56,9 +62,8 @@ def level_jumps(level_db: NDArray[np.float64], objects: Sequence[str]) -> NDArra
 def swapped_channels(levels_db: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return which recordings (n,) of levels (n, channels) have two channels swapped.
 
-    In most recordings of the session, one of the two channels is louder by SWAP_DB or more; in a
-    swapped one, the other channel is. If both orders are equally frequent, the first recording is
-    right.
+    In USUAL_ORDER of the recordings of the session, one of the two channels is louder by SWAP_DB or
+    more; in a swapped one, the other channel is.
     """
     count, channels = levels_db.shape
     swapped = np.zeros(count, bool)
@@ -66,9 +71,7 @@ def swapped_channels(levels_db: NDArray[np.float64]) -> NDArray[np.bool_]:
         for second in range(first + 1, channels):
             difference = levels_db[:, first] - levels_db[:, second]
             order = np.where(np.abs(difference) >= SWAP_DB, np.sign(difference), 0)
-            ordered = order[order != 0]
-            if not len(ordered):
-                continue
-            majority = np.sign(ordered.sum()) or ordered[0]
-            swapped |= order == -majority
+            for usual in (-1, 1):
+                if np.count_nonzero(order == usual) >= USUAL_ORDER * count:
+                    swapped |= order == -usual
     return swapped

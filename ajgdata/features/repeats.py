@@ -24,13 +24,16 @@ _MAX_LAGS = 8
 #: Periodic sound repeats exactly, too: next to a repeated block, the sound and its copy differ by
 #: at least half of their root mean square (independent sound differs by 1.4 times).
 _DIFFERENCE = 0.5
+#: Periodic sound may also end abruptly. An equal run of this number of lags, which are four equal
+#: blocks in succession, is periodic sound.
+_PERIODS = 3
 
 
 def check_repeats(samples: NDArray[np.float32], quantum: float) -> Remark | None:
     """Return a warning for a block of samples (n,) that follows itself.
 
     A block has MIN_BUFFER samples or more, and sound of MIN_QUANTA times the `quantum` of the
-    encoding or more. Sound that is periodic around the block is no repeat.
+    encoding or more. Periodic sound is no repeat.
     """
     for lag in _candidate_lags(samples):
         for start, stop in _equal_runs(samples, lag):
@@ -73,16 +76,23 @@ def _equal_runs(samples: NDArray[np.float32], lag: int) -> list[tuple[int, int]]
 def _is_repeat(
     samples: NDArray[np.float32], start: int, stop: int, lag: int, quantum: float
 ) -> bool:
-    """Return True if the equal run has sound, and the sound around it is not periodic."""
+    """Return True if the equal run has sound, and neither it nor the sound around it is
+    periodic."""
+    if stop - start >= _PERIODS * lag:
+        return False
     block = samples[start:stop]
     if np.ptp(block) < MIN_QUANTA * real_step(samples, quantum):
         return False
     rms = float(np.std(block))
     before = slice(max(0, start - lag), start)
     after = slice(stop, max(stop, min(stop + lag, len(samples) - lag)))
+    around = [
+        (samples[part], samples[lag:][part]) for part in (before, after) if part.stop > part.start
+    ]
+    # Next to digital silence, the sound begins or ends: this does not show whether it is periodic.
     differences = [
-        float(np.sqrt(np.mean(np.square(samples[part] - samples[lag:][part]))))
-        for part in (before, after)
-        if part.stop > part.start
+        float(np.sqrt(np.mean(np.square(earlier - later))))
+        for earlier, later in around
+        if np.ptp(earlier) > 0 and np.ptp(later) > 0
     ]
     return bool(differences) and min(differences) >= _DIFFERENCE * rms

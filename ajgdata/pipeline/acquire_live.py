@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ajgdata.acquire.card import CardSettings
 from ajgdata.acquire.guided import GuidedAcquisition, Outcome
-from ajgdata.acquire.live_session import LiveSession, live_session
+from ajgdata.acquire.live_session import LiveSession, live_session, recorded_microphone
 from ajgdata.acquire.operator import Operator
 from ajgdata.acquire.protocol import plan_protocol, remaining
 from ajgdata.acquire.robot import Confirm, Robot, make_robot
@@ -65,7 +65,7 @@ def acquire_live(
             planned=plan_protocol(protocol, session),
             protocol=protocol,
             targets=spec.targets.keys() - {"object"},  # it has its own column
-            window=spec.features.window,
+            features=spec.features,
             card=card,
             played=stored_excitation(folder, settings.sample_rate_hz),
             robot=make_robot(protocol.robot, operator.confirm),
@@ -147,9 +147,9 @@ def open_hands(
 
     `source` is `soundcard` (`card` has its settings except the rate, which the data set declares)
     or `virtual`: the virtual gripper over the objects of the data set's recipe, drawn by `seed`,
-    which needs no person. `microphone`, that of the model, is the default of `card`. Raises
-    DataError, also for another sample rate than `rate_hz`, that of the model, and for a model of
-    the mean of several microphones.
+    which needs no person. The microphone of `card` is by default `microphone`, that of the model,
+    or that of the sessions. Raises DataError, also for another sample rate than `rate_hz`, that of
+    the model, and for a model of the mean of several microphones.
     """
     if source == VIRTUAL:
         if spec.recipe is None:
@@ -160,21 +160,39 @@ def open_hands(
         _check_rate(table, rate_hz)
         yield table, table, {"gripper": "virtual", "medium": "virtual", "source": "virtual"}
         return
-    own = {"sample_rate_hz": spec.audio.sample_rate_hz, "microphone": _card_microphone(microphone)}
-    settings = checked(CardSettings, "sound card", own | dict(card))
+    own = {"sample_rate_hz": spec.audio.sample_rate_hz, **card}
+    if "microphone" not in own or isinstance(microphone, str):
+        own["microphone"] = _card_microphone(paths, spec, microphone)
+    settings = checked(CardSettings, "sound card", own)
     with open_card(settings) as opened:
         _check_rate(opened, rate_hz)
         yield make_robot(robot, confirm), opened, gripper_of(spec)
 
 
-def _card_microphone(microphone: int | str | None) -> int:
-    """Return the input channel that a model was trained with. Raises DataError for the mean of
-    several, because a sound card records one."""
+def _card_microphone(paths: Paths, spec: DatasetSpec, microphone: int | str | None) -> int:
+    """Return the input channel that a model was trained with: that of files with several channels,
+    or that of the sessions of the sound card, whose files have one channel; 1 if there are none.
+
+    Raises DataError for sessions of several microphones, and for the mean of several, because a
+    sound card records one.
+    """
     if isinstance(microphone, str):
         problem = "the model was trained with the mean of all microphones, a sound card records one"
         fix = "set audio.microphone in dataset.yaml to a number and train the model again"
         raise DataError("audio.microphone", problem, fix)
-    return microphone or 1
+    if microphone is not None:
+        return microphone
+    used: dict[int, str] = {}
+    for name in list_sessions(paths, spec.name):
+        number = recorded_microphone(read_session(paths.session(spec.name, name)))
+        if number is not None:
+            used.setdefault(number, name)
+    if len(used) > 1:
+        listed = ", ".join(f"{number} ({name})" for number, name in sorted(used.items()))
+        problem = f"its sessions were recorded with several microphones: {listed}"
+        fix = "choose one with --microphone, or with card.microphone in a plan of `ajgdata sort`"
+        raise DataError(paths.dataset(spec.name), problem, fix)
+    return next(iter(used), 1)
 
 
 def _check_recordable(path: Path, audio: AudioSettings) -> None:

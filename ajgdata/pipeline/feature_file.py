@@ -124,7 +124,7 @@ def build_feature_file(
         trusted = previous.trusted(name, digests[name])
         session = check_session(paths.session(dataset, name), trusted)
         rows, computed = _rows(session, previous.rows[name], audio, features)
-        parts.append(_part(session, rows, computed, targets))
+        parts.append(_part(session, rows, computed, targets, audio))
     table, copies = without_copies(_joined(parts, audio, features, targets), [*targets])
     table, sounds = without_equal_sounds(table, [*targets], features.quantity)
     issues = [*copies, *sounds, *(issue for part in parts for issue in part.issues)]
@@ -186,7 +186,11 @@ def _row(session: str, file: AudioFile, audio: AudioSettings, features: FeatureS
 
 
 def _part(
-    session: SessionAudio, rows: Mapping[str, Row], computed: int, targets: Mapping[str, Target]
+    session: SessionAudio,
+    rows: Mapping[str, Row],
+    computed: int,
+    targets: Mapping[str, Target],
+    audio: AudioSettings,
 ) -> Part:
     """Return the usable recordings of a session."""
     name = session.session_id
@@ -194,7 +198,7 @@ def _part(
     usable = {key: row for key, row in rows.items() if row.feature is not None}
     issues = [*session.findings, *(issue for row in rows.values() for issue in row.issues)]
     levels = {key: row.levels_db for key, row in usable.items()}
-    issues += level_issues(name, levels, {key: table[key]["object"] for key in usable})
+    issues += level_issues(name, levels, table, targets, audio.microphone)
     issues += [issue for key in usable for issue in bad_labels(name, key, table[key], targets)]
     return Part(
         rows=list(usable.values()),

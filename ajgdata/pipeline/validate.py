@@ -124,9 +124,8 @@ def _check_session(session: SessionAudio, spec: DatasetSpec, prints: Fingerprint
         if result.levels_db:
             levels[file.recording_id] = result.levels_db
     table = {row["recording_id"]: row for row in session.labels}
-    objects = {recording_id: row["object"] for recording_id, row in table.items()}
     used = {key: value for key, value in levels.items() if not is_rejected(table[key])}
-    issues += level_issues(name, used, objects)
+    issues += level_issues(name, used, table, spec.targets, spec.audio.microphone)
     issues += [i for n, row in table.items() for i in bad_labels(name, n, row, spec.targets)]
     issues += _without_hash(session, spec.name)
     return without_rejected([*session.findings, *issues], list(rejected(name, table).values()))

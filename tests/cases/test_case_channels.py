@@ -16,8 +16,8 @@ from ajgdata.pipeline.acquire_live import open_hands
 from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import read_store
-from ajgdata.store.sessions import read_dataset
-from ajgdata.types import AudioSettings, DataError
+from ajgdata.store.sessions import read_dataset, write_session
+from ajgdata.types import Acquisition, AudioSettings, DataError, Session
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -261,6 +261,47 @@ def test_sense_records_the_microphone_of_the_training(paths, trained, monkeypatc
         sense(None, input_channel=2)
     with pytest.raises(DataError, match="microphone = True"):
         sense(None, microphone=True)
+
+
+@pytest.mark.parametrize("key", ["microphone", "input_channel"])
+def test_sense_records_the_microphone_of_the_sessions(paths, monkeypatch, key):
+    """`ajgdata record --microphone 2` writes files of one channel: dataset.yaml names none."""
+    from ajgdata.pipeline import acquire_live
+
+    paths.dataset("mine").parent.mkdir()
+    paths.dataset("mine").write_text("name: mine\n")
+    spec = read_dataset(paths, "mine")
+    opened = []
+
+    def open_card(settings):
+        opened.append(settings.microphone)
+        raise DataError("card", "was opened", "stop here")
+
+    def sense(**card):
+        with open_hands(
+            paths, spec, source="soundcard", card={"device": "x", **card}, robot=None, seed=0,
+            confirm=lambda text: None, rate_hz=RATE_HZ, microphone=None,
+        ):  # fmt: skip
+            pass
+
+    def recorded_with(session, number):
+        setup = {"device": {key: number}}
+        acquisition = Acquisition(finished=True, setup=setup)
+        declared = Session(session_id=session, source="soundcard", acquisition=acquisition)
+        folder = paths.session("mine", session)
+        folder.mkdir(parents=True, exist_ok=True)
+        write_session(folder, declared, [])
+
+    monkeypatch.setattr(acquire_live, "open_card", open_card)
+    recorded_with("first", 2)
+    with pytest.raises(DataError, match="was opened"):
+        sense()
+    recorded_with("second", 3)
+    with pytest.raises(DataError, match=r"several microphones: 2 \(first\), 3 \(second\)"):
+        sense()
+    with pytest.raises(DataError, match="was opened"):
+        sense(microphone=3)
+    assert opened == [2, 3]
 
 
 def test_a_sound_card_does_not_record_into_a_data_set_of_microphone_2(ajgdata, paths):

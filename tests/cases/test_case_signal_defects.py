@@ -9,6 +9,9 @@ import pytest
 import soundfile
 from sounds import RATE_HZ, resonances, write_wav
 
+from ajgdata.pipeline.session_levels import level_issues
+from ajgdata.types import Target
+
 OBJECTS = ("cube", "ball")
 GRASPS = range(5)
 
@@ -83,6 +86,16 @@ def test_a_defect_of_one_recording_is_reported_for_this_recording(ajgdata, src, 
     assert "20 recordings checked: 0 errors, 1 warning, 0 notes" in printed.text
 
 
+def test_a_feature_without_the_lines_has_no_hum(ajgdata, paths, src):
+    write_session(src, hum)
+    assert len(issues(checked(ajgdata, src), "hum")) == 20
+    file = paths.dataset("mine")
+    file.write_text(f"{file.read_text()}\nfeatures: {{band_hz: [500, 20000]}}\n")
+    printed = ajgdata("check", "mine")
+    assert issues(printed, "hum") == []
+    assert printed.code == 0
+
+
 @pytest.mark.parametrize(("bits", "dtype"), [(16, "<f4"), (32, "<f4"), (24, "<f4"), (16, "<f8")])
 def test_float_bytes_under_an_integer_header_are_unusable(ajgdata, src, bits, dtype):
     write_session(src)
@@ -109,6 +122,49 @@ def test_a_gain_that_changes_within_a_session_is_reported_for_each_recording(ajg
         "day2/5_cube",
     ]
     assert "20 dB quieter" in printed.text
+
+
+LEVELS_DB = np.r_[np.full(50, -20.0), np.full(40, -30.0)]
+
+
+def jumps_of(rows, targets, levels_db=LEVELS_DB):
+    """Return the positions of the recordings with a level jump; `rows` are their labels."""
+    deviations = 0.3 * np.random.default_rng(1).normal(size=len(levels_db))
+    levels = {str(n): (level,) for n, level in enumerate(levels_db + deviations)}
+    table = {str(n): row for n, row in enumerate(rows)}
+    reported = level_issues("day1", levels, table, targets, None)
+    return [int(issue.recording_id) for issue in reported]
+
+
+def test_a_class_that_is_quieter_than_the_others_does_not_jump():
+    """A full box is quieter than an empty box, and both are one object."""
+    rows = [{"object": "box", "fill": fill} for fill in ["empty"] * 50 + ["full"] * 40]
+    targets = {"fill": Target(kind="classification")}
+    assert jumps_of(rows, targets) == []
+    quieter = LEVELS_DB.copy()
+    quieter[[3, 70]] -= 12
+    assert jumps_of(rows, targets, quieter) == [3, 70]
+
+
+def test_recordings_without_object_and_class_are_not_compared():
+    masses = [{"object": "", "mass_g": "5"}] * 50 + [{"object": "", "mass_g": "900"}] * 40
+    assert jumps_of(masses, {"mass_g": Target(kind="regression")}) == []
+
+
+@pytest.mark.parametrize(
+    ("microphone", "names"), [("1", ["4_ball", "5_ball"]), ("2", []), ("mean", [])]
+)
+def test_the_level_is_that_of_the_microphone_of_the_data_set(ajgdata, src, microphone, names):
+    """The loop-back in channel 2 is louder than the microphone, whose gain changes."""
+    for number, label in enumerate(OBJECTS):
+        for grasp in GRASPS:
+            sound = 0.1 * resonances(number, grasp)
+            gain = 0.1 if (label == "ball" and grasp >= 3) else 1
+            loop_back = 5 * sound
+            path = src / f"{grasp + 1}_{label}.wav"
+            write_wav(path, np.stack([gain * sound, loop_back], axis=1))
+    printed = checked(ajgdata, src, "--microphone", microphone)
+    assert sorted(issues(printed, "level_jump")) == names
 
 
 def test_channels_that_are_swapped_in_some_recordings_are_reported(ajgdata, src):

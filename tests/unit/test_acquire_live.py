@@ -7,6 +7,7 @@ from contextlib import nullcontext
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from fake_card import FakeLine, Fault
 from live_lab import Lab, Scripted, declare, response
 from rich.console import Console
@@ -174,6 +175,57 @@ def test_nobody_is_there(lab):
     assert "64 frames lost" in lines[0]
     assert qualities(lab)["ball_01_1"] == "clipped"
     assert (done.recorded, done.left) == (6, 0)
+
+
+class HummingLine(FakeLine):
+    """A line with mains hum of 50 Hz and an offset, as a cheap sound card has them."""
+
+    rate_hz = 44_100
+
+    def play(self, sound, frames):
+        recorded, flags = super().play(sound, frames)
+        time_s = np.arange(frames) / self.rate_hz
+        lines = [np.sin(2 * np.pi * 50 * number * time_s + number) for number in (1, 2, 3)]
+        return (recorded + 0.02 * np.sum(lines, axis=0) + 0.05).astype(np.float32), flags
+
+
+#: Hum is steady only if it lasts longer than the low frequencies of the sweep.
+LONGER = {"kind": "log_sweep", "length_s": 0.5}
+
+
+def add_settings(lab, **settings):
+    """Change keys of the declaration of the data set."""
+    path = lab.paths.dataset("d")
+    path.write_text(yaml.safe_dump(yaml.safe_load(path.read_text()) | settings))
+
+
+def test_a_robot_keeps_recordings_with_warnings_and_their_doubt(lab):
+    lab.lines = [HummingLine(response(), noise=1e-4)]
+    declare(lab.paths, robot={"command": ["true"]}, samples_per_grasp=1)
+    add_settings(lab, excitation=LONGER)
+    _, done = lab.acquire(Unattended(Console(file=io.StringIO())))
+    assert (done.recorded, done.left, done.skipped) == (4, 0, {})
+    assert set(qualities(lab).values()) == {"ok"}
+    for row in rows(lab):
+        assert "mains hum of 50 Hz" in row.labels["doubt"]
+        assert "constant offset" in row.labels["doubt"]
+    assert {problem.code for problem in problems(lab)} == {"hum", "offset"}
+
+
+@pytest.mark.parametrize(("rate_hz", "band_hz"), [(44_100, [500, 20_000]), (96_000, None)])
+def test_an_acquisition_checks_the_bins_of_the_feature_at_the_rate_of_the_card(
+    lab, rate_hz, band_hz
+):
+    """With the band that the message proposes there is no doubt; hum is found at any rate."""
+    features = {"band_hz": band_hz}
+    add_settings(lab, excitation=LONGER, features=features, audio={"sample_rate_hz": rate_hz})
+    line = HummingLine(response(), noise=1e-4)
+    line.rate_hz = rate_hz
+    lab.lines = [line]
+    lab.acquire(operator := Scripted(decisions=[Choice.KEEP] * 4))
+    texts = [text for text, _ in operator.problems]
+    assert len(texts) == (0 if band_hz else 4)
+    assert all("mains hum of 50 Hz" in text for text in texts)
 
 
 @pytest.mark.parametrize("ends", [Choice.QUIT, KeyboardInterrupt()])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from ajgdata.features.band import reaching_hz
 from ajgdata.features.checks import check_samples
 from ajgdata.features.encoding import check_encoding
 from ajgdata.features.gaps import MIN_BUFFER, MIN_QUANTA, check_gaps
@@ -148,6 +149,36 @@ def test_half_a_buffer_a_quiet_block_and_a_periodic_sound_are_no_repeats():
     assert check_repeats(periodic, QUANTUM) is None
 
 
+@pytest.mark.parametrize("count", [1000, RATE_HZ // 10])
+def test_periodic_sound_that_ends_abruptly_is_no_repeat(count):
+    """A burst without noise, digital silence, and the burst again."""
+    burst = 0.5 * np.sin(2 * np.pi * 1000 * TIME_S[:count])
+    silence = np.zeros(RATE_HZ // 10)
+    for samples in (np.r_[burst, silence], np.r_[silence, burst, silence, burst, silence]):
+        assert check_repeats(quantised(samples), QUANTUM) is None
+
+
+def test_equal_sweeps_with_digital_silence_between_them_have_a_gap_and_no_repeat():
+    samples = quantised(np.tile(np.r_[sweep()[:20_000], np.zeros(2000)], 2))
+    assert check_repeats(samples, QUANTUM) is None
+    assert check_gaps(samples, QUANTUM).code == "gap"
+
+
+def test_a_block_that_follows_itself_next_to_digital_silence_is_found():
+    samples = quantised(noise(count=8000))
+    samples[5512:6024] = samples[5000:5512]
+    for ends in (samples[:6024], samples[5000:]):
+        padded = np.r_[np.zeros(2000, np.float32), ends, np.zeros(2000, np.float32)]
+        assert "512 samples at" in check_repeats(padded, QUANTUM).problem
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_a_block_that_follows_itself_several_times_is_found(count):
+    samples = quantised(noise())
+    samples[5000 : 5000 + count * 512] = np.tile(samples[5000:5512], count)
+    assert "512 samples at 5000" in check_repeats(samples, QUANTUM).problem
+
+
 @pytest.mark.parametrize("signal", [sweep, noise])
 @pytest.mark.parametrize("bits", [8, 16, 24, 32])
 @pytest.mark.parametrize("kind", ["<f4", "<f8"])
@@ -155,9 +186,9 @@ def test_bytes_of_floats_are_found_in_integers_of_any_width(signal, bits, kind):
     content = signal().astype(kind).tobytes()
     samples = integers(content, bits)
     assert check_encoding(samples, 0.5).code == "float_bytes"
-    codes = [remark.code for remark in check_samples(samples, f"PCM_{bits}", 2048)]
-    if bits != 8:
-        assert codes == ["float_bytes"]
+    subtype = "PCM_U8" if bits == 8 else f"PCM_{bits}"
+    codes = [remark.code for remark in check_samples(samples, subtype, 2048)]
+    assert codes == ["float_bytes"]
 
 
 def integers(content, bits):
@@ -210,6 +241,7 @@ def test_levels_that_vary_widely_do_not_jump():
     assert not level_jumps(levels, ["stone"] * 200).any()
     assert not level_jumps(np.array([-np.inf, -20, -20, -20]), ["a"] * 4).any()
     assert not level_jumps(np.array([-60.0, -20.0]), ["a", "a"]).any()
+    assert not level_jumps(np.array([-40.0, -20.1, -20, -20.2]), [""] * 4).any()
 
 
 @pytest.mark.parametrize(("factor", "swapped"), [(0.5, []), (2, [3, 7])])
@@ -219,9 +251,48 @@ def test_swapped_channels_are_those_with_the_rarer_order(factor, swapped):
     assert np.flatnonzero(swapped_channels(levels)).tolist() == swapped
 
 
+@pytest.mark.parametrize(("count", "is_found"), [(3, True), (4, False)])
+def test_swapped_channels_need_a_usual_order(count, is_found):
+    """Two thirds of ten recordings or more have it; it may be that of another contact, if not."""
+    levels = np.tile([-20.0, -40.0], (10, 1))
+    levels[:count] = levels[:count, ::-1]
+    expected = np.arange(10) < count if is_found else np.zeros(10, bool)
+    np.testing.assert_array_equal(swapped_channels(levels), expected)
+
+
+@pytest.mark.parametrize("deviation_db", [3.5, 8])
+def test_channels_whose_levels_vary_independently_are_not_swapped(deviation_db):
+    """The difference has a standard deviation of 5 dB, that of hammer hits, or more."""
+    for seed in range(5):
+        levels = -30 + deviation_db * np.random.default_rng(seed).normal(size=(200, 2))
+        assert not swapped_channels(levels).any()
+
+
 def test_a_third_channel_and_silent_channels_do_not_matter():
     levels = np.tile([-20.0, -45.0, -60.0], (6, 1))
     levels[4] = [-20.0, -60.0, -45.0]
     assert np.flatnonzero(swapped_channels(levels)).tolist() == [4]
     silent = np.tile([-20.0, -np.inf], (6, 1))
     assert not swapped_channels(silent).any()
+
+
+@pytest.mark.parametrize(
+    ("band_hz", "codes"),
+    [
+        (None, ["hum"]),
+        ((500, 20_000), []),  # 50, 100 and 150 Hz are excluded
+        ((170, 20_000), ["hum"]),  # 150 Hz is in the neighbour of the lowest bin
+        ((0, 60), ["offset", "hum"]),
+    ],
+)
+def test_only_lines_that_reach_the_feature_are_hum(band_hz, codes):
+    """The remedy of the message, another `features.band_hz`, ends the issue."""
+    sound = sweep()
+    lines = [np.sin(2 * np.pi * 50 * n * TIME_S + n) for n in (1, 2, 3)]
+    samples = sound + 0.05 * np.sum(lines, axis=0)
+    if "offset" in codes:
+        samples += 0.1
+    lines_hz = reaching_hz(band_hz, 2048, RATE_HZ)
+    samples = samples.astype(np.float32)
+    remarks = check_samples(samples, "PCM_16", 2048, sample_rate_hz=RATE_HZ, lines_hz=lines_hz)
+    assert [remark.code for remark in remarks] == codes
