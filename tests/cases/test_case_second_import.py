@@ -1,0 +1,141 @@
+"""A second import into a data set: other days, other patterns, other channels and spellings."""
+
+import pytest
+from sounds import resonances, write_wav
+
+PATTERN = r"(?P<grasp>\d+)_(?P<label>[a-z]+)\.wav"
+
+
+def write(folder, names, seed):
+    """Write a short recording for each name."""
+    for number, name in enumerate(names):
+        write_wav(folder / name, resonances(number % 2, number, seed, frames=2205))
+    return folder
+
+
+def day(folder, seed, count=5, first=1):
+    """Write the recordings of one day, and the recording of an empty gripper that all days have."""
+    names = [
+        f"{number}_{('cube', 'ball')[number % 2]}.wav" for number in range(first, first + count)
+    ]
+    write(folder, names, seed)
+    return write(folder, ["99_empty.wav"], seed=1000)
+
+
+def stored_audio(paths, session):
+    """Return the bytes of the audio files of a session, by path."""
+    folder = paths.session("mine", session) / "audio"
+    return {path.name: path.read_bytes() for path in sorted(folder.rglob("*.wav"))}
+
+
+@pytest.mark.parametrize("first", [1, 21])
+@pytest.mark.parametrize("choice", ["keep", "prune"])
+def test_a_shared_file_does_not_join_two_days(ajgdata, src, rows, choice, first):
+    monday = day(src / "mon/rec", 1)
+    tuesday = day(src / "tue/rec", 2, count=6, first=first)
+    command = ("import", "--dataset", "mine", "--pattern", PATTERN)
+    assert ajgdata(*command, monday).code == 0
+    before = rows("mine", "rec")
+    refused = ajgdata(*command, tuesday, "--on-change", choice)
+    assert refused.code == 1
+    assert refused.err.count("\n") == 1
+    assert "session 'rec' has 5 recordings from another folder, and 1 of the 7" in refused.text
+    assert "Import the folder with --session tue" in refused.text
+    assert "prune" not in refused.text
+    assert rows("mine", "rec") == before
+    assert ajgdata(*command, tuesday, "--session", "tue").code == 0
+    assert len(rows("mine", "tue")) == 7
+
+
+def test_a_shared_file_does_not_prune_a_named_session(ajgdata, src, rows):
+    monday = day(src / "mon/rec", 1)
+    tuesday = day(src / "tue/rec", 2, first=21)
+    command = ("import", "--dataset", "mine", "--pattern", PATTERN, "--session", "s1")
+    ajgdata(*command, monday)
+    joined = ajgdata(*command, tuesday, "--on-change", "prune")
+    assert "5 added" in joined.text
+    assert "removed" not in joined.text
+    assert len(rows("mine", "s1")) == 11
+    again = ajgdata(*command, tuesday, "--on-change", "prune")
+    assert "prune removes" not in again.text
+    assert len(rows("mine", "s1")) == 11
+
+
+def test_days_with_equal_names_and_a_shared_file_lose_nothing_by_prune(ajgdata, src, rows):
+    monday = day(src / "mon/rec", 1)
+    tuesday = day(src / "tue/rec", 2, count=3)
+    ajgdata("import", monday, "--dataset", "mine", "--pattern", PATTERN)
+    ajgdata("import", tuesday, "--dataset", "mine", "--on-change", "prune")
+    assert len(rows("mine", "rec")) == 6
+
+
+def test_a_folder_with_few_deleted_and_edited_files_is_the_same(ajgdata, src, rows):
+    folder = day(src / "rec", 1, count=8)
+    ajgdata("import", folder, "--dataset", "mine", "--pattern", PATTERN)
+    (folder / "1_ball.wav").unlink()
+    write(folder, ["2_cube.wav"], seed=5)
+    write(folder, ["20_ball.wav"], seed=6)
+    grown = ajgdata("import", folder, "--dataset", "mine", "--on-change", "prune")
+    assert "1 added" in grown.text and "1 removed" in grown.text
+    assert "kept 2_cube: has different bytes" in grown.text
+    assert len(rows("mine", "rec")) == 9
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_a_session_of_two_folders_is_never_overwritten(ajgdata, src, paths, rows, shared):
+    names = [f"{number}_{('cube', 'ball')[number % 2]}.wav" for number in range(1, 5)]
+    first = write(src / "n1/rec", names, seed=1)
+    second = write(src / "n2/rec", [*names, "5_cube.wav"], seed=2)
+    if shared:
+        for folder in (first, second):
+            write(folder, ["99_empty.wav"], seed=1000)
+    command = ("import", "--dataset", "mine", "--pattern", PATTERN, "--session", "s1")
+    assert ajgdata(*command, first).code == 0
+    before = stored_audio(paths, "s1")
+    for choice in ("keep", "files", "files"):
+        kept = ajgdata(*command, second, "--on-change", choice)
+        assert kept.code == 3
+        assert kept.text.count("kept ") == 4
+        assert "with another --session" in kept.text
+        assert "--on-change files takes" not in kept.text
+        audio = stored_audio(paths, "s1")
+        assert {name: audio[name] for name in before} == before
+    assert len(rows("mine", "s1")) == 5 + shared
+    assert ajgdata(*command[:-1], "s2", second).code == 0
+
+
+def test_a_third_folder_is_not_joined_without_its_name(ajgdata, src, rows):
+    command = ("import", "--dataset", "mine", "--pattern", PATTERN)
+    ajgdata(*command, day(src / "mon/rec", 1))
+    tuesday = day(src / "tue/rec", 2, first=21)
+    ajgdata(*command, tuesday, "--session", "rec")
+    write(tuesday, ["30_cube.wav"], seed=2)
+    grown = ajgdata(*command, tuesday)
+    assert "1 added" in grown.text
+    refused = ajgdata(*command, day(src / "wed/rec", 3, first=41))
+    assert refused.code == 1
+    assert "Import the folder with --session wed (--session rec adds it" in refused.text
+    assert len(rows("mine", "rec")) == 12
+
+
+def test_edited_files_of_one_folder_are_taken(ajgdata, src, paths):
+    folder = day(src / "rec", 1)
+    command = ("import", folder, "--dataset", "mine", "--pattern", PATTERN, "--session", "s1")
+    ajgdata(*command)
+    write(folder, ["1_ball.wav"], seed=7)
+    write(folder, ["6_cube.wav"], seed=8)
+    taken = ajgdata(*command, "--on-change", "files")
+    assert "1 added, 1 changed, 5 unchanged" in taken.text
+    assert stored_audio(paths, "s1")["1_ball.wav"] == (folder / "1_ball.wav").read_bytes()
+
+
+def test_a_disjoint_pattern_on_the_same_folder_is_the_same_folder(ajgdata, src, rows):
+    folder = day(src / "mon/rec", 1)
+    pattern = PATTERN.replace("[a-z]+", "cube|empty")
+    ajgdata("import", folder, "--dataset", "mine", "--pattern", pattern)
+    second = ajgdata(
+        "import", folder, "--dataset", "mine", "--pattern", pattern.replace("cube|empty", "ball")
+    )
+    assert "3 added" in second.text
+    assert "another folder" not in second.text
+    assert len(rows("mine", "rec")) == 6
