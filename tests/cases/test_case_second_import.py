@@ -1,7 +1,10 @@
 """A second import into a data set: other days, other patterns, other channels and spellings."""
 
+import numpy as np
 import pytest
 from sounds import resonances, write_wav
+
+from ajgdata.store.sessions import list_sessions
 
 PATTERN = r"(?P<grasp>\d+)_(?P<label>[a-z]+)\.wav"
 
@@ -139,3 +142,103 @@ def test_a_disjoint_pattern_on_the_same_folder_is_the_same_folder(ajgdata, src, 
     assert "3 added" in second.text
     assert "another folder" not in second.text
     assert len(rows("mine", "rec")) == 6
+
+
+def stereo(folder, first, second):
+    """Write three stereo files of each of two objects; `second` returns their second channel."""
+    for number in range(first, first + 6):
+        sound = resonances(number % 2, number)
+        label = ("cube", "ball")[number % 2]
+        write_wav(folder / f"{number}_{label}.wav", np.stack([sound, second(sound)], axis=1))
+    return folder
+
+
+def same(sound):
+    """The sound of a second microphone next to the first one."""
+    return 0.9 * sound
+
+
+def quiet(sound):
+    """A second channel that is 40 dB quieter, with another sound."""
+    return 0.01 * np.roll(sound, 400)
+
+
+def test_unequal_channels_of_a_second_folder_stop_the_import(ajgdata, src, paths):
+    assert ajgdata("import", stereo(src / "a", 1, same), "--dataset", "mine").code == 0
+    second = stereo(src / "b", 11, quiet)
+    refused = ajgdata("import", second, "--dataset", "mine")
+    assert refused.code == 1
+    assert refused.err.count("\n") == 1
+    assert "so they are not averaged (microphone 1: level" in refused.text
+    assert "Import the folder into another data set, or add --microphone mean" in refused.text
+    assert list_sessions(paths, "mine") == ["a"]
+    meant = ("import", second, "--dataset", "mine", "--microphone", "mean")
+    assert ajgdata(*meant).code == 0
+    again = ajgdata(*meant[:-2])  # nothing in the folder is new
+    assert again.code == 0
+    assert "0 added, 0 changed, 6 unchanged" in again.text
+
+
+def test_equal_channels_of_a_second_folder_are_no_remark(ajgdata, src):
+    ajgdata("import", stereo(src / "a", 1, same), "--dataset", "mine")
+    second = ajgdata("import", stereo(src / "b", 11, same), "--dataset", "mine")
+    assert second.code == 0
+    assert "6 added" in second.text
+
+
+def test_a_stereo_folder_in_a_mono_data_set_is_a_remark(ajgdata, src):
+    write(src / "a", [f"{n}_{('cube', 'ball')[n % 2]}.wav" for n in range(1, 7)], seed=1)
+    ajgdata("import", src / "a", "--dataset", "mine")
+    second = ajgdata("import", stereo(src / "b", 11, same), "--dataset", "mine")
+    assert second.code == 3
+    assert "channels 11_ball.wav: has 2 channels, and the data set does not specify" in second.text
+    assert "a run will quarantine it" in second.text
+
+
+def test_a_mono_folder_in_a_stereo_data_set_is_a_remark(ajgdata, src):
+    ajgdata("import", stereo(src / "a", 1, same), "--dataset", "mine", "--microphone", "1")
+    write(src / "b", [f"{n}_{('cube', 'ball')[n % 2]}.wav" for n in range(11, 17)], seed=1)
+    second = ajgdata("import", src / "b", "--dataset", "mine")
+    assert second.code == 3
+    remark = "channels files have: 1 channel, and other recordings of the data set have 2 channels:"
+    assert remark in second.text
+
+
+def test_another_microphone_is_refused_before_files_are_read(ajgdata, src, paths, monkeypatch):
+    from ajgdata.pipeline import importing
+
+    ajgdata("import", stereo(src / "a", 1, same), "--dataset", "mine", "--microphone", "1")
+    monkeypatch.setattr(importing, "scan", lambda *arguments: pytest.fail("the folder was read"))
+    refused = ajgdata("import", src / "a", "--dataset", "mine", "--microphone", "mean")
+    assert refused.code == 1
+    assert "mean is not the microphone of" in refused.text
+
+
+def test_the_printed_name_of_a_session_adds_to_it(ajgdata, src, paths, rows):
+    command = ("import", "--dataset", "mine", "--pattern", PATTERN)
+    ajgdata(*command, day(src / "day 1", 1))
+    assert list_sessions(paths, "mine") == ["day_1"]
+    joined = ajgdata(*command, day(src / "other", 2, first=21), "--session", "day_1")
+    assert "5 added" in joined.text
+    assert "note session 'day_1': is the session of 'day 1'" in joined.text
+    assert list_sessions(paths, "mine") == ["day_1"]
+    assert len(rows("mine", "day_1")) == 11
+
+
+def test_the_printed_name_of_a_signed_session_adds_to_it(ajgdata, src, paths):
+    command = ("import", "--dataset", "mine", "--pattern", PATTERN, "--session")
+    ajgdata(*command, "-5", day(src / "a", 1))
+    ajgdata(*command, "minus5", day(src / "b", 2, first=21))
+    assert list_sessions(paths, "mine") == ["minus5"]
+
+
+def test_a_session_imported_under_this_text_has_priority_over_a_printed_name(ajgdata, src, paths):
+    command = ("import", "--dataset", "mine", "--pattern", PATTERN)
+    for number, name in enumerate(("day 1", "day_1")):
+        ajgdata(*command, day(src / name, number + 1, first=10 * number + 1))
+    names = list_sessions(paths, "mine")
+    assert len(names) == 2
+    ajgdata(*command, day(src / "other", 3, first=31), "--session", "day_1")
+    assert list_sessions(paths, "mine") == names
+    other = next(name for name in names if name != "day_1")
+    assert "31_ball" in paths.recordings_file("mine", other).read_text(encoding="utf-8")
