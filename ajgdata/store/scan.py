@@ -130,6 +130,7 @@ def scan(
         cells = _plain(texts)
         session = _scanned(path, cells, cells, columns, settings, name).session
         result.played[session].append(path)
+    _use_stored_name(result, settings.session, known)
     _name_sessions(result, known)
     _note_grasps_without_object(result)
     numbers = _sample_numbers({file.cells["sample"] for file in result.files})
@@ -459,6 +460,22 @@ def _note_grasps_without_object(result: Scan) -> None:
         counted += "but no object or label"
         reason = f"equal numbers are one grasp ({_examples(empty)}); fill the cells"
         result.remarks["warning"].append((counted, reason))
+
+
+def _use_stored_name(result: Scan, session: str, known: Mapping[str, KnownSession]) -> None:
+    """Replace `--session` by the text of the session if it is the name of a known session.
+
+    The text of another session has priority. Values of folders and tables are never names.
+    """
+    stored = known.get(session)
+    if stored is None or stored.text is None:
+        return
+    if any(other.text == session for other in known.values()):
+        return
+    text = stored.text
+    result.remarks["note"].append((f"session {session!r}", f"is the session of {text!r}"))
+    result.files = [replace(file, session=text) for file in result.files]
+    result.played = defaultdict(list, {text: result.played[session]} if result.played else {})
 
 
 def _name_sessions(result: Scan, known: Mapping[str, KnownSession]) -> None:
