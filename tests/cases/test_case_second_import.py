@@ -242,3 +242,21 @@ def test_a_session_imported_under_this_text_has_priority_over_a_printed_name(ajg
     assert list_sessions(paths, "mine") == names
     other = next(name for name in names if name != "day_1")
     assert "31_ball" in paths.recordings_file("mine", other).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("line", ["channel: 1", "features:\n  channel: 1"])
+def test_an_old_key_in_a_place_that_had_none_is_an_unknown_key(ajgdata, paths, line):
+    paths.dataset("mine").parent.mkdir()
+    paths.dataset("mine").write_text(f"name: mine\n{line}\n")
+    refused = ajgdata("check", "mine")
+    assert refused.code == 1
+    assert "unknown key" in refused.text
+    assert "microphone" not in refused.text
+
+
+def test_the_old_key_of_the_audio_settings_is_explained(ajgdata, paths):
+    paths.dataset("mine").parent.mkdir()
+    paths.dataset("mine").write_text("name: mine\naudio: {channel: 1}\n")
+    refused = ajgdata("check", "mine")
+    assert "audio.channel was replaced by audio.microphone" in refused.text
+    assert "Replace `channel: 1` by `microphone: 2`" in refused.text
