@@ -241,13 +241,14 @@ class _SessionImport:
     def _compared(self, files: Mapping[Path, str], contents: Contents) -> FolderComparison:
         """Return how the folder differs from the session.
 
-        Files that the pattern or table does not read are compared only if recordings are missing.
+        Files that the pattern or table does not read are compared only if recordings seem to be
+        edited, or to be replaced by new files.
         """
         stored = [StoredFile(self._original(row), row.sha256) for row in self.rows.values()]
         paths = {item.path for item in stored if (self.folder / item.path).is_file()}
         digests = {digest for digest, _ in contents.values()}
         compared = compare_folder(stored, files, paths, digests)
-        if compared.new and (compared.edited or compared.gone):
+        if compared.edited or (compared.new and compared.gone):
             digests |= self._unused_digests(contents)
             compared = compare_folder(stored, files, paths, digests)
         return compared
@@ -401,7 +402,7 @@ class _SessionImport:
         cells = {column: file.cells[column] or defaults.get(column, "") for column in CELLS}
         if file.has_grasp:
             grasp = cells["grasp_id"]
-            key = grasp_key(grasp) if file.has_grasp_number else (canonical(grasp),)
+            key = grasp_key(grasp) if file.has_grasp_parts else (canonical(grasp),)
             cells["grasp_id"] = self.known_grasps.get(key, grasp)
         values = {"recording_id": name, "file": target, "sha256": digest, "labels": file.labels}
         return Recording.model_validate(cells | values)

@@ -260,3 +260,41 @@ def test_the_old_key_of_the_audio_settings_is_explained(ajgdata, paths):
     refused = ajgdata("check", "mine")
     assert "audio.channel was replaced by audio.microphone" in refused.text
     assert "Replace `channel: 1` by `microphone: 2`" in refused.text
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [("day 1", "day  1"), ("gr\u00f6\u00dfe", "gro\u0308\u00dfe"), ("-5", "\u22125")],
+)
+@pytest.mark.parametrize("pattern", ["", r"(?P<session>[^/]+)/(?P<n>\d+)_(?P<label>[a-z]+)\.wav"])
+def test_folders_whose_names_look_alike_are_two_sessions(
+    ajgdata, src, paths, rows, first, second, pattern
+):
+    names = [f"{number}_{('cube', 'ball')[number % 2]}.wav" for number in range(1, 5)]
+    write(src / first, names, seed=1)
+    write(src / second, names, seed=2)
+    options = ("--pattern", pattern) if pattern else ()
+    imported = ajgdata("import", src, "--dataset", "mine", *options)
+    assert "8 added, 0 changed, 0 unchanged in 2 session(s)" in imported.text
+    sessions = list_sessions(paths, "mine")
+    assert [len(rows("mine", session)) for session in sessions] == [4, 4]
+    again = ajgdata("import", src, "--dataset", "mine", *options)
+    assert "0 added, 0 changed, 8 unchanged in 2 session(s)" in again.text
+    assert list_sessions(paths, "mine") == sessions
+
+
+def test_a_later_spelling_joins_a_grasp_of_several_columns(ajgdata, src, rows):
+    table = ("--table", "labels.csv", "--file", "{file}.wav", "--target", "label")
+    command = ("import", src, "--dataset", "mine", *table, "--grasp", "{label}/{grasp}")
+    lines = ["file;label;grasp", "r0;cube;01", "r1;ball;02"]
+    write(src, ["r0.wav", "r1.wav", "r2.wav"], seed=1)
+    (src / "labels.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    ajgdata(*command)
+    lines = [*lines, "r2;cube;1"]
+    (src / "labels.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    joined = ajgdata(*command)
+    assert "1 added" in joined.text
+    grasps = {row["recording_id"]: row["grasp_id"] for row in rows("mine")}
+    assert grasps["r2"] == grasps["r0"]
+    assert grasps["r1"] != grasps["r0"]
+    assert "label r" not in joined.text
