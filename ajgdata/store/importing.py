@@ -256,8 +256,8 @@ class _SessionImport:
     def _proposed_session(self, digests: set[str], *, is_only: bool) -> str:
         """Return a session for the folder, whose files have `digests`, or its template.
 
-        This is the session that has most of these recordings, else one that begins with the name
-        of the parent folder.
+        This is the session that has more of the files than this session, else one that begins
+        with the name of the parent folder.
         """
         parent = self.folder.resolve().parent.name or "new"
         if self.session_template and not is_only:
