@@ -10,6 +10,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline.added_channels import check_added_channels
 from ajgdata.pipeline.column_kinds import ColumnKind, column_kind
 from ajgdata.pipeline.microphones import check_declared, chosen_microphone
 from ajgdata.pipeline.progress import tracked
@@ -71,14 +72,17 @@ def import_folder(
     declared = read_dataset(paths, dataset) if path.is_file() else None
     if declared and declared.recipe:
         raise DataError(path, "has a recipe, which makes its sessions", "choose another data set")
+    if declared:
+        check_declared(path, declared.audio, microphone)
     chosen = _chosen(settings, declared)
     scanned = scan(folder, chosen, folder.resolve().name, known_sessions(paths, dataset))
     contents = _read(scanned)
     scanned.is_simulated = are_simulated(scanned, contents)
     if declared:
         check_one_kind(paths, declared, list_sessions(paths, dataset), scanned.is_simulated)
-    if declared:
-        check_declared(path, declared.audio, microphone)
+        used = declared.audio.microphone
+        is_requested = microphone is not None
+        check_added_channels(paths, dataset, scanned, contents, used, is_requested=is_requested)
     spec = declared or declare(dataset, scanned, contents, chosen, targets, microphone)
     _note_columns(paths, spec, scanned, targets)
     # a template can name sessions of another folder by chance, a name is meant

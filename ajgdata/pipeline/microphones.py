@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -63,10 +64,15 @@ def _statistics(scanned: Scan, counts: dict[Path, int]) -> ChannelStatistics | N
     if len(set(counts.values())) > 1:
         fix = "add --microphone with a number from 1, or --microphone mean"
         raise DataError(scanned.folder, f"has files with {_numbers(counts)} channels", fix)
-    paths = sorted(counts)
-    step = max(1, -(-len(paths) // MAX_FILES))
+    return compared_channels(scanned, list(counts))
+
+
+def compared_channels(scanned: Scan, files: Sequence[Path]) -> ChannelStatistics | None:
+    """Return level and correlation of the channels of files that have equally many; None if nothing
+    in them can be compared."""
+    step = max(1, -(-len(files) // MAX_FILES))
     recordings = []
-    for path in paths[::step]:
+    for path in sorted(files)[::step]:
         with suppress(AudioError):  # the import lists it
             recordings.append(read_channels(scanned.folder / path, MAX_S, MAX_VALUES))
     return channel_statistics(recordings)
@@ -80,11 +86,17 @@ def _check_alike(scanned: Scan, statistics: ChannelStatistics | None) -> None:
         raise DataError(scanned.folder, "has files with several channels without sound", fix)
     if not statistics.are_alike:
         numbers = ", ".join(str(n) for n in range(1, len(statistics.level_dbfs) + 1))
-        problem = f"its channels differ by more than {MAX_LEVEL_DB:g} dB or correlate by less than "
-        problem += f"{MIN_CORRELATION:g}, so they are not averaged ({statistics.text()})"
         fix = f"add --microphone with one of {numbers}, or --microphone mean"
-        raise DataError(scanned.folder, problem, fix)
+        raise DataError(scanned.folder, channel_difference(statistics), fix)
     scanned.remarks["note"].append(("channels", statistics.text()))
+
+
+def channel_difference(statistics: ChannelStatistics) -> str:
+    """Return why the channels of a folder are not averaged, with the measured values."""
+    return (
+        f"its channels differ by more than {MAX_LEVEL_DB:g} dB or correlate by less than "
+        f"{MIN_CORRELATION:g}, so they are not averaged ({statistics.text()})"
+    )
 
 
 def _note_choice(
@@ -105,6 +117,13 @@ def _note_choice(
             f"{_numbers(counts)} channels: recordings that differ in this may not be comparable"
         )
         scanned.remarks["channels"].append(("files have", reason))
+    note_unusable_files(scanned, counts, microphone)
+
+
+def note_unusable_files(
+    scanned: Scan, counts: dict[Path, int], microphone: int | str | None
+) -> None:
+    """Add a remark for each file that cannot be used with the microphone of the data set."""
     for path, count in sorted(counts.items()):
         try:
             check_channels(path, count, microphone)

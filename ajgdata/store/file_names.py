@@ -473,14 +473,16 @@ def unused_parts(matches: Sequence[re.Match[str]]) -> list[list[str]]:
 
 
 def _outside_of_groups(match: re.Match[str]) -> list[str]:
-    """Return the texts before, between and after the named groups, without the suffix."""
+    """Return the texts before, between and after the named groups, without the suffix.
+
+    The text before a group within another group is empty, so all matches have equally many texts.
+    """
     path = match.string
     end = len(path) - len(Path(path).suffix)
     names = [name for name in match.re.groupindex if match[name] is not None]
     texts, position = [], 0
     for first, last in sorted(map(match.span, names)):
-        if first >= position:  # not inside of the group before
-            texts.append(path[position : min(first, end)])
+        texts.append(path[position : min(first, end)])
         position = max(position, last)
     texts.append(path[position:end])
     return texts

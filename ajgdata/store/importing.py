@@ -11,7 +11,7 @@ import re
 import shlex
 import shutil
 from collections import defaultdict
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -22,6 +22,7 @@ from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSIO
 from ajgdata.store.audio import AudioInfo, file_sha256
 from ajgdata.store.counters import canonical, grasp_key
 from ajgdata.store.files import copy as copy_file
+from ajgdata.store.folder_comparison import FolderComparison, StoredFile, compare_folder
 from ajgdata.store.provenance import software
 from ajgdata.store.scan import Remarks, Scan, ScannedFile, file_id, search
 from ajgdata.store.session_names import KnownSession, session_names
@@ -43,6 +44,10 @@ Contents = dict[Path, tuple[str, AudioInfo | None]]
 OTHER_BYTES = (
     "has different bytes in the folder. If these are other recordings, import them with --session; "
     "--on-change files takes them"
+)
+SEVERAL_FOLDERS = (
+    "the session has recordings of several folders, so nothing of it is replaced. If this is "
+    "another recording or sound, import its folder with another --session"
 )
 OTHER_LABEL = "stays; --on-change labels takes the folder's"
 OTHER_PLAYED = (
@@ -195,60 +200,81 @@ class _SessionImport:
             raise DataError(target, problem, "import the same way, or with another --session")
 
     def check_folder(self, contents: Contents, *, is_named: bool, is_only: bool) -> None:
-        """Raise DataError if the folder has new recordings and none that the session has.
+        """Raise DataError if the folder has new recordings and few that the session has.
 
         Folders of two days can have one name, and even the same names of files. `is_only` is True
         if the folder has no other session.
         """
-        digests = {contents[file.path][0] for file in self.files if file.path in contents}
+        files = {file.path: contents[file.path][0] for file in self.files if file.path in contents}
         is_reference = self.declared.audio_root is not None
-        is_known = not digests.isdisjoint(row.sha256 for row in self.rows.values())
-        if not self.rows or not digests or is_reference or is_known:
+        if not self.rows or not files or is_reference:
             return
-        originals = {self._original(row): row.sha256 for row in self.rows.values()}
-        present = [path for path in sorted(originals) if (self.folder / path).is_file()]
-        if any(not originals[path] for path in present):  # nobody knows whether the bytes differ
-            return
-        self.is_only_folder = False
-        new_files = [file.path for file in self.files if file.path not in originals]
-        if not new_files:
+        compared = self._compared(files, contents)
+        if compared.is_other_folder:
+            self.is_only_folder = False
+        if not compared.new:
             return
         if is_named:
-            self.declared = self.declared.model_copy(update={"has_several_folders": True})
+            if compared.is_other_folder or compared.gone:
+                self.is_only_folder = False
+                self.declared = self.declared.model_copy(update={"has_several_folders": True})
             return
-        if present and self.on_change == OnChange.FILES:
+        takes_edited = bool(compared.edited) and self.on_change == OnChange.FILES
+        has_several = self.declared.has_several_folders
+        is_other = compared.has_mostly_other_files if has_several else compared.is_other_folder
+        if not is_other or (takes_edited and not has_several):
             return
-        problem = f"session {self.target.name!r} has {len(self.rows)} recordings from another "
-        problem += f"folder, and none of the {len(digests)} files of {self.folder}"
-        proposed = self._proposed_session(digests, is_only=is_only)
+        missing = len(compared.edited) + len(compared.gone)
+        shared = len(set(files.values()) & {row.sha256 for row in self.rows.values()})
+        problem = f"session {self.target.name!r} has {missing} recordings from another "
+        problem += f"folder, and {shared or 'none'} of the {len(files)} files of {self.folder}"
+        proposed = self._proposed_session(set(files.values()), is_only=is_only)
         fix = f"import the folder with --session {shlex.quote(proposed)}"
-        if present:
-            fix += f"; if its files were edited (e.g. {present[0].as_posix()!r}), use "
+        if compared.edited and not has_several:
+            fix += f"; if its files were edited (e.g. {compared.edited[0].as_posix()!r}), use "
             fix += "--on-change files"
         elif is_only:
             text = self.declared.imported_as or self.target.name
             fix += f" (--session {shlex.quote(text)} adds it to this session)"
         raise DataError(self.target, problem, fix)
 
-    def _proposed_session(self, digests: Collection[str], *, is_only: bool) -> str:
+    def _compared(self, files: Mapping[Path, str], contents: Contents) -> FolderComparison:
+        """Return how the folder differs from the session.
+
+        Files that the pattern or table does not read are compared only if recordings seem to be
+        edited, or to be replaced by new files.
+        """
+        stored = [StoredFile(self._original(row), row.sha256) for row in self.rows.values()]
+        paths = {item.path for item in stored if (self.folder / item.path).is_file()}
+        digests = {digest for digest, _ in contents.values()}
+        compared = compare_folder(stored, files, paths, digests)
+        if compared.edited or (compared.new and compared.gone):
+            digests |= self._unused_digests(contents)
+            compared = compare_folder(stored, files, paths, digests)
+        return compared
+
+    def _proposed_session(self, digests: set[str], *, is_only: bool) -> str:
         """Return a session for the folder, whose files have `digests`, or its template.
 
-        This is the session that has these recordings, else one that begins with the name of the
-        parent folder.
+        This is the session that has more of the files than this session, else one that begins
+        with the name of the parent folder.
         """
         parent = self.folder.resolve().parent.name or "new"
         if self.session_template and not is_only:
             return f"{parent} {self.session_template}"
-        used = set()
+        shared: dict[str, int] = {}
         for folder in sorted(self.target.parent.iterdir()):
-            used.add(folder.name)
+            shared[folder.name] = 0
             with suppress(DataError):
                 recordings, _ = read_recordings(folder)
-                if any(row.sha256 in digests for row in recordings):
-                    return read_session(folder).imported_as or folder.name
+                shared[folder.name] = len({row.sha256 for row in recordings} & digests)
+        best = max(shared, key=lambda name: shared[name])
+        if shared[best] > shared[self.target.name]:
+            with suppress(DataError):
+                return read_session(self.target.with_name(best)).imported_as or best
         names = [parent, f"{parent}_{self.target.name}"]
-        names += [f"{parent}_{self.target.name}_{number}" for number in range(2, len(used) + 3)]
-        return next(name for name in names if session_names([name])[name] not in used)
+        names += [f"{parent}_{self.target.name}_{number}" for number in range(2, len(shared) + 3)]
+        return next(name for name in names if session_names([name])[name] not in shared)
 
     def run(self, contents: Contents, result: Imported) -> None:
         """Import the files of this session. Whatever ends it, written files are in the table."""
@@ -286,6 +312,14 @@ class _SessionImport:
                 write_session(self.target, self.declared, rows)
         for name in obsolete if self.copy else ():
             (self.target / name).unlink(missing_ok=True)
+
+    @property
+    def _takes_files(self) -> bool:
+        """True if files of the folder replace stored files of their paths.
+
+        In a session of several folders, a path can name recordings of two days.
+        """
+        return self.on_change == OnChange.FILES and not self.declared.has_several_folders
 
     def _original(self, row: Recording) -> Path:
         """Return the path of a recording in the imported folder."""
@@ -338,8 +372,10 @@ class _SessionImport:
     def _take(self, file: ScannedFile, name: str, digest: str, result: Imported) -> None:
         """Import one file as the recording `name`, or list why not."""
         old = self.rows.get(name)
-        if old and old.sha256 != digest and self.on_change != OnChange.FILES:
-            self.remarks["kept"].append((name, OTHER_BYTES))
+        if old and old.sha256 != digest and not self._takes_files:
+            has_several = self.declared.has_several_folders
+            reason = f"has different bytes in the folder, and {SEVERAL_FOLDERS}"
+            self.remarks["kept"].append((name, reason if has_several else OTHER_BYTES))
             return
         try:
             new = self._row(file, name, digest)
@@ -366,7 +402,7 @@ class _SessionImport:
         cells = {column: file.cells[column] or defaults.get(column, "") for column in CELLS}
         if file.has_grasp:
             grasp = cells["grasp_id"]
-            key = grasp_key(grasp) if file.has_grasp_number else (canonical(grasp),)
+            key = grasp_key(grasp) if file.has_grasp_parts else (canonical(grasp),)
             cells["grasp_id"] = self.known_grasps.get(key, grasp)
         values = {"recording_id": name, "file": target, "sha256": digest, "labels": file.labels}
         return Recording.model_validate(cells | values)
@@ -397,8 +433,10 @@ class _SessionImport:
         known = self.declared.excitation
         if known and known.sha256 == digest and inside(self.target, known.file).is_file():
             return
-        if known and self.on_change != OnChange.FILES:
-            self.remarks["kept"].append((path.as_posix(), OTHER_PLAYED))
+        if known and not self._takes_files:
+            has_several = self.declared.has_several_folders
+            reason = f"is not the stored played sound, and {SEVERAL_FOLDERS}"
+            self.remarks["kept"].append((path.as_posix(), reason if has_several else OTHER_PLAYED))
             return
         file = Path(EXCITATION_FILE).with_suffix(path.suffix.lower()).name
         copy_file(self.folder / path, self.target / file)

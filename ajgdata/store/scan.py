@@ -52,7 +52,8 @@ class ScannedFile:
 
     `cells` are texts of `grasp_id`, `object`, `recording_id`, `sample` and `quality`; "" if the
     folder does not specify them. `has_grasp` is True if it specifies the grasp, `has_grasp_number`
-    if this is a number within the object.
+    if this is a number within the object, and `has_grasp_parts` if the texts between `/` are of
+    several columns.
     """
 
     path: Path
@@ -61,6 +62,7 @@ class ScannedFile:
     labels: Mapping[str, str]
     has_grasp: bool = False
     has_grasp_number: bool = False
+    has_grasp_parts: bool = False
 
     def text(self, column: str) -> str:
         """Return the text of a label or of `object`."""
@@ -117,7 +119,10 @@ def scan(
     else:
         rows = _by_name(audio, settings, name, result)
     columns = _columns(next(iter(rows.values()), {}), settings, result)
-    rows = {path: _plain(texts) for path, texts in rows.items()}
+    sessions = [name for name, role in columns.items() if role == "session"]
+    named_rows = [] if settings.table else [*rows.values(), *result.played_rows.values()]
+    exact = _alike(named_rows, sessions)
+    rows = {path: _plain(texts, sessions, exact) for path, texts in rows.items()}
     _note_empty_grasps(rows, columns, settings, result)
     _warn_of_empty_sessions(rows, result)
     numbered = _with_joined_numbers(rows, columns, settings, result)
@@ -127,9 +132,10 @@ def scan(
         else:
             result.remarks["failed"].append((path.as_posix(), "not a file, or a broken link"))
     for path, texts in result.played_rows.items():
-        cells = _plain(texts)
+        cells = _plain(texts, sessions, exact)
         session = _scanned(path, cells, cells, columns, settings, name).session
         result.played[session].append(path)
+    _use_stored_name(result, settings.session, known)
     _name_sessions(result, known)
     _note_grasps_without_object(result)
     numbers = _sample_numbers({file.cells["sample"] for file in result.files})
@@ -355,13 +361,16 @@ def _scanned(
         "quality": named.get("quality", ""),
     }
     session = filled.get("session") or named.get("session", "") or name
+    has_template = bool(settings.grasp and filled["grasp"])
+    has_grasp_number = bool(grasp) and not grasp_id
     return ScannedFile(
         path,
         session,
         cells,
         labels,
         has_grasp=bool(grasp_id or grasp),
-        has_grasp_number=bool(grasp) and not grasp_id,
+        has_grasp_number=has_grasp_number,
+        has_grasp_parts=has_grasp_number or (has_template and "/" in settings.grasp),
     )
 
 
@@ -392,8 +401,26 @@ def _warn_of_empty_sessions(rows: Rows, result: Scan) -> None:
         result.remarks["warning"].append((counted, reason))
 
 
-def _plain(texts: Mapping[str, str]) -> dict[str, str]:
-    return {column: plain_text(text) for column, text in texts.items()}
+def _alike(rows: Iterable[Mapping[str, str]], columns: Collection[str]) -> set[str]:
+    """Return the texts of columns that differ only in blanks or their Unicode form.
+
+    Folders can have these names: `day 1` with one blank, and with two.
+    """
+    texts = {row[column] for row in rows for column in columns}
+    spellings: dict[str, set[str]] = defaultdict(set)
+    for text in texts:
+        spellings[plain_text(text)].add(text)
+    return {text for forms in spellings.values() if len(forms) > 1 for text in forms}
+
+
+def _plain(
+    texts: Mapping[str, str], sessions: Collection[str], exact: Collection[str]
+) -> dict[str, str]:
+    """Return plain texts, except in columns of `sessions` the `exact` names of folders."""
+    return {
+        column: text if column in sessions and text in exact else plain_text(text)
+        for column, text in texts.items()
+    }
 
 
 def _grasp_columns(rows: Rows, columns: Mapping[str, str], settings: ImportSettings) -> list[str]:
@@ -459,6 +486,22 @@ def _note_grasps_without_object(result: Scan) -> None:
         counted += "but no object or label"
         reason = f"equal numbers are one grasp ({_examples(empty)}); fill the cells"
         result.remarks["warning"].append((counted, reason))
+
+
+def _use_stored_name(result: Scan, session: str, known: Mapping[str, KnownSession]) -> None:
+    """Replace `--session` by the text of the session if it is the name of a known session.
+
+    The text of another session has priority. Values of folders and tables are never names.
+    """
+    stored = known.get(session)
+    if stored is None or stored.text is None:
+        return
+    if any(other.text == session for other in known.values()):
+        return
+    text = stored.text
+    result.remarks["note"].append((f"session {session!r}", f"is the session of {text!r}"))
+    result.files = [replace(file, session=text) for file in result.files]
+    result.played = defaultdict(list, {text: result.played[session]} if result.played else {})
 
 
 def _name_sessions(result: Scan, known: Mapping[str, KnownSession]) -> None:

@@ -155,7 +155,7 @@ def describe(error: ValidationError, where: object) -> DataError:
     left = len(further) - len(alternatives)
     suffix = f" (and {left} more)" if left else ""
     if first["type"] == "extra_forbidden":
-        if replaced := replacement(first["loc"], first["input"]):
+        if replaced := replacement(first["loc"], first["input"], error.title):
             return DataError(where, *replaced)
         return DataError(where, f"unknown key {key}{suffix}", "correct its spelling or remove it")
     if first["type"] == "union_tag_not_found":

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+#: Class of the settings that contained `channel`.
+AUDIO_MODEL = "AudioSettings"
 
-def replacement(place: Sequence[int | str], value: object) -> tuple[str, str] | None:
+
+def replacement(place: Sequence[int | str], value: object, model: str) -> tuple[str, str] | None:
     """Return problem and fix for a key that was replaced; None for every other unknown key.
 
-    `place` are the keys that lead to the value, as pydantic reports them. `channel` belongs to the
-    audio settings, which are read alone (a trained model) or below `audio` (a data set).
+    `place` are the keys that lead to the value, as pydantic reports them, and `model` is the class
+    that was read. `channel` belongs to the audio settings, which are read alone (of a trained
+    model) or below `audio` (of a data set).
     """
     key = place[-1] if place else ""
-    if key == "channel" and tuple(place[:-1]) in ((), ("audio",)):
+    parents = () if model == AUDIO_MODEL else ("audio",)
+    if key == "channel" and tuple(place[:-1]) == parents:
         name = ".".join(str(part) for part in place)
         problem = f"{name} was replaced by {name.replace('channel', 'microphone')}"
         return f"{problem}, which counts from 1", _microphone_fix(value)

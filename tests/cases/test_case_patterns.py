@@ -364,3 +364,28 @@ def test_the_pattern_of_folders_matches_names_of_all_forms(tmp_path, ajgdata, sr
     assert labels == ["ball", "ball", "red cube", "red cube"]
     kit = scan(src, ImportSettings(pattern=options[0][1]), "d")
     assert [file.text("take") for file in kit.files] == ["1", "x", "a 1", "b-2"]
+
+
+@pytest.mark.parametrize(
+    ("pattern", "names", "parts"),
+    [
+        (r"(?P<label>(?P<sign>-?)\d+)_\d\.wav", ["-30_1", "30_1"], []),
+        (r"(?P<label>(?P<sign>-?)\d+)_\d\.wav", ["-30_1", "30_2"], [["_1", "_2"]]),
+        (r"x(?P<label>(?P<sign>-?)\d+)_\d\.wav", ["x-30_1", "x30_1", "x7_1"], []),
+        (r"[ab](?P<grasp>\d+(?P<side>[lr]?))-(?P<n>\d)\.wav", ["a1l-1", "b1-1"], [["a", "b"]]),
+        (r"(?P<label>(?P<a>\d*)(?P<b>[a-z]*))_(?P<n>\d)\.wav", ["1_1", "x_1", "2x_2"], []),
+        (r"(?P<label>[a-z]+)(?P<sign>-?)(?P<n>\d)\.wav", ["a1", "b-1", "a-2"], []),
+        (r"(?P<label>[a-z]+)(?=(?P<rest>.*))_\d\.wav", ["a_1", "b_1", "a_2"], []),
+    ],
+)
+def test_unused_parts_with_groups_within_groups(pattern, names, parts):
+    files = [Path(f"{name}.wav") for name in names]
+    assert unused_parts(re.compile(pattern), files) == parts
+
+
+def test_a_sign_in_a_group_within_the_label_is_imported(ajgdata, src, rows):
+    write(src, [f"{label}_{n}.wav" for label in ("-30", "30") for n in (1, 2)])
+    pattern = r"(?P<label>(?P<sign>-?)\d+)_(?P<grasp>\d)\.wav"
+    imported = ajgdata("import", src, "--dataset", "mine", "--pattern", pattern)
+    assert "4 added" in imported.text
+    assert sorted(row["label"] for row in rows("mine")) == ["-30", "-30", "30", "30"]

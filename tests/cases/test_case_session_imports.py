@@ -121,7 +121,7 @@ def test_folders_in_other_scripts_are_sessions(ajgdata, src, paths):
     assert {text["imported_as"] for text in texts} == {"実験一", "実験二", "опыт"}
 
 
-@pytest.mark.parametrize(("first", "second"), [("run 1", "run_1"), ("Run", "run"), ("5", "-5")])
+@pytest.mark.parametrize(("first", "second"), [("run_1", "run 1"), ("Run", "run"), ("5", "-5")])
 def test_values_of_two_imports_never_become_one_session(ajgdata, tmp_path, paths, first, second):
     for number, value in enumerate((first, second)):
         folder = tmp_path / f"part{number}"
