@@ -109,12 +109,19 @@ def _different_recordings(
     unreadable = unusable - excluded
     # Recordings of a whole session in the quarantine that can be read again are "added".
     read_again = {f"{name.partition('/')[0]}/{WHOLE_SESSION}" for name in present}
+    # A session that had no recordings has an issue of the whole session, and is still there.
+    without_recordings = {
+        f"{issue.session_id}/{WHOLE_SESSION}"
+        for issue in quarantine
+        if issue.code == "no_recordings" and issue.session_id in tables.sessions
+    }
+    accounted = unusable | read_again | without_recordings
     sets = {
         "rejected": rejected_now - rejected_before,
         "no longer rejected": (rejected_before - rejected_now) & present,
         "quarantined": used & excluded,
         "added": present - used - excluded - rejected_now,
-        "removed": (used - present - unreadable) | (excluded - present - unusable - read_again),
+        "removed": (used - present - unreadable) | (excluded - present - accounted),
         "no longer readable": unreadable,
     }
     return [counted("recording", names, verb) for verb, names in sets.items() if names]
