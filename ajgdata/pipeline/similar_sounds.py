@@ -17,10 +17,10 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.recordings import examine
 from ajgdata.store.features import FeatureRows, read_store
 from ajgdata.store.findings import is_rejected
-from ajgdata.store.labels import take_rows
+from ajgdata.store.labels import comparable_labels, take_rows
 from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import list_sessions, read_dataset, read_recordings
-from ajgdata.types import DataError, DatasetSpec, Finding
+from ajgdata.types import DataError, DatasetSpec, Finding, Target
 from ajgdata.types.session import SIMULATED_SOURCES
 
 SIMILAR, LEAK = "similar", "leak"
@@ -205,10 +205,7 @@ def leak_issues(own: Sounds, tests: Mapping[str, Sounds]) -> list[Finding]:
 
 
 class Fingerprints:
-    """Fingerprints of files by the sha256 of their bytes, for one choice of settings.
-
-    Safe to call from several threads.
-    """
+    """Fingerprints of files by the sha256 of their bytes, for one choice of settings."""
 
     def __init__(self, paths: Paths, spec: DatasetSpec) -> None:
         self._audio, self._features = spec.audio, spec.features
@@ -236,7 +233,9 @@ class Fingerprints:
             self._spectra.clear()
 
     def sounds(
-        self, recordings: Sequence[tuple[str, str, Mapping[str, str]]], targets: Iterable[str]
+        self,
+        recordings: Sequence[tuple[str, str, Mapping[str, str]]],
+        targets: Mapping[str, Target],
     ) -> Sounds:
         """Return the recordings that have a fingerprint and are not references.
 
@@ -249,11 +248,10 @@ class Fingerprints:
         ]
         bands = len(next(iter(self.known.values()), np.zeros(0)))
         prints = np.asarray([self.known[digest] for _, digest, _ in used], np.float32)
-        columns = [*targets]
         return Sounds(
             [name for name, _, _ in used],
             [f"{name.partition('/')[0]}/{row['grasp_id']}" for name, _, row in used],
-            [tuple(row.get(column, "") for column in columns) for _, _, row in used],
+            [comparable_labels(row, targets) for _, _, row in used],
             prints.reshape(len(used), bands),
             _are_simulated(row["source"] for _, _, row in used),
         )
@@ -308,7 +306,7 @@ def dataset_sounds(paths: Paths, dataset: str) -> Sounds | None:
             name = f"{session.session_id}/{file.recording_id}"
             recordings.append((name, file.sha256, labels[file.recording_id]))
         prints.finish()
-    sounds = prints.sounds(recordings, [])
+    sounds = prints.sounds(recordings, {})
     return sounds if sounds.recordings else None
 
 

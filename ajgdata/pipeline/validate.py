@@ -17,7 +17,7 @@ from ajgdata.pipeline.similar_classes import similar_classes
 from ajgdata.pipeline.similar_sounds import Fingerprints, checked_sounds
 from ajgdata.store.counters import grasp_key
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
-from ajgdata.store.labels import bad_labels, copies, parse_label
+from ajgdata.store.labels import bad_labels, comparable_labels, copies, parse_label
 from ajgdata.store.session_audio import SessionAudio, check_session, label_rows
 from ajgdata.store.sessions import (
     check_one_kind,
@@ -75,13 +75,10 @@ def _check_copies(
     """
     names = [name for name, _, _ in used]
     digests = [digest for _, digest, _ in used]
-    copied = copies(names, digests, [_values(row, spec) for _, _, row in used])
+    labels = [comparable_labels(row, spec.targets) for _, _, row in used]
+    copied = copies(names, digests, labels)
     distinct = [recording for number, recording in enumerate(used) if number not in copied]
     return [*copied.values(), *checked_sounds(paths, spec, prints.sounds(distinct, spec.targets))]
-
-
-def _values(row: Row, spec: DatasetSpec) -> tuple[str, ...]:
-    return tuple(row.get(target, "") for target in spec.targets)
 
 
 def _check_declaration(paths: Paths, spec: DatasetSpec, names: Sequence[str]) -> Iterator[Finding]:

@@ -72,6 +72,15 @@ def _value(text: str, target: Target) -> float | str:
         return math.nan
 
 
+def comparable_labels(row: Mapping[str, str], targets: Mapping[str, Target]) -> tuple[str, ...]:
+    """Return the targets of a row as texts that are equal for equal values.
+
+    `10` and `10.0` are one number. All missing values are equal, and a cell that is not a value
+    is missing.
+    """
+    return tuple(str(_value(row.get(name, ""), target)) for name, target in targets.items())
+
+
 def number(text: str) -> float:
     """Return a finite number as people write it. Raises ValueError for any other text, 1_0
     included."""
