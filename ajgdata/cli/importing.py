@@ -236,7 +236,8 @@ def check(
 
 
 def accept_changes(paths: Paths, datasets: Sequence[str], *, everything: bool) -> None:
-    """Store the hashes of new and changed recordings of `datasets`, and print which.
+    """Store the hashes of new and changed recordings of `datasets`, and print which were accepted,
+    and which were not because they cannot be decoded.
 
     Raises DataError if no data set is named.
     """
@@ -246,7 +247,7 @@ def accept_changes(paths: Paths, datasets: Sequence[str], *, everything: bool) -
         fix = "name the data sets: `ajgdata check NAME --accept`"
         raise DataError("--accept", "no data set is named", fix)
     for name in datasets:
-        accepted = accept_recordings(paths, name)
+        accepted, not_accepted = accept_recordings(paths, name)
         lines = [
             (
                 f"{item.session_id}/{item.recording_id}",
@@ -256,7 +257,14 @@ def accept_changes(paths: Paths, datasets: Sequence[str], *, everything: bool) -
         ]
         for recording, reason in shortened(lines, everything=everything):
             say(f"[yellow]accepted[/yellow] {escape(f'{recording}: {reason}')}")
-        say(f"{len(accepted)} recordings of [b]{name}[/b] accepted")
+        damaged = [
+            (f"{item.session_id}/{item.recording_id}: {item.problem}", item.fix)
+            for item in not_accepted
+        ]
+        for recording, reason in shortened(damaged, everything=everything):
+            say(f"[red]not accepted[/red] {escape(f'{recording}; {reason}')}")
+        noun = "recording" if len(accepted) == 1 else "recordings"
+        say(f"{len(accepted)} {noun} of [b]{name}[/b] accepted")
 
 
 def print_issues(issues: Sequence[Finding], *, everything: bool) -> None:

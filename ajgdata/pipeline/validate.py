@@ -132,7 +132,8 @@ def _check_session(session: SessionAudio, spec: DatasetSpec, prints: Fingerprint
 def _without_hash(session: SessionAudio, dataset: str) -> Iterator[Finding]:
     """Yield a warning for each recording without a hash: a later change would not be noticed."""
     problem = "`sha256` is empty, so a change of the file is not noticed"
-    fix = f"listen to the recording, then use `ajgdata check {dataset} --accept`"
+    fix = f"listen to the recording, then use `ajgdata check {dataset} --accept`, which also "
+    fix += "accepts all changed files of the data set"
     for file in session.files:
         if not file.is_declared:
             names = (session.session_id, file.recording_id, str(file.path))
