@@ -17,7 +17,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.recordings import examine
 from ajgdata.store.features import FeatureRows, read_store
 from ajgdata.store.findings import is_rejected
-from ajgdata.store.labels import comparable_labels, take_rows
+from ajgdata.store.labels import comparable_labels, copy_finding, take_rows
 from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import list_sessions, read_dataset, read_recordings
 from ajgdata.types import DataError, DatasetSpec, Finding, Target
@@ -113,18 +113,10 @@ def _equal_sounds(sounds: Sounds) -> dict[int, Finding]:
         for row in rows:
             if differ or sounds.grasps[row] != grasps[0]:
                 copied = [other for other in rows if sounds.grasps[other] != sounds.grasps[row]]
-                findings[row] = _equal(sounds.recordings, row, copied[0], len(rows), differ)
+                other = sounds.recordings[copied[0]]
+                problem = f"the same sound as {other} ({len(rows)} recordings)"
+                findings[row] = copy_finding(sounds.recordings[row], problem, differ=differ)
     return findings
-
-
-def _equal(recordings: Sequence[str], row: int, other: int, count: int, differ: bool) -> Finding:
-    session, _, name = recordings[row].partition("/")
-    problem = f"the same sound as {recordings[other]} ({count} recordings)"
-    if differ:
-        problem = f"{problem}, labelled otherwise"
-        return Finding(session, name, "", "error", "two_labels", problem, "correct one")
-    fix = "remove all rows but one"
-    return Finding(session, name, "", "warning", "copy", f"{problem}; left out", fix)
 
 
 def _similar_sounds(sounds: Sounds) -> list[Finding]:

@@ -176,14 +176,21 @@ def copies(
     for rows in rows_of.values():
         differ = len({labels[row] for row in rows}) > 1
         for row in rows if differ else rows[1:]:
-            session, _, name = recordings[row].partition("/")
             other = recordings[rows[0] if row != rows[0] else rows[1]]
             problem = f"the same bytes as {other} ({len(rows)} recordings)"
-            if differ:
-                problem = f"{problem}, labelled otherwise"
-                issue = Finding(session, name, "", "error", "two_labels", problem, "correct one")
-            else:
-                fix = "remove all rows but one"
-                issue = Finding(session, name, "", "warning", "copy", f"{problem}; left out", fix)
-            findings[row] = issue
+            findings[row] = copy_finding(recordings[row], problem, differ=differ)
     return findings
+
+
+def copy_finding(recording: str, problem: str, *, differ: bool) -> Finding:
+    """Return the issue of a recording `<session>/<recording_id>` that is a copy.
+
+    `problem` names the recording that it equals. If the labels of the copies `differ`, this is an
+    error, else a warning.
+    """
+    session, _, name = recording.partition("/")
+    if differ:
+        problem = f"{problem}, labelled otherwise"
+        return Finding(session, name, "", "error", "two_labels", problem, "correct one")
+    fix = "remove all rows but one"
+    return Finding(session, name, "", "warning", "copy", f"{problem}; left out", fix)
