@@ -18,6 +18,7 @@ from ajgdata.pipeline.similar_sounds import Fingerprints, checked_sounds
 from ajgdata.store.counters import grasp_key
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
 from ajgdata.store.labels import bad_labels, comparable_labels, copies, parse_label
+from ajgdata.store.listing import listed
 from ajgdata.store.session_audio import SessionAudio, check_session, label_rows
 from ajgdata.store.sessions import (
     check_one_kind,
@@ -33,7 +34,8 @@ Row = Mapping[str, str]
 #: Rows of labels by session.
 Tables = Mapping[str, Sequence[Row]]
 CLASSES_NEEDED = 2
-_SHOWN = 5
+#: Texts listed in an issue or a line of counts.
+_MAX_LISTED = 5
 
 
 def validate_dataset(paths: Paths, dataset: str) -> tuple[int, list[Finding]]:
@@ -178,7 +180,7 @@ def _mixed_grasps(tables: Tables, column: str, target: Target | None) -> str:
     mixed = [f"{grasp} ({', '.join(texts)})" for grasp, texts in values.items() if len(texts) > 1]
     noun = "object" if column == "object" else f"value of {column}"
     counted = f"{len(mixed)} of {len(values)} grasps have more than one {noun}"
-    return f"{counted}: {_listed(mixed)}" if mixed else ""
+    return f"{counted}: {listed(mixed, _MAX_LISTED)}" if mixed else ""
 
 
 def _repeated_samples(tables: Tables) -> str:
@@ -199,7 +201,7 @@ def _repeated_samples(tables: Tables) -> str:
         if len(names) > 1 and set(numbers) != {"0"}
     ]
     counted = f"{len(repeated)} pairs of grasp and sample have several recordings"
-    return f"{counted}: {_listed(repeated)}" if repeated else ""
+    return f"{counted}: {listed(repeated, _MAX_LISTED)}" if repeated else ""
 
 
 def _grasp_spellings(tables: Tables) -> str:
@@ -218,7 +220,7 @@ def _grasp_spellings(tables: Tables) -> str:
     if not several:
         return ""
     counted = f"{len(several)} of {len(spellings)} grasps have several spellings of a number"
-    return f"{counted}: {_listed(several)}"
+    return f"{counted}: {listed(several, _MAX_LISTED)}"
 
 
 def _similar_classes(tables: Tables, spec: DatasetSpec) -> list[str]:
@@ -237,8 +239,8 @@ def _similar_classes(tables: Tables, spec: DatasetSpec) -> list[str]:
         texts = ["; ".join(f"{name!r} {count}" for name, count in g.items()) for g in groups]
         if texts:
             noun = "objects" if column == "object" else f"classes of {column}"
-            listed = ", and ".join(texts)
-            problems.setdefault(listed, f"{noun} differ only in spelling: {listed}")
+            spellings = ", and ".join(texts)
+            problems.setdefault(spellings, f"{noun} differ only in spelling: {spellings}")
     return list(problems.values())
 
 
@@ -269,11 +271,12 @@ def counts(tables: Tables, targets: Mapping[str, Target]) -> dict[str, str]:
     grasps = Counter((session, row["grasp_id"]) for session, row in rows)
     sizes = sorted(Counter(grasps.values()).items())
     rejections = f" ({len(rows) - len(used)} rejected)" if len(used) < len(rows) else ""
+    sample_counts = [f"{size} ({n} grasp{'s' * (n != 1)})" for size, n in sizes]
     facts = {
         "recordings": f"{len(rows)}{rejections}",
         "objects": str(len({row["object"] for _, row in rows} - {""})),
         "grasps": str(len(grasps)),
-        "samples per grasp": _listed([f"{size} ({n} grasp{'s' * (n != 1)})" for size, n in sizes]),
+        "samples per grasp": listed(sample_counts, _MAX_LISTED),
     }
     if references := len(all_rows) - len(rows):
         facts["references"] = str(references)
@@ -287,7 +290,7 @@ def counts(tables: Tables, targets: Mapping[str, Target]) -> dict[str, str]:
             numbers = cells - Counter(words)
             values = [f"{numbers.total()} numbers, {len(numbers)} distinct"]
             suffix += f"; {sum(words.values())} not a number" if words else ""
-        facts[f"recordings per {name}"] = _listed(values) + suffix
+        facts[f"recordings per {name}"] = listed(values, _MAX_LISTED) + suffix
     return facts
 
 
@@ -307,7 +310,7 @@ def cells_without_value(tables: Tables, spec: DatasetSpec) -> list[Finding]:
         ]
         if cells:
             verb = "cell is not a number" if len(cells) == 1 else "cells are not numbers"
-            problem = f"{len(cells)} {verb} in {column}: {_listed(cells)}"
+            problem = f"{len(cells)} {verb} in {column}: {listed(cells, _MAX_LISTED)}"
             findings.append(Finding("*", "*", "", "warning", "bad_label", problem, fix))
     return findings
 
@@ -318,12 +321,6 @@ def _is_value(text: str, target: Target) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _listed(texts: Sequence[str]) -> str:
-    """Return the first texts and the number of the remaining texts."""
-    remaining = f" and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
-    return ", ".join(texts[:_SHOWN]) + remaining
 
 
 def _missing(target: Target | None) -> set[str]:

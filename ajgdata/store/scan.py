@@ -19,6 +19,7 @@ from ajgdata.store.file_matching import LOOSEST_STEP, find_files
 from ajgdata.store.file_names import unused_parts
 from ajgdata.store.files import plain_text
 from ajgdata.store.label_table import read_label_table, row_cells, visible
+from ajgdata.store.listing import listed
 from ajgdata.store.name_pattern import compile_pattern, match_name
 from ajgdata.store.session_names import KnownSession, is_changed, session_names, slug
 from ajgdata.store.starter_kit import STARTER_KIT
@@ -39,8 +40,6 @@ UNUSED_PART = (
     "differ between files in a part that the pattern does not use. Name this part, e.g. "
     r"(?P<grasp>\d+), or (?P<take>.+) for a part that is stored and not learnt"
 )
-#: Examples in a remark about many files.
-EXAMPLES = 3
 #: Names and reasons by kind, e.g. `failed`.
 Remarks = defaultdict[str, list[tuple[str, str]]]
 Rows = dict[Path, dict[str, str]]
@@ -263,18 +262,13 @@ def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result:
         noun = "file name matches" if len(examples) == 1 else "file names match"
         counted = f"{len(examples)} {noun} only without regard to {step}"
         kind = "warning" if step == LOOSEST_STEP else "note"
-        result.remarks[kind].append((counted, _examples(examples)))
+        result.remarks[kind].append((counted, listed(examples)))
     result.remarks["failed"] += sorted(missing)
     unlisted = sorted(set(audio) - set(rows))
     result.remarks["not used"] += [
         (visible(path.as_posix()), f"no row in {settings.table}") for path in unlisted
     ]
     return rows
-
-
-def _examples(texts: list[str]) -> str:
-    """Return the first texts of a list."""
-    return ", ".join(texts[:EXAMPLES]) + (", …" if len(texts) > EXAMPLES else "")
 
 
 def file_id(path: Path) -> str:
@@ -388,7 +382,7 @@ def _warn_of_empty_sessions(rows: Rows, result: Scan) -> None:
     if empty:
         counted = f"{len(empty)} of {len(rows)} rows have no session"
         fix = f"fill the cells of {', '.join(map(repr, used))}"
-        reason = f"they are one session ({_examples(empty)}); {fix}"
+        reason = f"they are one session ({listed(empty)}); {fix}"
         result.remarks["warning"].append((counted, reason))
 
 
@@ -424,7 +418,7 @@ def _note_empty_grasps(
         consequence = f"a column of --grasp {settings.grasp!r} is empty"
         consequence += "; a row in which all are empty is a grasp of its own"
     fix = f"fill the cells of {', '.join(map(repr, used))}, or name other columns with --grasp"
-    examples = _examples([path.as_posix() for path in sorted(empty)])
+    examples = listed([path.as_posix() for path in sorted(empty)])
     result.remarks["warning"].append((counted, f"{consequence} ({examples}); {fix}"))
 
 
@@ -457,7 +451,7 @@ def _note_grasps_without_object(result: Scan) -> None:
     if empty and has_label:
         counted = f"{len(empty)} of {len(numbered)} rows have the number of a grasp, "
         counted += "but no object or label"
-        reason = f"equal numbers are one grasp ({_examples(empty)}); fill the cells"
+        reason = f"equal numbers are one grasp ({listed(empty)}); fill the cells"
         result.remarks["warning"].append((counted, reason))
 
 
