@@ -14,11 +14,11 @@ from pathlib import Path
 from types import MappingProxyType
 
 from ajgdata.paths import SESSION_FILE
-from ajgdata.store.counters import joined_spellings
+from ajgdata.store.counters import joined_spellings, whole_number
 from ajgdata.store.file_matching import LOOSEST_STEP, find_files
 from ajgdata.store.file_names import unused_parts
 from ajgdata.store.files import plain_text
-from ajgdata.store.label_table import read_label_table, row_cells, visible
+from ajgdata.store.label_table import read_label_table, visible
 from ajgdata.store.listing import listed
 from ajgdata.store.name_pattern import compile_pattern, match_name
 from ajgdata.store.session_names import KnownSession, is_changed, session_names, slug
@@ -226,7 +226,7 @@ def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result:
     step.
     """
     where = folder / settings.table
-    table = read_label_table(where, re.findall(r"\{([^{}]*)\}", settings.file))
+    table = read_label_table(where, template_columns(settings.file))
     result.remarks["note"] += table.notes
     named = [(_filled("file", settings.file, cells), cells) for _, cells in table.rows]
     matches = find_files({name for name, _ in named}, audio)
@@ -240,24 +240,26 @@ def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result:
             missing.append((visible(name), f"in {settings.table} but not in the folder"))
             continue
         if len(match.files) > 1:
-            files = ", ".join(ascii(path.as_posix()) for path in match.files)
+            files = ", ".join(visible(path.as_posix()) for path in match.files)
             reason = f"in {settings.table}, and several files have this name without regard to"
-            missing.append((ascii(name), f"{reason} {match.step}: {files}; write the exact name"))
+            missing.append((visible(name), f"{reason} {match.step}: {files}; write the exact name"))
             continue
         path = match.files[0]
         if match.taken_by is not None:
             reason = f"in {settings.table} but not in the folder; {visible(path.as_posix())} is "
-            reason += f"the file of the row {match.taken_by!a}"
-            missing.append((ascii(name), reason))
+            reason += f"the file of the row {visible(match.taken_by)}"
+            missing.append((visible(name), reason))
             continue
         if path in rows:
             problem = f"{visible(path.as_posix())} is in two rows"
             if names[path] != name:
-                problem += f", as {names[path]!a} and as {name!a}"
+                problem += f", as {visible(names[path])} and as {visible(name)}"
             raise DataError(where, problem, "keep one of them, with the exact name")
-        rows[path], names[path] = row_cells(cells), name
+        rows[path] = cells
+        names[path] = name
         if match.step:
-            looser[match.step].append(f"{name!a} (table) is {path.as_posix()!a} (folder)")
+            example = f"{visible(name)} (table) is {visible(path.as_posix())} (folder)"
+            looser[match.step].append(example)
     for step, examples in looser.items():
         noun = "file name matches" if len(examples) == 1 else "file names match"
         counted = f"{len(examples)} {noun} only without regard to {step}"
@@ -472,8 +474,8 @@ def _name_sessions(result: Scan, known: Mapping[str, KnownSession]) -> None:
 
 
 def _sample_numbers(texts: Collection[str]) -> dict[str, str]:
-    """Return numbers of samples: whole numbers as they are, else texts in alphabetical order."""
-    numbers = {text: re.fullmatch(r"(\d+)(?:\.0+)?", text or "0") for text in texts}
+    """Return numbers of samples: whole numbers, else the places of texts in alphabetical order."""
+    numbers = {text: whole_number(text or "0") for text in texts}
     if all(numbers.values()):
-        return {text: number[1] for text, number in numbers.items() if number}
+        return numbers
     return {text: str(place) for place, text in enumerate(sorted(texts))}
