@@ -14,6 +14,7 @@ from rich.table import Table
 
 from ajgdata.cli.console import ATTENTION, out, print_facts, say, shortened
 from ajgdata.types import (
+    WHOLE,
     AudioSettings,
     DataError,
     Finding,
@@ -210,7 +211,6 @@ def check(
     """Check recordings and labels, and list each issue with its fix."""
     from ajgdata.paths import find_project
     from ajgdata.pipeline.validate import not_fetched, validate_dataset
-    from ajgdata.store.session_audio import WHOLE_SESSION
     from ajgdata.store.sessions import list_datasets
 
     paths = find_project()
@@ -226,7 +226,7 @@ def check(
         total, issues = total + count, issues + issues_of_set
         counts += issue_counts(issues_of_set)
     print_issues([i for i in issues if notes or i.level != "note"], everything=everything)
-    general = sum(issue.recording_id == WHOLE_SESSION for issue in issues)
+    general = sum(issue.recording_id == WHOLE for issue in issues)
     noun = "issue" if general == 1 else "issues"
     suffix = f"; {general} {noun} of sessions or the data set" if general else ""
     hint = " (--notes shows them)" if counts.notes and not notes else ""

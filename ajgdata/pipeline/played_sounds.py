@@ -15,7 +15,7 @@ from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.paths import DATASET_FILE, Paths
 from ajgdata.store.audio import AudioError, file_sha256, inspect_audio, read_channels
 from ajgdata.store.sessions import inside, read_session
-from ajgdata.types import DataError, DatasetSpec, Excitation, ExcitationSpec, Finding
+from ajgdata.types import WHOLE, DataError, DatasetSpec, Excitation, ExcitationSpec, Finding
 
 #: Largest difference of samples of one sound in two files: a 16-bit file is rounded to 2^-16, a
 #: file of another bit depth to less, and some programs scale by 32767 instead of 32768.
@@ -64,7 +64,7 @@ def played_sound_issues(paths: Paths, spec: DatasetSpec, names: list[str]) -> It
 
 
 def _warning(session: str, file: object, problem: str, fix: str) -> Finding:
-    return Finding(session, "*", Path(str(file)).name, "warning", _CODE, problem, fix)
+    return Finding(session, WHOLE, Path(str(file)).name, "warning", _CODE, problem, fix)
 
 
 def _played_sound(folder: Path) -> PlayedSound | None:

@@ -17,14 +17,14 @@ from ajgdata.store.findings import is_rejected
 from ajgdata.store.labels import LEVELS, label_columns
 from ajgdata.store.publishing.differences import Rows, counted, differences
 from ajgdata.store.publishing.table import cell_texts
-from ajgdata.store.session_audio import WHOLE_SESSION, label_rows
+from ajgdata.store.session_audio import label_rows
 from ajgdata.store.sessions import (
     dropped_sessions,
     list_sessions,
     read_recordings,
     read_session,
 )
-from ajgdata.types import DataError, DatasetSpec, Finding, Recording, Session, left_out
+from ajgdata.types import WHOLE, DataError, DatasetSpec, Finding, Recording, Session, left_out
 
 #: Attributes of a target's column that dataset.yaml defines.
 _DEFINED = ("role", "units", "long_name")
@@ -59,7 +59,7 @@ def read_tables(paths: Paths, spec: DatasetSpec) -> SessionTables:
             session = read_session(folder)
             rows, issues = read_recordings(folder)
         except DataError:
-            unusable.add((name, WHOLE_SESSION))
+            unusable.add((name, WHOLE))
             continue
         sessions[name] = session
         unusable |= {(name, issue.recording_id) for issue in issues}
@@ -108,10 +108,10 @@ def _different_recordings(
     present = set(tables.labels)
     unreadable = unusable - excluded
     # Recordings of a whole session in the quarantine that can be read again are "added".
-    read_again = {f"{name.partition('/')[0]}/{WHOLE_SESSION}" for name in present}
+    read_again = {f"{name.partition('/')[0]}/{WHOLE}" for name in present}
     # A session that had no recordings has an issue of the whole session, and is still there.
     without_recordings = {
-        f"{issue.session_id}/{WHOLE_SESSION}"
+        f"{issue.session_id}/{WHOLE}"
         for issue in quarantine
         if issue.code == "no_recordings" and issue.session_id in tables.sessions
     }

@@ -20,7 +20,7 @@ from ajgdata.store.findings import is_rejected
 from ajgdata.store.labels import comparable_labels, copy_finding, take_rows
 from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import list_sessions, read_dataset, read_recordings
-from ajgdata.types import DataError, DatasetSpec, Finding, Target
+from ajgdata.types import WHOLE, DataError, DatasetSpec, Finding, Target
 from ajgdata.types.session import SIMULATED_SOURCES
 
 SIMILAR, LEAK = "similar", "leak"
@@ -148,7 +148,7 @@ def _similar_sounds(sounds: Sounds) -> list[Finding]:
             f"more than {similarity.MOST_PAIRS} pairs of recordings of different grasps have "
             "nearly the same sound: not all are listed"
         )
-        findings.append(Finding("*", "*", "", "warning", SIMILAR, problem, _FIX))
+        findings.append(Finding(WHOLE, WHOLE, "", "warning", SIMILAR, problem, _FIX))
     return findings
 
 
@@ -193,7 +193,7 @@ def leak_refusal(own: Sounds, tests: Mapping[str, Sounds]) -> str:
 def leak_issues(own: Sounds, tests: Mapping[str, Sounds]) -> list[Finding]:
     """Return an error for each data set of `test_on` that contains copies of own recordings."""
     lines = [line for name, sounds in tests.items() if (line := leak(own, sounds, name))]
-    return [Finding("*", "*", "", "error", LEAK, line, _LEAK_FIX) for line in lines]
+    return [Finding(WHOLE, WHOLE, "", "error", LEAK, line, _LEAK_FIX) for line in lines]
 
 
 class Fingerprints:

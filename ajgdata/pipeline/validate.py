@@ -28,7 +28,7 @@ from ajgdata.store.sessions import (
     read_recordings,
     read_session,
 )
-from ajgdata.types import DataError, DatasetSpec, Finding, Target
+from ajgdata.types import WHOLE, DataError, DatasetSpec, Finding, Target
 
 Row = Mapping[str, str]
 #: Rows of labels by session.
@@ -86,11 +86,11 @@ def _check_copies(
 def _check_declaration(paths: Paths, spec: DatasetSpec, names: Sequence[str]) -> Iterator[Finding]:
     """Yield problems of the declaration, and an error if simulated and recorded sessions meet."""
     for problem, fix in config_problems(paths, spec):
-        yield Finding(DATASET_FILE, "*", "", "error", "declaration", problem, fix)
+        yield Finding(DATASET_FILE, WHOLE, "", "error", "declaration", problem, fix)
     try:
         check_one_kind(paths, spec, names)
     except DataError as error:
-        yield Finding("*", "*", "", "error", "mixed", error.problem, error.fix)
+        yield Finding(WHOLE, WHOLE, "", "error", "mixed", error.problem, error.fix)
 
 
 def _no_sessions(paths: Paths, spec: DatasetSpec, names: Sequence[str]) -> list[Finding]:
@@ -101,7 +101,7 @@ def _no_sessions(paths: Paths, spec: DatasetSpec, names: Sequence[str]) -> list[
     if paths.source(spec.name).is_file():
         how = f"fetch {spec.name}"
     problem, fix = "there are no sessions", f"get some with `ajgdata {how}`"
-    return [Finding("*", "*", "", "error", "no_sessions", problem, fix)]
+    return [Finding(WHOLE, WHOLE, "", "error", "no_sessions", problem, fix)]
 
 
 def not_fetched(paths: Paths) -> list[str]:
@@ -167,7 +167,7 @@ def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
     issues += [("similar_classes", problem, class_fix) for problem in spellings]
     task_fix = "record or import another class"
     issues += [("no_task", problem, task_fix) for problem in impossible_tasks(tables, spec)]
-    return [Finding("*", "*", "", "warning", *issue) for issue in issues]
+    return [Finding(WHOLE, WHOLE, "", "warning", *issue) for issue in issues]
 
 
 def _mixed_grasps(tables: Tables, column: str, target: Target | None) -> str:
@@ -311,7 +311,7 @@ def cells_without_value(tables: Tables, spec: DatasetSpec) -> list[Finding]:
         if cells:
             verb = "cell is not a number" if len(cells) == 1 else "cells are not numbers"
             problem = f"{len(cells)} {verb} in {column}: {listed(cells, _MAX_LISTED)}"
-            findings.append(Finding("*", "*", "", "warning", "bad_label", problem, fix))
+            findings.append(Finding(WHOLE, WHOLE, "", "warning", "bad_label", problem, fix))
     return findings
 
 

@@ -7,6 +7,7 @@ Nothing here opens a file. Every model forbids unknown keys, so that a typing er
 from ajgdata.types.base import (
     LONGEST_NAME,
     NAME,
+    WHOLE,
     DataError,
     Finding,
     ModelName,

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ajgdata.types.base import Finding
+from ajgdata.types.base import WHOLE, Finding
 
 _LEVELS = ("error", "warning", "note")
-#: The recording_id of an issue of a whole session or data set.
-_WHOLE = "*"
 
 
 @dataclass(frozen=True)
@@ -43,7 +41,7 @@ def issue_counts(issues: Iterable[Finding]) -> IssueCounts:
     """
     worst: dict[tuple[str, str], int] = {}
     for issue in issues:
-        if issue.recording_id == _WHOLE:
+        if issue.recording_id == WHOLE:
             continue
         name = (issue.session_id, issue.recording_id)
         rank = _LEVELS.index(issue.level)
