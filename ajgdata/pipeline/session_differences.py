@@ -14,7 +14,7 @@ from ajgdata.acquire.recipe import session_names
 from ajgdata.paths import Paths
 from ajgdata.store.features import Column, FeatureRows
 from ajgdata.store.findings import is_rejected
-from ajgdata.store.labels import LEVELS, label_columns
+from ajgdata.store.labels import CHANNEL_LEVELS, label_columns
 from ajgdata.store.publishing.differences import Rows, counted, differences
 from ajgdata.store.publishing.table import cell_texts
 from ajgdata.store.session_audio import label_rows
@@ -45,7 +45,7 @@ class SessionTables:
     unusable: Collection[tuple[str, str]]
 
 
-def read_tables(paths: Paths, spec: DatasetSpec) -> SessionTables:
+def read_session_tables(paths: Paths, spec: DatasetSpec) -> SessionTables:
     """Return the tables of the sessions that a run of the data set would read."""
     virtual = session_names(spec.recipe) if spec.recipe else []
     names = set(list_sessions(paths, spec.name)) - dropped_sessions(paths, spec.name, virtual)
@@ -133,7 +133,7 @@ def _different_labels(spec: DatasetSpec, store: FeatureRows, tables: SessionTabl
     names = [name for name in used if name in tables.labels]
     columns = {column for row in tables.labels.values() for column in row}
     current = label_columns([tables.labels[name] for name in names], columns, spec.targets)
-    ignored = {"recording", "flags", "sha256", LEVELS}
+    ignored = {"recording", "flags", "sha256", CHANNEL_LEVELS}
     before = _rows(used, {n: c for n, c in store.columns.items() if n not in ignored}, names)
     after = _rows(names, {n: c for n, c in current.items() if n not in ignored}, names)
     phrases = differences(before, after)

@@ -15,7 +15,7 @@ from ajgdata.types import Finding, Target
 #: Columns of the table of labels that identify rows; all others become coordinates as they are.
 IDENTITY = ("recording_id", "grasp_id", "sample")
 #: Column of the levels of all channels of a file.
-LEVELS = "channel_levels"
+CHANNEL_LEVELS = "channel_levels"
 #: What the columns that every store has mean, for whoever opens one without this library.
 MEANINGS = {
     "recording": "recording: session/recording_id",
@@ -27,7 +27,7 @@ MEANINGS = {
     "source": "virtual or virtual-import (simulated), soundcard or import",
     "gripper": "gripper",
     "medium": "granular medium in the gripper",
-    LEVELS: "level of each channel of the file, relative to full scale and without offset",
+    CHANNEL_LEVELS: "level of each channel of the file, relative to full scale and without offset",
 }
 
 
@@ -152,7 +152,7 @@ def target_column(values: Sequence[float | str], target: Target) -> Column:
 
 
 def without_copies(table: FeatureRows, targets: Sequence[str]) -> tuple[FeatureRows, list[Finding]]:
-    """Return the table without recordings whose bytes stand twice (see `copies`)."""
+    """Return the table without recordings with equal bytes (see `copies`)."""
     names = [str(name) for name in table.columns["recording"].values]
     columns = [table.columns[t].values for t in targets if t in table.columns]
     labels = [tuple(str(values[i]) for values in columns) for i in range(len(names))]
@@ -164,7 +164,7 @@ def without_copies(table: FeatureRows, targets: Sequence[str]) -> tuple[FeatureR
 def copies(
     recordings: Sequence[str], digests: Sequence[str], labels: Sequence[tuple[str, ...]]
 ) -> dict[int, Finding]:
-    """Return findings, by row, of recordings that cannot be used because their bytes stand twice.
+    """Return issues, by row, of recordings that cannot be used because others have equal bytes.
 
     Of equal labels these are all but the first, since copies would leak between folds; of different
     labels all, since nobody can tell which is right. `recordings` are `<session>/<recording_id>`.
