@@ -438,7 +438,9 @@ def _with_joined_numbers(
         if spellings:
             numbers = sorted(set(spellings.values()))
             forms = sorted(form for form, number in spellings.items() if number == numbers[0])
-            problem = f"{len(numbers)} numbers of {name} are spelled in several ways"
+            subject = "1 number of" if len(numbers) == 1 else f"{len(numbers)} numbers of"
+            verb = "is" if len(numbers) == 1 else "are"
+            problem = f"{subject} {name} {verb} spelled in several ways"
             example = f"each is one {name}, e.g. {', '.join(map(repr, forms))}"
             result.remarks["note"].append((problem, example))
     return joined

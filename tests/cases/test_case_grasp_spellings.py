@@ -92,8 +92,8 @@ def test_pure_numbers_of_grasp_id_and_templates_are_joined(ajgdata, src, rows, h
     write_table(src, [f"r{n};cube;{cell}" for n, cell in enumerate(cells)], header)
     imported = import_table(ajgdata, src, *options)
     assert [row["grasp_id"] for row in rows("mine")] == ["1", "1", "1", "S01", "S1"]
-    assert "1 numbers of " in imported.text
-    assert "are spelled in several ways: " in imported.text
+    assert "note 1 number of " in imported.text
+    assert "is spelled in several ways: " in imported.text
     assert "e.g. '01', '1', '1.0'" in imported.text
 
 
