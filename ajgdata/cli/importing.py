@@ -14,6 +14,7 @@ from rich.table import Table
 
 from ajgdata.cli.console import ATTENTION, out, print_facts, say, shortened
 from ajgdata.types import (
+    ISSUE_LEVELS,
     WHOLE,
     AudioSettings,
     DataError,
@@ -30,13 +31,18 @@ if TYPE_CHECKING:
     from ajgdata.pipeline.importing import Imported
     from ajgdata.types import DatasetSpec
 
-#: Levels of issues, the worst first.
-LEVELS = ("error", "warning", "note")
 #: Kinds of remarks with their colours, the worst first.
 KINDS = {
-    **{"failed": "red", "unreadable": "yellow", "kept": "yellow", "label": "yellow"},
-    **{"warning": "yellow", "unused": "yellow", "gone": "yellow", "channels": "yellow"},
-    **{"not used": "default", "note": "yellow"},
+    "failed": "red",
+    "unreadable": "yellow",
+    "kept": "yellow",
+    "label": "yellow",
+    "warning": "yellow",
+    "unused": "yellow",
+    "gone": "yellow",
+    "channels": "yellow",
+    "not used": "default",
+    "note": "yellow",
 }
 Pattern = Annotated[
     str,
@@ -92,13 +98,19 @@ def import_command(
         pattern=pattern, table=table, file=file, grasp=grasp, session=session, object=object_
     )
     spec, result = import_folder(
-        paths, dataset, folder, settings=settings, targets=target or [],
-        copy=not reference, on_change=on_change, microphone=_microphone(microphone),
-    )  # fmt: skip
-    show_import(result, dataset, everything=everything)
-    is_ambiguous = (
-        show_summary(paths, spec, known=known) if paths.dataset(dataset).is_file() else False
+        paths,
+        dataset,
+        folder,
+        settings=settings,
+        targets=target or [],
+        copy=not reference,
+        on_change=on_change,
+        microphone=_microphone(microphone),
     )
+    show_import(result, dataset, everything=everything)
+    is_ambiguous = False
+    if paths.dataset(dataset).is_file():
+        is_ambiguous = show_summary(paths, spec, known=known)
     raise typer.Exit(0 if result.is_complete and not is_ambiguous else ATTENTION)
 
 
@@ -273,7 +285,7 @@ def print_issues(issues: Sequence[Finding], *, everything: bool) -> None:
     Of one kind (level, code and fix) no more than a few lines are printed unless `everything`.
     """
     kinds = dict.fromkeys((issue.level, issue.code, issue.fix) for issue in issues)
-    for level, code, fix in sorted(kinds, key=lambda kind: LEVELS.index(kind[0])):
+    for level, code, fix in sorted(kinds, key=lambda kind: ISSUE_LEVELS.index(kind[0])):
         equal = [i for i in issues if (i.level, i.code, i.fix) == (level, code, fix)]
         names = [(f"{i.session_id}/{i.recording_id}: {i.problem}", fix) for i in equal]
         for name, reason in shortened(names, everything=everything):

@@ -97,11 +97,11 @@ def _no_sessions(paths: Paths, spec: DatasetSpec, names: Sequence[str]) -> list[
     """Return an error for a data set without sessions; a recipe is simulated by the next run."""
     if names or spec.recipe:
         return []
-    how = f"import FOLDER --dataset {spec.name}` or `ajgdata record {spec.name}"
+    fix = f"get some with `ajgdata import FOLDER --dataset {spec.name}` or "
+    fix += f"`ajgdata record {spec.name}`"
     if paths.source(spec.name).is_file():
-        how = f"fetch {spec.name}"
-    problem, fix = "there are no sessions", f"get some with `ajgdata {how}`"
-    return [Finding(WHOLE, WHOLE, "", "error", "no_sessions", problem, fix)]
+        fix = f"get some with `ajgdata fetch {spec.name}`"
+    return [Finding(WHOLE, WHOLE, "", "error", "no_sessions", "there are no sessions", fix)]
 
 
 def not_fetched(paths: Paths) -> list[str]:
@@ -112,7 +112,8 @@ def not_fetched(paths: Paths) -> list[str]:
 
 def _check_session(session: SessionAudio, spec: DatasetSpec, prints: Fingerprints) -> list[Finding]:
     """Return issues of files, samples and labels; a rejected recording has one note."""
-    name, issues = session.session_id, list[Finding]()
+    name = session.session_id
+    issues: list[Finding] = []
     levels: dict[str, tuple[float, ...]] = {}
 
     # One after the other: threads wait for Python's lock, and need twice the CPU time.
@@ -149,8 +150,9 @@ def label_tables(paths: Paths, dataset: str) -> dict[str, list[dict[str, str]]]:
 
 
 def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
-    """Return a warning for grasps with two objects or target values, for numbers of samples that
-    stand twice in a grasp, for classes that differ only in spelling, and for impossible tasks."""
+    """Return a warning for grasps with two objects or target values, for several recordings of one
+    grasp with one number of a sample, for classes that differ only in spelling, and for impossible
+    tasks."""
     mixed_fix = "give each grasp of a session its own grasp_id"
     columns = dict.fromkeys(("object", *spec.targets))
     problems = [_mixed_grasps(tables, column, spec.targets.get(column)) for column in columns]

@@ -94,6 +94,8 @@ class NotPossibleError(ValueError):
     """
 
 
+#: Levels of issues, the worst first.
+ISSUE_LEVELS = ("error", "warning", "note")
 #: The recording_id of an issue of a whole session, and the session_id of an issue of a data set.
 WHOLE = "*"
 

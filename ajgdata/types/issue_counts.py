@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ajgdata.types.base import WHOLE, Finding
-
-_LEVELS = ("error", "warning", "note")
+from ajgdata.types.base import ISSUE_LEVELS, WHOLE, Finding
 
 
 @dataclass(frozen=True)
@@ -30,7 +28,7 @@ class IssueCounts:
 
     def __str__(self) -> str:
         """Return `1 error, 0 warnings, 60 notes`."""
-        counts = zip((self.errors, self.warnings, self.notes), _LEVELS, strict=True)
+        counts = zip((self.errors, self.warnings, self.notes), ISSUE_LEVELS, strict=True)
         return ", ".join(f"{count:,} {noun}{'' if count == 1 else 's'}" for count, noun in counts)
 
 
@@ -44,7 +42,7 @@ def issue_counts(issues: Iterable[Finding]) -> IssueCounts:
         if issue.recording_id == WHOLE:
             continue
         name = (issue.session_id, issue.recording_id)
-        rank = _LEVELS.index(issue.level)
+        rank = ISSUE_LEVELS.index(issue.level)
         worst[name] = min(rank, worst.get(name, rank))
     ranks = list(worst.values())
-    return IssueCounts(*(ranks.count(rank) for rank in range(len(_LEVELS))))
+    return IssueCounts(*(ranks.count(rank) for rank in range(len(ISSUE_LEVELS))))
