@@ -97,8 +97,10 @@ def _no_sessions(paths: Paths, spec: DatasetSpec, names: Sequence[str]) -> list[
     """Return an error for a data set without sessions; a recipe is simulated by the next run."""
     if names or spec.recipe:
         return []
-    fix = f"get some with `ajgdata import FOLDER --dataset {spec.name}` or "
-    fix += f"`ajgdata record {spec.name}`"
+    fix = (
+        f"get some with `ajgdata import FOLDER --dataset {spec.name}` or "
+        f"`ajgdata record {spec.name}`"
+    )
     if paths.source(spec.name).is_file():
         fix = f"get some with `ajgdata fetch {spec.name}`"
     return [Finding(WHOLE, WHOLE, "", "error", "no_sessions", "there are no sessions", fix)]
@@ -135,8 +137,10 @@ def _check_session(session: SessionAudio, spec: DatasetSpec, prints: Fingerprint
 def _without_hash(session: SessionAudio, dataset: str) -> Iterator[Finding]:
     """Yield a warning for each recording without a hash: a later change would not be noticed."""
     problem = "`sha256` is empty, so a change of the file is not noticed"
-    fix = f"listen to the recording, then use `ajgdata check {dataset} --accept`, which also "
-    fix += "accepts all changed files of the data set"
+    fix = (
+        f"listen to the recording, then use `ajgdata check {dataset} --accept`, "
+        "which also accepts all changed files of the data set"
+    )
     for file in session.files:
         if not file.is_declared:
             names = (session.session_id, file.recording_id, str(file.path))

@@ -84,8 +84,10 @@ def checked_sha256(path: Path, declared: str) -> str:
     digest = file_sha256(path)
     if declared and digest != declared:
         problem = "its bytes are not those that were recorded (sha256 differs)"
-        fix = "restore the file, or accept all new and changed files of the data set with "
-        fix += "`ajgdata check NAME --accept`"
+        fix = (
+            "restore the file, or accept all new and changed files of the data set with "
+            "`ajgdata check NAME --accept`"
+        )
         raise AudioError(path, "changed", problem, fix)
     return digest
 
