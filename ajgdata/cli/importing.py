@@ -14,6 +14,8 @@ from rich.table import Table
 
 from ajgdata.cli.console import ATTENTION, out, print_facts, say, shortened
 from ajgdata.types import (
+    ISSUE_LEVELS,
+    WHOLE,
     AudioSettings,
     DataError,
     Finding,
@@ -29,13 +31,18 @@ if TYPE_CHECKING:
     from ajgdata.pipeline.importing import Imported
     from ajgdata.types import DatasetSpec
 
-#: Levels of issues, the worst first.
-LEVELS = ("error", "warning", "note")
 #: Kinds of remarks with their colours, the worst first.
 KINDS = {
-    **{"failed": "red", "unreadable": "yellow", "kept": "yellow", "label": "yellow"},
-    **{"warning": "yellow", "unused": "yellow", "gone": "yellow", "channels": "yellow"},
-    **{"not used": "default", "note": "yellow"},
+    "failed": "red",
+    "unreadable": "yellow",
+    "kept": "yellow",
+    "label": "yellow",
+    "warning": "yellow",
+    "unused": "yellow",
+    "gone": "yellow",
+    "channels": "yellow",
+    "not used": "default",
+    "note": "yellow",
 }
 Pattern = Annotated[
     str,
@@ -91,13 +98,19 @@ def import_command(
         pattern=pattern, table=table, file=file, grasp=grasp, session=session, object=object_
     )
     spec, result = import_folder(
-        paths, dataset, folder, settings=settings, targets=target or [],
-        copy=not reference, on_change=on_change, microphone=_microphone(microphone),
-    )  # fmt: skip
-    show_import(result, dataset, everything=everything)
-    is_ambiguous = (
-        show_summary(paths, spec, known=known) if paths.dataset(dataset).is_file() else False
+        paths,
+        dataset,
+        folder,
+        settings=settings,
+        targets=target or [],
+        copy=not reference,
+        on_change=on_change,
+        microphone=_microphone(microphone),
     )
+    show_import(result, dataset, everything=everything)
+    is_ambiguous = False
+    if paths.dataset(dataset).is_file():
+        is_ambiguous = show_summary(paths, spec, known=known)
     raise typer.Exit(0 if result.is_complete and not is_ambiguous else ATTENTION)
 
 
@@ -210,7 +223,6 @@ def check(
     """Check recordings and labels, and list each issue with its fix."""
     from ajgdata.paths import find_project
     from ajgdata.pipeline.validate import not_fetched, validate_dataset
-    from ajgdata.store.session_audio import WHOLE_SESSION
     from ajgdata.store.sessions import list_datasets
 
     paths = find_project()
@@ -226,7 +238,7 @@ def check(
         total, issues = total + count, issues + issues_of_set
         counts += issue_counts(issues_of_set)
     print_issues([i for i in issues if notes or i.level != "note"], everything=everything)
-    general = sum(issue.recording_id == WHOLE_SESSION for issue in issues)
+    general = sum(issue.recording_id == WHOLE for issue in issues)
     noun = "issue" if general == 1 else "issues"
     suffix = f"; {general} {noun} of sessions or the data set" if general else ""
     hint = " (--notes shows them)" if counts.notes and not notes else ""
@@ -236,7 +248,8 @@ def check(
 
 
 def accept_changes(paths: Paths, datasets: Sequence[str], *, everything: bool) -> None:
-    """Store the hashes of new and changed recordings of `datasets`, and print which.
+    """Store the hashes of new and changed recordings of `datasets`, and print which were accepted,
+    and which were not because they cannot be decoded.
 
     Raises DataError if no data set is named.
     """
@@ -246,7 +259,7 @@ def accept_changes(paths: Paths, datasets: Sequence[str], *, everything: bool) -
         fix = "name the data sets: `ajgdata check NAME --accept`"
         raise DataError("--accept", "no data set is named", fix)
     for name in datasets:
-        accepted = accept_recordings(paths, name)
+        accepted, not_accepted = accept_recordings(paths, name)
         lines = [
             (
                 f"{item.session_id}/{item.recording_id}",
@@ -256,7 +269,14 @@ def accept_changes(paths: Paths, datasets: Sequence[str], *, everything: bool) -
         ]
         for recording, reason in shortened(lines, everything=everything):
             say(f"[yellow]accepted[/yellow] {escape(f'{recording}: {reason}')}")
-        say(f"{len(accepted)} recordings of [b]{name}[/b] accepted")
+        damaged = [
+            (f"{item.session_id}/{item.recording_id}: {item.problem}", item.fix)
+            for item in not_accepted
+        ]
+        for recording, reason in shortened(damaged, everything=everything):
+            say(f"[red]not accepted[/red] {escape(f'{recording}; {reason}')}")
+        noun = "recording" if len(accepted) == 1 else "recordings"
+        say(f"{len(accepted)} {noun} of [b]{name}[/b] accepted")
 
 
 def print_issues(issues: Sequence[Finding], *, everything: bool) -> None:
@@ -265,7 +285,7 @@ def print_issues(issues: Sequence[Finding], *, everything: bool) -> None:
     Of one kind (level, code and fix) no more than a few lines are printed unless `everything`.
     """
     kinds = dict.fromkeys((issue.level, issue.code, issue.fix) for issue in issues)
-    for level, code, fix in sorted(kinds, key=lambda kind: LEVELS.index(kind[0])):
+    for level, code, fix in sorted(kinds, key=lambda kind: ISSUE_LEVELS.index(kind[0])):
         equal = [i for i in issues if (i.level, i.code, i.fix) == (level, code, fix)]
         names = [(f"{i.session_id}/{i.recording_id}: {i.problem}", fix) for i in equal]
         for name, reason in shortened(names, everything=everything):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ajgdata.paths import RECORDINGS_FILE, Paths
 from ajgdata.pipeline.progress import tracked
-from ajgdata.store.audio import AudioError, file_sha256
+from ajgdata.store.audio import check_decodable, file_sha256
 from ajgdata.store.files import alone, csv_bytes, read_csv, write_bytes
 from ajgdata.store.sessions import (
     audio_path,
@@ -34,40 +34,59 @@ class Accepted:
     sha256: str
 
 
-def accept_recordings(paths: Paths, dataset: str) -> list[Accepted]:
-    """Store the hash of each recording that has none, or whose bytes changed, and return them.
+@dataclass(frozen=True)
+class NotAccepted:
+    """A recording whose file cannot be decoded, so its row does not change."""
 
-    Only the column `sha256` of recordings.csv changes. Recordings whose file cannot be read, and
-    sessions whose tables cannot be read, keep their rows; `validate_dataset` reports them. Raises
-    DataError for an unknown data set, and while another process writes into the data set.
+    session_id: str
+    recording_id: str
+    problem: str
+    fix: str
+
+
+def accept_recordings(paths: Paths, dataset: str) -> tuple[list[Accepted], list[NotAccepted]]:
+    """Store the hash of each recording that has none, or whose bytes changed.
+
+    Only the column `sha256` of recordings.csv changes. Returns the recordings with a new hash, and
+    those whose file is missing or cannot be decoded: their rows do not change. Sessions whose
+    tables cannot be read do not change; `validate_dataset` reports them. Raises DataError for an
+    unknown data set, and while another process writes into the data set.
     """
     read_dataset(paths, dataset)
     accepted = []
+    not_accepted = []
     with alone(paths.recordings(dataset), ACCEPTING):
         for name in list_sessions(paths, dataset):
-            accepted += _accept_session(paths.session(dataset, name))
-    return accepted
+            new_hashes, damaged = _accept_session(paths.session(dataset, name))
+            accepted += new_hashes
+            not_accepted += damaged
+    return accepted, not_accepted
 
 
-def _accept_session(folder: Path) -> list[Accepted]:
-    """Store the hashes of one session."""
+def _accept_session(folder: Path) -> tuple[list[Accepted], list[NotAccepted]]:
+    """Store the hashes of one session; see `accept_recordings`."""
     try:
         session = read_session(folder)
         recordings = read_recordings(folder)[0]
     except DataError:
-        return []
+        return [], []
     accepted = []
+    not_accepted = []
     for recording in tracked(recordings, f"reading {folder.name}"):
+        names = (folder.name, recording.recording_id)
         try:
-            digest = file_sha256(audio_path(folder, session, recording))
-        except (AudioError, DataError):
+            path = audio_path(folder, session, recording)
+            digest = file_sha256(path)
+            if digest == recording.sha256:
+                continue
+            check_decodable(path)
+        except DataError as error:
+            not_accepted.append(NotAccepted(*names, error.problem, error.fix))
             continue
-        if digest != recording.sha256:
-            names = (folder.name, recording.recording_id)
-            accepted.append(Accepted(*names, recording.sha256, digest))
+        accepted.append(Accepted(*names, recording.sha256, digest))
     if accepted:
         _write_hashes(folder / RECORDINGS_FILE, accepted)
-    return accepted
+    return accepted, not_accepted
 
 
 def _write_hashes(table: Path, accepted: Sequence[Accepted]) -> None:

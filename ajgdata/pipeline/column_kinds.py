@@ -18,13 +18,12 @@ MIN_SHARE = 0.8
 #: A class with this share of numbers, and MIN_NUMBERS distinct ones, is probably a column of
 #: numbers with many errors.
 DOUBTFUL_SHARE = 0.5
+_MISSING_OF_PROGRAMS = {"nan", "-nan", "+nan", "n/a", "#n/a", "<na>", "null", "1.#ind", "1.#qnan"}
+_MISSING_OF_PEOPLE = {"na", "n.a.", "-", "--", "---", "\u2013", "\u2014", "?", "."}
+_ERRORS_OF_SPREADSHEETS = {"#div/0!", "#value!", "#ref!", "#name?", "#num!", "#null!"}
+_INFINITE = {"inf", "-inf", "+inf", "infinity", "-infinity"}
 #: How programs, people and spreadsheets write a missing value.
-MISSING = {
-    *("nan", "n/a", "#n/a", "<na>", "null"),
-    *("na", "n.a.", "-", "--", "---", "\u2013", "\u2014", "?", "."),
-    *("#div/0!", "#value!", "#ref!", "#name?", "#num!", "#null!", "1.#ind", "1.#qnan"),
-    *("inf", "-inf", "+inf", "infinity", "-infinity", "-nan", "+nan"),
-}
+MISSING = _MISSING_OF_PROGRAMS | _MISSING_OF_PEOPLE | _ERRORS_OF_SPREADSHEETS | _INFINITE
 #: Words that are missing among numbers, but common classes, e.g. of an empty gripper.
 NO_NUMBER = {"none", "nil", "no"}
 #: 17,5 and 1.234,5.

@@ -34,7 +34,7 @@ from ajgdata.store.freshness import (
     write_hashes,
 )
 from ajgdata.store.labels import (
-    LEVELS,
+    CHANNEL_LEVELS,
     MEANINGS,
     bad_labels,
     label_columns,
@@ -227,7 +227,7 @@ def _joined(
         **label_columns(labels, names, targets),
         "sha256": text_column([row.sha256 for row in rows], long_name="SHA-256 of the file"),
         "flags": text_column(flags, long_name="findings"),
-        LEVELS: text_column(levels, long_name=MEANINGS[LEVELS]),
+        CHANNEL_LEVELS: text_column(levels, long_name=MEANINGS[CHANNEL_LEVELS]),
     }
     feature = np.asarray([row.feature for row in rows], np.float32)
     return FeatureRows(feature.reshape(len(rows), len(frequency)), frequency, columns, {})
@@ -272,7 +272,7 @@ def _previous(path: Path, quarantine: Path, hashes: Path, digest: str) -> Previo
     for issue in issues:
         issues_of[f"{issue.session_id}/{issue.recording_id}"].append(issue)
     previous.tables.update(recorded.tables)
-    keys = ("recording", "session_id", "sha256", "flags", LEVELS)
+    keys = ("recording", "session_id", "sha256", "flags", CHANNEL_LEVELS)
     texts = zip(*(table.columns[key].values.tolist() for key in keys), strict=True)
     for feature, (name, session, sha256, flags, levels) in zip(table.feature, texts, strict=True):
         codes = set(filter(None, flags.split(",")))

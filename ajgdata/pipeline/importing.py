@@ -24,6 +24,7 @@ from ajgdata.store.importing import (
     import_sessions,
     known_sessions,
 )
+from ajgdata.store.listing import listed
 from ajgdata.store.publishing.columns import RENAME, unpublishable
 from ajgdata.store.scan import Scan, scan, template_columns
 from ajgdata.store.session_names import slug
@@ -43,8 +44,6 @@ from ajgdata.types import (
 FOLDS = 5
 #: Models of a first run: they train in seconds.
 FIRST_MODELS = ("linear", "knn")
-#: Recordings, or texts, listed in a remark.
-SHOWN = 3
 #: Groups of a pattern that count, and are not learnt unless named.
 COUNTERS = ("n", "fold", "take", "clip")
 
@@ -202,17 +201,12 @@ def _note_cells(scanned: Scan, column: str, kind: ColumnKind) -> None:
         files[file.text(column)].append(file.path.as_posix())
     for text in kind.target.missing:
         noun = "recording" if len(files[text]) == 1 else "recordings"
-        reason = f"{text!r} is missing in {len(files[text])} {noun}: {_shown(files[text])}"
+        reason = f"{text!r} is missing in {len(files[text])} {noun}: {listed(files[text])}"
         scanned.remarks["note"].append((f"target {column}", reason))
     for doubt in kind.doubts:
-        examples = [f"{text!r} ({_shown(files[text])})" for text in doubt.texts]
-        reason = f"{doubt.problem}: {_shown(examples)}; {doubt.fix}"
+        examples = [f"{text!r} ({listed(files[text])})" for text in doubt.texts]
+        reason = f"{doubt.problem}: {listed(examples)}; {doubt.fix}"
         scanned.remarks["warning"].append((f"target {column}", reason))
-
-
-def _shown(texts: Sequence[str]) -> str:
-    """Return the first texts of a list."""
-    return ", ".join(texts[:SHOWN]) + (", …" if len(texts) > SHOWN else "")
 
 
 def _common_audio(scanned: Scan, contents: Contents, microphone: int | str | None) -> AudioSettings:

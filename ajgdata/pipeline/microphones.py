@@ -18,9 +18,13 @@ from ajgdata.store.importing import Contents
 from ajgdata.store.scan import Scan
 from ajgdata.types import AudioSettings, DataError
 
-#: Files whose channels are compared, spread evenly over the folder, and what is read of each: the
-#: cost of an import does not grow with the number of files.
-MAX_FILES, MAX_S, MAX_VALUES = 32, 5.0, 4_000_000
+#: Most files whose channels are compared, spread evenly over the folder: the cost of an import does
+#: not grow with the number of files.
+MAX_FILES = 32
+#: Longest part of a file whose channels are compared, in s.
+MAX_S = 5.0
+#: Most values (frames times channels) of a file that are compared.
+MAX_VALUES = 4_000_000
 
 
 def check_declared(path: Path, audio: AudioSettings, requested: int | str | None) -> None:

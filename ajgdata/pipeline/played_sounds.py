@@ -15,13 +15,15 @@ from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.paths import DATASET_FILE, Paths
 from ajgdata.store.audio import AudioError, file_sha256, inspect_audio, read_channels
 from ajgdata.store.sessions import inside, read_session
-from ajgdata.types import DataError, DatasetSpec, Excitation, ExcitationSpec, Finding
+from ajgdata.types import WHOLE, DataError, DatasetSpec, Excitation, ExcitationSpec, Finding
 
 #: Largest difference of samples of one sound in two files: a 16-bit file is rounded to 2^-16, a
 #: file of another bit depth to less, and some programs scale by 32767 instead of 32768.
 SAME_SAMPLES = 2.0**-14
-#: Longest played sound that is compared, in s and in values: twice the longest declared sound.
-MAX_S, MAX_VALUES = 240.0, 50_000_000
+#: Longest played sound that is compared, in s: twice the longest declared sound.
+MAX_PLAYED_S = 240.0
+#: Most values (frames times channels) of a played sound that are compared.
+MAX_PLAYED_VALUES = 50_000_000
 _CODE = "played_sound"
 _SEPARATE = "import or record sessions with another played sound into another data set"
 
@@ -64,7 +66,7 @@ def played_sound_issues(paths: Paths, spec: DatasetSpec, names: list[str]) -> It
 
 
 def _warning(session: str, file: object, problem: str, fix: str) -> Finding:
-    return Finding(session, "*", Path(str(file)).name, "warning", _CODE, problem, fix)
+    return Finding(session, WHOLE, Path(str(file)).name, "warning", _CODE, problem, fix)
 
 
 def _played_sound(folder: Path) -> PlayedSound | None:
@@ -109,7 +111,7 @@ def _rate_hz(sound: PlayedSound) -> int:
 def _samples(sound: PlayedSound) -> NDArray[np.float32]:
     """Return the samples (frames, channels) of a played sound; none if it cannot be decoded."""
     try:
-        return read_channels(sound.path, MAX_S, MAX_VALUES)
+        return read_channels(sound.path, MAX_PLAYED_S, MAX_PLAYED_VALUES)
     except AudioError:
         return np.zeros((0, 1), np.float32)
 

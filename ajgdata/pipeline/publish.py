@@ -12,7 +12,7 @@ from ajgdata.acquire.recipe import session_names
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.published_version import check_version
-from ajgdata.pipeline.session_differences import check_equal, read_tables
+from ajgdata.pipeline.session_differences import check_equal, read_session_tables
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import FeatureRows, read_store
 from ajgdata.store.files import alone, copy, json_bytes, replacing_folder, sha256_of, yaml_bytes
@@ -124,7 +124,7 @@ def _contents(paths: Paths, spec: DatasetSpec, features: Path) -> _Contents:
     """Return the sessions and recordings of a feature file. Raises DataError if it has no
     recordings, or differs from the tables of the sessions."""
     store = read_store(features)
-    tables = read_tables(paths, spec)
+    tables = read_session_tables(paths, spec)
     check_equal(features, spec, store, read_findings(paths.quarantine(spec.name)), tables)
     names = store.columns["recording"].values.tolist()
     if not names:

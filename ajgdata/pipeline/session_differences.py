@@ -14,17 +14,17 @@ from ajgdata.acquire.recipe import session_names
 from ajgdata.paths import Paths
 from ajgdata.store.features import Column, FeatureRows
 from ajgdata.store.findings import is_rejected
-from ajgdata.store.labels import LEVELS, label_columns
+from ajgdata.store.labels import CHANNEL_LEVELS, label_columns
 from ajgdata.store.publishing.differences import Rows, counted, differences
 from ajgdata.store.publishing.table import cell_texts
-from ajgdata.store.session_audio import WHOLE_SESSION, label_rows
+from ajgdata.store.session_audio import label_rows
 from ajgdata.store.sessions import (
     dropped_sessions,
     list_sessions,
     read_recordings,
     read_session,
 )
-from ajgdata.types import DataError, DatasetSpec, Finding, Recording, Session, left_out
+from ajgdata.types import WHOLE, DataError, DatasetSpec, Finding, Recording, Session, left_out
 
 #: Attributes of a target's column that dataset.yaml defines.
 _DEFINED = ("role", "units", "long_name")
@@ -45,7 +45,7 @@ class SessionTables:
     unusable: Collection[tuple[str, str]]
 
 
-def read_tables(paths: Paths, spec: DatasetSpec) -> SessionTables:
+def read_session_tables(paths: Paths, spec: DatasetSpec) -> SessionTables:
     """Return the tables of the sessions that a run of the data set would read."""
     virtual = session_names(spec.recipe) if spec.recipe else []
     names = set(list_sessions(paths, spec.name)) - dropped_sessions(paths, spec.name, virtual)
@@ -59,7 +59,7 @@ def read_tables(paths: Paths, spec: DatasetSpec) -> SessionTables:
             session = read_session(folder)
             rows, issues = read_recordings(folder)
         except DataError:
-            unusable.add((name, WHOLE_SESSION))
+            unusable.add((name, WHOLE))
             continue
         sessions[name] = session
         unusable |= {(name, issue.recording_id) for issue in issues}
@@ -108,13 +108,20 @@ def _different_recordings(
     present = set(tables.labels)
     unreadable = unusable - excluded
     # Recordings of a whole session in the quarantine that can be read again are "added".
-    read_again = {f"{name.partition('/')[0]}/{WHOLE_SESSION}" for name in present}
+    read_again = {f"{name.partition('/')[0]}/{WHOLE}" for name in present}
+    # A session that had no recordings has an issue of the whole session, and is still there.
+    without_recordings = {
+        f"{issue.session_id}/{WHOLE}"
+        for issue in quarantine
+        if issue.code == "no_recordings" and issue.session_id in tables.sessions
+    }
+    accounted = unusable | read_again | without_recordings
     sets = {
         "rejected": rejected_now - rejected_before,
         "no longer rejected": (rejected_before - rejected_now) & present,
         "quarantined": used & excluded,
         "added": present - used - excluded - rejected_now,
-        "removed": (used - present - unreadable) | (excluded - present - unusable - read_again),
+        "removed": (used - present - unreadable) | (excluded - present - accounted),
         "no longer readable": unreadable,
     }
     return [counted("recording", names, verb) for verb, names in sets.items() if names]
@@ -126,7 +133,7 @@ def _different_labels(spec: DatasetSpec, store: FeatureRows, tables: SessionTabl
     names = [name for name in used if name in tables.labels]
     columns = {column for row in tables.labels.values() for column in row}
     current = label_columns([tables.labels[name] for name in names], columns, spec.targets)
-    ignored = {"recording", "flags", "sha256", LEVELS}
+    ignored = {"recording", "flags", "sha256", CHANNEL_LEVELS}
     before = _rows(used, {n: c for n, c in store.columns.items() if n not in ignored}, names)
     after = _rows(names, {n: c for n, c in current.items() if n not in ignored}, names)
     phrases = differences(before, after)

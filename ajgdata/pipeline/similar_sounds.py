@@ -17,10 +17,10 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.recordings import examine
 from ajgdata.store.features import FeatureRows, read_store
 from ajgdata.store.findings import is_rejected
-from ajgdata.store.labels import take_rows
+from ajgdata.store.labels import comparable_labels, copy_finding, take_rows
 from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import list_sessions, read_dataset, read_recordings
-from ajgdata.types import DataError, DatasetSpec, Finding
+from ajgdata.types import WHOLE, DataError, DatasetSpec, Finding, Target
 from ajgdata.types.session import SIMULATED_SOURCES
 
 SIMILAR, LEAK = "similar", "leak"
@@ -113,18 +113,10 @@ def _equal_sounds(sounds: Sounds) -> dict[int, Finding]:
         for row in rows:
             if differ or sounds.grasps[row] != grasps[0]:
                 copied = [other for other in rows if sounds.grasps[other] != sounds.grasps[row]]
-                findings[row] = _equal(sounds.recordings, row, copied[0], len(rows), differ)
+                other = sounds.recordings[copied[0]]
+                problem = f"the same sound as {other} ({len(rows)} recordings)"
+                findings[row] = copy_finding(sounds.recordings[row], problem, differ=differ)
     return findings
-
-
-def _equal(recordings: Sequence[str], row: int, other: int, count: int, differ: bool) -> Finding:
-    session, _, name = recordings[row].partition("/")
-    problem = f"the same sound as {recordings[other]} ({count} recordings)"
-    if differ:
-        problem = f"{problem}, labelled otherwise"
-        return Finding(session, name, "", "error", "two_labels", problem, "correct one")
-    fix = "remove all rows but one"
-    return Finding(session, name, "", "warning", "copy", f"{problem}; left out", fix)
 
 
 def _similar_sounds(sounds: Sounds) -> list[Finding]:
@@ -156,7 +148,7 @@ def _similar_sounds(sounds: Sounds) -> list[Finding]:
             f"more than {similarity.MOST_PAIRS} pairs of recordings of different grasps have "
             "nearly the same sound: not all are listed"
         )
-        findings.append(Finding("*", "*", "", "warning", SIMILAR, problem, _FIX))
+        findings.append(Finding(WHOLE, WHOLE, "", "warning", SIMILAR, problem, _FIX))
     return findings
 
 
@@ -201,14 +193,11 @@ def leak_refusal(own: Sounds, tests: Mapping[str, Sounds]) -> str:
 def leak_issues(own: Sounds, tests: Mapping[str, Sounds]) -> list[Finding]:
     """Return an error for each data set of `test_on` that contains copies of own recordings."""
     lines = [line for name, sounds in tests.items() if (line := leak(own, sounds, name))]
-    return [Finding("*", "*", "", "error", LEAK, line, _LEAK_FIX) for line in lines]
+    return [Finding(WHOLE, WHOLE, "", "error", LEAK, line, _LEAK_FIX) for line in lines]
 
 
 class Fingerprints:
-    """Fingerprints of files by the sha256 of their bytes, for one choice of settings.
-
-    Safe to call from several threads.
-    """
+    """Fingerprints of files by the sha256 of their bytes, for one choice of settings."""
 
     def __init__(self, paths: Paths, spec: DatasetSpec) -> None:
         self._audio, self._features = spec.audio, spec.features
@@ -236,7 +225,9 @@ class Fingerprints:
             self._spectra.clear()
 
     def sounds(
-        self, recordings: Sequence[tuple[str, str, Mapping[str, str]]], targets: Iterable[str]
+        self,
+        recordings: Sequence[tuple[str, str, Mapping[str, str]]],
+        targets: Mapping[str, Target],
     ) -> Sounds:
         """Return the recordings that have a fingerprint and are not references.
 
@@ -249,11 +240,10 @@ class Fingerprints:
         ]
         bands = len(next(iter(self.known.values()), np.zeros(0)))
         prints = np.asarray([self.known[digest] for _, digest, _ in used], np.float32)
-        columns = [*targets]
         return Sounds(
             [name for name, _, _ in used],
             [f"{name.partition('/')[0]}/{row['grasp_id']}" for name, _, row in used],
-            [tuple(row.get(column, "") for column in columns) for _, _, row in used],
+            [comparable_labels(row, targets) for _, _, row in used],
             prints.reshape(len(used), bands),
             _are_simulated(row["source"] for _, _, row in used),
         )
@@ -308,7 +298,7 @@ def dataset_sounds(paths: Paths, dataset: str) -> Sounds | None:
             name = f"{session.session_id}/{file.recording_id}"
             recordings.append((name, file.sha256, labels[file.recording_id]))
         prints.finish()
-    sounds = prints.sounds(recordings, [])
+    sounds = prints.sounds(recordings, {})
     return sounds if sounds.recordings else None
 
 

@@ -17,7 +17,8 @@ from ajgdata.pipeline.similar_classes import similar_classes
 from ajgdata.pipeline.similar_sounds import Fingerprints, checked_sounds
 from ajgdata.store.counters import grasp_key
 from ajgdata.store.findings import is_rejected, rejected, without_rejected
-from ajgdata.store.labels import bad_labels, copies, parse_label
+from ajgdata.store.labels import bad_labels, comparable_labels, copies, parse_label
+from ajgdata.store.listing import listed
 from ajgdata.store.session_audio import SessionAudio, check_session, label_rows
 from ajgdata.store.sessions import (
     check_one_kind,
@@ -27,13 +28,14 @@ from ajgdata.store.sessions import (
     read_recordings,
     read_session,
 )
-from ajgdata.types import DataError, DatasetSpec, Finding, Target
+from ajgdata.types import WHOLE, DataError, DatasetSpec, Finding, Target
 
 Row = Mapping[str, str]
 #: Rows of labels by session.
 Tables = Mapping[str, Sequence[Row]]
 CLASSES_NEEDED = 2
-_SHOWN = 5
+#: Texts listed in an issue or a line of counts.
+_MAX_LISTED = 5
 
 
 def validate_dataset(paths: Paths, dataset: str) -> tuple[int, list[Finding]]:
@@ -75,34 +77,33 @@ def _check_copies(
     """
     names = [name for name, _, _ in used]
     digests = [digest for _, digest, _ in used]
-    copied = copies(names, digests, [_values(row, spec) for _, _, row in used])
+    labels = [comparable_labels(row, spec.targets) for _, _, row in used]
+    copied = copies(names, digests, labels)
     distinct = [recording for number, recording in enumerate(used) if number not in copied]
     return [*copied.values(), *checked_sounds(paths, spec, prints.sounds(distinct, spec.targets))]
-
-
-def _values(row: Row, spec: DatasetSpec) -> tuple[str, ...]:
-    return tuple(row.get(target, "") for target in spec.targets)
 
 
 def _check_declaration(paths: Paths, spec: DatasetSpec, names: Sequence[str]) -> Iterator[Finding]:
     """Yield problems of the declaration, and an error if simulated and recorded sessions meet."""
     for problem, fix in config_problems(paths, spec):
-        yield Finding(DATASET_FILE, "*", "", "error", "declaration", problem, fix)
+        yield Finding(DATASET_FILE, WHOLE, "", "error", "declaration", problem, fix)
     try:
         check_one_kind(paths, spec, names)
     except DataError as error:
-        yield Finding("*", "*", "", "error", "mixed", error.problem, error.fix)
+        yield Finding(WHOLE, WHOLE, "", "error", "mixed", error.problem, error.fix)
 
 
 def _no_sessions(paths: Paths, spec: DatasetSpec, names: Sequence[str]) -> list[Finding]:
     """Return an error for a data set without sessions; a recipe is simulated by the next run."""
     if names or spec.recipe:
         return []
-    how = f"import FOLDER --dataset {spec.name}` or `ajgdata record {spec.name}"
+    fix = (
+        f"get some with `ajgdata import FOLDER --dataset {spec.name}` or "
+        f"`ajgdata record {spec.name}`"
+    )
     if paths.source(spec.name).is_file():
-        how = f"fetch {spec.name}"
-    problem, fix = "there are no sessions", f"get some with `ajgdata {how}`"
-    return [Finding("*", "*", "", "error", "no_sessions", problem, fix)]
+        fix = f"get some with `ajgdata fetch {spec.name}`"
+    return [Finding(WHOLE, WHOLE, "", "error", "no_sessions", "there are no sessions", fix)]
 
 
 def not_fetched(paths: Paths) -> list[str]:
@@ -113,7 +114,8 @@ def not_fetched(paths: Paths) -> list[str]:
 
 def _check_session(session: SessionAudio, spec: DatasetSpec, prints: Fingerprints) -> list[Finding]:
     """Return issues of files, samples and labels; a rejected recording has one note."""
-    name, issues = session.session_id, list[Finding]()
+    name = session.session_id
+    issues: list[Finding] = []
     levels: dict[str, tuple[float, ...]] = {}
 
     # One after the other: threads wait for Python's lock, and need twice the CPU time.
@@ -134,7 +136,10 @@ def _check_session(session: SessionAudio, spec: DatasetSpec, prints: Fingerprint
 def _without_hash(session: SessionAudio, dataset: str) -> Iterator[Finding]:
     """Yield a warning for each recording without a hash: a later change would not be noticed."""
     problem = "`sha256` is empty, so a change of the file is not noticed"
-    fix = f"listen to the recording, then use `ajgdata check {dataset} --accept`"
+    fix = (
+        f"listen to the recording, then use `ajgdata check {dataset} --accept`, "
+        "which also accepts all changed files of the data set"
+    )
     for file in session.files:
         if not file.is_declared:
             names = (session.session_id, file.recording_id, str(file.path))
@@ -148,8 +153,9 @@ def label_tables(paths: Paths, dataset: str) -> dict[str, list[dict[str, str]]]:
 
 
 def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
-    """Return a warning for grasps with two objects or target values, for numbers of samples that
-    stand twice in a grasp, for classes that differ only in spelling, and for impossible tasks."""
+    """Return a warning for grasps with two objects or target values, for several recordings of one
+    grasp with one number of a sample, for classes that differ only in spelling, and for impossible
+    tasks."""
     mixed_fix = "give each grasp of a session its own grasp_id"
     columns = dict.fromkeys(("object", *spec.targets))
     problems = [_mixed_grasps(tables, column, spec.targets.get(column)) for column in columns]
@@ -166,7 +172,7 @@ def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
     issues += [("similar_classes", problem, class_fix) for problem in spellings]
     task_fix = "record or import another class"
     issues += [("no_task", problem, task_fix) for problem in impossible_tasks(tables, spec)]
-    return [Finding("*", "*", "", "warning", *issue) for issue in issues]
+    return [Finding(WHOLE, WHOLE, "", "warning", *issue) for issue in issues]
 
 
 def _mixed_grasps(tables: Tables, column: str, target: Target | None) -> str:
@@ -179,7 +185,7 @@ def _mixed_grasps(tables: Tables, column: str, target: Target | None) -> str:
     mixed = [f"{grasp} ({', '.join(texts)})" for grasp, texts in values.items() if len(texts) > 1]
     noun = "object" if column == "object" else f"value of {column}"
     counted = f"{len(mixed)} of {len(values)} grasps have more than one {noun}"
-    return f"{counted}: {_listed(mixed)}" if mixed else ""
+    return f"{counted}: {listed(mixed, _MAX_LISTED)}" if mixed else ""
 
 
 def _repeated_samples(tables: Tables) -> str:
@@ -200,7 +206,7 @@ def _repeated_samples(tables: Tables) -> str:
         if len(names) > 1 and set(numbers) != {"0"}
     ]
     counted = f"{len(repeated)} pairs of grasp and sample have several recordings"
-    return f"{counted}: {_listed(repeated)}" if repeated else ""
+    return f"{counted}: {listed(repeated, _MAX_LISTED)}" if repeated else ""
 
 
 def _grasp_spellings(tables: Tables) -> str:
@@ -219,7 +225,7 @@ def _grasp_spellings(tables: Tables) -> str:
     if not several:
         return ""
     counted = f"{len(several)} of {len(spellings)} grasps have several spellings of a number"
-    return f"{counted}: {_listed(several)}"
+    return f"{counted}: {listed(several, _MAX_LISTED)}"
 
 
 def _similar_classes(tables: Tables, spec: DatasetSpec) -> list[str]:
@@ -238,8 +244,8 @@ def _similar_classes(tables: Tables, spec: DatasetSpec) -> list[str]:
         texts = ["; ".join(f"{name!r} {count}" for name, count in g.items()) for g in groups]
         if texts:
             noun = "objects" if column == "object" else f"classes of {column}"
-            listed = ", and ".join(texts)
-            problems.setdefault(listed, f"{noun} differ only in spelling: {listed}")
+            spellings = ", and ".join(texts)
+            problems.setdefault(spellings, f"{noun} differ only in spelling: {spellings}")
     return list(problems.values())
 
 
@@ -270,11 +276,12 @@ def counts(tables: Tables, targets: Mapping[str, Target]) -> dict[str, str]:
     grasps = Counter((session, row["grasp_id"]) for session, row in rows)
     sizes = sorted(Counter(grasps.values()).items())
     rejections = f" ({len(rows) - len(used)} rejected)" if len(used) < len(rows) else ""
+    sample_counts = [f"{size} ({n} grasp{'s' * (n != 1)})" for size, n in sizes]
     facts = {
         "recordings": f"{len(rows)}{rejections}",
         "objects": str(len({row["object"] for _, row in rows} - {""})),
         "grasps": str(len(grasps)),
-        "samples per grasp": _listed([f"{size} ({n} grasp{'s' * (n != 1)})" for size, n in sizes]),
+        "samples per grasp": listed(sample_counts, _MAX_LISTED),
     }
     if references := len(all_rows) - len(rows):
         facts["references"] = str(references)
@@ -288,7 +295,7 @@ def counts(tables: Tables, targets: Mapping[str, Target]) -> dict[str, str]:
             numbers = cells - Counter(words)
             values = [f"{numbers.total()} numbers, {len(numbers)} distinct"]
             suffix += f"; {sum(words.values())} not a number" if words else ""
-        facts[f"recordings per {name}"] = _listed(values) + suffix
+        facts[f"recordings per {name}"] = listed(values, _MAX_LISTED) + suffix
     return facts
 
 
@@ -308,8 +315,8 @@ def cells_without_value(tables: Tables, spec: DatasetSpec) -> list[Finding]:
         ]
         if cells:
             verb = "cell is not a number" if len(cells) == 1 else "cells are not numbers"
-            problem = f"{len(cells)} {verb} in {column}: {_listed(cells)}"
-            findings.append(Finding("*", "*", "", "warning", "bad_label", problem, fix))
+            problem = f"{len(cells)} {verb} in {column}: {listed(cells, _MAX_LISTED)}"
+            findings.append(Finding(WHOLE, WHOLE, "", "warning", "bad_label", problem, fix))
     return findings
 
 
@@ -319,12 +326,6 @@ def _is_value(text: str, target: Target) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _listed(texts: Sequence[str]) -> str:
-    """Return the first texts and the number of the remaining texts."""
-    remaining = f" and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
-    return ", ".join(texts[:_SHOWN]) + remaining
 
 
 def _missing(target: Target | None) -> set[str]:

@@ -136,6 +136,12 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
     return Audio(samples, recorded, info, tuple(remarks), levels_db)
 
 
+def check_decodable(path: Path) -> None:
+    """Raise AudioError for a file of which not all samples can be decoded, whatever its layout."""
+    info = inspect_audio(path)
+    read_audio(path, AudioSettings(sample_rate_hz=info.sample_rate_hz, microphone="mean"))
+
+
 @contextmanager
 def _decoded(path: Path, stream: FileIO) -> Iterator[soundfile.SoundFile]:
     """Decode an open file by libsndfile, whose errors become AudioError."""

@@ -14,8 +14,17 @@ def canonical(text: str) -> str:
 
     `1e3`, `0x1`, `A01`, `-1` and `1.5` are other texts.
     """
+    return whole_number(text) or text
+
+
+def whole_number(text: str) -> str:
+    """Return the digits of a whole number without leading zeros and fraction; "" for other texts.
+
+    >>> whole_number("007.0")
+    '7'
+    """
     match = _WHOLE.fullmatch(text.strip())
-    return match[1] if match else text
+    return match[1] if match else ""
 
 
 def joined_spellings(texts: Collection[str]) -> dict[str, str]:

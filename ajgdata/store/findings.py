@@ -9,15 +9,16 @@ from pathlib import Path
 from ajgdata.store.files import csv_bytes, read_csv, write_bytes
 from ajgdata.types import Finding
 
-#: Codes of recordings that could not be read as their table describes them: the file, its bytes,
-#: its row or its session. Other errors are properties of a readable sound (silent, too short,
-#: another rate) or decisions of a person (`rejected`).
-UNREADABLE = frozenset(
-    {
-        *("missing", "unreadable", "empty", "damaged", "truncated", "no_samples", "implausible"),
-        *("changed", "escapes", "bad_row", "duplicate_id", "bad_session"),
-    }
+#: Codes of files that cannot be decoded.
+_FILE_CODES = frozenset(
+    ("missing", "unreadable", "empty", "damaged", "truncated", "no_samples", "implausible")
 )
+#: Codes of recordings that differ from their row, and of rows and sessions that cannot be read.
+_TABLE_CODES = frozenset(("changed", "escapes", "bad_row", "duplicate_id", "bad_session"))
+#: Codes of recordings that could not be read as their table describes them. Other errors are
+#: properties of a readable sound (silent, too short, another rate) or decisions of a person
+#: (`rejected`).
+UNREADABLE = _FILE_CODES | _TABLE_CODES
 FINDING_COLUMNS = tuple(field.name for field in dataclasses.fields(Finding))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -162,8 +162,3 @@ def _check_unnamed(
 def visible(text: str) -> str:
     """Return text as it is if people can read all of it, else quoted with escapes."""
     return text if text and text == plain_text(text) else ascii(text)
-
-
-def row_cells(cells: Mapping[str, str]) -> dict[str, str]:
-    """Return the cells of a row without the blanks at their ends."""
-    return {column: text.strip() for column, text in cells.items()}

@@ -15,7 +15,7 @@ from ajgdata.types import Finding, Target
 #: Columns of the table of labels that identify rows; all others become coordinates as they are.
 IDENTITY = ("recording_id", "grasp_id", "sample")
 #: Column of the levels of all channels of a file.
-LEVELS = "channel_levels"
+CHANNEL_LEVELS = "channel_levels"
 #: What the columns that every store has mean, for whoever opens one without this library.
 MEANINGS = {
     "recording": "recording: session/recording_id",
@@ -27,7 +27,7 @@ MEANINGS = {
     "source": "virtual or virtual-import (simulated), soundcard or import",
     "gripper": "gripper",
     "medium": "granular medium in the gripper",
-    LEVELS: "level of each channel of the file, relative to full scale and without offset",
+    CHANNEL_LEVELS: "level of each channel of the file, relative to full scale and without offset",
 }
 
 
@@ -70,6 +70,15 @@ def _value(text: str, target: Target) -> float | str:
         return parse_label(text, target)
     except ValueError:
         return math.nan
+
+
+def comparable_labels(row: Mapping[str, str], targets: Mapping[str, Target]) -> tuple[str, ...]:
+    """Return the targets of a row as texts that are equal for equal values.
+
+    `10` and `10.0` are one number. All missing values are equal, and a cell that is not a value
+    is missing.
+    """
+    return tuple(str(_value(row.get(name, ""), target)) for name, target in targets.items())
 
 
 def number(text: str) -> float:
@@ -143,7 +152,7 @@ def target_column(values: Sequence[float | str], target: Target) -> Column:
 
 
 def without_copies(table: FeatureRows, targets: Sequence[str]) -> tuple[FeatureRows, list[Finding]]:
-    """Return the table without recordings whose bytes stand twice (see `copies`)."""
+    """Return the table without recordings with equal bytes (see `copies`)."""
     names = [str(name) for name in table.columns["recording"].values]
     columns = [table.columns[t].values for t in targets if t in table.columns]
     labels = [tuple(str(values[i]) for values in columns) for i in range(len(names))]
@@ -155,7 +164,7 @@ def without_copies(table: FeatureRows, targets: Sequence[str]) -> tuple[FeatureR
 def copies(
     recordings: Sequence[str], digests: Sequence[str], labels: Sequence[tuple[str, ...]]
 ) -> dict[int, Finding]:
-    """Return findings, by row, of recordings that cannot be used because their bytes stand twice.
+    """Return issues, by row, of recordings that cannot be used because others have equal bytes.
 
     Of equal labels these are all but the first, since copies would leak between folds; of different
     labels all, since nobody can tell which is right. `recordings` are `<session>/<recording_id>`.
@@ -167,14 +176,21 @@ def copies(
     for rows in rows_of.values():
         differ = len({labels[row] for row in rows}) > 1
         for row in rows if differ else rows[1:]:
-            session, _, name = recordings[row].partition("/")
             other = recordings[rows[0] if row != rows[0] else rows[1]]
             problem = f"the same bytes as {other} ({len(rows)} recordings)"
-            if differ:
-                problem = f"{problem}, labelled otherwise"
-                issue = Finding(session, name, "", "error", "two_labels", problem, "correct one")
-            else:
-                fix = "remove all rows but one"
-                issue = Finding(session, name, "", "warning", "copy", f"{problem}; left out", fix)
-            findings[row] = issue
+            findings[row] = copy_finding(recordings[row], problem, differ=differ)
     return findings
+
+
+def copy_finding(recording: str, problem: str, *, differ: bool) -> Finding:
+    """Return the issue of a recording `<session>/<recording_id>` that is a copy.
+
+    `problem` names the recording that it equals. If the labels of the copies `differ`, this is an
+    error, else a warning.
+    """
+    session, _, name = recording.partition("/")
+    if differ:
+        problem = f"{problem}, labelled otherwise"
+        return Finding(session, name, "", "error", "two_labels", problem, "correct one")
+    fix = "remove all rows but one"
+    return Finding(session, name, "", "warning", "copy", f"{problem}; left out", fix)

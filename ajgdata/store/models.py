@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 ABOUT_FILE = "model.json"
 ESTIMATOR_FILE = "model.skops"
 GUARD_FILE = "guard.safetensors"
-#: One job trains all models of a data set; it runs if their folder is missing.
 #: `write_estimator` compresses nothing; a file that unpacks to more than this times its size is an
 #: attack on the memory.
 _MAX_EXPANSION = 10
+#: One job trains all models of a data set; it runs if their folder is missing.
 _RETRAIN = "delete the folder of all models of its data set (results/models/NAME) and run again"
 
 

@@ -14,11 +14,12 @@ from pathlib import Path
 from types import MappingProxyType
 
 from ajgdata.paths import SESSION_FILE
-from ajgdata.store.counters import joined_spellings
+from ajgdata.store.counters import joined_spellings, whole_number
 from ajgdata.store.file_matching import LOOSEST_STEP, find_files
 from ajgdata.store.file_names import unused_parts
 from ajgdata.store.files import plain_text
-from ajgdata.store.label_table import read_label_table, row_cells, visible
+from ajgdata.store.label_table import read_label_table, visible
+from ajgdata.store.listing import listed
 from ajgdata.store.name_pattern import compile_pattern, match_name
 from ajgdata.store.session_names import KnownSession, is_changed, session_names, slug
 from ajgdata.store.starter_kit import STARTER_KIT
@@ -39,8 +40,6 @@ UNUSED_PART = (
     "differ between files in a part that the pattern does not use. Name this part, e.g. "
     r"(?P<grasp>\d+), or (?P<take>.+) for a part that is stored and not learnt"
 )
-#: Examples in a remark about many files.
-EXAMPLES = 3
 #: Names and reasons by kind, e.g. `failed`.
 Remarks = defaultdict[str, list[tuple[str, str]]]
 Rows = dict[Path, dict[str, str]]
@@ -233,7 +232,7 @@ def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result:
     step.
     """
     where = folder / settings.table
-    table = read_label_table(where, re.findall(r"\{([^{}]*)\}", settings.file))
+    table = read_label_table(where, template_columns(settings.file))
     result.remarks["note"] += table.notes
     named = [(_filled("file", settings.file, cells), cells) for _, cells in table.rows]
     matches = find_files({name for name, _ in named}, audio)
@@ -247,40 +246,37 @@ def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result:
             missing.append((visible(name), f"in {settings.table} but not in the folder"))
             continue
         if len(match.files) > 1:
-            files = ", ".join(ascii(path.as_posix()) for path in match.files)
+            files = ", ".join(visible(path.as_posix()) for path in match.files)
             reason = f"in {settings.table}, and several files have this name without regard to"
-            missing.append((ascii(name), f"{reason} {match.step}: {files}; write the exact name"))
+            missing.append((visible(name), f"{reason} {match.step}: {files}; write the exact name"))
             continue
         path = match.files[0]
         if match.taken_by is not None:
             reason = f"in {settings.table} but not in the folder; {visible(path.as_posix())} is "
-            reason += f"the file of the row {match.taken_by!a}"
-            missing.append((ascii(name), reason))
+            reason += f"the file of the row {visible(match.taken_by)}"
+            missing.append((visible(name), reason))
             continue
         if path in rows:
             problem = f"{visible(path.as_posix())} is in two rows"
             if names[path] != name:
-                problem += f", as {names[path]!a} and as {name!a}"
+                problem += f", as {visible(names[path])} and as {visible(name)}"
             raise DataError(where, problem, "keep one of them, with the exact name")
-        rows[path], names[path] = row_cells(cells), name
+        rows[path] = cells
+        names[path] = name
         if match.step:
-            looser[match.step].append(f"{name!a} (table) is {path.as_posix()!a} (folder)")
+            example = f"{visible(name)} (table) is {visible(path.as_posix())} (folder)"
+            looser[match.step].append(example)
     for step, examples in looser.items():
         noun = "file name matches" if len(examples) == 1 else "file names match"
         counted = f"{len(examples)} {noun} only without regard to {step}"
         kind = "warning" if step == LOOSEST_STEP else "note"
-        result.remarks[kind].append((counted, _examples(examples)))
+        result.remarks[kind].append((counted, listed(examples)))
     result.remarks["failed"] += sorted(missing)
     unlisted = sorted(set(audio) - set(rows))
     result.remarks["not used"] += [
         (visible(path.as_posix()), f"no row in {settings.table}") for path in unlisted
     ]
     return rows
-
-
-def _examples(texts: list[str]) -> str:
-    """Return the first texts of a list."""
-    return ", ".join(texts[:EXAMPLES]) + (", …" if len(texts) > EXAMPLES else "")
 
 
 def file_id(path: Path) -> str:
@@ -397,7 +393,7 @@ def _warn_of_empty_sessions(rows: Rows, result: Scan) -> None:
     if empty:
         counted = f"{len(empty)} of {len(rows)} rows have no session"
         fix = f"fill the cells of {', '.join(map(repr, used))}"
-        reason = f"they are one session ({_examples(empty)}); {fix}"
+        reason = f"they are one session ({listed(empty)}); {fix}"
         result.remarks["warning"].append((counted, reason))
 
 
@@ -451,7 +447,7 @@ def _note_empty_grasps(
         consequence = f"a column of --grasp {settings.grasp!r} is empty"
         consequence += "; a row in which all are empty is a grasp of its own"
     fix = f"fill the cells of {', '.join(map(repr, used))}, or name other columns with --grasp"
-    examples = _examples([path.as_posix() for path in sorted(empty)])
+    examples = listed([path.as_posix() for path in sorted(empty)])
     result.remarks["warning"].append((counted, f"{consequence} ({examples}); {fix}"))
 
 
@@ -469,7 +465,9 @@ def _with_joined_numbers(
         if spellings:
             numbers = sorted(set(spellings.values()))
             forms = sorted(form for form, number in spellings.items() if number == numbers[0])
-            problem = f"{len(numbers)} numbers of {name} are spelled in several ways"
+            subject = "1 number of" if len(numbers) == 1 else f"{len(numbers)} numbers of"
+            verb = "is" if len(numbers) == 1 else "are"
+            problem = f"{subject} {name} {verb} spelled in several ways"
             example = f"each is one {name}, e.g. {', '.join(map(repr, forms))}"
             result.remarks["note"].append((problem, example))
     return joined
@@ -484,7 +482,7 @@ def _note_grasps_without_object(result: Scan) -> None:
     if empty and has_label:
         counted = f"{len(empty)} of {len(numbered)} rows have the number of a grasp, "
         counted += "but no object or label"
-        reason = f"equal numbers are one grasp ({_examples(empty)}); fill the cells"
+        reason = f"equal numbers are one grasp ({listed(empty)}); fill the cells"
         result.remarks["warning"].append((counted, reason))
 
 
@@ -521,8 +519,8 @@ def _name_sessions(result: Scan, known: Mapping[str, KnownSession]) -> None:
 
 
 def _sample_numbers(texts: Collection[str]) -> dict[str, str]:
-    """Return numbers of samples: whole numbers as they are, else texts in alphabetical order."""
-    numbers = {text: re.fullmatch(r"(\d+)(?:\.0+)?", text or "0") for text in texts}
+    """Return numbers of samples: whole numbers, else the places of texts in alphabetical order."""
+    numbers = {text: whole_number(text or "0") for text in texts}
     if all(numbers.values()):
-        return {text: number[1] for text, number in numbers.items() if number}
+        return numbers
     return {text: str(place) for place, text in enumerate(sorted(texts))}

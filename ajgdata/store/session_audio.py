@@ -9,10 +9,9 @@ from pathlib import Path
 from ajgdata.paths import RECORDINGS_FILE
 from ajgdata.store.audio import AudioError, file_sha256
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
-from ajgdata.types import SESSION_COLUMNS, DataError, Finding, Recording, Session
+from ajgdata.types import SESSION_COLUMNS, WHOLE, DataError, Finding, Recording, Session
 
 LABEL_COLUMNS = ("recording_id", "grasp_id", "sample", "object", "quality")
-WHOLE_SESSION = "*"
 
 
 @dataclass(frozen=True)
@@ -49,14 +48,14 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
     except DataError as error:
         file = Path(error.where.split(":")[0]).name
         problem = f"{file}: {error.problem}"
-        names = (folder.name, WHOLE_SESSION, file)
+        names = (folder.name, WHOLE, file)
         result.findings = [Finding(*names, "error", "bad_session", problem, error.fix)]
         return result
     is_unfinished = session.acquisition is not None and not session.acquisition.finished
     if not recordings and not result.findings and not is_unfinished:
         problem = f"{RECORDINGS_FILE} has a header and no recordings"
         fix = "import or record some, or remove the folder of this session"
-        names = (folder.name, WHOLE_SESSION, RECORDINGS_FILE)
+        names = (folder.name, WHOLE, RECORDINGS_FILE)
         result.findings.append(Finding(*names, "error", "no_recordings", problem, fix))
     for grasp, reason in session.skipped.items():
         problem, _, fix = reason.rpartition("; ")
@@ -85,7 +84,10 @@ def checked_sha256(path: Path, declared: str) -> str:
     digest = file_sha256(path)
     if declared and digest != declared:
         problem = "its bytes are not those that were recorded (sha256 differs)"
-        fix = "restore the file, or accept it with `ajgdata check NAME --accept`"
+        fix = (
+            "restore the file, or accept all new and changed files of the data set with "
+            "`ajgdata check NAME --accept`"
+        )
         raise AudioError(path, "changed", problem, fix)
     return digest
 

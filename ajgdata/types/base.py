@@ -94,6 +94,12 @@ class NotPossibleError(ValueError):
     """
 
 
+#: Levels of issues, the worst first.
+ISSUE_LEVELS = ("error", "warning", "note")
+#: The recording_id of an issue of a whole session, and the session_id of an issue of a data set.
+WHOLE = "*"
+
+
 @dataclasses.dataclass(frozen=True, order=True)
 class Finding:
     """A check's verdict on one recording (or, with recording_id `*`, on a whole session).

@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ajgdata.types.base import Finding
+from ajgdata.types.base import ISSUE_LEVELS, WHOLE, Finding
 
-_LEVELS = ("error", "warning", "note")
-#: The recording_id of an issue of a whole session or data set.
-_WHOLE = "*"
 #: Code of an issue of a grasp that was not recorded.
 _NO_RECORDING = "skipped"
 
@@ -34,7 +31,7 @@ class IssueCounts:
 
     def __str__(self) -> str:
         """Return `1 error, 0 warnings, 60 notes`."""
-        counts = zip((self.errors, self.warnings, self.notes), _LEVELS, strict=True)
+        counts = zip((self.errors, self.warnings, self.notes), ISSUE_LEVELS, strict=True)
         return ", ".join(f"{count:,} {noun}{'' if count == 1 else 's'}" for count, noun in counts)
 
 
@@ -45,10 +42,10 @@ def issue_counts(issues: Iterable[Finding]) -> IssueCounts:
     """
     worst: dict[tuple[str, str], int] = {}
     for issue in issues:
-        if issue.recording_id == _WHOLE or issue.code == _NO_RECORDING:
+        if issue.recording_id == WHOLE or issue.code == _NO_RECORDING:
             continue
         name = (issue.session_id, issue.recording_id)
-        rank = _LEVELS.index(issue.level)
+        rank = ISSUE_LEVELS.index(issue.level)
         worst[name] = min(rank, worst.get(name, rank))
     ranks = list(worst.values())
-    return IssueCounts(*(ranks.count(rank) for rank in range(len(_LEVELS))))
+    return IssueCounts(*(ranks.count(rank) for rank in range(len(ISSUE_LEVELS))))

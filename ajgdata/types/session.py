@@ -102,7 +102,8 @@ class Recording(Strict):
     )
     sha256: Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")] = Field(
         "",
-        description="of its file; empty: changes are not noticed; `ajgdata check NAME --accept`",
+        description="checksum of the file; if empty, changes are not noticed: "
+        "`ajgdata check NAME --accept` stores it",
     )
     grasp_id: Annotated[str, Field(min_length=1)] = Field(
         description="placement of the object; the default group of cross-validation"

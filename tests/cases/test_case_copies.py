@@ -91,6 +91,30 @@ def test_an_equal_sound_with_another_label_is_an_error(ajgdata, src, features):
     assert len(names) == 11
 
 
+def test_equal_numbers_in_two_spellings_are_equal_labels(ajgdata, paths, src, features):
+    """The check and the run compare numbers, not texts, and a word is a missing number."""
+    fill(src)
+    table = ["file,angle,grasp"]
+    for place, path in enumerate(sorted(src.iterdir())):
+        table.append(f"{path.name},{place}.5,{place}")
+    for name, angle in (("a", "10"), ("b", "10.0"), ("c", "?"), ("d", "")):
+        write_wav(src / f"{name}.wav", resonances(2, 1 if name in "ab" else 2))
+        table.append(f"{name}.wav,{angle},{name}")
+    samples, rate_hz = soundfile.read(src / "a.wav", dtype="int16")
+    soundfile.write(src / "e.flac", samples, rate_hz)
+    table.append("e.flac,1e1,e")
+    (src / "labels.csv").write_text("\n".join(table), encoding="utf-8")
+    options = ["--table", "labels.csv", "--file", "{file}", "--grasp", "{grasp}"]
+    ajgdata("import", src, "--dataset", "mine", *options, "--target", "angle")
+    assert read_dataset(paths, "mine").targets["angle"].kind == "regression"
+    checked = ajgdata("check", "mine", "--all")
+    assert "two_labels" not in checked.text
+    assert "copy 3" in checked.text
+    _, issues = features("mine")
+    copied = [code for code in codes(issues) if code[2] in ("copy", "two_labels")]
+    assert copied == [(name, "warning", "copy") for name in ("b", "d", "e")]
+
+
 def milliseconds(count):
     return round(count * RATE_HZ / 1000)
 

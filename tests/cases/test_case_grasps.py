@@ -1,4 +1,4 @@
-"""Grasps: empty cells, numbers in several spellings, samples that stand twice."""
+"""Grasps: empty cells, numbers in several spellings, equal numbers of samples in one grasp."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_one_number_in_several_spellings_is_one_grasp(src, ajgdata, rows):
             write_wav(src / f"{label}-g{number}-s{sample}.wav", sound)
     printed = ajgdata("import", src, "--dataset", "d", "--pattern", NUMBERED)
     assert printed.code == 0, printed.text
-    assert "1 numbers of grasp are spelled in several ways" in printed.text
+    assert "1 number of grasp is spelled in several ways" in printed.text
     assert {row["grasp_id"] for row in rows("d")} == {"cube/1", "ball/1"}
 
 

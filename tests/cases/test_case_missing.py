@@ -108,7 +108,7 @@ def test_a_class_that_is_mostly_numbers_is_a_warning(src, ajgdata, paths):
     assert printed.code == 3
     assert read_dataset(paths, "d").targets["label"].kind == "classification"
     assert "only 6 of 20 cells are not numbers" in printed.text
-    assert "'lost' (r14.wav, r15.wav, r16.wav, …)" in printed.text
+    assert "'lost' (r14.wav, r15.wav, r16.wav and 3 more)" in printed.text
 
 
 @pytest.mark.parametrize("text", ["NA", "nan", "null", "-", "?", "#N/A"])

@@ -326,6 +326,20 @@ def test_an_added_recording_is_not_left_out_silently(mine, paths, ajgdata, src):
     assert not paths.published("mine").exists()
 
 
+def test_a_session_without_recordings_does_not_prevent_publishing(mine, paths, ajgdata, build):
+    header = paths.recordings_file("mine", "src").read_text(encoding="utf-8").splitlines()[0]
+    paths.session("mine", "day2").mkdir()
+    paths.session_file("mine", "day2").write_text("session_id: day2\nsource: import\n")
+    paths.recordings_file("mine", "day2").write_text(f"{header}\n")
+    build()
+    printed = ajgdata("publish", "mine")
+    assert printed.code == 0, printed.text
+    paths.session("mine", "day2").rename(paths.root / "elsewhere")
+    stopped = ajgdata("publish", "mine")
+    assert stopped.code == 1
+    assert "1 recording removed, first day2/*" in stopped.text
+
+
 def test_a_recording_that_is_no_longer_rejected_is_not_left_out(mine, ajgdata, edit, build):
     edit(reject)
     build()

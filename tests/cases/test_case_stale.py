@@ -179,7 +179,7 @@ def test_an_empty_hash_is_an_issue(imported, ajgdata, rows):
     assert printed.code == 3
     assert "0 errors, 1 warning," in printed.text
     assert "warning no_sha256 src/1_ball" in printed.text
-    assert "`ajgdata check tones --accept`" in printed.text
+    assert "`ajgdata check tones --accept`, which also accepts all changed files" in printed.text
 
 
 def test_accepting_stores_the_hash_and_the_next_change_is_reported(imported, ajgdata, rows, src):
@@ -191,7 +191,7 @@ def test_accepting_stores_the_hash_and_the_next_change_is_reported(imported, ajg
     file = imported.session(NAME, "src") / first["file"]
     write_wav(file, resonances(1, 50))
     printed = ajgdata("check", NAME, "--accept")
-    assert "accepted src/1_ball: had no sha256 1 recordings of tones accepted" in printed.text
+    assert "accepted src/1_ball: had no sha256 1 recording of tones accepted" in printed.text
     assert "no_sha256" not in printed.text
     assert rows(NAME)[0]["sha256"] not in ("", first["sha256"])
     assert rows(NAME)[1:] == untouched
@@ -229,8 +229,55 @@ def test_a_file_that_is_missing_is_not_accepted(imported, ajgdata, rows):
     first = without_hash(imported, rows)
     (imported.session(NAME, "src") / first["file"]).unlink()
     printed = ajgdata("check", NAME, "--accept")
+    assert "not accepted src/1_ball: no such file, or a broken link" in printed.text
     assert "0 recordings of tones accepted" in printed.text
     assert printed.code == 3
+
+
+DEFECTS = {
+    "truncated": (lambda path: path.write_bytes(path.read_bytes()[:-500]), "is cut short"),
+    "damaged": (lambda path: path.write_text("no sound"), "cannot be decoded"),
+    "empty": (lambda path: path.write_bytes(b""), "the file is empty"),
+    "no_samples": (lambda path: write_wav(path, resonances(0, 1)[:0]), "but no samples"),
+}
+
+
+@pytest.mark.parametrize("defect", DEFECTS)
+def test_a_file_that_cannot_be_decoded_is_not_accepted(imported, ajgdata, rows, defect):
+    """Accepting a recording without a hash does not accept a damaged one of the same data set."""
+    damage, problem = DEFECTS[defect]
+    without_hash(imported, rows)
+    damaged = rows(NAME)[1]
+    damage(imported.session(NAME, "src") / damaged["file"])
+    printed = ajgdata("check", NAME, "--accept")
+    assert printed.code == 3
+    assert "accepted src/1_ball: had no sha256" in printed.text
+    assert f"not accepted src/{damaged['recording_id']}: " in printed.text
+    assert problem in printed.text
+    assert "1 recording of tones accepted" in printed.text
+    assert rows(NAME)[1] == damaged
+    assert f"error changed src/{damaged['recording_id']}" in printed.text
+
+
+def test_a_damaged_file_without_a_hash_is_not_accepted(imported, ajgdata, rows):
+    first = without_hash(imported, rows)
+    (imported.session(NAME, "src") / first["file"]).write_text("no sound")
+    printed = ajgdata("check", NAME, "--accept")
+    assert printed.code == 3
+    assert "not accepted src/1_ball: cannot be decoded" in printed.text
+    assert rows(NAME)[0]["sha256"] == ""
+
+
+def test_a_readable_file_with_an_issue_is_accepted(imported, ajgdata, rows):
+    """Another rate or number of channels is an issue of a readable file."""
+    first = without_hash(imported, rows)
+    stereo = np.column_stack([resonances(1, 50), resonances(1, 51)])
+    write_wav(imported.session(NAME, "src") / first["file"], stereo, rate_hz=48_000)
+    printed = ajgdata("check", NAME, "--accept")
+    assert "1 recording of tones accepted" in printed.text
+    assert "not accepted" not in printed.text
+    assert printed.code == 3
+    assert rows(NAME)[0]["sha256"] not in ("", first["sha256"])
 
 
 def test_a_table_that_cannot_be_read_stops_what_depends_on_it(imported):

@@ -65,7 +65,7 @@ def test_regular_expression_with_roles(tmp_path):
 
 @pytest.mark.parametrize(
     ("said", "sample"),
-    [("03", "03"), ("3.0", "3"), ("", "0"), ("x", "0"), ("-1", "0")],
+    [("03", "3"), ("3.0", "3"), ("", "0"), ("x", "0"), ("-1", "0")],
 )
 def test_the_number_of_a_repeat_as_spreadsheets_write_it(tmp_path, said, sample):
     table(files(tmp_path, "a.wav"), f'name,sample\na,"{said}"\n')

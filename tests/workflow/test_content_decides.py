@@ -72,11 +72,11 @@ def test_a_copied_project_and_workflow_have_nothing_to_do(finished, tmp_path, mo
 
 def test_features_that_another_run_computed_are_evaluated_again(project):
     """A run with a narrow target writes features, and no results that follow from them."""
-    path = project.paths.session_hashes("tones")
-    before = path.stat().st_mtime
-    digest = path.read_text().partition('"features": "')[2][:64]
-    path.write_text(path.read_text().replace(digest, digest[::-1]))
-    os.utime(path, (before, before))
+    relabel(project)
+    project.snakemake("results/features/tones.nc")
+    for path in project.paths.results.rglob("*"):
+        if "features" not in path.parts:
+            os.utime(path, (FUTURE_S, FUTURE_S))
     assert project.planned(*END) == TASKS
 
 
