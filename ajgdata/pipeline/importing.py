@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from ajgdata.paths import Paths
 from ajgdata.pipeline.added_channels import check_added_channels
 from ajgdata.pipeline.column_kinds import ColumnKind, column_kind
-from ajgdata.pipeline.microphones import check_declared, chosen_microphone
+from ajgdata.pipeline.microphones import check_microphone, chosen_microphone
 from ajgdata.pipeline.progress import tracked
 from ajgdata.store.audio import AudioError, hash_and_inspect
 from ajgdata.store.file_names import UNUSED_FIELD
@@ -72,7 +72,7 @@ def import_folder(
     if declared and declared.recipe:
         raise DataError(path, "has a recipe, which makes its sessions", "choose another data set")
     if declared:
-        check_declared(path, declared.audio, microphone)
+        check_microphone(path, declared.audio, microphone)
     chosen = _chosen(settings, declared)
     scanned = scan(folder, chosen, folder.resolve().name, known_sessions(paths, dataset))
     contents = _read(scanned)

@@ -20,14 +20,14 @@ from ajgdata.types import AudioSettings, DataError
 
 #: Most files whose channels are compared, spread evenly over the folder: the cost of an import does
 #: not grow with the number of files.
-MAX_FILES = 32
+MAX_COMPARED_FILES = 32
 #: Longest part of a file whose channels are compared, in s.
-MAX_S = 5.0
+MAX_COMPARED_S = 5.0
 #: Most values (frames times channels) of a file that are compared.
-MAX_VALUES = 4_000_000
+MAX_COMPARED_VALUES = 4_000_000
 
 
-def check_declared(path: Path, audio: AudioSettings, requested: int | str | None) -> None:
+def check_microphone(path: Path, audio: AudioSettings, requested: int | str | None) -> None:
     """Raise DataError if a microphone is requested that a declared data set does not use."""
     if requested is not None and requested != audio.microphone:
         declared = "no microphone" if audio.microphone is None else f"{audio.microphone}"
@@ -74,11 +74,13 @@ def _statistics(scanned: Scan, counts: dict[Path, int]) -> ChannelStatistics | N
 def compared_channels(scanned: Scan, files: Sequence[Path]) -> ChannelStatistics | None:
     """Return level and correlation of the channels of files that have equally many; None if nothing
     in them can be compared."""
-    step = max(1, -(-len(files) // MAX_FILES))
+    step = max(1, -(-len(files) // MAX_COMPARED_FILES))
     recordings = []
     for path in sorted(files)[::step]:
         with suppress(AudioError):  # the import lists it
-            recordings.append(read_channels(scanned.folder / path, MAX_S, MAX_VALUES))
+            recordings.append(
+                read_channels(scanned.folder / path, MAX_COMPARED_S, MAX_COMPARED_VALUES)
+            )
     return channel_statistics(recordings)
 
 

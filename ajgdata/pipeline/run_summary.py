@@ -16,9 +16,8 @@ from ajgdata.store.features import open_store
 from ajgdata.store.files import read_json, write_bytes
 from ajgdata.store.findings import read_findings, unreadable
 from ajgdata.store.models import ABOUT_FILE
-from ajgdata.store.session_audio import WHOLE_SESSION
 from ajgdata.store.sessions import list_datasets
-from ajgdata.types import Finding, IssueCounts, issue_counts, left_out
+from ajgdata.types import WHOLE, Finding, IssueCounts, issue_counts, left_out
 
 #: The summary of a run that skipped tasks, or could not read recordings, ends with a line that
 #: begins with this.
@@ -163,7 +162,7 @@ def _unreadable_end(paths: Paths, problems: Mapping[str, Sequence[Finding]]) -> 
         if not findings:
             continue
         recordings = {(f.session_id, f.recording_id) for f in findings}
-        sessions = {session for session, recording in recordings if recording == WHOLE_SESSION}
+        sessions = {session for session, recording in recordings if recording == WHOLE}
         count = len(recordings) - len(sessions)
         counted = [many(count, "recording")] if count else []
         counted += [many(len(sessions), "session")] if sessions else []

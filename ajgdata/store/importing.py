@@ -25,7 +25,7 @@ from ajgdata.store.files import copy as copy_file
 from ajgdata.store.folder_comparison import FolderComparison, StoredFile, compare_folder
 from ajgdata.store.provenance import software
 from ajgdata.store.scan import Remarks, Scan, ScannedFile, file_id, search
-from ajgdata.store.session_names import KnownSession, session_names
+from ajgdata.store.session_names import KnownSession, stored_session_names
 from ajgdata.store.sessions import (
     inside,
     list_sessions,
@@ -274,7 +274,7 @@ class _SessionImport:
                 return read_session(self.target.with_name(best)).imported_as or best
         names = [parent, f"{parent}_{self.target.name}"]
         names += [f"{parent}_{self.target.name}_{number}" for number in range(2, len(shared) + 3)]
-        return next(name for name in names if session_names([name])[name] not in shared)
+        return next(name for name in names if stored_session_names([name])[name] not in shared)
 
     def run(self, contents: Contents, result: Imported) -> None:
         """Import the files of this session. Whatever ends it, written files are in the table."""

@@ -21,7 +21,7 @@ from ajgdata.store.files import plain_text
 from ajgdata.store.label_table import read_label_table, visible
 from ajgdata.store.listing import listed
 from ajgdata.store.name_pattern import compile_pattern, match_name
-from ajgdata.store.session_names import KnownSession, is_changed, session_names, slug
+from ajgdata.store.session_names import KnownSession, is_changed, slug, stored_session_names
 from ajgdata.store.starter_kit import STARTER_KIT
 from ajgdata.types import NAME, DataError, ImportSettings, checked_name, is_reserved
 
@@ -507,7 +507,7 @@ def _name_sessions(result: Scan, known: Mapping[str, KnownSession]) -> None:
     paths: dict[str, set[str]] = {value: set() for value in result.played}
     for file in result.files:
         paths.setdefault(file.session, set()).add(file.path.as_posix())
-    names = session_names(paths, known, paths)
+    names = stored_session_names(paths, known, paths)
     result.session_texts = {name: value for value, name in names.items()}
     for value, name in sorted(names.items()):
         checked_name(name, "session")

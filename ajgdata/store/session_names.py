@@ -33,7 +33,7 @@ class KnownSession:
     files: Collection[str] = ()
 
 
-def session_names(
+def stored_session_names(
     values: Collection[str],
     known: Mapping[str, KnownSession] = MappingProxyType({}),
     files: Mapping[str, Collection[str]] = MappingProxyType({}),
@@ -45,9 +45,9 @@ def session_names(
     data set by name: a value keeps its name in later imports, and no other value gets it. `files`
     are the paths of recordings by value.
 
-    >>> session_names(["run 1", "run_1", "-5"])
+    >>> stored_session_names(["run 1", "run_1", "-5"])
     {'run_1': 'run_1', '-5': 'minus5', 'run 1': 'run_1-b945d8'}
-    >>> session_names(["run_1"], {"run_1": KnownSession("run 1")})
+    >>> stored_session_names(["run_1"], {"run_1": KnownSession("run 1")})
     {'run_1': 'run_1-37ddff'}
     """
     by_text = {session.text: name for name, session in known.items() if session.text is not None}

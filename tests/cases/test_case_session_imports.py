@@ -150,11 +150,11 @@ def test_sessions_of_an_older_version_keep_their_names(ajgdata, src, paths):
 
 def test_the_order_of_values_does_not_change_names():
     texts = ["run 1", "run_1", "run/1", "RUN_1", "-5", "5"]
-    names = session_names.session_names(texts)
-    assert names == session_names.session_names(texts[::-1])
+    names = session_names.stored_session_names(texts)
+    assert names == session_names.stored_session_names(texts[::-1])
     known = {name: KnownSession(text) for text, name in names.items()}
-    assert session_names.session_names(texts, known) == names
-    assert session_names.session_names(["run_1"], known) == {"run_1": names["run_1"]}
+    assert session_names.stored_session_names(texts, known) == names
+    assert session_names.stored_session_names(["run_1"], known) == {"run_1": names["run_1"]}
 
 
 def test_two_folders_of_one_name_are_not_one_session(ajgdata, src, paths):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from sounds import resonances, write_wav
 
-from ajgdata.store.session_names import session_names
+from ajgdata.store.session_names import stored_session_names
 from ajgdata.store.sessions import list_sessions
 
 VALUES = [
@@ -19,9 +19,9 @@ VALUES = [
 
 @pytest.mark.parametrize("values", VALUES)
 def test_different_values_have_different_names(values):
-    names = session_names(values)
+    names = stored_session_names(values)
     assert len({name.casefold() for name in names.values()}) == len(values)
-    assert names == session_names(tuple(reversed(values)))
+    assert names == stored_session_names(tuple(reversed(values)))
 
 
 def test_signed_sessions_of_a_table(src, ajgdata, paths):
