@@ -217,6 +217,23 @@ def similar_between(
     return _search(own, other, own_grasp, other_grasp, limit, False)
 
 
+def nearer_than_own(
+    pairs: Pairs, own: Float32, other: Float32, own_grasp: Sequence[str], other_grasp: Sequence[str]
+) -> Pairs:
+    """Return the pairs of `similar_between` that are copies by the neighbours of both rows.
+
+    Their distance is up to `SHARE` of the distance of each row to the nearest other grasp of its
+    own set, or up to `FORMAT`.
+    """
+    limit = np.full(len(pairs.distance), np.inf)
+    sets = ((pairs.first, own, own_grasp), (pairs.second, other, other_grasp))
+    for rows, prints, grasp in sets:
+        used, place = np.unique(rows, return_inverse=True)
+        limit = np.minimum(limit, SHARE * nearest_distances(prints, grasp, used)[place])
+    near = pairs.distance <= np.maximum(limit, FORMAT)
+    return Pairs(pairs.first[near], pairs.second[near], pairs.distance[near], pairs.complete)
+
+
 def _search(
     own: Float32,
     other: Float32,
