@@ -9,8 +9,10 @@ import yaml
 from scipy.signal import resample_poly
 from sounds import RATE_HZ, resonances, write_wav
 
+from ajgdata.pipeline import similar_sounds
 from ajgdata.pipeline.experiments import run_experiment
 from ajgdata.pipeline.feature_file import build_feature_file
+from ajgdata.pipeline.similar_sounds import leak
 from ajgdata.store.features import read_store
 from ajgdata.store.findings import read_findings
 from ajgdata.store.sessions import list_sessions, read_dataset
@@ -181,17 +183,17 @@ def test_recordings_of_one_grasp_and_references_are_not_compared(ajgdata, paths,
     assert "nearly the same" not in ajgdata("check", "mine", "--all").text
 
 
-def run_task(paths, dataset, other, tmp_path):
+def run_task(paths, dataset, other, tmp_path, models=("linear",)):
     """Run the cross-validation of a task that is tested on another data set; return its facts."""
     spec = read_dataset(paths, dataset)
     task = next(iter(spec.tasks))
     run_experiment(
         paths.features(dataset),
         kind="cross_validation",
-        models=["linear"],
+        models=models,
         dataset=dataset,
         task=task,
-        settings={"models": ["linear"], "test_on": [other]},
+        settings={"models": [*models], "test_on": [other]},
         split=spec.task_settings(task),
         other_sets=[other],
         audio=AudioSettings(),
@@ -249,13 +251,24 @@ def test_a_data_set_with_copies_of_training_recordings_is_refused(
     assert measured_parts(tmp_path) == {"grouped", "on:heldout"}
 
 
-def test_grasps_that_folds_hold_out_are_not_copies(ajgdata, paths, src, features, tmp_path):
+def test_grasps_that_folds_hold_out_are_not_copies(
+    ajgdata, paths, src, features, tmp_path, monkeypatch
+):
+    searched = []
+
+    def search(own, other, name):
+        searched.append(name)
+        return leak(own, other, name)
+
+    monkeypatch.setattr(similar_sounds, "leak", search)
     fill(src)
     ajgdata("import", src, "--dataset", "one")
     ajgdata("import", src, "--dataset", "two")
     features("one")
     features("two")
-    assert "others" not in run_task(paths, "one", "two", tmp_path)
+    about = run_task(paths, "one", "two", tmp_path, ["linear", "knn"])
+    assert "others" not in about
+    assert searched == ["two"]  # once for all models
     assert measured_parts(tmp_path) == {"grouped", "on:two"}
 
 
@@ -288,11 +301,8 @@ def stationary(number, grasp, frames=STATIONARY_FRAMES):
 def fill_stationary(folder, classes, grasps):
     for number in range(classes):
         for grasp in range(grasps):
-            sound = stationary(number, grasp)
-            write_wav(
-                folder / f"{number * grasps + grasp + 1}_{string.ascii_lowercase[number] * 3}.wav",
-                sound,
-            )
+            name = f"{number * grasps + grasp + 1}_{3 * string.ascii_lowercase[number]}.wav"
+            write_wav(folder / name, stationary(number, grasp))
 
 
 @pytest.mark.parametrize(("classes", "grasps"), [(2, 3), (20, 4)])
