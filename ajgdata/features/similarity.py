@@ -161,6 +161,8 @@ def nearest_distances(prints: Float32, grasp: Sequence[str], rows: Rows) -> NDAr
 
     It is infinite if there is no other grasp.
     """
+    if not len(rows):
+        return np.zeros(0)
     groups = np.unique(np.asarray(grasp, np.str_), return_inverse=True)[1]
     centred = prints - prints.mean(axis=0)
     squares = np.einsum("ij,ij->i", centred, centred)

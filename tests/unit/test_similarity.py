@@ -7,6 +7,7 @@ from ajgdata.features import similarity
 from ajgdata.features.similarity import (
     equal_groups,
     fingerprints,
+    nearer_than_own,
     nearest_distances,
     similar_between,
     similar_pairs,
@@ -193,4 +194,6 @@ def test_noise_has_the_distance_of_the_formula():
 def test_no_recordings():
     empty = np.zeros((0, 128), np.float32)
     assert not len(similar_pairs(empty, [], 0.1).first)
+    pairs = similar_between(empty, empty, [], [], 0.1)
+    assert not len(nearer_than_own(pairs, empty, empty, [], []).first)
     assert tolerance(empty, []) == similarity.FORMAT
