@@ -39,26 +39,32 @@ LARGEST_OF_COPIES = 0.09
 #: Distance of copies that differ in format only. We measured up to .0023 for these sounds as files
 #: of 22.05 or 48 kHz, and with noise of one quantum.
 FORMAT = 0.004
-#: Share of the distance between two recordings of one grasp. By the formula above, a copy may lack
-#: a third of its sound.
-SHARE_WITHIN = 1 / 2
-#: Share of the distance between recordings of two grasps. It is smaller because the nearest of all
-#: pairs are compared with this distance; a copy may lack a quarter of its sound.
-SHARE_BETWEEN = 0.4
-#: Low quantile of these distances, because recordings may also differ in other ways than noise.
+#: Share of the distance between independent recordings. By the formula above, a copy may lack a
+#: third of its sound.
+SHARE = 1 / 2
+#: Low quantile of distances within a grasp, because recordings may differ in more than noise.
 QUANTILE = 0.1
-#: Grasps that a tolerance from pairs of different grasps requires. If each recording has one copy,
-#: 1 / (n - 1) of all pairs are copies, which must remain below QUANTILE.
-FEWEST_GRASPS = 12
+#: Quantile of the distances of nearest neighbours. One recording in seven may have a copy, and
+#: each object with a quarter of the recordings sets the scale by its own scatter.
+NEAREST_QUANTILE = 1 / 4
+#: The least rank of this quantile, from 0: one copy already gives two small distances.
+LEAST_RANK = 2
 #: Share of recordings that are repeats of a grasp, for a tolerance from their distances.
 FEWEST_REPEATS = 1 / 4
-#: Pairs whose distances are computed for a tolerance.
+#: Recordings whose nearest neighbours are searched for a tolerance.
+SAMPLED_ROWS = 500
+#: Bins in `BAND_HZ` that a comparison in this band requires: a sixteenth of the default window.
+FEWEST_BINS = 64
+#: Bands that a comparison requires. With fewer bands, different sounds can have equal levels.
+FEWEST_BANDS = 16
+#: Pairs within grasps whose distances are computed for a tolerance.
 SAMPLED_PAIRS = 2_000
 #: Pairs after which a search stops: no user reads more, and memory remains bounded.
 MOST_PAIRS = 100_000
 #: Dimensions of the projection that selects candidates.
 _PROJECTED = 128
 _BLOCK = 2_048  # rows compared at once: 16 MiB of distances
+_NEAREST_BLOCK = 64  # rows compared with all other rows at once
 #: Error of a float32 matrix product of _PROJECTED + 2 terms, relative to its largest terms.
 _ROUNDING = 1e-5
 
@@ -81,9 +87,10 @@ def fingerprints(
 ) -> Float32:
     """Return fingerprints (n, b) of spectra (n, f) with bins at `frequency_hz` (f,).
 
-    `quantity` is that of `FeatureSettings`; the root of a power is a magnitude. Spectra without a
-    bin in `BAND_HZ` are compared in all their bins. There are fewer than `BANDS` bands if there are
-    fewer bins.
+    `quantity` is that of `FeatureSettings`; the root of a power is a magnitude. Spectra with fewer
+    than `FEWEST_BINS` bins in `BAND_HZ` are compared in all bins above its lower limit, because
+    these bins can be a small part of the recorded band. With fewer bins than `BANDS`, each bin is a
+    band. Callers compare no fingerprints with fewer than `FEWEST_BANDS` bands.
 
     >>> import numpy as np
     >>> from ajgdata.features.similarity import fingerprints
@@ -92,8 +99,7 @@ def fingerprints(
     array([[-0.221,  0.221],
            [-0.221,  0.221]], dtype=float32)
     """
-    inside = (frequency_hz >= BAND_HZ[0]) & (frequency_hz <= BAND_HZ[1])
-    columns = np.flatnonzero(inside if inside.any() else np.ones_like(inside))
+    columns = _compared_bins(frequency_hz)
     edges = np.linspace(0, len(columns), min(BANDS, len(columns)) + 1).astype(int)
     prints = np.empty((len(spectra), len(edges) - 1), np.float32)
     for start in range(0, len(spectra), _BLOCK):
@@ -102,6 +108,15 @@ def fingerprints(
             values = np.sqrt(values)
         prints[start : start + _BLOCK] = _levels(values, edges)
     return prints
+
+
+def _compared_bins(frequency_hz: NDArray[np.float64]) -> Rows:
+    """Return the columns (m,) of bins that are compared."""
+    above = frequency_hz >= BAND_HZ[0]
+    inside = above & (frequency_hz <= BAND_HZ[1])
+    if inside.sum() >= FEWEST_BINS:
+        return np.flatnonzero(inside)
+    return np.flatnonzero(above if above.any() else np.ones_like(above))
 
 
 def _levels(values: NDArray[np.float64], edges: NDArray[np.intp]) -> NDArray[np.float64]:
@@ -117,22 +132,58 @@ def _levels(values: NDArray[np.float64], edges: NDArray[np.intp]) -> NDArray[np.
 def tolerance(prints: Float32, grasp: Sequence[str]) -> float:
     """Return the distance up to which recordings of different grasps are reported as similar.
 
-    It is `SHARE_WITHIN` of a low quantile of the distances between recordings of one grasp, at
-    least `FORMAT` and at most `LARGEST_OF_COPIES`. Without repeated recordings it is
-    `LARGEST_OF_COPIES`; if there are `FEWEST_GRASPS`, at most `SHARE_BETWEEN` of a low quantile of
-    the distances between grasps. A few repeats do not count, because they can be copies that share
-    a grasp.
+    It is `SHARE` of the distance between independent recordings, from `FORMAT` to
+    `LARGEST_OF_COPIES`. This distance is a low quantile within the grasps if enough grasps are
+    repeated; a few repeats can be copies that share a grasp. Otherwise it is a low quantile of the
+    distances between each recording and its nearest neighbour of another grasp. These neighbours
+    are grasps of one object if objects have several grasps, for any number of objects. All pairs
+    would mainly measure the distance between objects, which is no scale for grasps of one object.
+
+    With fewer than three grasps it is `FORMAT`. If many recordings have copies, the quantile is a
+    distance of copies; those that differ in format only are then still within `FORMAT`.
     """
     groups = np.unique(np.asarray(grasp, np.str_), return_inverse=True)[1]
     first, second = _pairs_of_grasps(groups)
-    share = SHARE_WITHIN
-    if not len(first) or len(first) < FEWEST_REPEATS * len(prints):
-        if len(np.unique(groups)) < FEWEST_GRASPS:
-            return LARGEST_OF_COPIES
-        first, second = _random_pairs(len(prints))
-        share = SHARE_BETWEEN
-    typical = float(np.quantile(distances(prints[first], prints[second]), QUANTILE))
-    return min(LARGEST_OF_COPIES, max(FORMAT, share * typical))
+    if len(first) and len(first) >= FEWEST_REPEATS * len(prints):
+        typical = float(np.quantile(distances(prints[first], prints[second]), QUANTILE))
+    elif len(np.unique(groups)) <= LEAST_RANK:
+        return FORMAT
+    else:
+        rows = _sampled_rows(len(prints))
+        nearest = np.sort(nearest_distances(prints, grasp, rows))
+        rank = max(LEAST_RANK, int(NEAREST_QUANTILE * (len(nearest) - 1)))
+        typical = float(nearest[rank])
+    return min(LARGEST_OF_COPIES, max(FORMAT, SHARE * typical))
+
+
+def nearest_distances(prints: Float32, grasp: Sequence[str], rows: Rows) -> NDArray[np.float64]:
+    """Return the distance (m,) between each of `rows` (m,) and the nearest row of another grasp.
+
+    It is infinite if there is no other grasp.
+    """
+    if not len(rows):
+        return np.zeros(0)
+    groups = np.unique(np.asarray(grasp, np.str_), return_inverse=True)[1]
+    centred = prints - prints.mean(axis=0)
+    squares = np.einsum("ij,ij->i", centred, centred)
+    nearest = np.empty(len(rows))
+    for start in range(0, len(rows), _NEAREST_BLOCK):
+        block = rows[start : start + _NEAREST_BLOCK]
+        # without the square of the row itself, which changes no order
+        squared = squares - 2 * centred[block] @ centred.T
+        squared[groups[block][:, np.newaxis] == groups] = np.inf
+        other = squared.argmin(axis=1)
+        exact = distances(prints[block], prints[other])
+        is_alone = np.isinf(squared.min(axis=1))
+        nearest[start : start + len(block)] = np.where(is_alone, np.inf, exact)
+    return nearest
+
+
+def _sampled_rows(count: int) -> Rows:
+    """Return all of `count` rows, or a random sample with a constant seed."""
+    if count <= SAMPLED_ROWS:
+        return np.arange(count)
+    return np.random.default_rng(0).choice(count, SAMPLED_ROWS, replace=False)
 
 
 def _pairs_of_grasps(groups: NDArray[np.intp]) -> tuple[Rows, Rows]:
@@ -142,16 +193,6 @@ def _pairs_of_grasps(groups: NDArray[np.intp]) -> tuple[Rows, Rows]:
     if len(same) > SAMPLED_PAIRS:
         same = same[np.linspace(0, len(same) - 1, SAMPLED_PAIRS).astype(int)]
     return order[same], order[same + 1]
-
-
-def _random_pairs(count: int) -> tuple[Rows, Rows]:
-    """Return all pairs of `count` rows, or a random sample with a constant seed."""
-    if count * (count - 1) // 2 <= SAMPLED_PAIRS:
-        return np.triu_indices(count, 1)
-    random = np.random.default_rng(0)
-    first = random.integers(0, count, SAMPLED_PAIRS)
-    step = random.integers(1, count, SAMPLED_PAIRS)
-    return first, (first + step) % count
 
 
 def equal_groups(prints: Float32) -> list[list[int]]:
@@ -176,6 +217,23 @@ def similar_between(
     """Return all pairs of a row of `own` and a row of `other` whose distance is up to `limit` and
     whose grasps have different names."""
     return _search(own, other, own_grasp, other_grasp, limit, False)
+
+
+def nearer_than_own(
+    pairs: Pairs, own: Float32, other: Float32, own_grasp: Sequence[str], other_grasp: Sequence[str]
+) -> Pairs:
+    """Return the pairs of `similar_between` that are copies by the neighbours of both rows.
+
+    Their distance is up to `SHARE` of the distance of each row to the nearest other grasp of its
+    own set, or up to `FORMAT`.
+    """
+    limit = np.full(len(pairs.distance), np.inf)
+    sets = ((pairs.first, own, own_grasp), (pairs.second, other, other_grasp))
+    for rows, prints, grasp in sets:
+        used, place = np.unique(rows, return_inverse=True)
+        limit = np.minimum(limit, SHARE * nearest_distances(prints, grasp, used)[place])
+    near = pairs.distance <= np.maximum(limit, FORMAT)
+    return Pairs(pairs.first[near], pairs.second[near], pairs.distance[near], pairs.complete)
 
 
 def _search(

@@ -19,6 +19,7 @@ the samples are scaled by the power of two nearest to their peak, which is exact
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from functools import lru_cache
@@ -28,7 +29,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from ajgdata.types import FeatureSettings
+from ajgdata.types import AudioSettings, FeatureSettings
 
 Float32 = NDArray[np.float32]
 
@@ -212,3 +213,12 @@ def differing_axes(
     ]
     values = [(name, own.get(p, {}).get(k), other.get(p, {}).get(k)) for name, p, k in pairs]
     return [(name, a, b) for name, a, b in values if a != b]
+
+
+def settings_text(audio: AudioSettings, features: FeatureSettings) -> str:
+    """Return the settings of features as JSON: equal texts mean features that compare."""
+    settings = {
+        "audio": audio.model_dump(mode="json"),
+        "features": features.model_dump(mode="json"),
+    }
+    return json.dumps(settings, sort_keys=True)

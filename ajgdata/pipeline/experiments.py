@@ -138,37 +138,62 @@ def run_experiment(
         **_sounds(paths, dataset, audio, read_too, rendered),
     )  # fmt: skip
     checked = experiment.settings.model_validate(settings)
-    outcomes = [_measure(experiment, inputs, checked, about | {"model": m}) for m in models]
+    refused = _copied_sets(inputs, getattr(checked, "test_on", ()))
+    outcomes = [
+        _measure(experiment, inputs, checked, about | {"model": model}, refused) for model in models
+    ]
     write_measurements(cost, [({}, outcome.cost) for outcome in outcomes])
     write_measurements(tables, [(outcome.about, outcome.tables) for outcome in outcomes])
 
 
 def _measure(
-    experiment: Experiment, inputs: Inputs, settings: Strict, about: Mapping[str, Any]
+    experiment: Experiment,
+    inputs: Inputs,
+    settings: Strict,
+    about: Mapping[str, Any],
+    refused: Mapping[str, str],
 ) -> Outcome:
-    """Return tables of results and of cost, and `about` with more facts, or why there are none."""
+    """Return tables of results and of cost, and `about` with more facts, or why there are none.
+
+    `refused` are data sets with copies of training recordings, with the reason. A cross-validation
+    is measured without these test sets; other experiments require all their data sets.
+    """
+    name = measurement_name(experiment.name, about["model"])
     try:
-        _refuse_copies(inputs, getattr(settings, "test_on", ()))
+        if refused and experiment.name != CROSS_VALIDATION:
+            raise NotPossibleError("; ".join(refused.values()))
+        settings = _without_test_sets(settings, refused)
         about = {**about, "left_out": dict(inputs.classes_of_task[1])}
         outcome = experiment.measure(inputs, settings, about["model"])
     except NotPossibleError as error:
-        name = measurement_name(experiment.name, about["model"])
         tell(f"skipped   {about['dataset']}/{about['task']}, {name}: {error}")
         return Outcome((), (), {**about, "skipped": str(error)})
+    if refused:
+        parts = {f"the test on {dataset}": reason for dataset, reason in refused.items()}
+        about = {**about, "others": parts}
+        for part, reason in parts.items():
+            tell(f"skipped   {about['dataset']}/{about['task']}, {part} of {name}: {reason}")
     return replace(outcome, about={**about, **outcome.about})
 
 
-def _refuse_copies(inputs: Inputs, test_on: Sequence[str]) -> None:
-    """Raise NotPossibleError if a data set of `test_on` contains copies of training recordings."""
+def _without_test_sets(settings: Strict, refused: Collection[str]) -> Strict:
+    """Return settings without the refused data sets of `test_on`."""
+    if not refused:
+        return settings
+    used = tuple(name for name in getattr(settings, "test_on", ()) if name not in refused)
+    return settings.model_copy(update={"test_on": used})
+
+
+def _copied_sets(inputs: Inputs, test_on: Sequence[str]) -> dict[str, str]:
+    """Return why data sets of `test_on` contain copies of training recordings, by name."""
     # the simulation, which Snakemake does not need
-    from ajgdata.pipeline.similar_sounds import leak_refusal, sounds_of
+    from ajgdata.pipeline.similar_sounds import leak_refusals, sounds_of
 
     if not test_on:
-        return
+        return {}
     quantity = inputs.features.quantity
     tests = {name: sounds_of(inputs.other_sets[name], [], quantity) for name in test_on}
-    if refusal := leak_refusal(sounds_of(inputs.store, [], quantity), tests):
-        raise NotPossibleError(refusal)
+    return leak_refusals(sounds_of(inputs.store, [], quantity), tests)
 
 
 def _comparable(store: Path, table: FeatureRows, path: Path) -> FeatureRows:
@@ -231,6 +256,9 @@ def read_results(
         else:
             named, cost = ({t.name: t for t in some} for some in (tables, costs))
             results.append(Result(model or about["model"], label, about, named, cost))
+            if request.experiment.name == CROSS_VALIDATION:
+                parts = about.get("others", {})
+                skipped += [(f"{label}, {part}", reason) for part, reason in parts.items()]
     return TaskResults(
         experiment=request.experiment.name,
         dataset=spec.name,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ajgdata.features.spectrum import frequencies_hz, spectrum
+from ajgdata.features.spectrum import frequencies_hz, settings_text, spectrum
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.recordings import examine, finding
@@ -237,15 +236,11 @@ def _with_attributes(
     table: FeatureRows, dataset: str, audio: AudioSettings, features: FeatureSettings, digest: str
 ) -> FeatureRows:
     """Return the table with what identifies the data set, and how it was computed."""
-    settings = {
-        "audio": audio.model_dump(mode="json"),
-        "features": features.model_dump(mode="json"),
-    }
     sources = set(table.columns["source"].values) if "source" in table.columns else set()
     rows = zip(table.columns["recording"].values, table.columns["sha256"].values, strict=True)
     inputs = sha256_of("\n".join(f"{name} {sha256}" for name, sha256 in rows).encode())
     attrs = {
-        "settings": json.dumps(settings, sort_keys=True),
+        "settings": settings_text(audio, features),
         SETTINGS_ATTRIBUTE: digest,
         **software(),
         "data_set": dataset,

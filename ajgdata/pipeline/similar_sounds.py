@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 
 from ajgdata.acquire.protocol import REFERENCE
 from ajgdata.features import similarity
-from ajgdata.features.spectrum import frequencies_hz, spectrum
+from ajgdata.features.spectrum import frequencies_hz, settings_text, spectrum
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recordings import examine
 from ajgdata.store.features import FeatureRows, read_store
@@ -95,11 +94,30 @@ def sound_issues(sounds: Sounds) -> list[Finding]:
     """Return issues of recordings of different grasps with equal or similar sounds.
 
     Equal sounds have the consequences of equal bytes: with different labels all are errors,
-    otherwise all but the first are excluded. Similar sounds are warnings.
+    otherwise all but the first are excluded. Similar sounds are warnings. Fingerprints with too few
+    bands are not compared, which is a warning for the data set.
     """
+    if not _has_enough_bands(sounds):
+        return [_not_compared(sounds)] if len(sounds.recordings) > 1 else []
     excluded = _equal_sounds(sounds)
     used = [row for row in range(len(sounds.recordings)) if row not in excluded]
     return [*excluded.values(), *_similar_sounds(sounds.where(used))]
+
+
+def _has_enough_bands(sounds: Sounds) -> bool:
+    """Return whether fingerprints have the bands that a comparison requires."""
+    return sounds.fingerprints.shape[1] >= similarity.FEWEST_BANDS
+
+
+def _not_compared(sounds: Sounds) -> Finding:
+    """Return a warning that the band of the features is too narrow."""
+    bands = sounds.fingerprints.shape[1]
+    problem = (
+        f"the features have {bands} bands above {similarity.BAND_HZ[0]:g} Hz, so copies of a "
+        f"sound were not searched, which requires {similarity.FEWEST_BANDS}"
+    )
+    fix = "increase window or widen band_hz of the features in dataset.yaml"
+    return Finding("*", "*", "", "warning", SIMILAR, problem, fix)
 
 
 def _equal_sounds(sounds: Sounds) -> dict[int, Finding]:
@@ -161,12 +179,19 @@ def leak(own: Sounds, other: Sounds, name: str) -> str:
     """Return a line on recordings of the data set `name` that are copies of own recordings.
 
     "" if there are none. Grasps with the same session and name are no copies: experiments predict
-    them with the models of the fold that does not contain this grasp.
+    them with the models of the fold that does not contain this grasp. Copies must also be much
+    nearer than other grasps of their own data set (`similarity.nearer_than_own`), because an object
+    with a constant sound may differ less between data sets than other objects between grasps.
     """
+    if not _has_enough_bands(own):
+        return ""  # the check of the own data set reports it
     limits = [similarity.tolerance(sounds.fingerprints, sounds.grasps) for sounds in (own, other)]
     limit = 0.0 if own.is_simulated and other.is_simulated else min(limits)
-    pairs = similarity.similar_between(
+    near = similarity.similar_between(
         own.fingerprints, other.fingerprints, own.grasps, other.grasps, limit
+    )
+    pairs = similarity.nearer_than_own(
+        near, own.fingerprints, other.fingerprints, own.grasps, other.grasps
     )
     if not len(pairs.first):
         return ""
@@ -184,15 +209,21 @@ def leak(own: Sounds, other: Sounds, name: str) -> str:
     )
 
 
-def leak_refusal(own: Sounds, tests: Mapping[str, Sounds]) -> str:
-    """Return why a task cannot be tested on other data sets, with the fix; "" if it can."""
-    lines = [line for name, sounds in tests.items() if (line := leak(own, sounds, name))]
-    return f"{'; '.join(lines)}. {_LEAK_FIX[:1].upper()}{_LEAK_FIX[1:]}" if lines else ""
+def _leaks(own: Sounds, tests: Mapping[str, Sounds]) -> dict[str, str]:
+    """Return a line for each data set that contains copies of own recordings, by name."""
+    lines = {name: leak(own, sounds, name) for name, sounds in tests.items()}
+    return {name: line for name, line in lines.items() if line}
+
+
+def leak_refusals(own: Sounds, tests: Mapping[str, Sounds]) -> dict[str, str]:
+    """Return why a task cannot be tested on other data sets, with the fix, by name."""
+    fix = f"{_LEAK_FIX[:1].upper()}{_LEAK_FIX[1:]}"
+    return {name: f"{line}. {fix}" for name, line in _leaks(own, tests).items()}
 
 
 def leak_issues(own: Sounds, tests: Mapping[str, Sounds]) -> list[Finding]:
     """Return an error for each data set of `test_on` that contains copies of own recordings."""
-    lines = [line for name, sounds in tests.items() if (line := leak(own, sounds, name))]
+    lines = _leaks(own, tests).values()
     return [Finding(WHOLE, WHOLE, "", "error", LEAK, line, _LEAK_FIX) for line in lines]
 
 
@@ -257,11 +288,7 @@ def _stored(path: Path, spec: DatasetSpec) -> dict[str, np.ndarray]:
         table = read_store(path)
     except DataError:
         return {}
-    settings = {
-        "audio": spec.audio.model_dump(mode="json"),
-        "features": spec.features.model_dump(mode="json"),
-    }
-    if table.attrs.get("settings") != json.dumps(settings, sort_keys=True):
+    if table.attrs.get("settings") != settings_text(spec.audio, spec.features):
         return {}
     digests = [str(digest) for digest in table.columns["sha256"].values]
     prints = similarity.fingerprints(table.feature, table.frequency_hz, spec.features.quantity)

@@ -1,6 +1,6 @@
 """Copies of a sound: another header or format, gain, length or rate, and copies in test data."""
 
-import json
+import string
 
 import numpy as np
 import pytest
@@ -9,8 +9,10 @@ import yaml
 from scipy.signal import resample_poly
 from sounds import RATE_HZ, resonances, write_wav
 
+from ajgdata.pipeline import similar_sounds
 from ajgdata.pipeline.experiments import run_experiment
 from ajgdata.pipeline.feature_file import build_feature_file
+from ajgdata.pipeline.similar_sounds import leak
 from ajgdata.store.features import read_store
 from ajgdata.store.findings import read_findings
 from ajgdata.store.sessions import list_sessions, read_dataset
@@ -205,17 +207,17 @@ def test_recordings_of_one_grasp_and_references_are_not_compared(ajgdata, paths,
     assert "nearly the same" not in ajgdata("check", "mine", "--all").text
 
 
-def run_task(paths, dataset, other, tmp_path):
+def run_task(paths, dataset, other, tmp_path, models=("linear",)):
     """Run the cross-validation of a task that is tested on another data set; return its facts."""
     spec = read_dataset(paths, dataset)
     task = next(iter(spec.tasks))
     run_experiment(
         paths.features(dataset),
         kind="cross_validation",
-        models=["linear"],
+        models=models,
         dataset=dataset,
         task=task,
-        settings={"models": ["linear"], "test_on": [other]},
+        settings={"models": [*models], "test_on": [other]},
         split=spec.task_settings(task),
         other_sets=[other],
         audio=AudioSettings(),
@@ -226,6 +228,13 @@ def run_task(paths, dataset, other, tmp_path):
         cost=tmp_path / "cost.json",
     )
     return read_measurements(tmp_path / "tables.json")[0][0]
+
+
+def measured_parts(tmp_path):
+    """Return the test sets that have an accuracy."""
+    tables = read_measurements(tmp_path / "tables.json")[0][1]
+    rows = next(table.rows for table in tables if table.name == "scores")
+    return {row["part"] for row in rows if row["metric"] == "accuracy"}
 
 
 @pytest.mark.parametrize(
@@ -256,22 +265,35 @@ def test_a_data_set_with_copies_of_training_recordings_is_refused(
     )
     assert problem in checked.text
     about = run_task(paths, "src", "heldout", tmp_path)
-    assert about["skipped"].startswith(problem)
+    assert about["others"]["the test on heldout"].startswith(problem)
+    assert measured_parts(tmp_path) == {"grouped"}  # the own folds are measured
     (other / "60_cube.wav").unlink()
     ajgdata("import", other, "--dataset", "heldout", "--on-change", "prune")
     features("heldout")
     assert "have the sound" not in ajgdata("check", "src", "--all").text
-    assert "skipped" not in run_task(paths, "src", "heldout", tmp_path)
+    assert "others" not in run_task(paths, "src", "heldout", tmp_path)
+    assert measured_parts(tmp_path) == {"grouped", "on:heldout"}
 
 
-def test_grasps_that_folds_hold_out_are_not_copies(ajgdata, paths, src, features, tmp_path):
+def test_grasps_that_folds_hold_out_are_not_copies(
+    ajgdata, paths, src, features, tmp_path, monkeypatch
+):
+    searched = []
+
+    def search(own, other, name):
+        searched.append(name)
+        return leak(own, other, name)
+
+    monkeypatch.setattr(similar_sounds, "leak", search)
     fill(src)
     ajgdata("import", src, "--dataset", "one")
     ajgdata("import", src, "--dataset", "two")
     features("one")
     features("two")
-    assert "skipped" not in run_task(paths, "one", "two", tmp_path)
-    assert json.loads((tmp_path / "tables.json").read_text())
+    about = run_task(paths, "one", "two", tmp_path, ["linear", "knn"])
+    assert "others" not in about
+    assert searched == ["two"]  # once for all models
+    assert measured_parts(tmp_path) == {"grouped", "on:two"}
 
 
 def test_similar_recordings_of_the_virtual_gripper_are_not_copies(ajgdata, paths, src):
@@ -283,3 +305,87 @@ def test_similar_recordings_of_the_virtual_gripper_are_not_copies(ajgdata, paths
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("source: import", "source: virtual"), encoding="utf-8")
     assert "nearly the same sound" not in ajgdata("check", "mine", "--all").text
+
+
+STATIONARY_FRAMES = round(1.8 * RATE_HZ)
+
+
+def stationary(number, grasp, frames=STATIONARY_FRAMES):
+    """Return noise with resonances of object `number`, which are equal in all grasps."""
+    noise = np.random.default_rng([number, grasp]).normal(size=frames)
+    objects = np.random.default_rng(number)
+    frequency_hz = np.fft.rfftfreq(frames, 1 / RATE_HZ)
+    response = np.full(len(frequency_hz), 0.05)
+    for centre_hz in objects.uniform(300, 9_000, 5):
+        response += 1 / (1 + ((frequency_hz - centre_hz) / 300) ** 2)
+    sound = np.fft.irfft(np.fft.rfft(noise) * response, frames)
+    return 0.02 * sound / sound.std()
+
+
+def fill_stationary(folder, classes, grasps):
+    for number in range(classes):
+        for grasp in range(grasps):
+            name = f"{number * grasps + grasp + 1}_{3 * string.ascii_lowercase[number]}.wav"
+            write_wav(folder / name, stationary(number, grasp))
+
+
+@pytest.mark.parametrize(("classes", "grasps"), [(2, 3), (20, 4)])
+def test_stationary_sounds_of_many_objects_are_not_copies(ajgdata, src, classes, grasps):
+    """Grasps of an object differ by .07, less than the largest distance of copies."""
+    fill_stationary(src, classes, grasps)
+    assert ajgdata("import", src, "--dataset", "mine").code == 0
+    assert "nearly the same" not in ajgdata("check", "mine", "--all").text
+    sound = stationary(0, 1)
+    write_wav(src / "98_aaa.wav", 0.5 * sound[milliseconds(180) :])
+    ajgdata("import", src, "--dataset", "mine")
+    checked = ajgdata("check", "mine", "--all").text
+    assert checked.count("nearly the same sound as src/") == 2
+    assert "src/98_aaa: nearly the same sound as src/2_aaa of another grasp" in checked
+
+
+def test_other_grasps_of_a_constant_sound_are_no_copies(ajgdata, paths, src):
+    """An object sounds constant; other objects differ between grasps by more than the tolerance."""
+    fill(src)
+    other = src.with_name("heldout")
+    for grasp in range(3):
+        write_wav(src / f"{60 + grasp}_cube.wav", stationary(0, grasp))
+        write_wav(other / f"{70 + grasp}_cube.wav", stationary(0, 10 + grasp))
+    for number in range(1, 7):
+        write_wav(other / f"{50 + number}_ball.wav", resonances(1, number))
+    for folder in (src, other):
+        assert ajgdata("import", folder, "--dataset", folder.name).code == 0
+    content = yaml.safe_load(paths.dataset("src").read_text(encoding="utf-8"))
+    tasks = {name: {**task, "test_on": ["heldout"]} for name, task in content["tasks"].items()}
+    declare(paths, "src", tasks=tasks)
+    assert "have the sound" not in ajgdata("check", "src", "--all").text
+    write_wav(other / "80_cube.wav", 0.5 * stationary(0, 0))
+    ajgdata("import", other, "--dataset", "heldout")
+    assert "heldout/80_cube and src/60_cube" in ajgdata("check", "src", "--all").text
+
+
+@pytest.mark.parametrize("window", [2048, 128])
+def test_recordings_in_a_narrow_band_are_not_copies(ajgdata, paths, src, features, window):
+    fill(src)
+    write_wav(src / "21_cube.wav", 0.5 * resonances(0, 1))
+    ajgdata("import", src, "--dataset", "mine")
+    declare(
+        paths, "mine", features={"window": window, "hop": window // 4, "band_hz": [9_000, 20_000]}
+    )
+    names, issues = features("mine")
+    assert len(names) == 13
+    assert [code for code in codes(issues) if code[2] in ("similar", "copy", "two_labels")] == [
+        ("1_cube", "warning", "similar"),
+        ("21_cube", "warning", "similar"),
+    ]
+
+
+def test_too_few_bands_are_not_compared(ajgdata, paths, src, features):
+    fill(src)
+    ajgdata("import", src, "--dataset", "mine")
+    declare(paths, "mine", features={"window": 128, "hop": 64, "band_hz": [5_000, 9_000]})
+    names, issues = features("mine")
+    assert len(names) == 12
+    assert codes(issues) == [("*", "warning", "similar")]
+    checked = ajgdata("check", "mine")
+    assert checked.code == 3
+    assert "12 bands above 50 Hz, so copies of a sound were not searched" in checked.text

@@ -97,6 +97,19 @@ def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(p
     assert "99 training groups per class" in reason
 
 
+def test_a_refused_test_set_of_a_cross_validation_is_listed_with_the_reason(paths):
+    request = requests_for({"d": SPEC}, [("d", "t")])[0]
+    available = measurements(paths, [request])
+    key = request.keys[0]
+    results, reasons = read_results(available, request, {"d": SPEC}, {})
+    refused = {**available[key].about, "others": {"the test on e": "it contains copies"}}
+    available[key] = available[key]._replace(about=refused)
+    again, more_reasons = read_results(available, request, {"d": SPEC}, {})
+    assert len(again.results) == len(results.results) > 0
+    label = again.results[0].label
+    assert more_reasons == [*reasons, (f"{label}, the test on e", "it contains copies")]
+
+
 def test_every_number_has_a_row_with_its_seed_and_what_made_it(paths):
     about, rows, predictions = collected(paths)
     linear = [r for r in rows if r["model"] == "linear_plain" and r["part"] == "grouped"]
