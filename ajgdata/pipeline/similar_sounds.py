@@ -117,7 +117,7 @@ def _not_compared(sounds: Sounds) -> Finding:
         f"sound were not searched, which requires {similarity.FEWEST_BANDS}"
     )
     fix = "increase window or widen band_hz of the features in dataset.yaml"
-    return Finding("*", "*", "", "warning", SIMILAR, problem, fix)
+    return Finding(WHOLE, WHOLE, "", "warning", SIMILAR, problem, fix)
 
 
 def _equal_sounds(sounds: Sounds) -> dict[int, Finding]:

@@ -191,6 +191,7 @@ def copy_finding(recording: str, problem: str, *, differ: bool) -> Finding:
     session, _, name = recording.partition("/")
     if differ:
         problem = f"{problem}, labelled otherwise"
-        return Finding(session, name, "", "error", "two_labels", problem, "correct one")
-    fix = "remove all rows but one"
+        fix = "correct the label in recordings.csv, or set quality to reject for all but one"
+        return Finding(session, name, "", "error", "two_labels", problem, fix)
+    fix = "set quality to reject in recordings.csv for all but one"
     return Finding(session, name, "", "warning", "copy", f"{problem}; left out", fix)

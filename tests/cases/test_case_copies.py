@@ -73,6 +73,7 @@ def test_equal_samples_in_another_container_are_one_recording(ajgdata, paths, sr
     checked = ajgdata("check", "mine", "--all")
     assert checked.code == 3
     assert checked.text.count("the same sound as src/1_cube (3 recordings); left out") == 2
+    assert "set quality to reject in recordings.csv for all but one" in checked.text
     names, issues = features("mine")
     assert len(names) == 12
     assert {"src/21_cube", "src/22_ball"}.isdisjoint(names)
@@ -87,6 +88,8 @@ def test_an_equal_sound_with_another_label_is_an_error(ajgdata, src, features):
     checked = ajgdata("check", "mine", "--all")
     assert checked.code == 3
     assert "the same sound as src/1_cube (2 recordings), labelled otherwise" in checked.text
+    fix = "correct the label in recordings.csv, or set quality to reject for all but one"
+    assert fix in checked.text
     names, issues = features("mine")
     expected = [("1_cube", "error", "two_labels"), ("40_ball", "error", "two_labels")]
     assert codes(issues) == expected
