@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,21 +25,37 @@ from ajgdata.types.session import SIMULATED_SOURCES
 SIMILAR, LEAK = "similar", "leak"
 _FIX = "check whether one is a copy: give both the same grasp_id, or set quality to reject for one"
 _LEAK_FIX = "remove the copies from one data set, or this data set from test_on"
+#: Source of the sessions that `ajgdata record` writes.
+RECORDED_HERE = "soundcard"
 
 
 class Sounds(NamedTuple):
     """Recordings of grasps by name `<session>/<recording_id>`, with their grasps, the texts of
-    their labels, and fingerprints (n, b).
+    their labels, fingerprints (n, b), and the sources of their sessions.
 
     Simulated grasps of one object differ less than real ones, so similar sounds of a simulation
-    (`is_simulated`) are not copies; only equal sounds are issues.
+    are not copies; only equal sounds are issues.
     """
 
     recordings: Sequence[str]
     grasps: Sequence[str]
     labels: Sequence[tuple[str, ...]]
     fingerprints: np.ndarray
-    is_simulated: bool
+    sources: Sequence[str]
+
+    @property
+    def is_simulated(self) -> bool:
+        """True if all sessions were simulated."""
+        return bool(self.sources) and set(self.sources) <= SIMULATED_SOURCES
+
+    @property
+    def takes(self) -> list[str]:
+        """Groups of recordings that cannot be copies of each other: those of a grasp and, because
+        the program recorded each of them itself, those of a session with a sound card."""
+        return [
+            name.partition("/")[0] if source == RECORDED_HERE else grasp
+            for name, grasp, source in zip(self.recordings, self.grasps, self.sources, strict=True)
+        ]
 
     def where(self, rows: Sequence[int]) -> Sounds:
         """Return the recordings that `rows` names."""
@@ -48,7 +64,7 @@ class Sounds(NamedTuple):
             [self.grasps[row] for row in rows],
             [self.labels[row] for row in rows],
             self.fingerprints[np.asarray(rows, int)],
-            self.is_simulated,
+            [self.sources[row] for row in rows],
         )
 
 
@@ -61,15 +77,16 @@ def sounds_of(table: FeatureRows, targets: Sequence[str], quantity: str) -> Soun
         [str(name) for name in table.columns["grasp_id"].values],
         [tuple(str(values[row]) for values in columns) for row in range(count)],
         similarity.fingerprints(table.feature, table.frequency_hz, quantity),
-        _are_simulated(table.columns["source"].values if "source" in table.columns else []),
+        _sources(table),
     )
     return sounds.where(_grasped(table))
 
 
-def _are_simulated(sources: Iterable[str]) -> bool:
-    """Return whether all sessions were simulated."""
-    names = {str(source) for source in sources}
-    return bool(names) and names <= SIMULATED_SOURCES
+def _sources(table: FeatureRows) -> list[str]:
+    """Return the source of each recording's session; "" for tables without this column."""
+    if "source" not in table.columns:
+        return [""] * len(table.feature)
+    return [str(source) for source in table.columns["source"].values]
 
 
 def _grasped(table: FeatureRows) -> list[int]:
@@ -142,7 +159,7 @@ def _similar_sounds(sounds: Sounds) -> list[Finding]:
     if sounds.is_simulated:
         return []
     limit = similarity.tolerance(sounds.fingerprints, sounds.grasps)
-    pairs = similarity.similar_pairs(sounds.fingerprints, sounds.grasps, limit)
+    pairs = similarity.similar_pairs(sounds.fingerprints, sounds.takes, limit)
     nearest: dict[int, tuple[float, int]] = {}
     counts: dict[int, int] = defaultdict(int)
     for first, second, distance in zip(
@@ -276,7 +293,7 @@ class Fingerprints:
             [f"{name.partition('/')[0]}/{row['grasp_id']}" for name, _, row in used],
             [comparable_labels(row, targets) for _, _, row in used],
             prints.reshape(len(used), bands),
-            _are_simulated(row["source"] for _, _, row in used),
+            [row["source"] for _, _, row in used],
         )
 
 

@@ -129,21 +129,7 @@ def _check_session(session: SessionAudio, spec: DatasetSpec, prints: Fingerprint
     used = {key: value for key, value in levels.items() if not is_rejected(table[key])}
     issues += level_issues(name, used, table, spec.targets, spec.audio.microphone)
     issues += [i for n, row in table.items() for i in bad_labels(name, n, row, spec.targets)]
-    issues += _without_hash(session, spec.name)
     return without_rejected([*session.findings, *issues], list(rejected(name, table).values()))
-
-
-def _without_hash(session: SessionAudio, dataset: str) -> Iterator[Finding]:
-    """Yield a warning for each recording without a hash: a later change would not be noticed."""
-    problem = "`sha256` is empty, so a change of the file is not noticed"
-    fix = (
-        f"listen to the recording, then use `ajgdata check {dataset} --accept`, "
-        "which also accepts all changed files of the data set"
-    )
-    for file in session.files:
-        if not file.is_declared:
-            names = (session.session_id, file.recording_id, str(file.path))
-            yield Finding(*names, "warning", "no_sha256", problem, fix)
 
 
 def label_tables(paths: Paths, dataset: str) -> dict[str, list[dict[str, str]]]:

@@ -16,13 +16,11 @@ LABEL_COLUMNS = ("recording_id", "grasp_id", "sample", "object", "quality")
 
 @dataclass(frozen=True)
 class AudioFile:
-    """The file of a recording and the sha256 of its bytes; `is_declared` if recordings.csv has
-    it."""
+    """The file of a recording and the sha256 of its bytes."""
 
     recording_id: str
     path: Path
     sha256: str
-    is_declared: bool = True
 
 
 @dataclass
@@ -68,8 +66,9 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
             else:
                 path = audio_path(folder, session, recording)
                 digest = checked_sha256(path, recording.sha256)
-            is_declared = bool(recording.sha256)
-            result.files.append(AudioFile(recording.recording_id, path, digest, is_declared))
+            result.files.append(AudioFile(recording.recording_id, path, digest))
+            if not recording.sha256:
+                result.findings.append(_without_hash(folder, recording))
         except DataError as error:
             code = error.remark.code if isinstance(error, AudioError) else "escapes"
             names = (folder.name, recording.recording_id, recording.file)
@@ -77,6 +76,18 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
     result.labels = label_rows(session, recordings)
     result.findings.sort()
     return result
+
+
+def _without_hash(folder: Path, recording: Recording) -> Finding:
+    """Return a warning about a recording without a hash: a later change would not be noticed."""
+    dataset = folder.parents[1].name
+    problem = "`sha256` is empty, so a change of the file is not noticed"
+    fix = (
+        f"listen to the recording, then use `ajgdata check {dataset} --accept`, "
+        "which also accepts all changed files of the data set"
+    )
+    names = (folder.name, recording.recording_id, recording.file)
+    return Finding(*names, "warning", "no_sha256", problem, fix)
 
 
 def checked_sha256(path: Path, declared: str) -> str:
