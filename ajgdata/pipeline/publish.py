@@ -161,7 +161,9 @@ def _write_audio(tree: Tree, table: Table, contents: _Contents) -> None:
                 raise DataError(path, f"cannot be read ({error.strerror})", fix) from None
             if sha256_of(content) != row["sha256"]:
                 problem = "its bytes changed since its features were computed"
-                raise DataError(path, problem, "compute its features again")
+                dataset = contents.store.attrs["data_set"]
+                fix = f"restore it, or use `ajgdata check {dataset} --accept` and run again"
+                raise DataError(path, problem, fix)
             _write(tree, row[FILE_NAME], content)
             archive.add(packed, row[FILE_NAME], content)
 

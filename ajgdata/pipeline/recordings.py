@@ -66,7 +66,7 @@ class RecordingReader:
             row, folder = rows[recording_id], self._paths.session(dataset, session)
             try:
                 path = audio_path(folder, declared, row)
-                checked_sha256(path, row.sha256)
+                checked_sha256(path, row.sha256, dataset)
             except DataError as error:
                 raise NotPossibleError(f"recording {name!r}: {error.problem}") from None
             samples = examine(path, self._audio[dataset], window).samples

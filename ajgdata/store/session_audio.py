@@ -65,7 +65,7 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
                 path = Path(session.audio_root or folder, recording.file)
             else:
                 path = audio_path(folder, session, recording)
-                digest = checked_sha256(path, recording.sha256)
+                digest = checked_sha256(path, recording.sha256, folder.parents[1].name)
             result.files.append(AudioFile(recording.recording_id, path, digest))
             if not recording.sha256:
                 result.findings.append(_without_hash(folder, recording))
@@ -90,14 +90,15 @@ def _without_hash(folder: Path, recording: Recording) -> Finding:
     return Finding(*names, "warning", "no_sha256", problem, fix)
 
 
-def checked_sha256(path: Path, declared: str) -> str:
-    """Return the sha256 of a file. Raises AudioError if it cannot be read or is not `declared`."""
+def checked_sha256(path: Path, declared: str, dataset: str = "NAME") -> str:
+    """Return the sha256 of a file of a data set, which the fix names. Raises AudioError if the file
+    cannot be read or is not `declared`."""
     digest = file_sha256(path)
     if declared and digest != declared:
         problem = "its bytes are not those that were recorded (sha256 differs)"
         fix = (
             "restore the file, or accept all new and changed files of the data set with "
-            "`ajgdata check NAME --accept`"
+            f"`ajgdata check {dataset} --accept`"
         )
         raise AudioError(path, "changed", problem, fix)
     return digest

@@ -46,7 +46,7 @@ class ImportSettings(Strict):
         if self.pattern and self.table:
             raise ValueError("give pattern or table, not both")
         if bool(self.table) != bool(self.file):
-            raise ValueError("table needs file (a template such as 'audio/{name}.wav')")
+            raise ValueError("table and file (--file, e.g. 'audio/{name}.wav') need each other")
         return self
 
 

@@ -204,7 +204,7 @@ def test_accepting_stores_the_hash_and_the_next_change_is_reported(imported, ajg
     write_wav(file, resonances(0, 51))
     printed = ajgdata("check", NAME)
     assert "error changed src/1_ball" in printed.text
-    assert "`ajgdata check NAME --accept`" in printed.text
+    assert "`ajgdata check tones --accept`" in printed.text
     assert "accepted src/1_ball: changed" in ajgdata("check", NAME, "--accept").text
     assert ajgdata("check", NAME).code == 0
 
