@@ -57,9 +57,9 @@ SAMPLED_ROWS = 500
 FEWEST_BINS = 64
 #: Bands that a comparison requires. With fewer bands, different sounds can have equal levels.
 FEWEST_BANDS = 16
-#: Pairs within grasps whose distances are computed for a tolerance.
+#: SimilarPairs within grasps whose distances are computed for a tolerance.
 SAMPLED_PAIRS = 2_000
-#: Pairs after which a search stops: no user reads more, and memory remains bounded.
+#: SimilarPairs after which a search stops: no user reads more, and memory remains bounded.
 MOST_PAIRS = 100_000
 #: Dimensions of the projection that selects candidates.
 _PROJECTED = 128
@@ -70,7 +70,7 @@ _ROUNDING = 1e-5
 
 
 @dataclass(frozen=True)
-class Pairs:
+class SimilarPairs:
     """Rows `first` (m,) and `second` (m,) of near fingerprints with their `distance` (m,).
 
     The list is incomplete if the search stopped after `MOST_PAIRS`.
@@ -203,7 +203,7 @@ def equal_groups(prints: Float32) -> list[list[int]]:
     return [rows for rows in rows_of.values() if len(rows) > 1]
 
 
-def similar_pairs(prints: Float32, grasp: Sequence[str], limit: float) -> Pairs:
+def similar_pairs(prints: Float32, grasp: Sequence[str], limit: float) -> SimilarPairs:
     """Return all pairs of rows of different grasps whose distance is up to `limit`.
 
     The search has no false negatives. `first` is the earlier row of a pair.
@@ -213,15 +213,19 @@ def similar_pairs(prints: Float32, grasp: Sequence[str], limit: float) -> Pairs:
 
 def similar_between(
     own: Float32, other: Float32, own_grasp: Sequence[str], other_grasp: Sequence[str], limit: float
-) -> Pairs:
+) -> SimilarPairs:
     """Return all pairs of a row of `own` and a row of `other` whose distance is up to `limit` and
     whose grasps have different names."""
     return _search(own, other, own_grasp, other_grasp, limit, False)
 
 
 def nearer_than_own(
-    pairs: Pairs, own: Float32, other: Float32, own_grasp: Sequence[str], other_grasp: Sequence[str]
-) -> Pairs:
+    pairs: SimilarPairs,
+    own: Float32,
+    other: Float32,
+    own_grasp: Sequence[str],
+    other_grasp: Sequence[str],
+) -> SimilarPairs:
     """Return the pairs of `similar_between` that are copies by the neighbours of both rows.
 
     Their distance is up to `SHARE` of the distance of each row to the nearest other grasp of its
@@ -233,7 +237,7 @@ def nearer_than_own(
         used, place = np.unique(rows, return_inverse=True)
         limit = np.minimum(limit, SHARE * nearest_distances(prints, grasp, used)[place])
     near = pairs.distance <= np.maximum(limit, FORMAT)
-    return Pairs(pairs.first[near], pairs.second[near], pairs.distance[near], pairs.complete)
+    return SimilarPairs(pairs.first[near], pairs.second[near], pairs.distance[near], pairs.complete)
 
 
 def _search(
@@ -243,7 +247,7 @@ def _search(
     other_grasp: Sequence[str],
     limit: float,
     same_set: bool,
-) -> Pairs:
+) -> SimilarPairs:
     names = np.asarray([*own_grasp, *other_grasp], np.str_)
     codes = np.unique(names, return_inverse=True)[1]
     own_code = codes[: len(own)]
@@ -267,7 +271,7 @@ def _search(
 
 def _joined(
     parts: Sequence[tuple[Rows, Rows, NDArray[np.float64]]], complete: bool, same_set: bool
-) -> Pairs:
+) -> SimilarPairs:
     """Return pairs in the order of their rows."""
     first = np.concatenate([part[0] for part in parts] or [np.zeros(0, np.intp)])
     second = np.concatenate([part[1] for part in parts] or [np.zeros(0, np.intp)])
@@ -277,7 +281,7 @@ def _joined(
         second = np.maximum(first, second)
         first = earlier
     order = np.lexsort((second, first))
-    return Pairs(first[order], second[order], distance[order], complete)
+    return SimilarPairs(first[order], second[order], distance[order], complete)
 
 
 def _candidates(
