@@ -5,15 +5,14 @@ from __future__ import annotations
 import csv
 import sys
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import pytest
+from recorded import make_features
 
 from ajgdata.cli import main
 from ajgdata.paths import Paths
-from ajgdata.pipeline.feature_file import build_feature_file
-from ajgdata.store.provenance import features_code
-from ajgdata.store.sessions import list_sessions, read_dataset
 
 
 @dataclass(frozen=True)
@@ -77,19 +76,4 @@ def rows(paths):
 def features(paths):
     """Compute the feature file of a data set, as the workflow does."""
 
-    def compute(dataset: str) -> None:
-        spec = read_dataset(paths, dataset)
-        build_feature_file(
-            paths,
-            dataset=dataset,
-            sessions=list_sessions(paths, dataset),
-            audio=spec.audio,
-            features=spec.features,
-            targets=spec.targets,
-            code=features_code(),
-            store=paths.features(dataset),
-            quarantine=paths.quarantine(dataset),
-            hashes=paths.session_hashes(dataset),
-        )
-
-    return compute
+    return partial(make_features, paths)

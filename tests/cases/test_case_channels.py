@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from recorded import make_features
 from sounds import FRAMES, RATE_HZ, resonances, write_wav
 
 from ajgdata.features.channels import channel_statistics
 from ajgdata.loading import load_predictor, read_predictor
 from ajgdata.pipeline.acquire_live import open_hands
-from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import read_store
 from ajgdata.store.sessions import read_dataset, write_session
@@ -203,11 +203,7 @@ def trained(ajgdata, src, paths):
     write_folder(src, UNEQUAL["loop-back"], grasps=6)
     assert ajgdata("import", src, "--dataset", "mine", "--microphone", 1).code == 0
     spec = read_dataset(paths, "mine")
-    build_feature_file(
-        paths, dataset="mine", sessions=["src"], audio=spec.audio, features=spec.features,
-        targets=spec.targets, code="", store=paths.features("mine"),
-        quarantine=paths.quarantine("mine"), hashes=paths.session_hashes("mine"),
-    )  # fmt: skip
+    make_features(paths, "mine")
     train_model(
         read_store(paths.features("mine")), **spec.training("label"), model="knn", seed=0,
         task="label", folder=paths.model("mine", "label", "knn"),

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 import soundfile
 import yaml
+from recorded import make_features
 from scipy.signal import resample_poly
 from sounds import RATE_HZ, resonances, write_wav
 
 from ajgdata.pipeline import similar_sounds
 from ajgdata.pipeline.experiments import run_experiment
-from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.pipeline.similar_sounds import leak
 from ajgdata.store.features import read_store
 from ajgdata.store.findings import read_findings
-from ajgdata.store.sessions import list_sessions, read_dataset
+from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_measurements
 from ajgdata.types import AudioSettings
 
@@ -33,19 +33,7 @@ def features(paths):
     """Run the feature job of a data set; return its recordings and issues."""
 
     def build(dataset):
-        spec = read_dataset(paths, dataset)
-        build_feature_file(
-            paths,
-            dataset=dataset,
-            sessions=list_sessions(paths, dataset),
-            audio=spec.audio,
-            features=spec.features,
-            targets=spec.targets,
-            code="1",
-            store=paths.features(dataset),
-            quarantine=paths.quarantine(dataset),
-            hashes=paths.features(dataset).with_suffix(".csv"),
-        )
+        make_features(paths, dataset)
         names = read_store(paths.features(dataset)).columns["recording"].values.tolist()
         return names, read_findings(paths.quarantine(dataset))
 

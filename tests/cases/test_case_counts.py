@@ -6,29 +6,11 @@ import re
 
 import numpy as np
 import soundfile
+from recorded import make_features
 from sounds import RATE_HZ, resonances, write_wav
 
-from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.pipeline.report import build_report
 from ajgdata.pipeline.run_summary import complete
-from ajgdata.store.sessions import list_sessions, read_dataset
-
-
-def compute_features(paths, name):
-    """Run the job that computes the features of a data set."""
-    spec = read_dataset(paths, name)
-    build_feature_file(
-        paths,
-        dataset=name,
-        sessions=list_sessions(paths, name),
-        audio=spec.audio,
-        features=spec.features,
-        targets=spec.targets,
-        code="1",
-        store=paths.features(name),
-        quarantine=paths.quarantine(name),
-        hashes=paths.root / "hashes.csv",
-    )
 
 
 def finish_run(paths, name):
@@ -54,7 +36,7 @@ def test_notes_are_notes_in_all_three_places(ajgdata, paths, src):
     ajgdata("import", src, "--dataset", "mine")
     words = "0 errors, 0 warnings, 6 notes"
     assert f"6 recordings checked: {words}" in ajgdata("check", "mine").text
-    compute_features(paths, "mine")
+    make_features(paths, "mine")
     page, summary = finish_run(paths, "mine")
     assert f"recordings with issues: {words}" in summary
     assert f"recordings with issues: {words}" in page
@@ -74,7 +56,7 @@ def test_each_recording_counts_once_by_its_worst_issue(ajgdata, paths, src):
     assert printed.code == 3
     assert f"8 recordings checked: {words}" in printed.text
     assert "clipped 1" in printed.text and "offset 1" in printed.text
-    compute_features(paths, "mine")
+    make_features(paths, "mine")
     page, summary = finish_run(paths, "mine")
     assert f"recordings with issues: {words}" in page
     assert f"recordings with issues: {words}" in summary
@@ -84,7 +66,7 @@ def test_cost_is_the_same_text_in_report_and_summary(ajgdata, paths, src):
     for grasp in range(4):
         write_wav(src / f"{grasp + 1}_cube.wav", resonances(0, grasp))
     ajgdata("import", src, "--dataset", "mine")
-    compute_features(paths, "mine")
+    make_features(paths, "mine")
     write_benchmark(paths, "features/mine", 90, 1000)
     write_benchmark(paths, "collect", 30, 3000)
     build_report(paths, datasets=["mine"], tasks=[], requested=[])
@@ -102,9 +84,9 @@ def test_a_level_jump_is_reported_again_when_features_are_reused(ajgdata, paths,
             gain = 0.1 if grasp == 4 else 1
             write_wav(src / f"{grasp + 1}_{label}.wav", gain * resonances(number, grasp))
     ajgdata("import", src, "--dataset", "mine")
-    compute_features(paths, "mine")
+    make_features(paths, "mine")
     first = paths.quarantine("mine").read_text()
     assert first.count("level_jump") == 2
-    compute_features(paths, "mine")
+    make_features(paths, "mine")
     assert "0 recordings read, 10 features reused" in capsys.readouterr().out
     assert paths.quarantine("mine").read_text() == first

@@ -1,12 +1,11 @@
 """Tables and data sets without recordings, and recordings that cannot be read, are reported."""
 
 import pytest
+from recorded import make_features
 from sounds import resonances, write_wav
 
-from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.pipeline.run_summary import complete, end_run
 from ajgdata.store.files import csv_bytes, json_bytes, read_csv, write_bytes
-from ajgdata.store.sessions import read_dataset
 
 
 @pytest.fixture
@@ -71,12 +70,7 @@ def test_a_recipe_and_public_recordings_need_no_session_yet(ajgdata, paths):
 
 def run(paths) -> str:
     """Compute the features and end the run; returns the text of its summary."""
-    spec = read_dataset(paths, "mine")
-    build_feature_file(
-        paths, dataset="mine", sessions=["src"], audio=spec.audio, features=spec.features,
-        targets=spec.targets, code="", store=paths.features("mine"),
-        quarantine=paths.quarantine("mine"), hashes=paths.session_hashes("mine"),
-    )  # fmt: skip
+    make_features(paths, "mine")
     about = {"measurements": [], "agreements": {}, "answer": [], "cost": ""}
     write_bytes(paths.runs, json_bytes(about))
     complete(paths, ["mine"], [], [], [], paths.complete)

@@ -9,16 +9,14 @@ import re
 from pathlib import Path
 
 import pytest
+from recorded import make_features
 from sounds import resonances, write_wav
 
 from ajgdata.paths import Tree
 from ajgdata.pipeline import publish as publishing
-from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.pipeline.fetch import fetch
 from ajgdata.pipeline.publish import publish
 from ajgdata.store.files import read_csv
-from ajgdata.store.provenance import features_code
-from ajgdata.store.sessions import list_sessions, read_dataset
 from ajgdata.types import DataError
 
 #: Texts that a reader can take for a missing value, a number, a truth value or a date.
@@ -42,19 +40,7 @@ def build(paths):
     """Compute the feature file of a data set, as the workflow does."""
 
     def run(dataset: str = "mine") -> None:
-        spec = read_dataset(paths, dataset)
-        build_feature_file(
-            paths,
-            dataset=dataset,
-            sessions=list_sessions(paths, dataset),
-            audio=spec.audio,
-            features=spec.features,
-            targets=spec.targets,
-            code=features_code(),
-            store=paths.features(dataset),
-            quarantine=paths.quarantine(dataset),
-            hashes=paths.session_hashes(dataset),
-        )
+        make_features(paths, dataset)
 
     return run
 
