@@ -135,7 +135,7 @@ def run_tables(
 
     For a recorded session: the digest of its tables. The sessions of a recipe (`virtual`) may be
     recorded later in the same run, and Snakemake may fix parameters before that. Their digests
-    therefore count only where a time would hide a change, see `_hidden_change`, and as long as the
+    therefore count only where a time would hide a change, see `_is_hidden`, and as long as the
     features follow from this change; else Snakemake compares times and checksums of their tables.
     """
     hashes = read_hashes(paths.session_hashes(dataset))
@@ -145,22 +145,23 @@ def run_tables(
         text = f"{name} {digest}"
         is_stated = hashes is not None and text in hashes.parameter
         if name in virtual and not is_stated:
-            text = f"{name} {_hidden_change(paths, dataset, name)}"
+            is_hidden = hashes is not None and _is_hidden(paths, dataset, name, digest, hashes)
+            text = f"{name} {digest if is_hidden else ''}"
         texts.append(text)
     return texts
 
 
-def _hidden_change(paths: Paths, dataset: str, session: str) -> str:
-    """Return the digest of tables that changed since the features, but have an older time than the
-    features; "" for all other tables."""
+def _is_hidden(
+    paths: Paths, dataset: str, session: str, digest: str, hashes: FeatureHashes
+) -> bool:
+    """Return True if the tables of a session changed since the features with these `hashes`, but
+    have an older time than the features. `digest` is that of the tables now."""
     features = paths.features(dataset)
-    hashes = read_hashes(paths.session_hashes(dataset))
-    digest = tables_digest(paths.session(dataset, session))
-    if hashes is None or not features.is_file() or digest in ("", hashes.tables.get(session)):
-        return ""
+    if not features.is_file() or digest in ("", hashes.tables.get(session)):
+        return False
     tables = (paths.session_file(dataset, session), paths.recordings_file(dataset, session))
     newest = max(path.stat().st_mtime for path in tables if path.exists())
-    return digest if newest <= features.stat().st_mtime else ""
+    return newest <= features.stat().st_mtime
 
 
 def table_changes(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
