@@ -57,9 +57,9 @@ SAMPLED_ROWS = 500
 FEWEST_BINS = 64
 #: Bands that a comparison requires. With fewer bands, different sounds can have equal levels.
 FEWEST_BANDS = 16
-#: SimilarPairs within grasps whose distances are computed for a tolerance.
+#: Pairs within grasps whose distances are computed for a tolerance.
 SAMPLED_PAIRS = 2_000
-#: SimilarPairs after which a search stops: no user reads more, and memory remains bounded.
+#: Pairs after which a search stops: no user reads more, and memory remains bounded.
 MOST_PAIRS = 100_000
 #: Dimensions of the projection that selects candidates.
 _PROJECTED = 128

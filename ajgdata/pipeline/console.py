@@ -6,7 +6,7 @@ import logging
 import time
 from typing import TYPE_CHECKING, Any, TextIO
 
-from ajgdata.pipeline.run_summary import many
+from ajgdata.types import many
 
 if TYPE_CHECKING:
     from rich.progress import Progress

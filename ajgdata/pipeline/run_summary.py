@@ -17,7 +17,7 @@ from ajgdata.store.files import read_json, write_bytes
 from ajgdata.store.findings import read_findings, unreadable
 from ajgdata.store.models import ABOUT_FILE
 from ajgdata.store.sessions import list_datasets
-from ajgdata.types import WHOLE, Finding, IssueCounts, issue_counts, left_out
+from ajgdata.types import WHOLE, Finding, IssueCounts, issue_counts, left_out, many
 
 #: The summary of a run that skipped tasks, or could not read recordings, ends with a line that
 #: begins with this.
@@ -236,8 +236,3 @@ def run_cost(paths: Paths, datasets: Sequence[str]) -> list[RuleCost]:
         lambda name: name in datasets or (not paths.run and name not in excluded),
         without=(FINAL_MODELS,),
     )
-
-
-def many(count: int, noun: str) -> str:
-    """Return `1 job` or `2,000 jobs`."""
-    return f"{count:,} {noun}{'' if count == 1 else 's'}"

@@ -6,6 +6,8 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import NamedTuple
 
+from ajgdata.types import many
+
 MIB = 2**20 / 1e6  #: Snakemake's unit of memory, in 1e6 bytes
 ALL = "all"  #: name of the row for all rules
 
@@ -22,10 +24,9 @@ class RuleCost(NamedTuple):
 
 def cost_text(cost: RuleCost) -> str:
     """Return the cost of jobs in words, which the report and the console share."""
-    jobs = f"{cost.jobs:,} job{'' if cost.jobs == 1 else 's'}"
     return (
-        f"{jobs}, {cost.wall_s / 60:.1f} min wall time, {cost.cpu_s / 60:.1f} min CPU time, "
-        f"peak memory {cost.peak_mb:,.0f} MB"
+        f"{many(cost.jobs, 'job')}, {cost.wall_s / 60:.1f} min wall time, "
+        f"{cost.cpu_s / 60:.1f} min CPU time, peak memory {cost.peak_mb:,.0f} MB"
     )
 
 

@@ -21,6 +21,7 @@ from ajgdata.types.base import (
     flagged,
     left_out,
     location,
+    many,
     one_line,
 )
 from ajgdata.types.dataset import DatasetSpec, ImportSettings, OnChange

@@ -58,6 +58,11 @@ def sentence(clause: str) -> str:
     return f"{clause[:1].upper()}{clause[1:]}."
 
 
+def many(count: int, noun: str) -> str:
+    """Return `1 job` or `2,000 jobs`."""
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
+
+
 def checked_name(name: str, what: str = "data set") -> str:
     """Return a name. Raises DataError if no file could have it."""
     if NAME.fullmatch(name):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ajgdata.types.base import ISSUE_LEVELS, WHOLE, Finding
+from ajgdata.types.base import ISSUE_LEVELS, WHOLE, Finding, many
 
 #: Code of an issue of a grasp that was not recorded.
 _NO_RECORDING = "skipped"
@@ -32,7 +32,7 @@ class IssueCounts:
     def __str__(self) -> str:
         """Return `1 error, 0 warnings, 60 notes`."""
         counts = zip((self.errors, self.warnings, self.notes), ISSUE_LEVELS, strict=True)
-        return ", ".join(f"{count:,} {noun}{'' if count == 1 else 's'}" for count, noun in counts)
+        return ", ".join(many(count, noun) for count, noun in counts)
 
 
 def issue_counts(issues: Iterable[Finding]) -> IssueCounts:
