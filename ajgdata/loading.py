@@ -89,7 +89,7 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
 
     paths = find_project(project)
     spec = read_dataset(paths, name)
-    sessions = whole_sessions(paths, name, session_names(spec.recipe) if spec.recipe else ())
+    sessions = whole_sessions(paths, name, session_names(spec.recipe))
     check_one_kind(paths, spec, sessions)
     recordings, issues = open_recordings([paths.session(name, s) for s in sessions], spec)
     if recordings is None:
@@ -108,9 +108,7 @@ def _warn_if_outdated(paths: Paths, name: str) -> None:
         return  # only the features are on this machine
     try:
         spec = read_dataset(paths, name)
-        changes = changes_since_features(
-            paths, spec, session_names(spec.recipe) if spec.recipe else ()
-        )
+        changes = changes_since_features(paths, spec, session_names(spec.recipe))
     except DataError as error:
         warnings.warn(f"features of {name} may be outdated: {error}", stacklevel=3)
         return

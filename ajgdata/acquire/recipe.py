@@ -54,9 +54,10 @@ def _sessions(recipe: Recipe) -> dict[str, _Session]:
     }
 
 
-def session_names(recipe: Recipe) -> list[str]:
-    """Return names of the sessions of a recipe, which more sessions do not change."""
-    return list(_sessions(recipe))
+def session_names(recipe: Recipe | None) -> list[str]:
+    """Return names of the sessions of a recipe, which more sessions do not change; none without a
+    recipe."""
+    return list(_sessions(recipe)) if recipe else []
 
 
 def recipe_hash(recipe: Recipe, session: str, played: ExcitationSpec) -> str:

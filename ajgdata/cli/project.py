@@ -105,7 +105,7 @@ def data_changes(paths: Paths, names: Sequence[str]) -> tuple[list[str], list[st
     changes, problems = [], []
     for name in names:
         spec = read_dataset(paths, name)
-        virtual = session_names(spec.recipe) if spec.recipe else []
+        virtual = session_names(spec.recipe)
         reasons = changes_since_features(paths, spec, virtual)
         if reasons:
             changes.append(f"of {name} are outdated: {', '.join(reasons)}")

@@ -131,7 +131,7 @@ def _smallest(scenes: Mapping[str, Mapping[str, Any]]) -> str:
 def _planned_setups(paths: Paths, dataset: str) -> dict[str, Mapping[str, Any]]:
     """Return the scenes of objects that the recipe of a data set plans, by their digests."""
     spec = read_dataset(paths, dataset)
-    sessions = session_names(spec.recipe) if spec.recipe else []
+    sessions = session_names(spec.recipe)
     planned = planned_grasps(paths.dataset(dataset), spec, sessions) if sessions else []
     return {g.digest: g.setup for grasps in planned for g in grasps if g.object}
 

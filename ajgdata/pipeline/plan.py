@@ -52,7 +52,7 @@ def plan(
     for name in names:  # grows by the data sets that tasks are tested on
         spec = read_dataset(paths, name)
         list(all_requests(spec, paths.dataset(name)))  # raises DataError for wrong settings
-        virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
+        virtual = tuple(session_names(spec.recipe))
         recorded = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
         if check:
             _check(paths, spec, virtual, recorded)

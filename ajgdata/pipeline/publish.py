@@ -76,7 +76,7 @@ def publish(
     _check_results(dataset, features, paths.quarantine(dataset))
     features_sha256 = file_sha256(features)
     contents = _contents(paths, spec, features)
-    check_up_to_date(paths, spec, session_names(spec.recipe) if spec.recipe else ())
+    check_up_to_date(paths, spec, session_names(spec.recipe))
     suffixes = [path.suffix.lower() for _, path in contents.recordings.values()]
     table = table_of(contents.store, suffixes, features)
     with alone(out, "publishing into it"), replacing_folder(out) as folder:

@@ -47,7 +47,7 @@ class SessionTables:
 
 def read_session_tables(paths: Paths, spec: DatasetSpec) -> SessionTables:
     """Return the tables of the sessions that a run of the data set would read."""
-    virtual = session_names(spec.recipe) if spec.recipe else []
+    virtual = session_names(spec.recipe)
     names = set(list_sessions(paths, spec.name)) - dropped_sessions(paths, spec.name, virtual)
     sessions = {}
     recordings = {}
