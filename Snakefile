@@ -9,7 +9,7 @@ from snakemake.utils import min_version, validate
 
 from ajgdata.ablations import possible
 from ajgdata.acquire.recipe import recipe_hash
-from ajgdata.experiments import measure_files
+from ajgdata.experiments import measuring_half
 from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths, run_name
 from ajgdata.pipeline.console import show_jobs
 from ajgdata.pipeline.experiments import requests_for, of_paper
@@ -34,9 +34,10 @@ from ajgdata.pipeline.studies import (
     STUDIES,
 )
 from ajgdata.report.navigation import FIXED
+from ajgdata.store.code_hash import code_hash
 from ajgdata.store.files import read_yaml
 from ajgdata.store.freshness import features_key, files_digest, run_tables
-from ajgdata.store.provenance import features_code, layer_hash, settings_digest
+from ajgdata.store.provenance import settings_digest
 from ajgdata.store.report_files import report_files_digest
 
 min_version("9.10")

@@ -8,7 +8,7 @@ import numpy as np
 from ajgdata.paths import Paths
 from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.store.audio import write_pcm24
-from ajgdata.store.provenance import features_code
+from ajgdata.store.code_hash import code_hash
 from ajgdata.store.sessions import list_sessions, read_dataset, write_session
 from ajgdata.types import Recording, Session
 
@@ -46,7 +46,7 @@ def make_features(paths: Paths, dataset: str) -> None:
         audio=spec.audio,
         features=spec.features,
         targets=spec.targets,
-        code=features_code(),
+        code=code_hash("features"),
         store=paths.features(dataset),
         quarantine=paths.quarantine(dataset),
         hashes=paths.session_hashes(dataset),

@@ -7,10 +7,9 @@ packages add experiments by entry points (docs/examples/own_experiment_package).
 
 from __future__ import annotations
 
+import functools
 import importlib
-import inspect
 import pkgutil
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import entry_points
@@ -21,15 +20,13 @@ from pydantic import BaseModel, ValidationError
 
 from ajgdata.experiments.base import Experiment
 from ajgdata.models import model_label
+from ajgdata.store.code_hash import Source, used_sources
 from ajgdata.store.files import line_of
 from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec, Kind, describe, location
 from ajgdata.types.registry import PLAIN_MODELS, Registry
 
-FOLDER = Path(__file__).parent
-#: Modules of this package that only draw: an edit of them changes no result.
-DRAWING = ("cross_validation_paper", "cross_validation_results", "plots")
-#: Modules of this package that are no experiments.
-SHARED = ("base", "embedding", *DRAWING)
+#: Modules of this package that are not experiments.
+SHARED = ("base", "cross_validation_paper", "cross_validation_results", "embedding", "plots")
 
 
 def _all() -> Registry[Experiment]:
@@ -184,14 +181,10 @@ def all_requests(spec: DatasetSpec, path: Path) -> Iterator[Request]:
             raise DataError(where, str(error), "correct it, or remove it") from None
 
 
-def measure_files(name: str) -> tuple[str, ...]:
-    """Return the sources of an experiment, and of the modules that it imports and that measure."""
-    source = Path(str(inspect.getsourcefile(EXPERIMENTS[name].measure)))
-    waiting, files = [source, FOLDER / "base.py"], set[Path]()
-    while waiting:
-        if (file := waiting.pop()) not in files:
-            files.add(file)
-            text = file.read_text(encoding="utf-8")
-            parts = re.findall(rf"from {re.escape(__name__)}\.(\w+)", text)
-            waiting += [FOLDER / f"{part}.py" for part in parts if part not in DRAWING]
-    return tuple(str(file) for file in sorted(files))
+@functools.cache
+def measuring_half(name: str) -> tuple[Source, ...]:
+    """Return the sources that decide what an experiment measures.
+
+    An edit of its drawing half changes no result.
+    """
+    return used_sources(EXPERIMENTS[name].measure)

@@ -260,6 +260,13 @@ class Experiment:
     of_embedding: bool = False
     paper: str = ""
 
+    @property
+    def job_kind(self) -> str:
+        """Return the kind of its job in `store.code_hash`: what its measurement is made from."""
+        if self.renders:
+            return "experiment on rendered sounds"
+        return "experiment on recordings" if self.reads_recordings else "experiment"
+
     def figures(self, results: TaskResults) -> Iterable[Illustration]:
         """Return its drawings, and the figures of its plots that have something to draw."""
         return [*self.drawings(results), *illustrations(results, self._plots_for(results))]

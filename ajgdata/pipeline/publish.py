@@ -14,11 +14,12 @@ from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.published_version import check_version
 from ajgdata.pipeline.session_differences import check_equal, read_session_tables
 from ajgdata.store.audio import file_sha256
+from ajgdata.store.code_hash import code_hash
 from ajgdata.store.features import FeatureRows, read_store
 from ajgdata.store.files import alone, copy, json_bytes, replacing_folder, sha256_of, yaml_bytes
 from ajgdata.store.findings import read_findings
 from ajgdata.store.freshness import check_up_to_date
-from ajgdata.store.provenance import commit_date, layer_hash, settings_digest, software
+from ajgdata.store.provenance import commit_date, settings_digest, software
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.documents import About, croissant, datapackage
 from ajgdata.store.publishing.table import FILE_NAME, Table, table_of
@@ -241,5 +242,5 @@ def _provenance(spec: DatasetSpec, store: FeatureRows, grippers: Sequence[str]) 
         "digest of the recordings": attrs["inputs_sha256"],
     }
     if spec.recipe:
-        facts["digest of the code of the virtual gripper"] = layer_hash("gripper")
+        facts["digest of the code of the virtual gripper"] = code_hash("gripper")
     return {topic: str(text) for topic, text in facts.items()}

@@ -19,8 +19,8 @@ from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.acquire.writer import Acquired, acquire_session
 from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
+from ajgdata.store.code_hash import code_hash
 from ajgdata.store.files import line_of
-from ajgdata.store.provenance import layer_hash
 from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
 from ajgdata.types import DataError, DatasetSpec, NotPossibleError, Recipe, describe, location
@@ -44,7 +44,7 @@ def planned_grasps(path: Path, spec: DatasetSpec, sessions: Sequence[str]) -> li
     """
     recipe = recipe_of(path, spec)
     _check_variation(path, recipe)
-    code = layer_hash("gripper")
+    code = code_hash("gripper")
     planned = [
         plan_session(recipe, spec.name, session, code, spec.excitation) for session in sessions
     ]

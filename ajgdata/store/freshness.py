@@ -13,8 +13,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE, Paths
+from ajgdata.store.code_hash import code_hash
 from ajgdata.store.files import json_bytes, read_csv, read_json, read_yaml, sha256_of, write_bytes
-from ajgdata.store.provenance import features_code, settings_digest
+from ajgdata.store.provenance import settings_digest
 from ajgdata.store.sessions import (
     dropped_sessions,
     incomplete_sessions,
@@ -105,7 +106,7 @@ def features_key(sources: Iterable[str], spec: DatasetSpec) -> str:
     `sources` are the digests of its tables (see `run_tables`) and of its recipe.
     """
     settings = feature_settings(spec.audio, spec.features, spec.targets)
-    lines = [*sources, *settings.values(), features_code()]
+    lines = [*sources, *settings.values(), code_hash("features")]
     return sha256_of("\n".join(lines).encode())[:16]
 
 
@@ -206,7 +207,7 @@ def changes_since_features(
         for key, digest in settings.items()
         if hashes.settings.get(key) != digest
     ]
-    if hashes.code != features_code():
+    if hashes.code != code_hash("features"):
         changes.append("the code that computes features, or a library, changed")
     return changes
 

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from ajgdata import gripper
+from ajgdata.store.code_hash import code_hash
 from ajgdata.store.files import sha256_of, write_bytes
-from ajgdata.store.provenance import layer_hash
 
 SUFFIX = ".npz"
 _ARRAYS = ("samples", "outside")
@@ -26,7 +26,7 @@ class ResponseStore:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._code = layer_hash("gripper")
+        self._code = code_hash("gripper")
         self.solved = 0  #: scenes that were simulated, because they were not in the folder
 
     def solve(self, scene: gripper.Scene) -> gripper.ImpulseResponse:

@@ -1,12 +1,72 @@
 """Imports go one way. Read from the sources, so that an import inside a function counts too."""
 
 import ast
-from fnmatch import fnmatch
+from collections.abc import Iterable
 from pathlib import Path
 
-from ajgdata.store.provenance import LAYERS
+import pytest
+
+from ajgdata.experiments import EXPERIMENTS, measuring_half
+from ajgdata.store.code_hash import (
+    CODE,
+    Source,
+    deciding_tree,
+    imported_names,
+    sources,
+    used_statements,
+)
 
 PACKAGE = Path(__file__).resolve().parents[2] / "ajgdata"
+#: Files that decide no result: names of files, reading and writing of text, identity of inputs,
+#: messages, checks of settings, which are parameters of a job.
+NEUTRAL = {
+    "paths.py",
+    "pipeline/progress.py",
+    "store/code_hash.py",
+    "store/files.py",
+    "store/freshness.py",
+    "store/provenance.py",
+    "types/base.py",
+}
+#: Definitions that decide no result: names of types and parameters, and texts for people.
+TEXTS_AND_TYPES = {
+    "acquire/robot.py:Robot",
+    "acquire/sound_card.py:SoundCard",
+    "experiments/__init__.py:EXPERIMENTS",
+    "experiments/__init__.py:measurement_name",
+    "report/format.py:Score",
+    "report/format.py:column_title",
+    "report/format.py:number",
+    "report/format.py:words",
+    "types/dataset.py:DatasetSpec",
+    "types/registry.py:Kind",
+    "types/tasks.py:CROSS_VALIDATION",
+}
+#: Definitions that jobs of a kind import, but that do not decide their results.
+NOT_USED = {
+    # only experiments on recordings, or on rendered sounds, call these
+    "experiment": {"pipeline/recipes.py:renderer", "pipeline/recordings.py:RecordingReader"},
+    "experiment on recordings": {"pipeline/recipes.py:renderer"},
+    # the recording is an input; the model and the data set are named
+    "opening": {
+        "experiments/cross_validation_results.py:GROUPED",
+        "experiments/cross_validation_results.py:PAPER_MODEL",
+        "models/__init__.py:model_label",
+        "report/report_data.py:Illustration",
+        "store/sessions.py:inside",
+        "store/sessions.py:read_dataset",
+        "store/sessions.py:read_session",
+    },
+    # the sessions and the templates are parameters; the report has its own links and counts
+    "publish": {
+        "acquire/recipe.py:session_names",
+        "report/page.py:link_from_report",
+        "report/page.py:spectra_name",
+        "store/report_files.py:template_folders",
+        "types/issue_counts.py:IssueCounts",
+        "types/issue_counts.py:issue_counts",
+    },
+}
 #: Lower may not import higher; equal rank may not import one another.
 RANKS = {
     "paths": 0,
@@ -72,18 +132,75 @@ def test_imports_go_downward():
     assert wrong == []
 
 
-def test_a_layer_hash_contains_all_that_its_files_import():
-    simulated = {Path("store/responses.py")}  # features and models do not read it
-    for layer, patterns in LAYERS.items():
-        files = {file.relative_to(PACKAGE) for glob in patterns for file in PACKAGE.glob(glob)}
-        names = {name for file in (files & set(IMPORTS)) - simulated for name in IMPORTS[file]}
-        packages = {name.split(".")[1] for name in names if name.startswith("ajgdata.")}
-        missing = {
-            name
-            for name in packages & set(RANKS) - {"paths", "report"}  # no result is drawn
-            if not any(fnmatch(f"{name}/x.py", glob.replace("**/", "")) for glob in patterns)
-        }
-        assert not missing, layer
+def decided_elsewhere(kind: str, file: str, name: str) -> bool:
+    """Whether a file that the code of a job imports does not decide its result."""
+    definition = f"{file}:{name}"
+    return file in NEUTRAL or definition in TEXTS_AND_TYPES | NOT_USED.get(kind, set())
+
+
+def imports_of_job(kind: str) -> set[str]:
+    """Return all definitions that the code of a kind of job imports."""
+    halves = [measuring_half(n) for n, e in EXPERIMENTS.items() if e.job_kind == kind]
+    return {
+        f"{Source(file).place}:{name}"
+        for source in (*sources(kind), *(source for half in halves for source in half))
+        if source.file.suffix == ".py"
+        for file, name in imported_definitions(source)
+    }
+
+
+def imported_definitions(source: Source) -> set[tuple[Path, str]]:
+    """Return file and name of what a source imports."""
+    return {
+        defined_in(file, name) for file, name in imported_names(source.file, source.statements())
+    }
+
+
+def missing_sources(kind: str, listed: Iterable[Source]) -> set[str]:
+    """Return the definitions that listed sources import, and whose file is not listed."""
+    own = [source for source in listed if source.file.suffix == ".py"]
+    files = {source.file for source in own}
+    imported = set().union(*(imported_definitions(source) for source in own))
+    places = {(Source(file).place, name) for file, name in imported if file not in files}
+    return {f"{file}:{name}" for file, name in places if not decided_elsewhere(kind, file, name)}
+
+
+def defined_in(file: Path, name: str) -> tuple[Path, str]:
+    """Return the file that defines an imported name: `types/__init__.py` only passes names on."""
+    if file == PACKAGE / "types/__init__.py":
+        for origin, passed_on in imported_names(file, deciding_tree(file).body):
+            if passed_on == name:
+                return origin, name
+    return file, name
+
+
+@pytest.mark.parametrize("kind", sorted(set(CODE) - {"report"}))
+def test_the_sources_of_a_job_include_all_that_they_import(kind):
+    assert missing_sources(kind, sources(kind)) == set()
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_the_sources_of_an_experiment_include_all_that_it_measures_with(name):
+    kind = EXPERIMENTS[name].job_kind
+    assert missing_sources(kind, [*sources(kind), *measuring_half(name)]) == set()
+
+
+@pytest.mark.parametrize("kind", CODE)
+def test_each_listed_source_exists(kind):
+    for listed in CODE[kind]:
+        pattern, _, names = listed.partition(":")
+        (*files,) = PACKAGE.glob(pattern)
+        assert files, listed
+        for name in filter(None, names.split(",")):
+            assert used_statements(deciding_tree(files[0]), (name,)), listed
+
+
+def test_each_exception_is_needed():
+    used = set().union(*(imports_of_job(kind) for kind in CODE if kind != "report"))
+    assert {name.partition(":")[0] for name in used} >= NEUTRAL
+    assert used >= TEXTS_AND_TYPES
+    for kind, names in NOT_USED.items():
+        assert imports_of_job(kind) >= names
 
 
 def test_nobody_knows_snakemake_or_unpickles():

@@ -13,8 +13,8 @@ EXAMPLES = ROOT / "docs" / "examples"
 PROGRAM = """
 import json
 from experiment_samples import measured, small_inputs, task_results
-from ajgdata.experiments import EXPERIMENTS, measure_files
-from ajgdata.store.provenance import layer_hash
+from ajgdata.experiments import EXPERIMENTS, measuring_half
+from ajgdata.store.code_hash import code_hash
 from ajgdata.types import DatasetSpec
 
 spec = DatasetSpec.model_validate({
@@ -35,8 +35,8 @@ print(json.dumps({
     "distances": {row["pairs"]: row["distance"] for row in outcome.tables[1].rows},
     "rows": len(list(experiment.rows(results))),
     "figures": len(list(experiment.figures(results))),
-    "files": measure_files("repeatability"),
-    "hashes": [layer_hash("features"), layer_hash("models")],
+    "files": [str(source.file) for source in measuring_half("repeatability")],
+    "hashes": [code_hash("features"), code_hash("train")],
 }))
 """
 
@@ -74,15 +74,18 @@ def test_an_own_model_and_an_own_experiment(tmp_path):
     assert str(tmp_path / "installed" / "own_experiment.py") in result["files"]
     # an edit of the model concerns models, not features
     with (tmp_path / "installed" / "own_model.py").open("a") as stream:
-        stream.write("\n# edited\n")
+        stream.write("\nEDITED = True\n")
     features, models = result["hashes"]
-    # an experiment is also measured again after an edit of a built-in module that it imports
-    with (tmp_path / "installed" / "own_experiment.py").open("a") as stream:
-        stream.write("\nfrom ajgdata.experiments.shortcut import EXPERIMENT as SHORTCUT\n")
+    # an experiment is also measured again after an edit of a module that it measures with
+    own = tmp_path / "installed" / "own_experiment.py"
+    begin = "from scipy.spatial.distance import cdist\n"
+    assert own.read_text().count(begin) == 1
+    added = "    from ajgdata.evaluate.metrics import wrapped  # noqa: F401\n"
+    own.write_text(own.read_text().replace(begin, begin + added))
     edited = run(tmp_path / "installed")
     assert edited["hashes"][0] == features and edited["hashes"][1] != models
     added = {Path(file).name for file in set(edited["files"]) - set(result["files"])}
-    assert "shortcut.py" in added
+    assert added == {"metrics.py"}
 
 
 @pytest.mark.parametrize(

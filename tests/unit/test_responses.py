@@ -45,7 +45,7 @@ def test_a_scene_is_solved_once_for_one_code_and_comes_back_the_same(store, solv
     assert len(solved) == 1
     store.solve(scene(seed=1))
     assert len(solved) == 2
-    monkeypatch.setattr(responses, "layer_hash", lambda *parts: f"other {parts}")
+    monkeypatch.setattr(responses, "code_hash", lambda *parts: f"other {parts}")
     ResponseStore(store.folder).solve(scene())
     assert len(solved) == 3
 

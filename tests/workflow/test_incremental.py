@@ -13,7 +13,7 @@ from recorded import write_noisy_tone
 
 from ajgdata.paths import RECORDINGS_FILE, Paths
 from ajgdata.pipeline.studies import REQUESTED_STUDIES, STUDIES
-from ajgdata.store import provenance
+from ajgdata.store import code_hash
 from ajgdata.store.features import read_store
 from ajgdata.store.tables import read_measurements
 
@@ -116,13 +116,13 @@ def test_a_new_version_of_scikit_learn_reruns_the_models(project, monkeypatch):
     def newer(name):
         return "99.0" if name == "scikit-learn" else version(name)
 
-    version = provenance.version
-    monkeypatch.setattr(provenance, "version", newer)
-    provenance.layer_hash.cache_clear()
+    version = code_hash.version
+    monkeypatch.setattr(code_hash, "version", newer)
+    code_hash.code_hash.cache_clear()
     try:
         assert project.planned(*END) == TASKS
     finally:
-        provenance.layer_hash.cache_clear()
+        code_hash.code_hash.cache_clear()
 
 
 def test_an_edited_report_file_makes_the_pages_anew_and_nothing_else(project):

@@ -67,16 +67,15 @@ def embedding_settings(wildcards):
     return embedding.model_dump(mode="json", exclude={"optional"})
 
 
-def measure_hash(wildcards):
-    """Hash of the code of an experiment, with the simulation if the experiment renders sounds."""
+def experiment_code(wildcards):
+    """Hash of the code of an experiment."""
     experiment = requested(wildcards).experiment
-    return layer_hash(
-        "ablations" if experiment.renders else "evaluate",
-        "pipeline/*record*.py",
-        "pipeline/experiments.py",
-        "pipeline/recipes.py",
-        *measure_files(experiment.name),
-    )
+    return code_hash(experiment.job_kind, *measuring_half(experiment.name))
+
+
+def report_code(wildcards):
+    """Hash of all code. It takes a second, so only jobs that need it compute it."""
+    return code_hash("report")
 
 
 def rendered_from(wildcards):

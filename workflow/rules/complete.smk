@@ -20,7 +20,7 @@ rule complete:
             for name, task in MEASURED
             if {**SPECS[name].tasks, **SPECS[name].embeddings}[task].optional
         ],
-        code=layer_hash("report"),
+        code=report_code,
     message:
         "Summary of the run"
     script:

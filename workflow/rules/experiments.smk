@@ -38,7 +38,7 @@ rule experiment:
         data=lambda wildcards: features_of(
             wildcards.dataset, *requested(wildcards).other_sets
         ),
-        code=measure_hash,
+        code=experiment_code,
     message:
         "Measuring {wildcards.kind} of {wildcards.task} of {wildcards.dataset}"
     script:

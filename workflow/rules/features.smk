@@ -20,7 +20,7 @@ rule features:
         features=setting("features"),
         targets=setting("targets"),
         tables=session_tables,
-        code=features_code(),
+        code=code_hash("features"),
     message:
         "Spectra and labels of {wildcards.dataset}"
     script:

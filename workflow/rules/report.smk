@@ -32,7 +32,7 @@ rule report:
         ablations=list(ABLATED),
         published=PUBLISHED,
         declared=[settings_digest(item.spec) for item in PLANS.values()],
-        code=layer_hash("report"),
+        code=report_code,
         texts=REPORT_FILES,
         requested=FIRST_RESULTS,
         data=lambda wildcards: features_of(*FIRST_DATASETS),

@@ -1,0 +1,435 @@
+"""Hash of the code that decides a result, for each kind of job.
+
+A result is computed again if the code that decides it changes. `CODE` names the sources of each
+kind of job. Comments, docstrings, messages of errors and descriptions of settings do not count.
+"""
+
+from __future__ import annotations
+
+import ast
+import functools
+import hashlib
+import inspect
+import json
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from ajgdata.store.files import read_text, read_yaml, sha256_of
+from ajgdata.types.registry import OWN_MODELS
+
+PACKAGE = Path(__file__).resolve().parents[1]
+
+#: Session -> its table and files -> samples, issues and spectra.
+_RECORDINGS = (
+    "features/band.py",
+    "features/checks.py",
+    "features/encoding.py",
+    "features/gaps.py",
+    "features/hum.py",
+    "features/offset.py",
+    "features/repeats.py",
+    "features/segments.py",
+    "features/share.py",
+    "features/spectrum.py",
+    "pipeline/recordings.py",
+    "store/audio.py:read_audio,file_sha256",
+    "store/session_audio.py",
+    "store/sessions.py:audio_path,read_recordings,read_session",
+    "types/session.py",
+    "types/settings.py",
+)
+#: Spectra -> recordings of the same sound.
+_SIMILAR = (
+    "acquire/protocol.py:REFERENCE",
+    "features/similarity.py",
+    "pipeline/similar_sounds.py:leak_refusals,sounds_of,without_equal_sounds",
+    "store/features.py:read_store",
+    "store/labels.py:copy_finding,take_rows",
+    "types/session.py:SIMULATED_SOURCES",
+)
+#: Scene -> impulse response and recording.
+_GRIPPER = ("gripper/*.py", "gripper/omissions.yaml")
+#: Recipe -> grasps -> recordings.
+_SIMULATED = (
+    *_GRIPPER,
+    "acquire/card.py",
+    "acquire/excitation.py",
+    "acquire/recipe.py",
+    "acquire/virtual.py",
+    "store/responses.py",
+    "types/excitation.py",
+    "types/recipe.py",
+    "types/settings.py:Level",
+)
+_MODELS = ("models/*.py", "types/registry.py")
+#: Features -> recordings of a task.
+_TASK = (
+    *_MODELS,
+    "evaluate/task_data.py",
+    "store/features.py:read_store",
+    "types/settings.py",
+    "types/tasks.py",
+)
+_TABLES = ("store/tables.py", "types/table.py")
+#: The job of an experiment; `experiments.measuring_half` is added.
+_EXPERIMENT = (
+    *_TASK,
+    *_TABLES,
+    *_SIMILAR,
+    "experiments/base.py:Inputs,Outcome",
+    "features/spectrum.py:differing_axes",
+    "pipeline/experiments.py:run_experiment",
+    "store/features.py:read_latents",
+)
+#: Sources by kind of job: files of the package, patterns, or `file:names` for definitions of a file
+#: with what they use there. A test compares them with the imports.
+CODE: dict[str, tuple[str, ...]] = {
+    "gripper": _GRIPPER,
+    "features": (
+        *_RECORDINGS,
+        *_SIMILAR,
+        "features/levels.py",
+        "pipeline/feature_file.py",
+        "pipeline/session_levels.py",
+        "store/features.py:write_store",
+        "store/findings.py",
+        "store/labels.py",
+    ),
+    "sample": ("pipeline/sample.py", "store/features.py", "store/labels.py:take_rows"),
+    "acquire": (
+        *_SIMULATED,
+        "acquire/writer.py",
+        "pipeline/recipes.py:acquire_virtual",
+        "store/audio.py:file_sha256,pcm24_bytes,write_pcm24",
+        "store/sessions.py:read_recordings,read_session,write_recordings,write_session",
+        "types/session.py",
+    ),
+    "experiment": _EXPERIMENT,
+    "experiment on recordings": (*_EXPERIMENT, *_RECORDINGS),
+    "experiment on rendered sounds": (
+        *_EXPERIMENT,
+        *_RECORDINGS,
+        *_SIMULATED,
+        "pipeline/recipes.py:renderer",
+        "types/comparison.py",
+    ),
+    "embed": (
+        *_MODELS,
+        "embed/encoder.py",
+        "evaluate/embedding_data.py",
+        "evaluate/splits.py",
+        "pipeline/train.py:train_embedding",
+        "store/features.py",
+        "types/tasks.py:Embedding",
+    ),
+    "train": (
+        *_TASK,
+        "evaluate/calibration.py",
+        "evaluate/in_use.py",
+        "evaluate/metrics.py",
+        "evaluate/novelty.py",
+        "evaluate/splits.py",
+        "pipeline/train.py:train_models",
+        "store/models.py",
+        "store/tables.py:plain",
+    ),
+    "study": (
+        *_GRIPPER,
+        *_TABLES,
+        "features/spectrum.py",
+        "pipeline/studies.py:run_study",
+        "studies/*.py",
+        "types/settings.py",
+    ),
+    "ablation": (
+        *_SIMULATED,
+        *_TABLES,
+        *_TASK,
+        "ablations/__init__.py:trial_table",
+        "ablations/measure.py",
+        "evaluate/agreement.py",
+        "evaluate/crossval.py",
+        "evaluate/fold_tests.py",
+        "evaluate/intervals.py",
+        "evaluate/metrics.py",
+        "evaluate/splits.py",
+        "features/spectrum.py",
+        "pipeline/studies.py:run_ablation",
+        "store/sessions.py:overridden",
+        "types/comparison.py",
+    ),
+    "opening": (
+        *_SIMULATED,
+        *_TABLES,
+        "pipeline/opening.py",
+        "pipeline/recipes.py:planned_grasps",
+        "report/canvas.py",
+        "report/format.py",
+        "report/opening.py",
+        "report/scenes.py",
+        "store/audio.py:read_audio",
+        "store/features.py:read_store",
+        "types/settings.py",
+    ),
+    "publish": (
+        "pipeline/dataset_summary.py",
+        "pipeline/publish.py",
+        "pipeline/published_version.py",
+        "pipeline/session_differences.py",
+        "report/canvas.py",
+        "report/card.py",
+        "report/figures.py",
+        "report/format.py",
+        "report/marks.py",
+        "report/render.py",
+        "report/report_data.py:DatasetSummary,Illustration,Spectra",
+        "store/audio.py:file_sha256",
+        "store/features.py",
+        "store/findings.py",
+        "store/labels.py",
+        "store/publishing/*.py",
+        "store/session_audio.py",
+        "store/sessions.py:audio_path,read_session,read_recordings",
+        "types/session.py",
+        "types/settings.py",
+    ),
+    "report": ("**/*.py", "**/*.yaml"),
+}
+#: Packages whose files decide as a whole if a measurement uses them.
+WHOLE_FILES = ("acquire", "embed", "evaluate", "features")
+#: The package whose files decide by the definitions that a measurement uses: the others draw.
+EXPERIMENTS = "experiments"
+#: Libraries whose versions can change any result.
+NUMERICAL = ("numba", "numpy", "scipy", "soundfile")
+#: Libraries whose versions can change results of models.
+LEARNING = ("scikit-learn", "torch", "umap-learn")
+#: Kinds of jobs without models.
+WITHOUT_MODELS = ("gripper", "features", "sample", "acquire", "study")
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file that decides a result, or definitions of it (`names`) with what they use there."""
+
+    file: Path
+    names: tuple[str, ...] = ()
+
+    @property
+    def place(self) -> str:
+        """Return the file relative to the package, or the last two parts of a file elsewhere.
+
+        The folder of the package does not count, so that copies of a project have equal hashes.
+        """
+        if self.file.is_relative_to(PACKAGE):
+            return self.file.relative_to(PACKAGE).as_posix()
+        return "/".join(self.file.parts[-2:])
+
+    def statements(self) -> list[ast.stmt]:
+        """Return the statements of the file that decide, in the order of the file."""
+        tree = deciding_tree(self.file)
+        return used_statements(tree, self.names) if self.names else tree.body
+
+    def digest(self) -> str:
+        """Return the digest of what decides in the file."""
+        if self.file.suffix == ".py":
+            text = "\n".join(ast.dump(statement) for statement in self.statements())
+        else:
+            text = json.dumps(read_yaml(self.file), sort_keys=True)
+        return sha256_of(text.encode())
+
+
+def sources(kind: str) -> Iterator[Source]:
+    """Yield the sources of a kind of job."""
+    for listed in CODE[kind]:
+        pattern, _, names = listed.partition(":")
+        for file in sorted(PACKAGE.glob(pattern)):
+            yield Source(file, tuple(filter(None, names.split(","))))
+
+
+@functools.cache
+def code_hash(kind: str, *added: Source) -> str:
+    """Return the hash of the code of a kind of job, and of the versions of its libraries.
+
+    A rule has it as a parameter, so that its results are computed again if it changes. `added` are
+    further sources. Models of other packages count as a whole.
+    """
+    own = [*sources(kind), *added]
+    libraries: tuple[str, ...] = NUMERICAL
+    if kind not in WITHOUT_MODELS:
+        libraries = (*NUMERICAL, *LEARNING)
+        own += [Source(file) for file in _own_models()]
+    content = {
+        "sources": sorted({f"{s.place}:{','.join(s.names)} {_digest(s)}" for s in own}),
+        "libraries": {name: version(name) for name in libraries},
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
+
+
+_digest = functools.cache(Source.digest)
+
+
+def used_sources(function: Callable[..., Any]) -> tuple[Source, ...]:
+    """Return the sources that decide the result of a function of an experiment.
+
+    These are the definitions that it uses in its own module and in other modules of experiments,
+    and complete files of `WHOLE_FILES`. For an experiment of another package, the definitions that
+    it uses in this package are included.
+    """
+    own_package = function.__module__.partition(".")[0]
+    waiting = [(Path(str(inspect.getsourcefile(function))), function.__name__)]
+    used: dict[Path, set[str]] = {}
+    while waiting:
+        file, name = waiting.pop()
+        names = used.setdefault(file, set())
+        if name in names:
+            continue
+        names.add(name)
+        for other, imported in imported_names(file, _source(file, {name}).statements()):
+            is_own = own_package != PACKAGE.name and _package(other) == ""
+            if is_own or _package(other) in (EXPERIMENTS, *WHOLE_FILES):
+                waiting.append((other, imported))
+    return tuple(_source(file, used[file]) for file in sorted(used))
+
+
+def _source(file: Path, names: set[str]) -> Source:
+    """Return definitions of a file; the complete file if one of `names` is not defined there."""
+    defined = {name for statement in deciding_tree(file).body for name in _defined_names(statement)}
+    is_whole = _package(file) in WHOLE_FILES or not names <= defined
+    return Source(file) if is_whole else Source(file, tuple(sorted(names)))
+
+
+def _package(file: Path) -> str:
+    """Return the part of this package that has a file, for example `evaluate`; "" if none has."""
+    return file.relative_to(PACKAGE).parts[0] if file.is_relative_to(PACKAGE) else ""
+
+
+def imported_names(file: Path, statements: Iterable[ast.stmt]) -> Iterator[tuple[Path, str]]:
+    """Yield file and name of what statements of `file` import, also in functions.
+
+    Imports of this package and of the package of `file` are found, those of libraries are not.
+    """
+    for node in (node for statement in statements for node in ast.walk(statement)):
+        folder = _import_folder(file, node) if isinstance(node, ast.ImportFrom) else None
+        if isinstance(node, ast.ImportFrom) and folder is not None:
+            module = folder.joinpath(*(node.module or "").split("."))
+            for alias in node.names:
+                target = _module_file(module / alias.name) or _module_file(module)
+                if target is not None:
+                    yield target, alias.name
+
+
+def _import_folder(file: Path, node: ast.ImportFrom) -> Path | None:
+    """Return the folder that an import of `file` starts in; None for an import of a library."""
+    if node.level:
+        return file.parents[node.level - 1]
+    root = file.parent
+    while (root / "__init__.py").is_file():
+        root = root.parent
+    own = file.relative_to(root).with_suffix("").parts[0]
+    first = str(node.module).partition(".")[0]
+    return {PACKAGE.name: PACKAGE.parent, own: root}.get(first)
+
+
+def _module_file(module: Path) -> Path | None:
+    """Return the file of a module, whose path has no suffix; None if there is none."""
+    files = (module.with_suffix(".py"), module / "__init__.py")
+    return next((file for file in files if file.is_file()), None)
+
+
+def _own_models() -> Iterator[Path]:
+    """Yield the files of models of other packages."""
+    for point in OWN_MODELS:
+        spec = find_spec(point.module)
+        if spec is not None and spec.origin:
+            yield Path(spec.origin)
+
+
+@functools.cache
+def deciding_tree(file: Path) -> ast.Module:
+    """Return the syntax tree of a file without all that cannot decide a result."""
+    tree = ast.parse(read_text(file))
+    return _Deciding().visit(tree)
+
+
+class _Deciding(ast.NodeTransformer):
+    """Removes docstrings, messages of errors, descriptions of settings, and imports for types."""
+
+    def visit_Expr(self, node: ast.Expr) -> ast.AST | None:
+        """Remove a docstring."""
+        is_text = isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+        return ast.Pass() if is_text else self.generic_visit(node)
+
+    def visit_Raise(self, node: ast.Raise) -> ast.AST:
+        """Keep the class of the error only."""
+        error = node.exc.func if isinstance(node.exc, ast.Call) else node.exc
+        return ast.Raise(exc=error, cause=None)
+
+    def visit_keyword(self, node: ast.keyword) -> ast.AST | None:
+        """Remove the description of a setting."""
+        return None if node.arg == "description" else self.generic_visit(node)
+
+    def visit_If(self, node: ast.If) -> ast.AST | None:
+        """Remove imports that only type checkers see."""
+        is_typing = isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+        return None if is_typing else self.generic_visit(node)
+
+
+def used_statements(tree: ast.Module, names: tuple[str, ...]) -> list[ast.stmt]:
+    """Return the definitions of `names` in a module, with the definitions and imports that they
+    use there, in the order of the module.
+
+    >>> tree = ast.parse("import math\\nA = 1\\ndef f(): return g(A)\\ndef g(x): return x")
+    >>> [ast.unparse(statement) for statement in used_statements(tree, ("f",))]
+    ['A = 1', 'def f():\\n    return g(A)', 'def g(x):\\n    return x']
+    """
+    defined = [(statement, _defined_names(statement)) for statement in tree.body]
+    waiting, used = set(names), set[str]()
+    while waiting:
+        name = waiting.pop()
+        used.add(name)
+        for statement, own in defined:
+            if name in own and not isinstance(statement, (ast.Import, ast.ImportFrom)):
+                waiting |= _used_names(statement) - used
+    statements: list[ast.stmt] = []
+    for statement, own in defined:
+        if isinstance(statement, (ast.Import, ast.ImportFrom)):
+            aliases = [alias for alias in statement.names if _bound_name(alias) in used]
+            statements += _imports(statement, aliases)
+        elif own & used:
+            statements.append(statement)
+    return statements
+
+
+def _imports(
+    statement: ast.Import | ast.ImportFrom, aliases: list[ast.alias]
+) -> Iterator[ast.Import | ast.ImportFrom]:
+    """Yield an import of each of `aliases`, so that their order does not count."""
+    for alias in sorted(aliases, key=lambda alias: alias.name):
+        if isinstance(statement, ast.Import):
+            yield ast.Import(names=[alias])
+        else:
+            yield ast.ImportFrom(module=statement.module, names=[alias], level=statement.level)
+
+
+def _defined_names(statement: ast.stmt) -> set[str]:
+    """Return the names that a statement of a module defines."""
+    if isinstance(statement, (ast.FunctionDef, ast.ClassDef)):
+        return {statement.name}
+    if isinstance(statement, (ast.Import, ast.ImportFrom)):
+        return {_bound_name(alias) for alias in statement.names}
+    stored = (node for node in ast.walk(statement) if isinstance(node, ast.Name))
+    return {node.id for node in stored if isinstance(node.ctx, ast.Store)}
+
+
+def _used_names(statement: ast.stmt) -> set[str]:
+    """Return the names that a statement reads."""
+    return {node.id for node in ast.walk(statement) if isinstance(node, ast.Name)}
+
+
+def _bound_name(alias: ast.alias) -> str:
+    """Return the name that an import binds."""
+    return alias.asname or alias.name.partition(".")[0]

@@ -1,0 +1,187 @@
+"""A result depends on the code that decides it, and on versions of libraries."""
+
+import ast
+import sys
+
+import pytest
+
+from ajgdata.store import code_hash as module
+from ajgdata.store.code_hash import CODE, Source, code_hash, used_sources
+
+FILES = {
+    "gripper/scene.py": "GRIPPER = 1\n",
+    "features/spectrum.py": '"""A spectrum."""\nimport numpy as np\nHOP = 512  # samples\n',
+    "models/cnn.py": "LAYERS = 3\n",
+    "store/scan.py": "SCAN = 1\n",
+    "types/settings.py": (
+        "class Settings:\n"
+        '    """Settings."""\n'
+        '    hop: int = Field(512, description="samples between frames")\n'
+        "    def check(self):\n"
+        "        if self.hop < 1:\n"
+        '            raise ValueError(f"hop {self.hop} is too small")\n'
+    ),
+    "pipeline/experiments.py": (
+        "from ajgdata.store.files import read_json, write_bytes\n"
+        "LIMIT = 2\n"
+        "def run_experiment(x):\n"
+        "    return read_json(x) * LIMIT\n"
+        "def read_results(x):\n"
+        "    return write_bytes(x)\n"
+    ),
+}
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """A package with few files, instead of ours."""
+    root = tmp_path / "ajgdata"
+    for name, text in FILES.items():
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(text)
+    monkeypatch.setattr(module, "PACKAGE", root)
+    forget()
+    yield root
+    forget()
+
+
+def forget():
+    for cached in (module.code_hash, module._digest, module.deciding_tree):
+        cached.cache_clear()
+
+
+def changed_kinds(change):
+    """Return the kinds of jobs whose hash `change()` changes."""
+    before = {kind: code_hash(kind) for kind in CODE}
+    change()
+    forget()
+    return {kind for kind in CODE if code_hash(kind) != before[kind]}
+
+
+def edit(package, file, old, new):
+    """Return the kinds of jobs that an edit of a file concerns."""
+    path = package / file
+    text = path.read_text()
+    assert text.count(old) == 1
+    return changed_kinds(lambda: path.write_text(text.replace(old, new)))
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("features/spectrum.py", '"""A spectrum."""', '"""The spectrum of a recording."""'),
+        ("features/spectrum.py", "# samples", "# samples between frames"),
+        ("features/spectrum.py", "HOP = 512", "HOP  =  512"),
+        ("types/settings.py", '"""Settings."""', '"""Settings of features."""'),
+        ("types/settings.py", "samples between frames", "hop"),
+        ("types/settings.py", "is too small", "must be positive"),
+    ],
+    ids=["docstring", "comment", "spaces", "docstring of a class", "description", "message"],
+)
+def test_text_for_people_decides_no_result(package, file, old, new):
+    assert edit(package, file, old, new) == set()
+
+
+def test_a_constant_concerns_the_jobs_that_use_its_file(package):
+    kinds = edit(package, "features/spectrum.py", "512", "256")
+    assert "features" in kinds and "acquire" not in kinds and "train" not in kinds
+    assert edit(package, "store/scan.py", "1", "2") == {"report"}
+    assert "features" not in edit(package, "models/cnn.py", "3", "4")
+    assert {"acquire", "gripper"} <= edit(package, "gripper/scene.py", "1", "2")
+
+
+def test_a_condition_decides_although_its_message_does_not(package):
+    kinds = edit(package, "types/settings.py", "self.hop < 1", "self.hop < 2")
+    assert {"features", "experiment"} <= kinds
+
+
+def test_of_a_named_definition_only_what_it_uses_decides(package):
+    file = "pipeline/experiments.py"
+    experiments = {kind for kind in CODE if kind.startswith("experiment")}
+    assert edit(package, file, "LIMIT = 2", "LIMIT = 3") == {*experiments, "report"}
+    assert edit(package, file, "return write_bytes(x)", "return x") == {"report"}
+    imports = "read_json, write_bytes", "write_bytes, read_json"
+    assert edit(package, file, *imports) == {"report"}
+
+
+@pytest.mark.parametrize("library", ["scikit-learn", "umap-learn", "numpy", "soundfile"])
+def test_a_version_of_a_library_concerns_the_jobs_that_use_it(package, monkeypatch, library):
+    real = module.version
+
+    def upgrade():
+        newer = lambda name: "99.0" if name == library else real(name)  # noqa: E731
+        monkeypatch.setattr(module, "version", newer)
+
+    learning = library in module.LEARNING
+    unchanged = set(module.WITHOUT_MODELS) if learning else set()
+    assert changed_kinds(upgrade) == set(CODE) - unchanged
+
+
+def test_a_copy_of_the_package_has_the_same_hash(package, tmp_path, monkeypatch):
+    before = code_hash("features")
+    copy = tmp_path / "elsewhere" / "ajgdata"
+    copy.parent.mkdir()
+    package.rename(copy)
+    monkeypatch.setattr(module, "PACKAGE", copy)
+    forget()
+    assert code_hash("features") == before
+
+
+def test_a_name_includes_what_it_uses_in_its_module():
+    tree = ast.parse(
+        "from os import sep, path as p\n"
+        "A = B = 1\n"
+        "def f(x: C):\n    return p.join(x, A)\n"
+        "class C:\n    def g(self):\n        return h()\n"
+        "def h():\n    return sep\n"
+        "def unused():\n    return B\n"
+    )
+    used = [ast.unparse(statement) for statement in module.used_statements(tree, ("f",))]
+    assert [text.splitlines()[0] for text in used] == [
+        "from os import path as p",
+        "from os import sep",
+        "A = B = 1",
+        "def f(x: C):",
+        "class C:",
+        "def h():",
+    ]
+
+
+@pytest.fixture
+def own_package(tmp_path, monkeypatch):
+    """A package of a user, with an experiment that uses a helper module and our evaluation."""
+    folder = tmp_path / "own_lab"
+    folder.mkdir()
+    (folder / "__init__.py").write_text("")
+    (folder / "helpers.py").write_text("def scale(x):\n    return 2 * x\ndef draw():\n    pass\n")
+    (folder / "experiment.py").write_text(
+        "from own_lab.helpers import scale, draw\n"
+        "from .helpers import draw as again\n"
+        "import numpy as np\n"
+        "def measure(inputs, settings, model):\n"
+        "    from ajgdata.evaluate.metrics import wrapped\n"
+        "    return np.sum(scale(wrapped(inputs, None)))\n"
+        "def figure():\n"
+        "    return again(draw())\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    yield folder
+    for name in [name for name in sys.modules if name.startswith("own_lab")]:
+        del sys.modules[name]
+
+
+def test_the_measuring_half_of_an_own_experiment_includes_its_helpers(own_package):
+    from own_lab.experiment import measure
+
+    sources = {source.place: source.names for source in used_sources(measure)}
+    assert sources["own_lab/experiment.py"] == ("measure",)
+    assert sources["own_lab/helpers.py"] == ("scale",)
+    assert sources["evaluate/metrics.py"] == ()
+    assert not any("numpy" in place for place in sources)
+
+
+def test_a_source_without_a_definition_counts_as_a_whole(tmp_path):
+    file = tmp_path / "a.py"
+    file.write_text("measure = lambda: 1\nother = 2\n")
+    assert module._source(file, {"<lambda>"}) == Source(file)
+    assert module._source(file, {"measure"}) == Source(file, ("measure",))
