@@ -235,8 +235,8 @@ class Experiment:
     """One experiment: how it is asked for, made, and shown.
 
     `plots` declare its figures, or a function returns them for the results. Figures and rows of the
-    table of results follow from them, unless `own_rows` returns the rows. `drawings` are further
-    figures.
+    table of results follow from them, unless `own_rows` returns the rows. `own_figures` returns
+    figures that no mark draws; on the page, they are above those of the plots.
 
     `summary` stands above the figures of a task, `advice` under the next steps.
     `measure(inputs, settings, model)` raises NotPossibleError for a task that lacks what it needs.
@@ -253,7 +253,7 @@ class Experiment:
     settings: type[Strict]
     measure: Callable[[Inputs, Any, str], Outcome]
     plots: Sequence[Plot] | Callable[[TaskResults], Sequence[Plot]] = ()
-    drawings: Callable[[TaskResults], Iterable[Illustration]] = lambda results: ()
+    own_figures: Callable[[TaskResults], Iterable[Illustration]] = lambda results: ()
     own_rows: Callable[[TaskResults], Iterable[ResultRow]] | None = None
     paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = lambda *_: ()
     summary: Callable[[TaskResults], str] = lambda results: ""
@@ -268,9 +268,9 @@ class Experiment:
     paper: str = ""
 
     def figures(self, results: TaskResults) -> Iterable[Illustration]:
-        """Return its drawings, and the figures of its plots that have something to draw."""
+        """Return its own figures, and the figures of its plots that have something to draw."""
         drawn = [plot.illustration for plot in self.bound_plots(results) if plot.has_points]
-        return [*self.drawings(results), *drawn]
+        return [*self.own_figures(results), *drawn]
 
     def rows(self, results: TaskResults) -> Iterable[ResultRow]:
         """Return its rows in the table of results: its own, or those of its `listed` plots."""

@@ -1,14 +1,20 @@
-"""Plots of experiments: roles of columns, and names on figures."""
+"""Plots of experiments: roles of columns, names on figures, and figures that no mark draws."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from experiment_samples import task_results
+from matplotlib.figure import Figure
 
+from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Outcome, TaskResults
 from ajgdata.experiments.plots import BoundPlot, Plot
 from ajgdata.report.canvas import draw
+from ajgdata.report.format import Caption
+from ajgdata.report.projections import projections_figure
+from ajgdata.report.report_data import Illustration
 from ajgdata.types.table import Table, table_of
 
 #: Names of classes that are also names of a model, of a data set with the title `Gripper b`, and of
@@ -131,3 +137,48 @@ def test_a_figure_and_its_words_read_the_table_once():
     assert illustration.title == "value 1 (n 1), 2 (n 2)"
     assert illustration.caption.alt == "value 1 (n 1), 2 (n 2). n 1: 1; n 2: 2."
     assert len(calls) == 1
+
+
+# Figures that no mark draws
+
+
+def blank(name: str) -> Callable[[TaskResults], list[Illustration]]:
+    """A figure of an experiment: its caption counts the tasks of the page."""
+
+    def own_figures(results: TaskResults) -> list[Illustration]:
+        tasks = [task.task for task in results.same_page]
+        return [Illustration(results.named(name), Caption(", ".join(tasks), ""), Figure)]
+
+    return own_figures
+
+
+def test_an_experiment_has_figures_of_its_own_above_those_of_its_plots():
+    rows = [{"n": n, "value": float(n)} for n in (1, 2)]
+    first, second = (results(table(rows), task=task) for task in ("first", "second"))
+    first = replace(first, same_page=(first, second))
+    plots = (
+        Plot("lines", "t", "numbers", x="n", name="plotted"),
+        Plot("lines", "missing", "no table", x="n", name="empty"),
+    )
+    experiment = replace(EXPERIMENTS["sorting"], plots=plots, own_figures=blank("own"))
+    own, plotted = experiment.figures(first)
+    assert (own.name, own.caption.text) == ("sorting--size--first--own", "first, second")
+    assert plotted.name == "sorting--size--first--plotted"
+    assert isinstance(draw(own), Figure)
+
+
+def test_projections_have_a_panel_each_and_open_marks_for_validation():
+    plane = np.array([[0.0, 1], [2, 3], [4, 5], [6, 7]])
+    labels = np.array(["ball", "ball", "steel_box", "ball"])
+    is_training = np.array([True, False, True, True])
+    planes = {"raw, PCA": plane, "latent, PCA": plane[::-1]}
+    figure = projections_figure(planes, labels, is_training, "Cubes", "simulated")
+    panels = [axes for axes in figure.axes if axes.get_visible()]
+    assert [axes.get_title() for axes in panels] == list(planes)
+    filled, hollow, boxes, _ = panels[0].collections
+    assert filled.get_offsets().tolist() == [[0, 1], [6, 7]]
+    assert hollow.get_offsets().tolist() == [[2, 3]]
+    assert boxes.get_offsets().tolist() == [[4, 5]]
+    assert (len(filled.get_facecolor()), len(hollow.get_facecolor())) == (1, 0)
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["ball", "steel box"]
