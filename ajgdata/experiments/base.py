@@ -16,9 +16,9 @@ import numpy as np
 
 from ajgdata.evaluate.agreement import NO_BETTER, UNDEFINED, Verdict, is_better_than_chance
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
-from ajgdata.experiments.plots import Plot, illustrations, result_rows
+from ajgdata.experiments.plots import BoundPlot, Plot
 from ajgdata.report.comparison import PaperComparison, PaperFigure
-from ajgdata.report.format import Source
+from ajgdata.report.format import Source, words
 from ajgdata.report.report_data import Illustration, ResultRow
 from ajgdata.types import AudioSettings, FeatureSettings, Kind, Level, Strict
 from ajgdata.types.table import Table, table_of
@@ -198,6 +198,12 @@ class TaskResults:
         """Return the unit of the metric as it is shown."""
         return "%" if self.kind == "classification" else self.unit
 
+    def title_of(self, dataset: str) -> str:
+        """Return the title of the data set of the task, or of another that it is tested on."""
+        if dataset == self.dataset:
+            return self.dataset_title
+        return self.other_sets[dataset].title if dataset in self.other_sets else words(dataset)
+
     def with_chance_note(self, text: str, value: float, chance: float) -> str:
         """Return the text of a result; if its `value` is not better than chance, with these words.
 
@@ -228,8 +234,9 @@ Lookup = Callable[[str, str, str], "TaskResults | None"]
 class Experiment:
     """One experiment: how it is asked for, made, and shown.
 
-    `plots` name its marks, or a function makes them of the results. Figures and rows of the table
-    of results follow from them, unless `own_rows` makes the rows. `drawings` are further figures.
+    `plots` declare its figures, or a function returns them for the results. Figures and rows of the
+    table of results follow from them, unless `own_rows` returns the rows. `own_figures` returns
+    figures that no mark draws; on the page, they are above those of the plots.
 
     `summary` stands above the figures of a task, `advice` under the next steps.
     `measure(inputs, settings, model)` raises NotPossibleError for a task that lacks what it needs.
@@ -246,7 +253,7 @@ class Experiment:
     settings: type[Strict]
     measure: Callable[[Inputs, Any, str], Outcome]
     plots: Sequence[Plot] | Callable[[TaskResults], Sequence[Plot]] = ()
-    drawings: Callable[[TaskResults], Iterable[Illustration]] = lambda results: ()
+    own_figures: Callable[[TaskResults], Iterable[Illustration]] = lambda results: ()
     own_rows: Callable[[TaskResults], Iterable[ResultRow]] | None = None
     paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = lambda *_: ()
     summary: Callable[[TaskResults], str] = lambda results: ""
@@ -268,17 +275,21 @@ class Experiment:
         return "experiment on recordings" if self.reads_recordings else "experiment"
 
     def figures(self, results: TaskResults) -> Iterable[Illustration]:
-        """Return its drawings, and the figures of its plots that have something to draw."""
-        return [*self.drawings(results), *illustrations(results, self._plots_for(results))]
+        """Return its own figures, and the figures of its plots that have something to draw."""
+        drawn = [plot.illustration for plot in self.bound_plots(results) if plot.has_points]
+        return [*self.own_figures(results), *drawn]
 
     def rows(self, results: TaskResults) -> Iterable[ResultRow]:
         """Return its rows in the table of results: its own, or those of its `listed` plots."""
         if self.own_rows:
             return self.own_rows(results)
-        return result_rows(results, self._plots_for(results))
+        listed = [plot for plot in self.bound_plots(results) if plot.plot.listed]
+        return [row for plot in listed for row in plot.rows()]
 
-    def _plots_for(self, results: TaskResults) -> Sequence[Plot]:
-        return self.plots(results) if callable(self.plots) else self.plots
+    def bound_plots(self, results: TaskResults) -> list[BoundPlot]:
+        """Return its plots of the results of a task."""
+        plots = self.plots(results) if callable(self.plots) else self.plots
+        return [plot.bind(results) for plot in plots]
 
 
 def score_table(rows: Iterable[ScoreRow], title: str) -> Table:

@@ -26,14 +26,7 @@ from ajgdata.experiments.base import (
     fold_scores,
     score_table,
 )
-from ajgdata.experiments.plots import (
-    Plot,
-    axis_of,
-    conclusion,
-    points_for,
-    value_name,
-    value_range,
-)
+from ajgdata.experiments.plots import Plot, value_range
 from ajgdata.report.format import column_title, words
 from ajgdata.types import (
     DEFAULT_EXCITATION,
@@ -203,30 +196,40 @@ def _rendered(
 
 def errors(result: Result, results: TaskResults) -> Table:
     """Return the metric of one comparison per model, variant, data set and fold."""
-    comparison, rows = results.settings.comparisons[result.model], []
-    places = {"": results.level}
-    places |= {name: results.other_sets[name].level for name in comparison.test}
+    comparison = results.settings.comparisons[result.model]
+    levels = {results.dataset: results.level}
+    levels |= {name: results.other_sets[name].level for name in comparison.test}
+    rows = []
     for variant in comparison.all_variants:
         seconds = result.cost[SCORES].where(part=f"cost of {variant.name}", metric=COST)
         milliseconds = 1e3 * float(seconds.numbers("value")[0]) if seconds.rows else None
-        for name, level in places.items():
-            part = f"{variant.name} on:{name}" if name else variant.name
+        for name, level in levels.items():
+            part = variant.name if name == results.dataset else f"{variant.name} on:{name}"
+            row = {
+                "variant": variant.name.rpartition(":")[2],
+                "series": variant.series,
+                "x": variant.x,
+                "ms": milliseconds,
+                "tested": name,
+                "metric": results.metric,
+                "level": level.value if level else None,
+            }
             table = result.tables[SCORES].where(part=part, metric=results.metric)
-            row = {"variant": variant.name.rpartition(":")[2], "series": variant.series}
-            row |= {"x": variant.x, "ms": milliseconds}
-            row |= {"tested": name or results.dataset_title, "metric": results.metric}
-            row |= {"level": level.value if level else None}
             rows += [row | scores for scores in _folds(results, table)]
     columns = {
         "model": "Model",
         "variant": "Variant",
         "series": "Series",
         "x": _axis_title(comparison.axis),
+        "ms": "Time per feature, ms",
+        "tested": "Tested on",
+        "metric": "Metric",
+        "level": _level_title(levels.values()),
+        "value": "Value",
+        "error": column_title("Error", results.shown_unit),
+        "chance": "Chance",
     }
-    columns |= {"ms": "Time per feature, ms", "tested": "Tested on", "metric": "Metric"}
-    columns |= {"level": _level_title(places.values()), "value": "Value"}
-    columns |= {"error": column_title("Error", results.shown_unit)}
-    return table_of("comparison", comparison.title, rows, **columns, chance="Chance")
+    return table_of("comparison", comparison.title, rows, **columns)
 
 
 def _level_title(levels: Iterable[Level | None]) -> str:
@@ -254,21 +257,27 @@ def _folds(results: TaskResults, table: Table) -> Iterator[dict[str, float | str
 def plot_of(results: TaskResults, result: Result) -> Plot:
     """Return the plot of one comparison: over its axis, over levels, over time, or as rows."""
     comparison = results.settings.comparisons[result.model]
-    levels = [results.level, *(results.other_sets[name].level for name in comparison.test)]
-    about = f"{comparison.title}: the same recordings and folds; exploratory, because the best of "
-    about += "several variants that is chosen on these folds would be optimistically biased"
     plot = Plot(
-        "lines", partial(errors, result), about, x="level", series=("variant",), panel="model",
-        chance="chance", name=result.model,
-    )  # fmt: skip
+        "lines",
+        partial(errors, result),
+        f"{comparison.title}: the same recordings and folds; exploratory, because the best of "
+        "several variants that is chosen on these folds would be optimistically biased",
+        series=("variant",),
+        panel="model",
+        cells={"model": "model", "tested": "data set"},
+        metric="metric",
+        chance="chance",
+        name=result.model,
+    )
+    levels = [results.level, *(results.other_sets[name].level for name in comparison.test)]
     if comparison.test and all(levels):
-        return plot
+        return replace(plot, x="level")
     if comparison.axis:
         return replace(plot, x="x", series=("series",))
     if comparison.test:
         return replace(plot, mark="rows", x="variant", series=("tested",))
     if comparison.makes_features and len(comparison.all_variants) > MAX_ROWS:
-        plot = replace(plot, mark="scatter", value="error", x="ms", chance="")
+        plot = replace(plot, mark="scatter", value="error", metric="", x="ms", chance="")
     else:
         plot = replace(plot, mark="rows", x="variant", series=())
     return replace(plot, title=partial(range_title, plot))
@@ -276,18 +285,19 @@ def plot_of(results: TaskResults, result: Result) -> Plot:
 
 def range_title(plot: Plot, results: TaskResults) -> str:
     """Return the value of the first model with the reference, and the range of other variants; the
-    default title if a value is missing. `plot` has no title."""
+    default title if a value is missing."""
+    bound = plot.bind(results)
+    panel = bound.points[0].panel
+    values = {p.series or p.x: p.score.mean for p in bound.points if p.panel == panel}
     reference = results.settings.comparisons[plot.name].all_variants[0].name.rpartition(":")[2]
-    points = points_for(results, plot)
-    name = value_name(results, "variant", reference)
-    values = {p.series or p.x: p.score.mean for p in points if p.panel == points[0].panel}
+    name = words(reference)
     if name not in values or len(values) < 2:
-        return conclusion(results, plot)
-    axis, unit = axis_of(results, plot)
-    value = value_range([values.pop(name)], unit)
+        return bound.default_title
+    axis = bound.axis
+    value = value_range([values.pop(name)], axis.unit)
     varied = "other variants" if len(values) > 1 else next(iter(values))
-    values_text = value_range([*values.values()], unit)
-    return f"{points[0].panel}: {axis} {value} with {name}, {values_text} with {varied}"
+    values_text = value_range([*values.values()], axis.unit)
+    return f"{panel}: {axis.title} {value} with {name}, {values_text} with {varied}"
 
 
 def plots(results: TaskResults) -> list[Plot]:

@@ -83,7 +83,7 @@ COVERAGE = Plot(
     "share of held-out grasps inside prediction ± half width, as a model in use states it",
     value="held",
     x="coverage",
-    percent=True,
+    percent=("held", "coverage"),
     ideal=True,
 )
 WIDTH = Plot(

@@ -13,14 +13,7 @@ from pydantic import Field
 from ajgdata.evaluate.agreement import together
 from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
 from ajgdata.experiments.cross_validation_results import PAPER_MODEL
-from ajgdata.experiments.plots import (
-    Plot,
-    chance_for,
-    points_for,
-    table_for,
-    value_name,
-    value_range,
-)
+from ajgdata.experiments.plots import Plot, value_range
 from ajgdata.report.comparison import PaperComparison, holds, mark_of
 from ajgdata.report.format import Score, mean_sd, number, with_unit, words
 from ajgdata.types import ModelName, Name, Strict
@@ -73,6 +66,8 @@ GRIPPERS = Plot(
     "models on another gripper, with a few of its grasps added to the training",
     x="grasps",
     panel="other",
+    cells={"other": "data set"},
+    metric="metric",
     chance="chance",
     listed=True,
 )
@@ -98,7 +93,7 @@ def finding(results: TaskResults) -> str:
     """Return the error of the paper's model on its own gripper and on the others."""
     label = _first_label(results)
     home = next(iter(_home_scores(results, label).values()), Score(math.nan, math.nan))
-    values = [point.score.mean for point in points_for(results, GRIPPERS, model=label)]
+    values = [point.score.mean for point in GRIPPERS.bind(results).points_with(model=label)]
     own = with_unit(number(home.mean), results.shown_unit)
     elsewhere = value_range(values, results.shown_unit)
     return f"{label}: {results.metric_title} {own} on its gripper, {elsewhere} on others"
@@ -109,8 +104,8 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     if results.paper is None:
         return
     label = _first_label(results)
-    few = min(results.settings.grasps)
-    elsewhere = points_for(results, GRIPPERS, model=label, grasps=few)
+    grippers = GRIPPERS.bind(results)
+    elsewhere = grippers.points_with(model=label, grasps=min(results.settings.grasps))
     homes = _home_scores(results, label)
     sign = 1 if results.kind == "classification" else -1
     gaps = [
@@ -120,7 +115,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     ]
     listed = [f"{mean_sd(point.score, results.shown_unit)} on {point.panel}" for point in elsewhere]
     home = homes.get(elsewhere[0].panel, Score(math.nan, math.nan))
-    chance = float(np.mean(list(chance_for(results, GRIPPERS).values())))
+    chance = float(np.mean(list(grippers.chance.values())))
     values = [point.score.mean for point in elsewhere]
     marks = (
         mark_of("ours", Score(sum(values) / len(values), math.nan)),
@@ -128,19 +123,26 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     )
     text = f"{mean_sd(home, results.shown_unit)} where it was trained, {', '.join(listed)}"
     yield results.compared(
-        results.paper, text, label, together({holds(gap) for gap in gaps}), marks=marks,
-        label=words(results.dataset), shown_unit=results.shown_unit,
-    )  # fmt: skip
+        results.paper,
+        text,
+        label,
+        together({holds(gap) for gap in gaps}),
+        marks=marks,
+        label=words(results.dataset),
+        shown_unit=results.shown_unit,
+    )
 
 
 def _home_scores(results: TaskResults, label: str) -> dict[str, Score]:
     """Return the metric of a model on its own gripper, as shown, by the other gripper."""
     scores = {}
-    for name, rows in table_for(results, GRIPPERS).where(model=label).split_by("other").items():
+    table = GRIPPERS.bind(results).table.where(model=label)
+    for name, rows in table.split_by("other").items():
         home = results.scale * rows.numbers("home")
-        if len(known := home[np.isfinite(home)]):
+        known = home[np.isfinite(home)]
+        if len(known):
             sd = float(known.std(ddof=1)) if len(known) > 1 else math.nan
-            scores[value_name(results, "other", name)] = Score(float(known.mean()), sd)
+            scores[results.title_of(name)] = Score(float(known.mean()), sd)
     return scores
 
 

@@ -36,7 +36,7 @@ PARTS = {
     RANDOM: ("known_by_recording", "split by recording: grasps are in training and test data"),
     WITHHELD: ("unknown", "values withheld from training"),
     OVERALL: ("overall", "known and withheld values together"),
-}  # fmt: skip
+}
 #: The paper's model, and its baseline with a number.
 PAPER_MODEL, BASELINE = "cnn", "knn_plain"
 #: Share from which two classes count as confused, and the number of pairs that are listed.
@@ -237,23 +237,46 @@ def run_times(results: TaskResults) -> Table:
 
 PLOTS = (
     Plot(
-        "matrix", class_shares, "predictions on held-out grasps",
-        value="share", x="true", series=("predicted",), over="the recordings of a true class",
-        title=finding, name="predictions",
-    ),
-    Plot(
-        "lines", numbers, "predictions of each model on held-out grasps; periodic targets: the "
-        "repetition nearest to the true value",
-        value="predicted", x="true", series=("values",), panel="model",
-        over="predictions of a true value", chance="mean", ideal=True, title=finding,
+        "matrix",
+        class_shares,
+        "predictions on held-out grasps",
+        value="share",
+        x="true",
+        series=("predicted",),
+        over="the recordings of a true class",
+        title=finding,
         name="predictions",
     ),
     Plot(
-        "scatter", run_times,
-        "error against CPU time of training; grey line: no model is better in both",
-        value="error", x="train_cpu_s", chance="chance", title=finding, name="run-time",
+        "lines",
+        numbers,
+        "predictions of each model on held-out grasps; periodic targets: the repetition nearest to "
+        "the true value",
+        value="predicted",
+        x="true",
+        series=("values",),
+        panel="model",
+        cells={"model": "label"},
+        over="predictions of a true value",
+        chance="mean",
+        chance_label="A guess predicts",
+        ideal=True,
+        title=finding,
+        name="predictions",
     ),
-)  # fmt: skip
+    Plot(
+        "scatter",
+        run_times,
+        "error against CPU time of training; grey line: no model is better in both",
+        value="error",
+        x="train_cpu_s",
+        cells={"model": "label"},
+        chance="chance",
+        chance_label="Error of a guess:",
+        title=finding,
+        name="run-time",
+    ),
+)
 
 
 # Rows and words

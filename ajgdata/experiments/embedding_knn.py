@@ -189,7 +189,7 @@ ACCURACY = Plot(
     over="folds and initialisations",
     chance="chance",
     title=finding,
-    percent=True,
+    percent=("accuracy",),
 )
 EXPERIMENT = Experiment(
     name=NAME,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -20,8 +19,6 @@ from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ajgdata.evaluate.embedding_data import EmbeddingData
     from ajgdata.store.features import Latents
 
@@ -31,8 +28,6 @@ FOLD, INIT = 0, 0
 #: The method of a space that has two dimensions and is shown as it is.
 PLANE = "plane"
 METHODS = {"pca": "PCA", "umap": "UMAP", PLANE: "2-D"}
-#: Panels side by side, and the height of one in inches.
-COLUMNS, PANEL_IN = 3, 2.2
 
 
 def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
@@ -124,61 +119,26 @@ def _seven_digits(value: float) -> float:
     return float(f"{value:.7g}")
 
 
-def drawings(results: TaskResults) -> Iterator[Illustration]:
+def own_figures(results: TaskResults) -> Iterator[Illustration]:
     """Yield the figure of the recordings in the plane, one panel per space and method."""
+    from ajgdata.report.projections import projections_figure
+
     tables = results.results[0].tables
-    objects = list(dict.fromkeys(map(str, tables["recordings"].column(results.settings.instance))))
-    panels = _panels(tables["points"])
-    count = len(tables["recordings"].rows)
+    labels = np.array(tables["recordings"].column(results.settings.instance), dtype=str)
+    is_training = np.array(tables["recordings"].column("training"), dtype=bool)
+    planes = {
+        f"{SPACES[space]}, {METHODS[method]}": np.stack([plane.numbers("x"), plane.numbers("y")], 1)
+        for space, methods in tables["points"].split_by("space").items()
+        for method, plane in methods.split_by("method").items()
+    }
+    count = len(labels)
     text = (
-        f"{results.title}, {results.source}. {count:,} recordings of {len(objects)} objects; "
+        f"{results.title}, {results.source}. {count:,} recordings of {len({*labels})} objects; "
         "filled: training recordings, open: validation recordings. Axes have no unit."
     )
-    alt = f"Scatter plots of {count:,} recordings: {'; '.join(panels)}."
-    draw = partial(_figure, results, objects)
+    alt = f"Scatter plots of {count:,} recordings: {'; '.join(planes)}."
+    draw = partial(projections_figure, planes, labels, is_training, results.title, results.source)
     yield Illustration(results.named("points"), Caption(text, alt), draw)
-
-
-def _panels(points: Table) -> dict[str, Table]:
-    """Return the points of each space and method, by the title of their panel."""
-    return {
-        f"{SPACES[space]}, {METHODS[method]}": plane
-        for space, of_space in points.split_by("space").items()
-        for method, plane in of_space.split_by("method").items()
-    }
-
-
-def _figure(results: TaskResults, objects: list[str]) -> Figure:
-    """Return a panel per space and method, with colour and marker for each object."""
-    from matplotlib.lines import Line2D
-
-    from ajgdata.report.canvas import WIDTH_IN, line_style, new_figure
-
-    tables = results.results[0].tables
-    label = np.array(tables["recordings"].column(results.settings.instance), dtype=str)
-    training = np.array(tables["recordings"].column("training"), dtype=bool)
-    panels = _panels(tables["points"])
-    n_rows = math.ceil(len(panels) / COLUMNS)
-    figure = new_figure(
-        (WIDTH_IN, 1.5 + PANEL_IN * n_rows), "Recordings in the plane", results.title,
-        [results.source],
-    )  # fmt: skip
-    grid = figure.subplots(n_rows, COLUMNS, squeeze=False).ravel()
-    for axes, (title, points) in zip(grid, panels.items(), strict=False):
-        x, y = points.numbers("x"), points.numbers("y")
-        for index, name in enumerate(objects):
-            style = line_style(index)
-            look = {"marker": style["marker"], "s": 12, "linewidths": 0.7, "rasterized": True}
-            for part, face in ((training, style["color"]), (~training, "none")):
-                shown = (label == name) & part
-                axes.scatter(x[shown], y[shown], color=style["color"], facecolor=face, **look)
-        axes.set(title=title, xticks=[], yticks=[])
-    for axes in grid[len(panels) :]:
-        axes.set_visible(False)
-    styles = map(line_style, range(len(objects)))
-    handles = [Line2D([], [], **style | {"ls": ""}) for style in styles]
-    figure.legend(handles, list(map(words, objects)), loc="outside lower center", ncols=4)
-    return figure
 
 
 def with_titles(results: TaskResults) -> Table:
@@ -227,7 +187,7 @@ EXPERIMENT = Experiment(
     settings=Embedding,
     measure=measure,
     plots=(SILHOUETTES,),
-    drawings=drawings,
+    own_figures=own_figures,
     paper_comparison=paper_comparison,
     summary=supervision,
     of_embedding=True,

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
 from ajgdata.evaluate.agreement import Verdict
 from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
-from ajgdata.experiments.plots import Plot, points_for
+from ajgdata.experiments.plots import Plot
 from ajgdata.report.comparison import Mark, PaperComparison
 from ajgdata.report.format import mean_sd, number, with_unit
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
+
+if TYPE_CHECKING:
+    from ajgdata.report.marks import Point
 
 
 class Settings(Strict):
@@ -75,7 +78,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     paper, first = results.paper, results.results[0]
     if paper is None or paper.value is None or paper.reached is None:
         return
-    curve = sorted(points_for(results, CURVE, model=first.label), key=lambda point: point.x)
+    curve = _points(results, first.label)
     enough = [point.x for point in curve if point.score.mean >= paper.reached]
     needed = float(enough[0]) if enough else math.inf  # more than any that was tried
     tried = number(float(curve[-1].x))
@@ -97,18 +100,26 @@ CURVE = Plot(
     "the same held-out grasps are predicted from more and more training grasps",
     x="groups",
     over="draws of training grasps and seeds",
+    metric="metric",
     chance="chance",
     published="point",
 )
 
 
+def _points(results: TaskResults, label: str) -> list[Point]:
+    """Return the curve of a model, from few to many training grasps."""
+    return sorted(CURVE.bind(results).points_with(model=label), key=lambda point: point.x)
+
+
 def advice(results: TaskResults) -> Iterator[str]:
     """Yield what the last step of the first model's curve gained."""
     label = results.results[0].label
-    curve = sorted(points_for(results, CURVE, model=label), key=lambda point: point.x)
+    curve = _points(results, label)
     if len(curve) > 1:
-        (few, before), (many, after) = ((number(float(p.x)), p.score.mean) for p in curve[-2:])
-        values = f"{number(before)} to {with_unit(number(after), results.shown_unit)}"
+        before, after = curve[-2:]
+        few, many = number(float(before.x)), number(float(after.x))
+        last = with_unit(number(after.score.mean), results.shown_unit)
+        values = f"{number(before.score.mean)} to {last}"
         grasps = f"With {many} instead of {few} training grasps per class"
         yield f"{grasps}, the {results.metric_title} of {label} changed from {values}."
 

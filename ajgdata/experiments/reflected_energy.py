@@ -104,7 +104,7 @@ CLASSES = Plot(
     x="label",
     series=(),
     interval=("low", "high"),
-    percent=True,
+    percent=("value",),
     listed=True,
 )
 EXPERIMENT = Experiment(

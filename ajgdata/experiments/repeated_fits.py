@@ -23,7 +23,7 @@ from ajgdata.experiments.base import (
     TaskResults,
     score_table,
 )
-from ajgdata.experiments.plots import Plot, points_for
+from ajgdata.experiments.plots import Plot
 from ajgdata.report.comparison import Mark, PaperComparison, judged, mark_of
 from ajgdata.report.format import Score, mean_sd
 from ajgdata.types import ModelName, Name, Strict
@@ -105,6 +105,8 @@ FITS = Plot(
     "median RMSE over repeated cross-validations with other folds and seeds, of models that are "
     "trained on the data set of the task only; bootstrap over grasps and fits",
     x="dataset",
+    cells={"model": "label", "dataset": "data set"},
+    metric="metric",
     interval=("low", "high"),
     published="value",
 )
@@ -120,7 +122,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     median, low, high, chance = (
         statistics(first, name)[key] for key in ("median", "low", "high", "chance")
     )
-    points = points_for(results, FITS, dataset=name)
+    points = FITS.bind(results).points_with(dataset=name)
     shown = [mean_sd(point.score, results.shown_unit) for point in points]
     text = [shown[0]]
     text += [f"{other.label}: {said}" for other, said in zip(further, shown[1:], strict=True)]

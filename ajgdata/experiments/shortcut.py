@@ -115,6 +115,7 @@ DEPENDENCE = Plot(
     "silence",
     "how far predictions from recordings with the speaker silent depend on the truth",
     x="data_set",
+    cells={"data_set": "data set"},
     over="tests",
     chance="null",
 )

@@ -162,7 +162,7 @@ RELIABILITY = Plot(
     x="confidence",
     series=("model", "part"),
     over="bins",
-    percent=True,
+    percent=("accuracy", "confidence"),
     ideal=True,
     name="reliability",
 )

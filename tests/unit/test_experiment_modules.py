@@ -11,7 +11,6 @@ from ajgdata.evaluate.in_use import calibration, half_width
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.experiments import EXPERIMENTS, listing_keys, requested_experiments
 from ajgdata.experiments.base import Outcome
-from ajgdata.experiments.plots import Plot, points_for
 from ajgdata.experiments.sorting import PLAIN
 from ajgdata.models import fit_model, make_model
 from ajgdata.report.canvas import draw
@@ -263,26 +262,3 @@ def test_all_lists_of_settings_are_checked_for_repeated_values():
     assert keys["cross_gripper"] == ["test_on", "grasps", "models"]
     assert keys["conformal_intervals"] == ["coverages", "models"]
     assert keys["reflected_energy"] == []  # the two ends of a band are no list
-
-
-# Names on figures
-
-
-def test_a_class_with_the_name_of_a_model_or_a_data_set_keeps_its_name():
-    """Data set `b` has the title `Gripper b`, and `forest` is the name of a model."""
-    classes = ["forest", "b"]
-    rows = [
-        {"true": t, "predicted": p, "share": float(t == p), "model": "forest", "other": "b"}
-        for t in classes
-        for p in classes
-    ]
-    table = table_of("shares", "s", rows, **{key: key for key in rows[0]})
-    results = task_results("cross_validation", {"forest": Outcome((table,))})
-    of_classes = Plot("matrix", "shares", "", value="share", x="true", series=("predicted",))
-    points = points_for(results, of_classes)
-    assert {point.x for point in points} == {point.series for point in points} == {*classes}
-    of_models = Plot(
-        "rows", "shares", "", value="share", x="other", panel="model", series=("true",)
-    )
-    (point,) = {(p.x, p.panel) for p in points_for(results, of_models)}
-    assert point == ("Gripper b", "random forest")
