@@ -13,8 +13,7 @@ from ajgdata.experiments import measuring_half
 from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths, run_name
 from ajgdata.pipeline.console import show_jobs
 from ajgdata.pipeline.experiments import requests_for, of_paper
-from ajgdata.pipeline.opening import KIND as OPENING_KIND
-from ajgdata.pipeline.opening import OBJECT, subject_of
+from ajgdata.pipeline.opening import OBJECT, SHOWN, subject_of
 from ajgdata.pipeline.plan import (
     Declared,
     errors_in_one_line,
@@ -109,7 +108,8 @@ wildcard_constraints:
     session="[A-Za-z0-9_-]+",
     task="[A-Za-z0-9_-]+",
     embedding="[A-Za-z0-9_-]+",
-    kind="[a-z0-9_]+(-[A-Za-z0-9_]+)?",
+    experiment="[A-Za-z0-9_-]+",
+    models="[A-Za-z0-9_-]+",
 
 
 rule all:

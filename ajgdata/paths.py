@@ -38,6 +38,18 @@ def run_name(datasets: Sequence[str]) -> str:
     return f"{names[0]}+{len(names) - 1}~{digest[:12]}"
 
 
+def short_name(name: str, longest: int) -> str:
+    """Return a name of a file: `name`, or its beginning and a digest if it is longer.
+
+    >>> short_name("material", 10), short_name("material of a sphere", 16)
+    ('material', 'materia~47bceb77')
+    """
+    if len(name) <= longest:
+        return name
+    digest = hashlib.sha256(name.encode()).hexdigest()[:8]
+    return f"{name[: longest - 9]}~{digest}"
+
+
 class Place:
     """A file or folder of a project: its pattern below a folder of `Paths`."""
 
@@ -103,10 +115,10 @@ class Paths:
     #: decide what is up to date. Audio files of unchanged sessions are not read again.
     session_hashes = Places("results/features/{dataset}.hashes.json")
     quarantine = Places("results/quarantine/{dataset}.csv")
-    #: Tables of one experiment; `kind` is the name of its job: `reflected_energy`, or
-    #: `learning_curve-cnn`. The same bytes for the same inputs, but for the cost.
-    experiment = Places("results/tasks/{dataset}/{task}/{kind}.json")
-    experiment_cost = Places("results/tasks/{dataset}/{task}/{kind}.cost.json")
+    #: Tables of one experiment; `models` is the name of its job: a model, `plain` or `all`.
+    #: Equal inputs give equal bytes, except for the cost.
+    experiment = Places("results/tasks/{dataset}/{task}/{experiment}.{models}.json")
+    experiment_cost = Places("results/tasks/{dataset}/{task}/{experiment}.{models}.cost.json")
     training_cost = Places("results/embed/{dataset}/{embedding}/cost.json")
     latents = Places("results/embed/{dataset}/{embedding}/latents.nc")
     models = Places("results/models/{dataset}")

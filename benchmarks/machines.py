@@ -49,22 +49,22 @@ FEW = ("OPENBLAS_CORETYPE=Haswell", "OMP_NUM_THREADS=1", "OMP_NUM_THREADS=4")
 VARIANTS = (HERE_RUN, AGAIN, *OLD_CPU.split(), *FEW, OLD_CPU)
 LONG = (HERE_RUN, OLD_CPU)  #: variants that also have the ten repeated fits
 PROBE = ("materials-sphere80", "baselines")
-CNN, FITS = "cross_validation-cnn", "repeated_fits-cnn"
-#: Published value, data set, task, experiment, and the part and statistic of its scores.
+CNN, FITS = ("cross_validation", "cnn"), ("repeated_fits", "cnn")
+#: Published value, data set, task, experiment, model, and the part and statistic of its scores.
 ROWS = (
-    ("size", "size", "size", CNN, "overall mean"),
-    ("size-known", "size", "size", CNN, "grouped mean"),
-    ("size-known", "size", "size", CNN, "random mean"),
-    ("size-unknown", "size", "size", CNN, "withheld mean"),
-    ("noise", "size", "noise", FITS, "repeated fits on:size_80dba median"),
-    ("orientation", "orientation", "angle", CNN, "withheld mean"),
-    ("orientation-known", "orientation", "angle", CNN, "grouped mean"),
-    ("orientation-known", "orientation", "angle", CNN, "random mean"),
-    ("materials-sphere80", "sphere80", "material", CNN, "grouped mean"),
-    ("materials-plate", "plate", "material", CNN, "grouped mean"),
-    ("materials-sphere30", "sphere30", "material", CNN, "grouped mean"),
-    ("ycb", "ycb", "object", CNN, "grouped mean"),
-    ("baselines", "ycb", "baselines", "cross_validation-knn_plain", "grouped mean"),
+    ("size", "size", "size", *CNN, "overall mean"),
+    ("size-known", "size", "size", *CNN, "grouped mean"),
+    ("size-known", "size", "size", *CNN, "random mean"),
+    ("size-unknown", "size", "size", *CNN, "withheld mean"),
+    ("noise", "size", "noise", *FITS, "repeated fits on:size_80dba median"),
+    ("orientation", "orientation", "angle", *CNN, "withheld mean"),
+    ("orientation-known", "orientation", "angle", *CNN, "grouped mean"),
+    ("orientation-known", "orientation", "angle", *CNN, "random mean"),
+    ("materials-sphere80", "sphere80", "material", *CNN, "grouped mean"),
+    ("materials-plate", "plate", "material", *CNN, "grouped mean"),
+    ("materials-sphere30", "sphere30", "material", *CNN, "grouped mean"),
+    ("ycb", "ycb", "object", *CNN, "grouped mean"),
+    ("baselines", "ycb", "baselines", "cross_validation", "knn_plain", "grouped mean"),
 )
 SIMULATED = (("size", 8), ("plate", 0))  #: data set, and number of the object in its recipe
 
@@ -82,21 +82,24 @@ def steps(paths: Paths) -> dict[str, str]:
     return {step: hashlib.sha256(part).hexdigest() for step, part in content.items()}
 
 
-def measured(paths: Paths, dataset: str, task: str, kind: str, random: bool) -> dict[str, Any]:
+def measured(
+    paths: Paths, dataset: str, task: str, experiment: str, model: str, random: bool
+) -> dict[str, Any]:
     """Return the digest of the result of an experiment, and its values by part and statistic."""
     spec = read_dataset(paths, dataset)
     split = spec.task_settings(task)
-    (request,) = (item for item in requested_experiments(spec, task) if kind in item.kinds)
-    request = replace(request, models=(kind.partition("-")[2],))
+    requests = requested_experiments(spec, task)
+    (request,) = (item for item in requests if item.experiment.name == experiment)
+    request = replace(request, models=(model,))
     ((job, models),) = request.job_models.items()
     settings = request.job_settings(job)
     settings |= {"compare_random": random} if "compare_random" in settings else {}
     with tempfile.TemporaryDirectory() as folder:
         tables = Path(folder, "tables.json")
         run_experiment(
-            paths.features(dataset), kind=job, models=models, dataset=dataset, task=task,
-            settings=settings, split=split, other_sets=request.other_sets, audio=spec.audio,
-            features=spec.features, paths=paths, seed=0, tables=tables,
+            paths.features(dataset), dataset=dataset, task=task, experiment=experiment,
+            models=models, settings=settings, split=split, other_sets=request.other_sets,
+            audio=spec.audio, features=spec.features, paths=paths, seed=0, tables=tables,
             cost=Path(folder, "cost.json"),
         )  # fmt: skip
         (scores, *_), content = read_measurements(tables)[0][1], tables.read_bytes()
@@ -120,11 +123,11 @@ def in_process(project: Path, variant: str, names: Iterable[str]) -> dict[str, A
 def compared(row: tuple[str, ...], runs: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """Return the value of a row on this computer, and its range over variants; `runs` are results
     by variant."""
-    name, base = "/".join(row[1:4]), runs[HERE_RUN]["/".join(row[1:4])]
+    name, base = "/".join(row[1:5]), runs[HERE_RUN]["/".join(row[1:5])]
     results = {variant: result[name] for variant, result in runs.items() if name in result}
-    values = [base["scale"] * result["values"][row[4]] for result in results.values()]
+    values = [base["scale"] * result["values"][row[5]] for result in results.values()]
     low, high = min(values), max(values)
-    named = {"figure": row[0], "experiment": name, "part": row[4], "unit": base["unit"]}
+    named = {"figure": row[0], "experiment": name, "part": row[5], "unit": base["unit"]}
     numbers = {"value": values[0], "smallest": low, "largest": high, "spread": high - low}
     changed = [variant for variant, result in results.items() if result["digest"] != base["digest"]]
     return {**named, **numbers, "variants": len(values) - 1, "changed_by": changed}
@@ -151,8 +154,8 @@ def main(
     if variant:
         paths, rows = Paths(project), [row for row in ROWS if row[0] in names.split(",")]
         results: dict[str, Any] = {"steps": steps(paths)}
-        for key in dict.fromkeys(row[1:4] for row in rows):
-            if FITS not in key or variant in LONG:
+        for key in dict.fromkeys(row[1:5] for row in rows):
+            if key[2:] != FITS or variant in LONG:
                 has_random = (*key, "random mean") in [row[1:] for row in rows]
                 results["/".join(key)] = measured(paths, *key, has_random)
         print(json.dumps(results))

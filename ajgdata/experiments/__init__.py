@@ -25,6 +25,11 @@ from ajgdata.store.files import line_of
 from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec, Kind, describe, location
 from ajgdata.types.registry import PLAIN_MODELS, Registry
 
+#: Data set, task or embedding, experiment, and model ("": all models together).
+MeasurementKey = tuple[str, str, str, str]
+#: Data set, task or embedding, experiment, and name of a job.
+JobKey = tuple[str, str, str, str]
+PLAIN, ALL = "plain", "all"  #: names of jobs of several models
 #: Modules of this package that are not experiments.
 SHARED = ("base", "cross_validation_paper", "cross_validation_results", "embedding", "plots")
 
@@ -46,7 +51,7 @@ EXPERIMENTS = _all()
 class Request:
     """An experiment that a task, or an embedding (whose name is then `task`), asks for.
 
-    `models` are ("",) where all are measured at once.
+    `models` are ("",) if all are measured together.
     """
 
     experiment: Experiment
@@ -66,42 +71,41 @@ class Request:
         return titles.get(model) or (model_label(model, kind) if model else "")
 
     @property
-    def kinds(self) -> tuple[str, ...]:
-        """Return the names of its measurements: `learning_curve-cnn`, or `reflected_energy`."""
-        return tuple(measurement_name(self.experiment.name, model) for model in self.models)
-
-    @property
-    def keys(self) -> list[tuple[str, str, str]]:
-        """Return data set, task and name of each of its measurements."""
-        return [(self.dataset, self.task, kind) for kind in self.kinds]
+    def keys(self) -> list[MeasurementKey]:
+        """Return the key of each of its measurements."""
+        return [(self.dataset, self.task, self.experiment.name, model) for model in self.models]
 
     @property
     def job_models(self) -> dict[str, list[str]]:
-        """Return the models of each of its jobs, by name: all plain models share one."""
+        """Return the models of each of its jobs, by the name of the job.
+
+        All plain models share the job PLAIN; models that are measured together have the job ALL.
+        """
         jobs: dict[str, list[str]] = {}
-        for model, kind in zip(self.models, self.kinds, strict=True):
-            is_shared = model in PLAIN_MODELS and not hasattr(self.settings, "only")
-            job = f"{self.experiment.name}-plain" if is_shared else kind
-            jobs.setdefault(job, []).append(model)
+        for model in self.models:
+            is_plain = model in PLAIN_MODELS and not hasattr(self.settings, "only")
+            name = PLAIN if is_plain else model or ALL
+            jobs.setdefault(name, []).append(model)
         return jobs
 
     @property
-    def jobs(self) -> list[tuple[str, str, str]]:
-        """Return data set, task and name of each of its jobs."""
-        return [(self.dataset, self.task, job) for job in self.job_models]
+    def jobs(self) -> list[JobKey]:
+        """Return the key of each of its jobs."""
+        return [(self.dataset, self.task, self.experiment.name, name) for name in self.job_models]
 
-    def job_settings(self, job: str) -> dict[str, Any]:
-        """Return the settings of the job `job` as in JSON; `models` has only its own models."""
-        models = self.job_models[job]
+    def job_settings(self, name: str) -> dict[str, Any]:
+        """Return the settings of a job as in JSON; `models` has only its own models."""
+        models = self.job_models[name]
         only = self.settings.only(models[0]) if hasattr(self.settings, "only") else self.settings
         settings = only.model_dump(mode="json", exclude={"optional"})
-        own = {"models": models} if self.experiment.by_model and "models" in settings else {}
-        return settings | own
+        if self.experiment.by_model and "models" in settings:
+            settings["models"] = models
+        return settings
 
 
 def measurement_name(experiment: str, model: str) -> str:
-    """Return the name of a measurement; `model` is "" if it has all models."""
-    return f"{experiment}-{model}" if model else experiment
+    """Return the name of a measurement for people; `model` is "" if it has all models."""
+    return f"{experiment} of {model}" if model else experiment
 
 
 class SettingsError(ValueError):

@@ -17,6 +17,7 @@ import numpy as np
 from ajgdata.evaluate.agreement import NO_BETTER, UNDEFINED, Verdict, is_better_than_chance
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
 from ajgdata.experiments.plots import BoundPlot, Plot
+from ajgdata.paths import short_name
 from ajgdata.report.comparison import PaperComparison, PaperFigure
 from ajgdata.report.format import Source, words
 from ajgdata.report.report_data import Illustration, ResultRow
@@ -33,6 +34,8 @@ SCORE_COLUMNS = {
 }  # fmt: skip
 #: A row of a table of scores: model, part, metric, statistic and value.
 ScoreRow = tuple[str, str, str, str, float | None]
+#: Longest names of a task and of a part in names of files; file systems allow 255 bytes.
+LONGEST_TASK, LONGEST_PART = 150, 60
 STATISTICS = ("mean", "sd", "pooled", "chance")
 SCORES = "scores"  #: name of the tables whose rows go into `results/metrics.csv`
 
@@ -223,7 +226,10 @@ class TaskResults:
 
     def named(self, *parts: str) -> str:
         """Return the file name, without suffix, of a figure of this experiment."""
-        return "--".join((self.experiment.replace("_", "-"), self.dataset, self.task, *parts))
+        task = "--".join((self.experiment.replace("_", "-"), self.dataset, self.task))
+        return "--".join(
+            (short_name(task, LONGEST_TASK), *(short_name(p, LONGEST_PART) for p in parts))
+        )
 
 
 #: Results of other experiments of the run, by experiment, data set and task.

@@ -11,7 +11,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ajgdata.experiments import EXPERIMENTS, Request, measurement_name, requested_experiments
+from ajgdata.experiments import (
+    EXPERIMENTS,
+    JobKey,
+    MeasurementKey,
+    Request,
+    measurement_name,
+    requested_experiments,
+)
 from ajgdata.experiments.base import Experiment, Inputs, Other, Outcome, Result, TaskResults
 from ajgdata.features.spectrum import differing_axes
 from ajgdata.models.device import device_facts
@@ -36,7 +43,6 @@ if TYPE_CHECKING:
     from ajgdata.types.table import Table
 
 TaskKey = tuple[str, str]  #: data set, and task or embedding
-Key = tuple[str, str, str]  #: data set, task or embedding, and name of a measurement or job
 
 
 class Measurement(NamedTuple):
@@ -53,8 +59,8 @@ def requests_for(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> 
 
 
 def of_paper(
-    specs: Mapping[str, DatasetSpec], requests: Mapping[Key, Request]
-) -> dict[Key, Request]:
+    specs: Mapping[str, DatasetSpec], requests: Mapping[JobKey, Request]
+) -> dict[JobKey, Request]:
     """Return the experiments that reproduce the paper: cross-validation and the named experiments
     of tasks with published values, and embeddings of data sets with such tasks."""
     return {key: r for key, r in requests.items() if _is_of_paper(specs[r.dataset], r)}
@@ -68,7 +74,7 @@ def _is_of_paper(spec: DatasetSpec, request: Request) -> bool:
     return name in papers or (bool(papers) and name == CROSS_VALIDATION)
 
 
-def measurements(paths: Paths, requests: Sequence[Request]) -> dict[Key, Measurement]:
+def measurements(paths: Paths, requests: Sequence[Request]) -> dict[MeasurementKey, Measurement]:
     """Return the existing measurements of experiments; files of another version are reported."""
     available = {}
     for job in (job for request in requests for job in request.jobs):
@@ -80,12 +86,12 @@ def measurements(paths: Paths, requests: Sequence[Request]) -> dict[Key, Measure
                 print(error)
                 continue
             for (about, tables), (_, cost) in zip(results, costs, strict=True):
-                kind = measurement_name(about["experiment"], about["model"])
-                available[*job[:2], kind] = Measurement(about, tables, cost)
+                key = about["dataset"], about["task"], about["experiment"], about["model"]
+                available[key] = Measurement(about, tables, cost)
     return available
 
 
-def computed(requests: Sequence[Request], available: Collection[Key]) -> list[Request]:
+def computed(requests: Sequence[Request], available: Collection[MeasurementKey]) -> list[Request]:
     """Return the experiments that have measurements among `available`, each with their models."""
     pairs = ((r, zip(r.models, r.keys, strict=True)) for r in requests)
     with_models = [
@@ -104,10 +110,10 @@ def page_of(request: Request, spec: DatasetSpec) -> str:
 def run_experiment(
     store: Path,
     *,
-    kind: str,
-    models: Sequence[str],
     dataset: str,
     task: str,
+    experiment: str,
+    models: Sequence[str],
     settings: Mapping[str, Any],
     split: Mapping[str, Any],
     other_sets: Sequence[str],
@@ -120,27 +126,28 @@ def run_experiment(
     encoders: Sequence[Path] = (),
     rendered: str = "",
 ) -> None:
-    """Measure an experiment on a task with each of `models` ("": all at once); write the tables.
+    """Measure an experiment on a task with each model ("": all together); write the tables.
 
-    `kind` is the name of the job (`Request.jobs`). `split` are the settings of the task
+    `split` are the settings of the task
     (`DatasetSpec.task_settings`), `encoders` the latents and training cost of an embedding. If
     `rendered` is not empty, sounds are simulated by the recipe of the data set. A task that lacks
     what the experiment needs is written as skipped, with reason.
     """
-    experiment, table = EXPERIMENTS[kind.partition("-")[0]], read_store(store)
-    about = {"experiment": experiment.name, "dataset": dataset, "task": task, "seed": seed}
+    measured = EXPERIMENTS[experiment]
+    table = read_store(store)
+    about = {"experiment": experiment, "dataset": dataset, "task": task, "seed": seed}
     about |= {**split, "settings": settings, "provenance": dict(table.attrs), **device_facts()}
     compared = {other: _comparable(store, table, paths.features(other)) for other in other_sets}
-    read_too = compared if experiment.reads_recordings else {}
+    read_too = compared if measured.reads_recordings else {}
     inputs = Inputs(
         dataset=dataset, task=task, **split, seed=seed, store=table, other_sets=compared,
         audio=audio, features=features, **_encoded(*encoders),
         **_sounds(paths, dataset, audio, read_too, rendered),
     )  # fmt: skip
-    checked = experiment.settings.model_validate(settings)
+    checked = measured.settings.model_validate(settings)
     refused = _copied_sets(inputs, getattr(checked, "test_on", ()))
     outcomes = [
-        _measure(experiment, inputs, checked, about | {"model": model}, refused) for model in models
+        _measure(measured, inputs, checked, about | {"model": model}, refused) for model in models
     ]
     write_measurements(cost, [({}, outcome.cost) for outcome in outcomes])
     write_measurements(tables, [(outcome.about, outcome.tables) for outcome in outcomes])
@@ -238,7 +245,7 @@ def _encoded(latents: Path | None = None, training_cost: Path | None = None) -> 
 
 
 def read_results(
-    available: Mapping[Key, Measurement],
+    available: Mapping[MeasurementKey, Measurement],
     request: Request,
     specs: Mapping[str, DatasetSpec],
     paper: Mapping[str, PaperFigure],

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from ajgdata.evaluate.agreement import why_undefined
-from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments import EXPERIMENTS, MeasurementKey
 from ajgdata.experiments.base import SCORES, TaskResults
 from ajgdata.paths import TABLES, Paths
-from ajgdata.pipeline.experiments import Key, Measurement
+from ajgdata.pipeline.experiments import Measurement
 from ajgdata.report.comparison import PaperComparison
 from ajgdata.report.render import Picture
 from ajgdata.report.report_data import Report
@@ -126,7 +126,7 @@ def paper_table(rows: Sequence[PaperComparison]) -> Table:
     return table_of(PAPER_TABLE, "Comparison with the paper", cells, **columns)
 
 
-def collect(paths: Paths, measured: Mapping[Key, Measurement]) -> list[dict[str, Any]]:
+def collect(paths: Paths, measured: Mapping[MeasurementKey, Measurement]) -> list[dict[str, Any]]:
     """Write all measurements together; returns what is known about each.
 
     `metrics.csv` has a row for each number: a metric of a part of an experiment (`grouped`,
@@ -137,12 +137,12 @@ def collect(paths: Paths, measured: Mapping[Key, Measurement]) -> list[dict[str,
     `predictions.csv` has a row for each recording, split and fold.
     """
     collected, numbers, predicted = [], [], []
-    for (_, _, kind), (about, tables, costs) in measured.items():
+    for about, tables, costs in measured.values():
         named = {table.name: table for table in tables}
         if held_out := named.get(PREDICTIONS):
             where = {key: about[key] for key in ("dataset", "task", "model")}
             predicted += [{**where, **row} for row in held_out.rows]
-        collected.append({**about, "kind": kind})
+        collected.append(about)
         numbers += [row for table in (*tables, *costs) for row in _rows(about, table)]
     write_bytes(paths.metrics_table, csv_bytes((*COLUMNS, REASON), numbers))
     write_bytes(paths.predictions, csv_bytes(PREDICTION_COLUMNS, predicted))

@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 
 #: Task, and its target, whose classes a picture can show.
 OBJECT = "object"
-#: Experiment whose predictions are shown.
-KIND = f"{CROSS_VALIDATION}-{PAPER_MODEL}"
+#: Experiment and model whose predictions are shown.
+SHOWN = (CROSS_VALIDATION, PAPER_MODEL)
 #: Grid and pulse of the field: finer than that of recordings, so that the wave is seen, not cells.
 FIELD_MM, PULSE_HZ, FRAME_S = 1.6, 10_000.0, 1e-5
 #: The first moment, as a share of the time that sound takes to the object.
@@ -59,7 +59,7 @@ def subject_of(specs: Mapping[str, DatasetSpec]) -> str:
 def build_opening(paths: Paths, *, store: Path, tables: Path, audio: AudioSettings) -> None:
     """Draw the opening picture of a task, and write its text (JSON) to the same folder.
 
-    `tables` are those of the experiment KIND. The JSON contains `alt` for people and the
+    `tables` are those of SHOWN. The JSON contains `alt` for people and the
     `recording` that is shown. If nothing can be shown, it contains `skipped`, the reason, and there
     is no picture.
     """

@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from ajgdata.ablations import reasons_of, with_verdicts
-from ajgdata.experiments import EXPERIMENTS, Request
+from ajgdata.experiments import EXPERIMENTS, MeasurementKey, Request
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import training_cost
 from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import (
-    Key,
     Measurement,
     TaskKey,
     computed,
@@ -68,7 +67,7 @@ def build_report(
     *,
     datasets: Sequence[str],
     tasks: Sequence[TaskKey],
-    requested: Sequence[Key],
+    requested: Sequence[MeasurementKey],
     studies: Sequence[str] = (),
     ablations: Sequence[str] = (),
     published: Sequence[str] = (),
@@ -153,7 +152,7 @@ def build_page(paths: Paths, name: str, files: Sequence[Path], nav: Sequence[Gro
 
 
 #: What the summary of a run needs of a measurement.
-SUMMARISED = ("dataset", "task", "experiment", "kind", "skipped", "left_out", "others")
+SUMMARISED = ("dataset", "task", "experiment", "model", "skipped", "left_out", "others")
 
 
 def _pages(paths: Paths, studies: Sequence[str], ablations: Sequence[str]) -> dict[str, list[Path]]:
@@ -229,7 +228,7 @@ def _assembled(
 
 
 def _read(
-    measured: Mapping[Key, Measurement],
+    measured: Mapping[MeasurementKey, Measurement],
     specs: Mapping[str, DatasetSpec],
     requests: Sequence[Request],
     paper: Mapping[str, PaperFigure],

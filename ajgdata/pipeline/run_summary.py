@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from ajgdata.experiments import MeasurementKey, measurement_name
 from ajgdata.paths import Paths
-from ajgdata.pipeline.experiments import Key
 from ajgdata.pipeline.machine import machine_line
 from ajgdata.report.comparison import tally_text
 from ajgdata.store.benchmarks import RuleCost, read_costs
@@ -62,7 +62,7 @@ def modified_ns(path: Path) -> int:
 def complete(
     paths: Paths,
     datasets: Sequence[str],
-    requested: Sequence[Key],
+    requested: Sequence[MeasurementKey],
     trained: Sequence[str],
     optional: Sequence[str],
     summary: Path,
@@ -79,7 +79,7 @@ def complete(
     results = [
         about
         for about in about_report["measurements"]
-        if (about["dataset"], about["task"], about["kind"]) in requested
+        if tuple(about[key] for key in ("dataset", "task", "experiment", "model")) in requested
     ]
     skipped = _skipped(paths, trained, results)
     problems = {name: unreadable(read_findings(paths.quarantine(name))) for name in datasets}
@@ -115,16 +115,16 @@ def _skipped(
     """Return skipped measurements, models and parts, by task and reason."""
     skipped = defaultdict(list)
     for about in results:
-        kind = about["kind"]
-        reasons = {kind: about.get("skipped", "")}
-        reasons |= {f"{part} of {kind}": why for part, why in about.get("others", {}).items()}
+        name = measurement_name(about["experiment"], about["model"])
+        reasons = {name: about.get("skipped", "")}
+        reasons |= {f"{part} of {name}": why for part, why in about.get("others", {}).items()}
         for part, reason in reasons.items():
             skipped[task_name(about), str(reason)].append(part)
     for name in datasets:
         for file in sorted(paths.models(name).glob(f"*/*/{ABOUT_FILE}")):
             *_, task, model, _ = file.parts
             reason = read_json(file).get("skipped", "")
-            skipped[f"{name}/{task}", reason].append(f"training-{model}")
+            skipped[f"{name}/{task}", reason].append(f"training of {model}")
     return {(task, reason): parts for (task, reason), parts in skipped.items() if reason}
 
 

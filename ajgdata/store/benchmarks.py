@@ -35,19 +35,18 @@ def read_costs(
 ) -> list[RuleCost]:
     """Return a row per rule, the longest first, and the row ALL; no rows without jobs.
 
-    The files in `folder` are `<rule>/<wildcards with dots>.tsv` and `<rule>.tsv`; `is_included`
-    chooses them by the first wildcard ("" without wildcards), and rules of `without` are excluded.
-    Each has the last execution of a job.
+    The files in `folder` are `<rule>/<wildcards with dots or slashes>.tsv` and `<rule>.tsv`;
+    `is_included` chooses them by the first wildcard ("" without wildcards), and rules of `without`
+    are excluded. Each has the last execution of a job.
     """
     import pandas as pd
 
     jobs = []
     for path in sorted(folder.rglob("*.tsv")):
-        has_wildcards = path.parent != folder
-        if is_included(path.stem.partition(".")[0] if has_wildcards else ""):
-            rule = path.parent.name if has_wildcards else path.stem
-            if rule not in without:
-                jobs.append(pd.read_csv(path, sep="\t", na_values="-").assign(rule=rule))
+        rule, *wildcards = path.relative_to(folder).with_suffix("").parts
+        first = wildcards[0].partition(".")[0] if wildcards else ""
+        if is_included(first) and rule not in without:
+            jobs.append(pd.read_csv(path, sep="\t", na_values="-").assign(rule=rule))
     if not jobs:
         return []
     table = pd.concat(jobs)

@@ -44,7 +44,7 @@ EMPTY: dict[str, list] = {"datasets": [], "runs": [], "pages": [], "published": 
 #: Only what this run is about: results of what was declared once may still lie about.
 RUNS = json.loads(PATHS.runs.read_text()) if PATHS.runs.is_file() else EMPTY
 STORES = [PATHS.features(name) for name in RUNS["datasets"]]
-EVALUATED = [(d, task, f"cross_validation-{model}") for d, task, model in RUNS["runs"]]
+EVALUATED = [(d, task, "cross_validation", model) for d, task, model in RUNS["runs"]]
 TREES = [PATHS.published(name) for name in RUNS["published"]]
 OWN = sorted(PATHS.report.parent.glob("experiments/*.html"))
 COMPARED = ["paper"] if RUNS.get("agreements") else []
@@ -106,9 +106,11 @@ def test_every_recording_is_in_the_store_or_in_the_quarantine(path):
     assert declared - stored <= listed
 
 
-def evaluation(dataset: str, task: str, kind: str) -> tuple[dict, dict[str, Table]]:
+def evaluation(
+    dataset: str, task: str, experiment: str, model: str
+) -> tuple[dict, dict[str, Table]]:
     requests = requested_experiments(read_dataset(PATHS, dataset), task)
-    measurement = measurements(PATHS, requests)[dataset, task, kind]
+    measurement = measurements(PATHS, requests)[dataset, task, experiment, model]
     return measurement.about, {table.name: table for table in measurement.tables}
 
 

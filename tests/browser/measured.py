@@ -58,13 +58,14 @@ def measured_site(folder: Path) -> Site:
     tasks = [(NAME, task) for task in spec.tasks]
     requests = requests_for({NAME: spec}, tasks)
     for request in requests:
-        for dataset, task, kind in request.jobs:
+        for job in request.jobs:
+            dataset, task, experiment, models = job
             run_experiment(
-                paths.features(NAME), kind=kind, models=request.job_models[kind], dataset=dataset,
-                task=task, settings=request.job_settings(kind), split=spec.task_settings(task),
+                paths.features(NAME), dataset=dataset, task=task, experiment=experiment,
+                models=request.job_models[models], settings=request.job_settings(models),
+                split=spec.task_settings(task),
                 other_sets=[], audio=spec.audio, features=spec.features, paths=paths, seed=0,
-                tables=paths.experiment(dataset, task, kind),
-                cost=paths.experiment_cost(dataset, task, kind),
+                tables=paths.experiment(*job), cost=paths.experiment_cost(*job),
             )  # fmt: skip
     requested = [key for request in requests for key in request.keys]
     build_report(paths, datasets=[NAME], tasks=tasks, requested=requested)

@@ -123,7 +123,7 @@ def run(stores: dict[str, Path], request: Request, folder: Path) -> tuple[dict, 
     model = MODELS.get(name, MODEL) if request.experiment.by_model else ""
     tables, cost = folder / "tables.json", folder / "cost.json"
     run_experiment(
-        stores[request.dataset], kind=name, models=[model], dataset=request.dataset,
+        stores[request.dataset], experiment=name, models=[model], dataset=request.dataset,
         task=request.task, settings=settings, split=spec.task_settings(request.task),
         other_sets=list(request.other_sets), audio=spec.audio,
         features=spec.features, paths=Paths(stores[request.dataset].parents[2]), seed=0,

@@ -113,7 +113,7 @@ def played(names, sounds) -> Iterator[list[np.ndarray]]:
 
 def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
     """Run every job of `little`; returns why each was skipped ("" if it was not), by task and
-    kind."""
+    measurement."""
     spec = read_dataset(paths, "little")
     for name, settings in spec.embeddings.items():
         train_embedding(
@@ -125,19 +125,20 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
         {"little": spec}, [("little", t) for t in (*spec.tasks, *spec.embeddings)]
     ):
         encoders = [paths.latents("little", item.task), paths.training_cost("little", item.task)]
-        for *_, kind in item.jobs:
-            tables = paths.experiment("little", item.task, kind)
+        for job in item.jobs:
+            *_, experiment, models = job
+            tables = paths.experiment(*job)
             run_experiment(
-                paths.features("little"), kind=kind, models=item.job_models[kind],
-                dataset="little", task=item.task, settings=item.job_settings(kind),
+                paths.features("little"), dataset="little", task=item.task, experiment=experiment,
+                models=item.job_models[models], settings=item.job_settings(models),
                 split=spec.task_settings(item.task),
                 other_sets=list(item.other_sets), rendered="x" if item.experiment.renders else "",
                 audio=AudioSettings(sample_rate_hz=RATE_HZ), features=spec.features,
                 paths=paths, encoders=encoders if item.experiment.of_embedding else [], seed=0,
-                tables=tables, cost=paths.experiment_cost("little", item.task, kind),
+                tables=tables, cost=paths.experiment_cost(*job),
             )  # fmt: skip
             for model, (about, _) in zip(
-                item.job_models[kind], read_measurements(tables), strict=True
+                item.job_models[models], read_measurements(tables), strict=True
             ):
                 skipped[item.task, measurement_name(item.experiment.name, model)] = about.get(
                     "skipped", ""

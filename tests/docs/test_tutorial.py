@@ -120,7 +120,7 @@ def test_the_tutorial(tmp_path, monkeypatch, capfd, bench):
     # 18 grasps and 2 references.
     assert store.feature.shape == (20, 1025)
     assert set(store.columns["label"].values.tolist()) == {"cube", "ball", "bar", ""}
-    measurements = read_measurements(paths.experiment("mine", "label", "cross_validation-plain"))
+    measurements = read_measurements(paths.experiment("mine", "label", "cross_validation", "plain"))
     about, tables = next(item for item in measurements if item[0]["model"] == "linear")
     assert about["parts"]["grouped"]["recordings"] == 18
     scores = tables[0].where(part="grouped", metric="accuracy")

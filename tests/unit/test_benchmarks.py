@@ -14,13 +14,13 @@ HEAD = "s\th:m:s\tmax_rss\tmax_vms\tmax_uss\tmax_pss\tio_in\tio_out\tmean_load\t
 def folder(tmp_path):
     """Benchmarks of four jobs; Snakemake measured nothing of the shortest."""
     for name, row in (
-        ("experiment/a.t.cross_validation-knn", "4\t0:00:04\t120\t1\t1\t100\t0\t0\t50\t2"),
-        ("experiment/b.t.cross_validation-knn", "6\t0:00:06\t120\t1\t1\t-\t0\t0\t50\t3"),
+        ("experiment/a/t/cross_validation.knn", "4\t0:00:04\t120\t1\t1\t100\t0\t0\t50\t2"),
+        ("experiment/b/t/cross_validation.knn", "6\t0:00:06\t120\t1\t1\t-\t0\t0\t50\t3"),
         ("collect", "1\t0:00:01\t10\t1\t1\t10\t0\t0\t50\t1.5"),
         ("merge/a", "0.1\t0:00:00\tNA\tNA\tNA\tNA\tNA\tNA\tNA\tNA"),
     ):
         file = tmp_path / f"{name}.tsv"
-        file.parent.mkdir(exist_ok=True)
+        file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(f"{HEAD}{row}\n")
     return tmp_path
 

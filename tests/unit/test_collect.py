@@ -28,26 +28,25 @@ def collected(tmp_path_factory):
     predictions = {"recording": "r1", "split": "grouped", "fold": 0, "y_true": FORMULA}
     predictions |= {"y_pred": 12.5, "probability": None}
     outcomes = {
-        ("d", "edge", "cross_validation-cnn"): (
+        ("d", "edge", "cross_validation", "cnn"): (
             [
                 score_table(rows, "Scores"),
                 table_of("predictions", "p", [predictions], **{key: key for key in predictions}),
             ],
             [score_table([("cnn", "cost of grouped", "train_s", "measured", 3.0)], "Cost")],
-            {"model": "cnn", "unit": "mm"},
+            {"unit": "mm"},
         ),
-        ("d", "poses", "embedding_knn"): (
+        ("d", "poses", "embedding_knn", ""): (
             [score_table(SCORES, "Scores")],
             [score_table([("", "cost of training", "cpu_s", "measured", 20.0)], "Cost")],
-            {"model": "", "unit": ""},
+            {"unit": ""},
         ),
-        ("d", "poses", "embedding_distances"): ([], [], {"model": "", "skipped": "one grasp only"}),
+        ("d", "poses", "embedding_distances", ""): ([], [], {"skipped": "one grasp only"}),
     }
     measured = {}
-    for (dataset, task, kind), (tables, cost, about) in outcomes.items():
-        where = {"experiment": kind.partition("-")[0], "dataset": dataset, "task": task}
-        facts = where | about | MADE_BY
-        measured[dataset, task, kind] = Measurement(facts, tables, cost)
+    for key, (tables, cost, about) in outcomes.items():
+        where = dict(zip(("dataset", "task", "experiment", "model"), key, strict=True))
+        measured[key] = Measurement(where | about | MADE_BY, tables, cost)
     about = collect(paths, measured)
     with paths.metrics_table.open(encoding="utf-8", newline="") as stream:
         numbers = list(csv.DictReader(stream))

@@ -177,9 +177,10 @@ def test_a_comparison_is_one_file(project):
     entry = requested_experiments(read_dataset(project.paths, "d"), "edge")[-1]
     # its name is not that of the model
     assert (
-        entry.jobs == [("d", "edge", "comparison-knn")] and entry.label("knn", "regression") == "T"
+        entry.jobs == [("d", "edge", "comparison", "knn")]
+        and entry.label("knn", "regression") == "T"
     )
-    assert list(entry.job_settings("comparison-knn")["comparisons"]) == ["knn"]
+    assert list(entry.job_settings("knn")["comparisons"]) == ["knn"]
     declare(project, task="none")
     with pytest.raises(DataError, match="there is no task 'none'"):
         read_dataset(project.paths, "d")

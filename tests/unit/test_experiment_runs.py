@@ -36,13 +36,14 @@ SPEC = DatasetSpec.model_validate(
 
 
 def run(paths: Paths, request: Request, **changes) -> None:
-    for *_, kind in request.jobs:
+    for job in request.jobs:
+        *_, experiment, models = job
         values = {
-            "kind": kind, "models": request.job_models[kind], "dataset": "d", "task": "t",
+            "dataset": "d", "task": "t", "experiment": experiment,
+            "models": request.job_models[models],
             "split": SPLIT, "settings": request.settings.model_dump(mode="json"), "other_sets": [],
             "audio": SPEC.audio, "features": SPEC.features, "paths": paths, "seed": 3,
-            "tables": paths.experiment("d", "t", kind),
-            "cost": paths.experiment_cost("d", "t", kind),
+            "tables": paths.experiment(*job), "cost": paths.experiment_cost(*job),
         } | changes  # fmt: skip
         run_experiment(paths.features("d"), **values)
 
@@ -69,10 +70,10 @@ def collected(paths: Paths) -> tuple[list[dict], list[dict[str, str]], list[dict
 def test_plain_models_share_a_job_and_others_have_one_each():
     settings = EXPERIMENTS["cross_validation"].settings(models=("cnn", "linear", "svm", "knn"))
     request = Request(EXPERIMENTS["cross_validation"], "d", "t", settings, settings.models)
-    shared = {"cross_validation-plain": ["linear", "knn"]}
-    own = {f"cross_validation-{model}": [model] for model in ("cnn", "svm")}
+    shared = {"plain": ["linear", "knn"]}
+    own = {model: [model] for model in ("cnn", "svm")}
     assert request.job_models == shared | own
-    assert request.job_settings("cross_validation-plain")["models"] == ["linear", "knn"]
+    assert request.job_settings("plain")["models"] == ["linear", "knn"]
 
 
 def test_results_of_earlier_versions_are_reported_and_not_read(paths, tmp_path, capsys):
@@ -89,7 +90,11 @@ def test_results_of_earlier_versions_are_reported_and_not_read(paths, tmp_path, 
 
 
 def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(paths):
-    *_, curve = (job for job in requests_for({"d": SPEC}, [("d", "t")]) if "curve" in job.kinds[0])
+    *_, curve = (
+        job
+        for job in requests_for({"d": SPEC}, [("d", "t")])
+        if job.experiment.name == "learning_curve"
+    )
     results, skipped = read_results(measurements(paths, [curve]), curve, {"d": SPEC}, {})
     assert results.results == ()
     ((label, reason),) = skipped

@@ -6,8 +6,8 @@ from ajgdata.store.report_files import SPREAD
 from benchmarks.machines import HERE, HERE_RUN, ROWS, compared, markdown
 
 PROJECT = Paths(HERE)
-ROW = ("ycb", "ycb", "object", "cross_validation-cnn", "grouped mean")
-NAME = "ycb/object/cross_validation-cnn"
+ROW = ("ycb", "ycb", "object", "cross_validation", "cnn", "grouped mean")
+NAME = "ycb/object/cross_validation/cnn"
 
 
 def result(digest: str, value: float) -> dict:

@@ -13,7 +13,7 @@ from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.findings import write_findings
 from ajgdata.types import DataError, Finding
 
-KINDS = ("cross_validation-cnn", "cross_validation-knn", "reflected_energy")
+MEASUREMENTS = (("cross_validation", "cnn"), ("cross_validation", "my-model"), ("energy", ""))
 
 
 @pytest.fixture
@@ -30,11 +30,11 @@ def paths(tmp_path, monkeypatch) -> Paths:
     lacks = {"skipped": "one class only"}
     results = [
         {
-            **{"dataset": "d", "task": task, "kind": kind},
-            **(lacks if task == "t" and "-" in kind else {"left_out": {"rare": 1}}),
+            **{"dataset": "d", "task": task, "experiment": experiment, "model": model},
+            **(lacks if task == "t" and model else {"left_out": {"rare": 1}}),
         }
         for task in ("t", "u")
-        for kind in KINDS
+        for experiment, model in MEASUREMENTS
     ]
     about = {"agreements": {"agrees": 3, "worse": 2}, "answer": ["A.", "B."], "cost": ""}
     write_bytes(folders.runs, json_bytes({**about, "measurements": results}))
@@ -44,13 +44,17 @@ def paths(tmp_path, monkeypatch) -> Paths:
 
 
 def summary(paths) -> list[str]:
-    requested = [("d", task, kind) for task in ("t", "u") for kind in KINDS]
+    requested = [("d", task, *names) for task in ("t", "u") for names in MEASUREMENTS]
     complete(paths, ["d"], requested, ["d"], ["d/x"], paths.complete)
     return paths.complete.read_text().splitlines()
 
 
 def test_everything_that_a_person_needs_to_know(paths):
-    for job, memory in (("experiment/d.t.x", 100), ("experiment/other.t.x", 900), ("collect", 10)):
+    for job, memory in (
+        ("experiment/d/t/x.y", 100),
+        ("experiment/other/t/x.y", 900),
+        ("collect", 10),
+    ):
         file = paths.benchmarks / f"{job}.tsv"
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(f"s\tcpu_time\tmax_rss\tmax_pss\n60\t30\t{memory}\t{memory}\n")
@@ -61,7 +65,8 @@ def test_everything_that_a_person_needs_to_know(paths):
         f"left out  2 recordings: {paths.quarantine('d')}",
         "left out  classes of d/t with fewer groups than min_groups: rare",
         "left out  classes of d/u with fewer groups than min_groups: rare",
-        "skipped   d/t, cross_validation-cnn, cross_validation-knn, training-cnn: one class only",
+        "skipped   d/t, cross_validation of cnn, cross_validation of my-model, training of cnn: "
+        "one class only",
         "A.",
         "B.",
         "comparison with the paper: 3 agree, 2 worse",
@@ -81,7 +86,7 @@ def test_a_run_that_skipped_a_task_ends_with_a_line_and_reports_it_again(paths, 
         end_run({paths.complete: 0, paths.everything: 0})
     assert not paths.complete.exists()
     said = capsys.readouterr().out
-    assert "skipped   d/t, cross_validation-cnn" in said and "incomplete" not in said
+    assert "skipped   d/t, cross_validation of cnn" in said and "incomplete" not in said
 
 
 def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path):

@@ -58,5 +58,5 @@ def test_the_workflow_runs_as_a_module_with_a_prefix(project):
         assert f"\najg_{rule} " in planned
     run()
     assert "results/report/index.html" in (project.root / "summary.txt").read_text()
-    assert project.paths.experiment("tones", "pitch", "learning_curve-plain").is_file()
+    assert project.paths.experiment("tones", "pitch", "learning_curve", "plain").is_file()
     assert "Nothing to be done" in run("--dry-run")

@@ -56,7 +56,10 @@ def test_a_run_fails_if_it_cannot_write_its_results(relabelled):
 @pytest.mark.parametrize(
     ("path", "line"),
     [
-        ("tasks/tones/pitch/cross_validation-gone.json", "tones pitch cross_validation-gone: not"),
+        (
+            "tasks/tones/pitch/cross_validation.gone.json",
+            "tones pitch cross_validation gone: not",
+        ),
         ("features/gone.nc", "gone: not declared in the data sets of this run"),
     ],
 )

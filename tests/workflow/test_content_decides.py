@@ -103,7 +103,7 @@ def test_a_table_that_cannot_be_read_ends_with_one_line(project):
 def test_a_run_whose_labels_change_meanwhile_fails_and_the_next_run_computes_again(project):
     """The label is corrected after the features were computed, during an experiment."""
     relabel(project)
-    experiment = project.paths.experiment("tones", "pitch", "cross_validation-plain")
+    experiment = project.paths.experiment("tones", "pitch", "cross_validation", "plain")
     (log,) = (project.paths.results / "logs/experiment").glob("*.log")
     log.unlink()
     target = str(experiment.relative_to(project.root))

@@ -83,15 +83,16 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     assert project.planned(*page) == {"features": 1, "experiment": 9, "embed": 1, "report": 1}
     project.snakemake(*page)
 
-    def table(kind, name):
-        ((_, tables),) = read_measurements(paths.experiment("tones", "pitch", kind))
+    def table(experiment, name):
+        file = paths.experiment("tones", "pitch", experiment, "plain")
+        ((_, tables),) = read_measurements(file)
         return next(table for table in tables if table.name == name)
 
-    scores = table("cross_validation-plain", "scores")
+    scores = table("cross_validation", "scores")
     means = scores.where(statistic="mean").split_by("part")
     assert means["on:copy"].column("value") == means["grouped"].column("value")
-    assert len(table("learning_curve-plain", "curve").where(metric="accuracy").rows) == 6
-    folds = table("cross_gripper-plain", "folds").where(grasps=0)
+    assert len(table("learning_curve", "curve").where(metric="accuracy").rows) == 6
+    folds = table("cross_gripper", "folds").where(grasps=0)
     assert folds.rows and folds.column("home") == folds.column("value")
     text = "".join(page.read_text() for page in sorted(paths.report.parent.rglob("*.html")))
     assert "tested on Second microphone" in text

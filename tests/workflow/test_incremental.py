@@ -134,7 +134,7 @@ def test_an_edited_report_file_makes_the_pages_anew_and_nothing_else(project):
 
 def test_same_inputs_give_the_same_bytes(project):
     store = project.paths.features("tones")
-    tables = project.paths.experiment("tones", "pitch", "cross_validation-plain")
+    tables = project.paths.experiment("tones", "pitch", "cross_validation", "plain")
     before = store.read_bytes(), tables.read_bytes()
     time.sleep(1.1)  # HDF5 would store whole seconds
     project.snakemake(str(tables.relative_to(project.root)), "--forceall")
@@ -209,7 +209,7 @@ def test_each_study_is_a_job_of_its_own(project):
 def test_the_first_target_makes_the_results_of_the_paper_and_deletes_no_others(project):
     other = PITCH | {"models": ["linear"]}
     redeclare(project, tasks={"pitch": PITCH | {"paper": "ycb"}, "other": other})
-    beyond = "experiment", "tones", "other", "cross_validation-plain"
+    beyond = "experiment", "tones", "other", "cross_validation", "plain"
     assert beyond not in project.jobs_of() and "train" not in project.planned()
     project.snakemake()
     page = project.paths.report
@@ -245,7 +245,7 @@ def test_what_was_skipped_reaches_the_console_and_the_exit_code(project):
         assert "job execution failed" not in done.stderr
     assert not list((project.root / ".snakemake" / "locks").glob("*"))
     assert "1 measurement: 0 made, 1 skipped (tones/pitch; reasons above)\n" in done.stdout
-    assert "skipped   tones/pitch, cross_validation-knn" in done.stdout
+    assert "skipped   tones/pitch, cross_validation of knn" in done.stdout
     assert "report: results/report/index.html\n" in done.stdout
     assert "Skipped measurements" in project.paths.report.with_name("run.html").read_text()
     tasks["pitch"]["optional"] = True

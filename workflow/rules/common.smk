@@ -43,7 +43,9 @@ def own_features(wildcards):
 
 def requested(wildcards):
     """The experiment of a job and its settings."""
-    return REQUESTS[wildcards.dataset, wildcards.task, wildcards.kind]
+    return REQUESTS[
+        wildcards.dataset, wildcards.task, wildcards.experiment, wildcards.models
+    ]
 
 
 def solved_before(wildcards):

@@ -11,23 +11,25 @@ rule experiment:
         ],
         encoders=encoder_files,
     output:
-        tables=PATHS.experiment("{dataset}", "{task}", "{kind}"),
-        cost=PATHS.experiment_cost("{dataset}", "{task}", "{kind}"),
+        tables=PATHS.experiment("{dataset}", "{task}", "{experiment}", "{models}"),
+        cost=PATHS.experiment_cost(
+            "{dataset}", "{task}", "{experiment}", "{models}"
+        ),
     log:
-        "results/logs/experiment/{dataset}.{task}.{kind}.log",
+        "results/logs/experiment/{dataset}/{task}/{experiment}.{models}.log",
     benchmark:
-        "results/benchmarks/experiment/{dataset}.{task}.{kind}.tsv"
+        "results/benchmarks/experiment/{dataset}/{task}/{experiment}.{models}.tsv"
     # Simulations and networks take longest: begun last, the run would wait for them.
     priority:
         lambda wildcards: int(
-            requested(wildcards).experiment.renders or "cnn" in wildcards.kind
+            requested(wildcards).experiment.renders or "cnn" in wildcards.models
         )
     conda:
         "../../environment.yml"
     params:
         function="experiments:run_experiment",
-        models=lambda wildcards: requested(wildcards).job_models[wildcards.kind],
-        settings=lambda wildcards: requested(wildcards).job_settings(wildcards.kind),
+        models=lambda wildcards: requested(wildcards).job_models[wildcards.models],
+        settings=lambda wildcards: requested(wildcards).job_settings(wildcards.models),
         split=lambda wildcards: SPECS[wildcards.dataset].task_settings(wildcards.task),
         other_sets=lambda wildcards: list(requested(wildcards).other_sets),
         audio=setting("audio"),
@@ -40,6 +42,6 @@ rule experiment:
         ),
         code=experiment_code,
     message:
-        "Measuring {wildcards.kind} of {wildcards.task} of {wildcards.dataset}"
+        "Measuring {wildcards.experiment} ({wildcards.models}) of {wildcards.task} of {wildcards.dataset}"
     script:
         "../scripts/run.py"

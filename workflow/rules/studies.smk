@@ -69,7 +69,7 @@ if OPENING:
         input:
             store=PATHS.features(OPENING),
             hashes=PATHS.session_hashes(OPENING),
-            tables=PATHS.experiment(OPENING, OBJECT, OPENING_KIND),
+            tables=PATHS.experiment(OPENING, OBJECT, *SHOWN),
         output:
             folder=directory(PATHS.opening.parent),
         log:
