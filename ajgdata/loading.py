@@ -13,7 +13,7 @@ import numpy as np
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
-from ajgdata.paths import Paths, find_project
+from ajgdata.paths import Paths, find_project, run_name
 from ajgdata.store.features import open_store, read_store
 from ajgdata.store.freshness import changes_since_features
 from ajgdata.store.models import other_version_reported, read_about, read_estimator, read_guard
@@ -30,6 +30,7 @@ from ajgdata.types import (
 from ajgdata.types.session import SIMULATED_SOURCES
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
     from sklearn.base import BaseEstimator
 
@@ -126,6 +127,28 @@ def _warn_of(issues: Sequence[Finding], name: str) -> None:
             message = f"recordings of {name}: {count} {outcome}; {first.session_id}/"
             message += f"{first.recording_id}: {first.problem}; `ajgdata check {name}` lists all"
             warnings.warn(message, stacklevel=3)
+
+
+def load_metrics(*names: str, project: Project = None) -> pd.DataFrame:
+    """Return every number of a run of the workflow, one per row.
+
+    Returns a pandas.DataFrame with the columns of `docs/comparing.md`. `value` is float64 (NaN:
+    undefined, see `reason`); accuracies are between 0 and 1, errors are in `unit`. `names` are the
+    data sets of a run of selected data sets, for example "mine" after `ajgdata run mine`.
+
+    Raises DataError if the run has no metrics or if another version of ajgdata wrote them,
+    FileNotFoundError outside a project.
+
+    >>> import ajgdata
+    >>> metrics = ajgdata.load_metrics()
+    >>> errors = metrics.query("metric == 'rmse' and statistic == 'mean'")
+    >>> errors.pivot_table("value", "dataset", "model").round(2).to_dict()
+    {'linear': {'size': 1.03}}
+    """
+    from ajgdata.store.metrics import read_metrics
+
+    paths = Paths(find_project(project).root, run_name(names))
+    return read_metrics(paths.metrics_table)
 
 
 def load_dataset(name: str, project: Project = None) -> Dataset:

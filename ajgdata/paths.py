@@ -136,6 +136,7 @@ class Paths:
     # Written by the workflow, of all data sets of a run together.
     metrics_table = Place("metrics.csv", "of_run")
     predictions = Place("predictions.csv", "of_run")
+    metrics_of_everything = Place("report/metrics.done", "of_run")
     complete = Place("complete.txt", "of_run")  #: summary of `snakemake`
     everything = Place("everything.txt", "of_run")  #: summary of `snakemake everything`
     report_on_everything = Place("report/everything.done", "of_run")

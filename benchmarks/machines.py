@@ -26,6 +26,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from ajgdata.evaluate.parts import TRAINING_VALUES
 from ajgdata.experiments import requested_experiments
 from ajgdata.features.spectrum import spectrum
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, excitation_sweep, record, simulate
@@ -52,11 +53,11 @@ PROBE = ("materials-sphere80", "baselines")
 CNN, FITS = ("cross_validation", "cnn"), ("repeated_fits", "cnn")
 #: Published value, data set, task, experiment, model, and the part and statistic of its scores.
 ROWS = (
-    ("size", "size", "size", *CNN, "overall mean"),
+    ("size", "size", "size", *CNN, "all mean"),
     ("size-known", "size", "size", *CNN, "grouped mean"),
     ("size-known", "size", "size", *CNN, "random mean"),
     ("size-unknown", "size", "size", *CNN, "withheld mean"),
-    ("noise", "size", "noise", *FITS, "repeated fits on:size_80dba median"),
+    ("noise", "size", "noise", *FITS, "on size_80dba median"),
     ("orientation", "orientation", "angle", *CNN, "withheld mean"),
     ("orientation-known", "orientation", "angle", *CNN, "grouped mean"),
     ("orientation-known", "orientation", "angle", *CNN, "random mean"),
@@ -104,10 +105,18 @@ def measured(
         )  # fmt: skip
         (scores, *_), content = read_measurements(tables)[0][1], tables.read_bytes()
     rows = scores.where(metric="rmse" if split["kind"] == "regression" else "accuracy").rows
-    values = {f"{row['part']} {row['statistic']}": row["value"] for row in rows}
+    values = {f"{_part(row, dataset)} {row['statistic']}": row["value"] for row in rows}
     scale, unit = (1, split["unit"]) if split["kind"] == "regression" else (100, "%")
     digest = hashlib.sha256(content).hexdigest()
     return {"digest": digest, "values": values, "scale": scale, "unit": unit}
+
+
+def _part(row: dict[str, Any], dataset: str) -> str:
+    """Return the test recordings of a score: `grouped`, `random`, `withheld`, `on size_80dba`."""
+    if row["test_set"] != dataset:
+        return f"on {row['test_set']}"
+    is_training = row["target_values"] == TRAINING_VALUES
+    return row["split"] if is_training else row["target_values"]
 
 
 def in_process(project: Path, variant: str, names: Iterable[str]) -> dict[str, Any]:

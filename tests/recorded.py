@@ -5,7 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ajgdata.experiments import Request
 from ajgdata.paths import Paths
+from ajgdata.pipeline.experiments import requests_for, run_experiment
 from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.code_hash import code_hash
@@ -51,3 +53,29 @@ def make_features(paths: Paths, dataset: str) -> None:
         quarantine=paths.quarantine(dataset),
         hashes=paths.session_hashes(dataset),
     )
+
+
+def run_experiments(paths: Paths, dataset: str) -> list[Request]:
+    """Run every experiment that the tasks of a data set request; return the requests."""
+    spec = read_dataset(paths, dataset)
+    requests = requests_for({dataset: spec}, [(dataset, task) for task in spec.tasks])
+    for request in requests:
+        for job in request.jobs:
+            *_, experiment, models = job
+            run_experiment(
+                paths.features(dataset),
+                dataset=dataset,
+                task=request.task,
+                experiment=experiment,
+                models=request.job_models[models],
+                settings=request.job_settings(models),
+                split=spec.task_settings(request.task),
+                other_sets=request.other_sets,
+                audio=spec.audio,
+                features=spec.features,
+                paths=paths,
+                seed=0,
+                tables=paths.experiment(*job),
+                cost=paths.experiment_cost(*job),
+            )
+    return requests

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import hashlib
-import io
-import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
+
+import pandas as pd
 
 from ajgdata.evaluate.agreement import (
     GRASP_INTERVAL,
@@ -22,37 +20,58 @@ from ajgdata.pipeline.report import published_values
 from ajgdata.report.comparison import NEAR_CHANCE, PaperFigure, judged
 from ajgdata.report.format import DASH, number, with_unit
 from ajgdata.store.files import write_if_changed
+from ajgdata.store.metrics import read_metrics
 from ajgdata.store.sessions import read_dataset
 
 #: The project of this README, wherever the results are.
 PROJECT = Paths(Path(__file__).resolve().parents[1])
 README = PROJECT.root / "README.md"
 BEGIN, END = "<!-- results -->\n", "<!-- /results -->\n"
-KEY = ("dataset", "task", "model", "part", "metric", "statistic")
+#: Statistics of repeated fits: value, and ends of the interval.
+REPEATED = ("median", "low", "high")
 HEAD = ("CNN", "simulated (95 % interval)", "paper", "chance level", "verdict")
 
 
 class Row(NamedTuple):
-    """A part of the evaluation of a task, and its name in the list of published values."""
+    """Scores of the CNN on a task, which `query` selects, and the name of the published value."""
 
     title: str
     dataset: str
     task: str
-    part: str
+    query: str
     paper: str
 
 
+_CROSS_VALIDATION = "experiment == 'cross_validation' and split == 'grouped'"
+_HELD_OUT = f"{_CROSS_VALIDATION} and target_values == 'training'"
+_WITHHELD = f"{_CROSS_VALIDATION} and target_values == 'withheld'"
+_IN_NOISE = "experiment == 'repeated_fits' and test_set == 'size_80dba'"
 #: Each title is understandable without the other rows.
 ROWS = (
-    Row("Edge length of a cube, RMSE", "size", "size", "grouped", "size-known"),
-    Row("Edge length in noise of 80 dB(A), training at 45 dB(A), RMSE", "size", "noise",
-        "repeated fits on:size_80dba", "noise"),
-    Row("Household object, 16 classes, accuracy", "ycb", "object", "grouped", "ycb"),
-    Row("Material of an 80 mm sphere, 4 classes, accuracy", "sphere80", "material", "grouped",
-        "materials-sphere80"),
-    Row("Angle of a bar, angles withheld from training, RMSE", "orientation", "angle", "withheld",
-        "orientation"),
-)  # fmt: skip
+    Row("Edge length of a cube, RMSE", "size", "size", _HELD_OUT, "size-known"),
+    Row(
+        "Edge length in noise of 80 dB(A), training at 45 dB(A), RMSE",
+        "size",
+        "noise",
+        _IN_NOISE,
+        "noise",
+    ),
+    Row("Household object, 16 classes, accuracy", "ycb", "object", _HELD_OUT, "ycb"),
+    Row(
+        "Material of an 80 mm sphere, 4 classes, accuracy",
+        "sphere80",
+        "material",
+        _HELD_OUT,
+        "materials-sphere80",
+    ),
+    Row(
+        "Angle of a bar, angles withheld from training, RMSE",
+        "orientation",
+        "angle",
+        _WITHHELD,
+        "orientation",
+    ),
+)
 
 
 class Values(NamedTuple):
@@ -66,21 +85,20 @@ class Values(NamedTuple):
     scale: float
 
 
-def readme_table(metrics: bytes) -> str:
-    """Return the table for the content of a `metrics.csv`, and the run that it comes from."""
-    reader = list(csv.DictReader(io.StringIO(metrics.decode("utf-8"), newline="")))
-    known = {tuple(row[name] for name in KEY): row["value"] for row in reader}
+def readme_table(metrics: Path) -> str:
+    """Return the table for a `metrics.csv`, and the run that it comes from."""
+    numbers = read_metrics(metrics)
     paper = published_values(PROJECT)
-    lines = [HEAD, ("---",) * len(HEAD), *(_cells(row, known, paper[row.paper]) for row in ROWS)]
+    lines = [HEAD, ("---",) * len(HEAD), *(_cells(row, numbers, paper[row.paper]) for row in ROWS)]
     table = "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
-    commits = ", ".join(sorted({row["commit"][:10] for row in reader}))
-    digest = hashlib.sha256(metrics).hexdigest()[:10]
+    commits = ", ".join(sorted({commit[:10] for commit in numbers["commit"]}))
+    digest = hashlib.sha256(metrics.read_bytes()).hexdigest()[:10]
     return f"\n{table}\nCommit {commits}; SHA-256 of `metrics.csv`: {digest}.\n\n"
 
 
-def _cells(row: Row, known: Mapping[tuple[str, ...], str], paper: PaperFigure) -> tuple[str, ...]:
+def _cells(row: Row, metrics: pd.DataFrame, paper: PaperFigure) -> tuple[str, ...]:
     """Return the cells of a row; a dash for values that the run does not have."""
-    values = _values(row, known)
+    values = _values(row, metrics)
     published = paper.text if paper.value is None else with_unit(number(paper.value), paper.unit)
     if values is None:
         return row.title, DASH, published, DASH, DASH
@@ -98,22 +116,21 @@ def _cells(row: Row, known: Mapping[tuple[str, ...], str], paper: PaperFigure) -
     return row.title, result, published, with_unit(number(scale * chance), unit), verdict
 
 
-def _values(row: Row, known: Mapping[tuple[str, ...], str]) -> Values | None:
+def _values(row: Row, metrics: pd.DataFrame) -> Values | None:
     """Return the values of a row; None if the run has none."""
     spec = read_dataset(PROJECT, row.dataset)
     target = spec.targets[spec.tasks[row.task].target]
     is_class = target.kind == "classification"
     metric, unit, scale = ("accuracy", "%", 100) if is_class else ("rmse", target.unit, 1)
-
-    def value(statistic: str) -> float:
-        text = known.get((row.dataset, row.task, "cnn", row.part, metric, statistic))
-        return float(text) if text else math.nan
-
-    names = ("median", "low", "high") if "repeated" in row.part else ("mean", *GRASP_INTERVAL)
-    middle, low, high = map(value, names)
-    if math.isnan(middle):
+    task = f"dataset == '{row.dataset}' and task == '{row.task}' and model == 'cnn'"
+    scores = metrics.query(f"{task} and metric == '{metric}' and {row.query}")
+    values = scores.set_index("statistic")["value"]
+    names = REPEATED if "median" in values else ("mean", *GRASP_INTERVAL)
+    if names[0] not in values:
         return None
-    return Values(middle, Interval(low, high), value("chance"), float(is_class), unit, scale)
+    middle, low, high = (float(values[name]) for name in names)
+    chance = float(values["chance"])
+    return Values(middle, Interval(low, high), chance, float(is_class), unit, scale)
 
 
 def written(text: str) -> str:
@@ -127,7 +144,7 @@ def main() -> None:
     options.add_argument("--results", type=Path, default=PROJECT.results)
     metrics = options.parse_args().results / PROJECT.metrics_table.name
     text = README.read_text(encoding="utf-8")
-    table = readme_table(metrics.read_bytes())
+    table = readme_table(metrics)
     if write_if_changed(README, text.replace(written(text), table).encode()):
         print(f"wrote {README}")
 

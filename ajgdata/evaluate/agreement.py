@@ -99,21 +99,23 @@ def is_better_than_chance(value: float, interval: Interval, chance: float, perfe
     return low > chance if perfect > chance else high < chance
 
 
-#: Beginning of a part and of a metric, in the order in which they are looked for, with the reason.
-_REASONS = (
-    ("silhouette", "", "fewer than two labels among what is tested, or one for each recording"),
-    ("distances", "", "no such pair of recordings"),
-    ("", "r2", "all true values are the same"),
-    ("", "accuracy of", "nothing was accepted"),
-)
+#: Condition of scores of accepted decisions ends with this.
+ACCEPTED = "accepted"
+#: Why scores can be undefined, by the beginning of their metric.
+_REASONS = {
+    "silhouette": "fewer than two labels among what is tested, or one for each recording",
+    "distance": "no such pair of recordings",
+    "r2": "all true values are the same",
+    "accuracy of": "nothing was accepted",
+}
 
 
-def why_undefined(part: str, metric: str, statistic: str) -> str:
+def why_undefined(metric: str, statistic: str, condition: str = "") -> str:
     """Return why a number of the table of results may be missing, "" if it never may."""
-    if part.endswith(", accepted") and metric == "accuracy":
+    if condition.endswith(ACCEPTED) and metric == "accuracy":
         return "nothing was accepted"
-    for of_part, of_metric, reason in _REASONS:
-        if part.startswith(of_part) and metric.startswith(of_metric):
+    for beginning, reason in _REASONS.items():
+        if metric.startswith(beginning):
             return reason
     if statistic in ("low", "high"):
         return "all folds have the same value: how far others would differ is not known"

@@ -31,7 +31,14 @@ MeasurementKey = tuple[str, str, str, str]
 JobKey = tuple[str, str, str, str]
 PLAIN, ALL = "plain", "all"  #: names of jobs of several models
 #: Modules of this package that are not experiments.
-SHARED = ("base", "cross_validation_paper", "cross_validation_results", "embedding", "plots")
+SHARED = (
+    "base",
+    "cross_validation_paper",
+    "cross_validation_results",
+    "embedding",
+    "plots",
+    "scores",
+)
 
 
 def _all() -> Registry[Experiment]:

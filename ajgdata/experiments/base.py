@@ -22,24 +22,13 @@ from ajgdata.report.comparison import PaperComparison, PaperFigure
 from ajgdata.report.format import Source, words
 from ajgdata.report.report_data import Illustration, ResultRow
 from ajgdata.types import AudioSettings, FeatureSettings, Kind, Level, Strict
-from ajgdata.types.table import Table, table_of
+from ajgdata.types.table import Table
 
 if TYPE_CHECKING:
     from ajgdata.store.features import FeatureRows, Latents
 
-#: Columns of one number per row: what `results/metrics.csv` is made of.
-SCORE_COLUMNS = {
-    "model": "Model", "part": "Part", "metric": "Metric", "statistic": "Statistic",
-    "value": "Value",
-}  # fmt: skip
-#: A row of a table of scores: model, part, metric, statistic and value.
-ScoreRow = tuple[str, str, str, str, float | None]
 #: Longest names of a task and of a part in names of files; file systems allow 255 bytes.
 LONGEST_TASK, LONGEST_PART = 150, 60
-STATISTICS = ("mean", "sd", "pooled", "chance")
-SCORES = "scores"  #: name of the tables whose rows go into `results/metrics.csv`
-
-
 #: Player of sounds in the scenes of simulated recordings: names of recordings and sounds (n,) ->
 #: for each recording its samples (n,) with each sound. Raises ValueError for one that was not
 #: simulated.
@@ -296,21 +285,3 @@ class Experiment:
         """Return its plots of the results of a task."""
         plots = self.plots(results) if callable(self.plots) else self.plots
         return [plot.bind(results) for plot in plots]
-
-
-def score_table(rows: Iterable[ScoreRow], title: str) -> Table:
-    """Return rows of model, part, metric, statistic and value as a table of scores.
-
-    NaN becomes a missing value. Infinity stays: the width of an interval without an end is known.
-    """
-    cells = (dict(zip(SCORE_COLUMNS, row, strict=True)) for row in rows)
-    return table_of(SCORES, title, cells, **SCORE_COLUMNS)
-
-
-def fold_scores(model: str, part: str, scores: Any) -> Iterator[ScoreRow]:
-    """Yield the rows of `score_table` for `crossval.Scores`: folds, then `STATISTICS`."""
-    for metric, values in scores.per_fold.items():
-        for fold, value in enumerate(values):
-            yield model, part, metric, f"fold {fold}", value
-        for statistic in STATISTICS:
-            yield model, part, metric, statistic, getattr(scores, statistic)[metric]

@@ -15,19 +15,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
+from ajgdata.evaluate.parts import GROUPED, elsewhere, part_columns
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.experiments.base import (
-    SCORES,
     Experiment,
     Inputs,
     Outcome,
     Result,
     TaskResults,
-    fold_scores,
-    score_table,
 )
 from ajgdata.experiments.plots import Plot, value_range
+from ajgdata.experiments.scores import SCORES, ScoreKey, ScoreRow, fold_scores, score_table
 from ajgdata.report.format import column_title, words
+from ajgdata.store.metrics import COST
 from ajgdata.types import (
     DEFAULT_EXCITATION,
     ExcitationSpec,
@@ -42,7 +42,8 @@ from ajgdata.types.comparison import Comparison, Variant
 from ajgdata.types.table import Table, table_of
 
 TITLE = "Comparison"
-COST = "feature_s_per_recording"
+#: Metric of the cost of features.
+FEATURE_S = "feature_s_per_recording"
 #: Variants that a figure lists by name; more are shown over their cost.
 MAX_ROWS = 6
 
@@ -110,23 +111,27 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     data = {name: inputs.data(name) for name in ("", *comparison.test)}
     with threadpool_limits(limits=1):
         spectra = {name: _features(inputs, comparison, name, data[name]) for name in data}
-    scores, costs = [], []
+    scores: list[ScoreRow] = []
+    costs: list[ScoreRow] = []
     for at, variant in enumerate(comparison.all_variants):
         own, (feature, seconds) = data[""], spectra[""][at]
         extra = {
             name: data[name]._replace(feature=spectra[name][at].feature) for name in comparison.test
         }
-        cost = f"cost of {variant.name}"
+        key = ScoreKey(comparison=model, condition=variant.name)
         if np.isfinite(seconds):
-            costs.append(("", cost, COST, "measured", seconds))
+            costs.append(ScoreRow(FEATURE_S, COST, seconds, key))
         for name in comparison.models:
             result = cross_validate(
                 feature, own.value, own.group, model=name, extra_tests=extra, **inputs.split
             )
-            scores += list(fold_scores(name, variant.name, result.scores))
-            for other, tested in result.extra_tests.items():
-                scores += list(fold_scores(name, f"{variant.name} on:{other}", tested.scores))
-            costs.append((name, cost, "train_cpu_s", "measured", result.cost.train_cpu_s))
+            tests = {GROUPED: result.scores}
+            tests |= {elsewhere(other): part.scores for other, part in result.extra_tests.items()}
+            for part, part_scores in tests.items():
+                columns = part_columns(part, inputs.dataset)._asdict()
+                scores += fold_scores(part_scores, key._replace(model=name, **columns))
+            train_cpu_s = result.cost.train_cpu_s
+            costs.append(ScoreRow("train_cpu_s", COST, train_cpu_s, key._replace(model=name)))
     return Outcome((score_table(scores, TITLE),), (score_table(costs, TITLE),))
 
 
@@ -201,10 +206,9 @@ def errors(result: Result, results: TaskResults) -> Table:
     levels |= {name: results.other_sets[name].level for name in comparison.test}
     rows = []
     for variant in comparison.all_variants:
-        seconds = result.cost[SCORES].where(part=f"cost of {variant.name}", metric=COST)
+        seconds = result.cost[SCORES].where(condition=variant.name, metric=FEATURE_S)
         milliseconds = 1e3 * float(seconds.numbers("value")[0]) if seconds.rows else None
         for name, level in levels.items():
-            part = variant.name if name == results.dataset else f"{variant.name} on:{name}"
             row = {
                 "variant": variant.name.rpartition(":")[2],
                 "series": variant.series,
@@ -214,8 +218,9 @@ def errors(result: Result, results: TaskResults) -> Table:
                 "metric": results.metric,
                 "level": level.value if level else None,
             }
-            table = result.tables[SCORES].where(part=part, metric=results.metric)
-            rows += [row | scores for scores in _folds(results, table)]
+            scores = result.tables[SCORES].where(metric=results.metric)
+            table = scores.where(condition=variant.name, test_set=name)
+            rows += [row | values for values in _folds(results, table)]
     columns = {
         "model": "Model",
         "variant": "Variant",

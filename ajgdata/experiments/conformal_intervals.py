@@ -13,9 +13,12 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from ajgdata.experiments.base import Experiment, Inputs, Outcome, score_table
+from ajgdata.evaluate.parts import GROUPED, part_columns
+from ajgdata.experiments.base import Experiment, Inputs, Outcome
 from ajgdata.experiments.plots import Plot
+from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.report.format import column_title
+from ajgdata.store.metrics import COST
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
 
@@ -65,12 +68,14 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             for coverage in settings.coverages:
                 half = half_width(residual, group[train], coverage, period)
                 held, width = float(np.mean(away <= half)), 2 * half
-                part = f"intervals:{100 * coverage:g} %"
-                scores += [(model, part, "coverage", f"fold {fold}", held)]
-                scores += [(model, part, "width", f"fold {fold}", width)]
+                key = ScoreKey(
+                    model, *part_columns(GROUPED, inputs.dataset), condition=f"{100 * coverage:g} %"
+                )
+                scores.append(ScoreRow("coverage", f"fold {fold}", held, key))
+                scores.append(ScoreRow("width", f"fold {fold}", width, key))
                 rows.append({"coverage": coverage, "fold": fold, "held": held, "width": width})
     columns = COLUMNS | {"width": column_title("Width", inputs.unit)}
-    cost = [(model, "cost of intervals", "train_cpu_s", "measured", spent)]
+    cost = [ScoreRow("train_cpu_s", COST, spent, ScoreKey(model))]
     return Outcome(
         (score_table(scores, TITLE), table_of("intervals", TITLE, rows, **columns)),
         (score_table(cost, TITLE),),

@@ -11,9 +11,11 @@ import numpy as np
 from pydantic import Field
 
 from ajgdata.evaluate.agreement import together
-from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
+from ajgdata.evaluate.parts import GROUPED, elsewhere, part_columns
+from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults
 from ajgdata.experiments.cross_validation_results import PAPER_MODEL
 from ajgdata.experiments.plots import Plot, value_range
+from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.report.comparison import PaperComparison, holds, mark_of
 from ajgdata.report.format import Score, mean_sd, number, with_unit, words
 from ajgdata.types import ModelName, Name, Strict
@@ -45,14 +47,18 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     scores, rows = [], []
     for name in settings.test_on:
         for point in points[name]:
-            part, fold = f"transfer:{name}:{point.grasps}", f"fold {point.fold}"
+            fold = f"fold {point.fold}"
             for metric, value in point.scores.items():
-                scores.append((model, part, metric, fold, value))
+                part = part_columns(elsewhere(name), inputs.dataset)
+                key = ScoreKey(model, *part, grasps=point.grasps)
+                scores.append(ScoreRow(metric, fold, value, key))
                 row = {"other": name, "grasps": point.grasps, "fold": point.fold, "metric": metric}
                 row |= {"value": value, "chance": point.chance[metric]}
                 rows.append(row | {"home": point.home.get(metric), "recordings": point.recordings})
             for metric, value in point.home.items():
-                scores.append((model, f"transfer:home:{name}", metric, fold, value))
+                part = part_columns(GROUPED, inputs.dataset)
+                key = ScoreKey(model, *part, condition=f"grasps of {name}")
+                scores.append(ScoreRow(metric, fold, value, key))
     columns = {"other": "Other gripper", "grasps": "Calibration grasps", "fold": "Fold"}
     columns |= {"metric": "Metric", "value": "Value", "chance": "Chance", "home": "At home"}
     columns |= {"recordings": "Recordings"}

@@ -13,29 +13,40 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from ajgdata.evaluate.task_data import TaskData, is_among, split_withheld
-from ajgdata.experiments import cross_validation_results as shown
-from ajgdata.experiments.base import Experiment, Inputs, Outcome, ScoreRow, fold_scores, score_table
-from ajgdata.experiments.cross_validation_paper import paper_comparison
-from ajgdata.experiments.cross_validation_results import (
+from ajgdata.evaluate.parts import (
     GROUPED,
     OVERALL,
     RANDOM,
     WITHHELD,
+    PartColumns,
     elsewhere,
+    part_columns,
 )
+from ajgdata.evaluate.task_data import TaskData, is_among, split_withheld
+from ajgdata.experiments import cross_validation_results as shown
+from ajgdata.experiments.base import Experiment, Inputs, Outcome
+from ajgdata.experiments.cross_validation_paper import paper_comparison
+from ajgdata.experiments.scores import ScoreKey, ScoreRow, fold_scores, score_table
+from ajgdata.store.metrics import COST
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
     from ajgdata.evaluate.crossval import CrossValidation, Predictions, Tested
 
+PREDICTIONS = "predictions"  #: name of the table of predictions
 PREDICTION_COLUMNS = {
-    "recording": "Recording", "split": "Split", "fold": "Fold", "y_true": "Truth",
-    "y_pred": "Prediction", "probability": "Probability",
-}  # fmt: skip
-#: Metrics of the part "training of SPLIT": recordings that a model learned from, and had.
-TRAINED_ON = ("trained_on", "available")
+    "recording": "Recording",
+    "split": "Split",
+    "test_set": "Tested on",
+    "target_values": "Target values",
+    "fold": "Fold",
+    "y_true": "Truth",
+    "y_pred": "Prediction",
+    "probability": "Probability",
+}
+#: Metrics of a split: training recordings that a model used, and that there were.
+TRAINED_ON = ("training_recordings_used", "training_recordings_available")
 
 
 class Settings(Strict):
@@ -96,18 +107,22 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         parts |= {split: folds, **folds.extra_tests}
     scores: list[ScoreRow] = []
     for part, result in parts.items():
-        scores += fold_scores(model, part, result.scores)
+        key = ScoreKey(model, *part_columns(part, inputs.dataset))
+        scores += fold_scores(result.scores, key)
         scores += _interval_scores(model, part, [(result.predictions, data[part])], inputs)
     for split, folds in splits.items():  # empty if a model learned from all recordings
         for name, counts in zip(TRAINED_ON, zip(*folds.thinned, strict=True), strict=False):
-            scores.append((model, f"training of {split}", name, "mean", float(np.mean(counts))))
+            count = float(np.mean(counts))
+            scores.append(ScoreRow(name, "mean", count, ScoreKey(model, split)))
     if inputs.kind == "regression" and WITHHELD in data:
         scores += _overall_scores(model, splits[GROUPED], data, inputs)
     predicted = (
-        row for part, result in parts.items() for row in _rows(data[part], part, result.predictions)
+        row
+        for part, result in parts.items()
+        for row in _rows(data[part], part_columns(part, inputs.dataset), result.predictions)
     )
     costs = (
-        (model, f"cost of {split}", name, "measured", value)
+        ScoreRow(name, COST, value, ScoreKey(model, split))
         for split, folds in splits.items()
         for name, value in dataclasses.asdict(folds.cost).items()
     )
@@ -116,7 +131,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     return Outcome(
         (
             score_table(scores, "Errors"),
-            table_of("predictions", "Held-out predictions", predicted, **PREDICTION_COLUMNS),
+            table_of(PREDICTIONS, "Held-out predictions", predicted, **PREDICTION_COLUMNS),
         ),
         (score_table(costs, "Cost"),),
         {"parts": about, "classes": list(splits[GROUPED].scores.classes)},
@@ -131,12 +146,14 @@ def _overall_scores(
 
     known, withheld = result.predictions, result.extra_tests[WITHHELD].predictions
     chance = overall_chance(known, withheld, inputs.period_deg)
+    key = ScoreKey(model, *part_columns(OVERALL, inputs.dataset))
     for metric, values in overall(known, withheld, inputs.period_deg).items():
-        for fold, value in enumerate(values):
-            yield model, OVERALL, metric, f"fold {fold}", value
-        yield model, OVERALL, metric, "mean", float(np.mean(values))
-        yield model, OVERALL, metric, "sd", deviation(values)
-        yield model, OVERALL, metric, "chance", float(np.mean(chance[metric]))
+        statistics = {f"fold {fold}": value for fold, value in enumerate(values)}
+        statistics["mean"] = float(np.mean(values))
+        statistics["sd"] = deviation(values)
+        statistics["chance"] = float(np.mean(chance[metric]))
+        for statistic, value in statistics.items():
+            yield ScoreRow(metric, statistic, value, key)
     tests = [(known, data[GROUPED]), (withheld, data[WITHHELD])]
     yield from _interval_scores(model, OVERALL, tests, inputs)
 
@@ -163,17 +180,24 @@ def _interval_scores(
         y_true, y_pred, fold, group, part=parts, kind=inputs.kind, period=inputs.period_deg,
         seed=inputs.seed,
     )  # fmt: skip
+    metric = METRICS[inputs.kind][0]
+    key = ScoreKey(model, *part_columns(part, inputs.dataset))
     for end, value in zip(GRASP_INTERVAL, interval, strict=True):
-        yield model, part, METRICS[inputs.kind][0], end, value
+        yield ScoreRow(metric, end, value, key)
 
 
-def _rows(data: TaskData, part: str, predictions: Predictions) -> Iterator[dict[str, Any]]:
+def _rows(data: TaskData, part: PartColumns, predictions: Predictions) -> Iterator[dict[str, Any]]:
     """Yield a row of `PREDICTION_COLUMNS` per predicted recording."""
     row, probability = predictions.row, predictions.probability
-    shares = [None] * len(row) if probability is None else probability
-    columns = (data.name[row], predictions.fold, predictions.y_true, predictions.y_pred, shares)
-    for name, fold, *values in zip(*columns, strict=True):
-        yield dict(zip(PREDICTION_COLUMNS, (name, part, fold, *values), strict=True))
+    columns = {
+        "recording": data.name[row],
+        "fold": predictions.fold,
+        "y_true": predictions.y_true,
+        "y_pred": predictions.y_pred,
+        "probability": [None] * len(row) if probability is None else probability,
+    }
+    for values in zip(*columns.values(), strict=True):
+        yield {**part._asdict(), **dict(zip(columns, values, strict=True))}
 
 
 EXPERIMENT = Experiment(

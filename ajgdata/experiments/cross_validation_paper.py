@@ -7,12 +7,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ajgdata.evaluate.agreement import Verdict, together
+from ajgdata.evaluate.parts import GROUPED, RANDOM
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import (
     BASELINE,
-    GROUPED,
     PAPER_MODEL,
-    RANDOM,
     ModelResult,
     best_of,
     marks_of,

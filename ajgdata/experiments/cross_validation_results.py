@@ -15,8 +15,10 @@ from ajgdata.evaluate.agreement import (
     Interval,
     is_better_than_chance,
 )
-from ajgdata.experiments.base import SCORES, Result, TaskResults
+from ajgdata.evaluate.parts import GROUPED, OVERALL, RANDOM, WITHHELD, elsewhere, part_columns
+from ajgdata.experiments.base import Result, TaskResults
 from ajgdata.experiments.plots import Plot, binned
+from ajgdata.experiments.scores import SCORES
 from ajgdata.report.comparison import (
     Cost,
     Mark,
@@ -27,9 +29,6 @@ from ajgdata.report.format import Score, column_title, mean_sd, number, words
 from ajgdata.report.report_data import ResultRow
 from ajgdata.types.table import Table, table_of
 
-GROUPED, RANDOM = "grouped", "random"
-WITHHELD = "withheld"  #: part of the recordings that no fold trains on
-OVERALL = "overall"  #: known and withheld recordings together
 #: Parts of a task: key in dataset.yaml under `paper`, and heading in the table of results.
 PARTS = {
     GROUPED: ("known", ""),
@@ -44,11 +43,6 @@ CONFUSED, MAX_CONFUSED = 0.1, 3
 SHORTEST_S = 1e-3  #: shorter times are drawn as this on a logarithmic axis
 
 
-def elsewhere(dataset: str) -> str:
-    """Return the part of the results that is of another data set."""
-    return f"on:{dataset}"
-
-
 @dataclass(frozen=True, eq=False)
 class ModelResult:
     """Results of one model on one task; scores are in the unit of the table, not as shown."""
@@ -61,13 +55,20 @@ class ModelResult:
         """Return the model's name for people."""
         return self.result.label
 
+    def _columns(self, part: str) -> Mapping[str, str]:
+        """Return the cells that identify a part in tables, by column."""
+        return part_columns(part, self.task.dataset)._asdict()
+
     @cached_property
     def _values(self) -> Mapping[str, Mapping[str, float]]:
         """Return values of the metric that is read first, by part and statistic; missing: NaN."""
-        tables = self.result.tables[SCORES].where(metric=self.task.metric).split_by("part")
+        parts = [*PARTS, *(elsewhere(name) for name in self.task.settings.test_on)]
+        scores = self.result.tables[SCORES].where(metric=self.task.metric)
+        tables = {part: scores.where(**self._columns(part)) for part in parts}
         return {
             part: dict(zip(table.column("statistic"), table.numbers("value").tolist(), strict=True))
             for part, table in tables.items()
+            if table.rows
         }
 
     def has(self, part: str) -> bool:
@@ -111,7 +112,7 @@ class ModelResult:
     @cached_property
     def measured(self) -> Mapping[str, float]:
         """Return the cost on the grouped split, by the name of what was measured."""
-        rows = self.result.cost[SCORES].where(part=f"cost of {GROUPED}").rows
+        rows = self.result.cost[SCORES].where(split=GROUPED).rows
         return {str(row["metric"]): float(row["value"] or 0) for row in rows}
 
     @property
@@ -126,7 +127,7 @@ class ModelResult:
         """
         from ajgdata.evaluate.metrics import wrapped
 
-        table = self.result.tables["predictions"].where(split=part)
+        table = self.result.tables["predictions"].where(**self._columns(part))
         true, predicted = np.array(table.column("y_true")), np.array(table.column("y_pred"))
         if self.task.period_deg:
             predicted = true + wrapped(predicted - true, self.task.period_deg)

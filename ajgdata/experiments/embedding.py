@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ajgdata.evaluate.embedding_data import EmbeddingData, embedding_data
-from ajgdata.experiments.base import Inputs, ScoreRow
+from ajgdata.experiments.base import Inputs
+from ajgdata.experiments.scores import ScoreKey, ScoreRow
 from ajgdata.report.format import Score
 from ajgdata.types import DataError, Embedding, NotPossibleError
 from ajgdata.types.table import Table
@@ -40,16 +41,23 @@ def trained(inputs: Inputs, settings: Embedding) -> tuple[EmbeddingData, Latents
 
 
 def run_scores(
-    space: str, part: str, metric: str, values: Sequence[float], chance: float | None = None
+    metric: str, values: Sequence[float], key: ScoreKey, chance: float | None = None
 ) -> Iterator[ScoreRow]:
-    """Yield the rows of `score_table` for runs: each, mean and sd, and chance if it is known."""
+    """Yield the scores of runs: each, mean and sd, and chance if it is known."""
     score = score_of(values)
-    for run, value in enumerate(score.per_fold):
-        yield space, part, metric, f"run {run}", value
-    yield space, part, metric, "mean", score.mean
-    yield space, part, metric, "sd", score.sd
+    statistics = {f"run {run}": value for run, value in enumerate(score.per_fold)}
+    statistics["mean"] = score.mean
+    statistics["sd"] = score.sd
     if chance is not None:
-        yield space, part, metric, "chance", chance
+        statistics["chance"] = chance
+    for statistic, value in statistics.items():
+        yield ScoreRow(metric, statistic, value, key)
+
+
+def space_key(space: str, settings: Embedding, condition: str) -> ScoreKey:
+    """Return the key of scores in a space; of the latent, the dimension `shown` is measured."""
+    dimension = settings.shown if space == "latent" else None
+    return ScoreKey(space, dimension=dimension, condition=condition)
 
 
 def score_of(values: Sequence[float] | np.ndarray) -> Score:

@@ -13,13 +13,19 @@ from ajgdata.experiments.base import (
     Inputs,
     Lookup,
     Outcome,
-    ScoreRow,
     TaskResults,
-    score_table,
 )
-from ajgdata.experiments.embedding import SPACES, score_of, scores_by, trained, with_space_titles
+from ajgdata.experiments.embedding import (
+    SPACES,
+    score_of,
+    scores_by,
+    space_key,
+    trained,
+    with_space_titles,
+)
 from ajgdata.experiments.embedding_knn import encoder_cost
 from ajgdata.experiments.plots import Plot
+from ajgdata.experiments.scores import ScoreRow, score_table
 from ajgdata.report.comparison import PaperComparison, holds
 from ajgdata.report.format import Score, mean_sd, number, words
 from ajgdata.types import Embedding
@@ -55,20 +61,21 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     columns |= {"run": "Run", "distance": "Distance"}
     categories = table_of("categories", TITLE, rows, **columns)
     return Outcome(
-        (score_table(_scores(categories), TITLE), categories), about={"dimension": settings.shown}
+        (score_table(_scores(categories, settings), TITLE), categories),
+        about={"dimension": settings.shown},
     )
 
 
-def _scores(categories: Table) -> Iterator[ScoreRow]:
+def _scores(categories: Table, settings: Embedding) -> Iterator[ScoreRow]:
     """Yield mean, sample deviation and values over the runs that have such pairs."""
     keys = ("space", "first", "second")
     for (space, first, second), score in scores_by(categories, keys, "distance").items():
         known = score_of(np.array(score.per_fold)[np.isfinite(score.per_fold)])
-        named = space, "distances", f"{first} to {second}"
-        yield *named, "mean", known.mean
-        yield *named, "sd", known.sd
-        for run, value in enumerate(score.per_fold):
-            yield *named, f"run {run}", value
+        statistics = {"mean": known.mean, "sd": known.sd}
+        statistics |= {f"run {run}": value for run, value in enumerate(score.per_fold)}
+        key = space_key(space, settings, f"{first} to {second}")
+        for statistic, value in statistics.items():
+            yield ScoreRow("distance", statistic, value, key)
 
 
 class Category(NamedTuple):

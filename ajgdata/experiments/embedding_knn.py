@@ -13,14 +13,14 @@ from ajgdata.experiments.base import (
     Inputs,
     Lookup,
     Outcome,
-    ScoreRow,
     TaskResults,
-    score_table,
 )
 from ajgdata.experiments.embedding import run_scores, scores_by, trained, with_space_titles
 from ajgdata.experiments.plots import Plot, value_range
+from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.report.comparison import Cost, PaperComparison
 from ajgdata.report.format import Score, mean_sd, number
+from ajgdata.store.metrics import COST
 from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 
@@ -45,7 +45,10 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
         row
         for space, dimension, runs in scored
         for row in run_scores(
-            space, _part(dimension), "accuracy", [run.accuracy for run in runs], float(chance)
+            "accuracy",
+            [run.accuracy for run in runs],
+            ScoreKey(space, dimension=dimension),
+            float(chance),
         )
     )
     accuracies = (
@@ -65,11 +68,9 @@ def _cost_tables(
     times: Sequence[dict[str, Any]], training_cost: Mapping[str, float]
 ) -> tuple[Table, Table]:
     """Return the scores of training all encoders and of a fold in each space, and `times`."""
-    scores: list[ScoreRow] = [
-        ("", "cost of training", name, "measured", value) for name, value in training_cost.items()
-    ]
+    scores: list[ScoreRow] = [ScoreRow(name, COST, value) for name, value in training_cost.items()]
     scores += [
-        (row["space"], f"cost of {_part(row['dimension'])}", name, "measured", row[name])
+        ScoreRow(name, COST, row[name], ScoreKey(row["space"], dimension=row["dimension"]))
         for row in times
         for name in TIMES
     ]
@@ -79,10 +80,6 @@ def _cost_tables(
         transform_s="Placing validation points, s", query_s="k-NN, s", recordings="Recordings",
     )  # fmt: skip
     return score_table(scores, f"{TITLE}: cost"), table
-
-
-def _part(dimension: int | None) -> str:
-    return "knn" if dimension is None else f"knn:{dimension}"
 
 
 def _times(

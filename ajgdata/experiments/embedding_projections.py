@@ -8,10 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
-from ajgdata.experiments.embedding import SPACES, run_scores, scores_by, trained, with_space_titles
+from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults
+from ajgdata.experiments.embedding import (
+    SPACES,
+    run_scores,
+    scores_by,
+    space_key,
+    trained,
+    with_space_titles,
+)
 from ajgdata.experiments.embedding_knn import encoder_cost
 from ajgdata.experiments.plots import Plot
+from ajgdata.experiments.scores import score_table
 from ajgdata.report.comparison import PaperComparison, holds
 from ajgdata.report.format import Caption, mean_sd, words
 from ajgdata.report.report_data import Illustration
@@ -54,7 +62,7 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
         for (space, label), score in scores_by(
             silhouettes, ("space", "label"), "silhouette"
         ).items()
-        for row in run_scores(space, "silhouette", f"silhouette of {label}", score.per_fold)
+        for row in run_scores("silhouette", score.per_fold, space_key(space, settings, label))
     )
     tables = (
         score_table(scores, TITLE),

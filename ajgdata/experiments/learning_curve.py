@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from ajgdata.evaluate.agreement import Verdict
-from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
+from ajgdata.evaluate.parts import GROUPED, part_columns
+from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults
 from ajgdata.experiments.plots import Plot
+from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.report.comparison import Mark, PaperComparison
 from ajgdata.report.format import mean_sd, number, with_unit
 from ajgdata.types import ModelName, Strict
@@ -43,8 +45,9 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         inputs.data(), model=model, sizes=settings.groups, repeats=settings.repeats, **inputs.split,
     )  # fmt: skip
     points = curve.points
+    key = ScoreKey(model, *part_columns(GROUPED, inputs.dataset))
     scores = (
-        (model, f"curve:{point.groups}", metric, f"draw {point.repeat}", value)
+        ScoreRow(metric, f"draw {point.repeat}", value, key._replace(grasps=point.groups))
         for point in points
         for metric, value in point.scores.items()
     )

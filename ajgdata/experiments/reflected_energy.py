@@ -13,11 +13,10 @@ from ajgdata.experiments.base import (
     Inputs,
     Lookup,
     Outcome,
-    ScoreRow,
     TaskResults,
-    score_table,
 )
 from ajgdata.experiments.plots import Plot
+from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.report.comparison import PaperComparison
 from ajgdata.report.format import number, words
 from ajgdata.types import FeatureSettings, Kind, Strict
@@ -63,8 +62,10 @@ def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
         statistics = {"mean": item.mean, "sd": item.sd}
         statistics |= dict(zip(GRASP_INTERVAL, item.interval, strict=True))
         statistics |= {f"mean of {name}": value for name, value in item.by_object.items()}
-        part = f"energy:{item.label}"
-        scores += [("", part, metric, name, value) for name, value in statistics.items()]
+        scores += [
+            ScoreRow(metric, statistic, value, ScoreKey(condition=item.label))
+            for statistic, value in statistics.items()
+        ]
         low, high = item.interval
         row = {"label": item.label, "grasps": item.groups, "mean": item.mean, "sd": item.sd}
         classes.append(row | {"low": low, "high": high})

@@ -13,19 +13,20 @@ import numpy as np
 from pydantic import Field
 
 from ajgdata.evaluate.agreement import Interval
+from ajgdata.evaluate.parts import elsewhere, part_columns
 from ajgdata.experiments.base import (
-    SCORES,
     Experiment,
     Inputs,
     Lookup,
     Outcome,
     Result,
     TaskResults,
-    score_table,
 )
 from ajgdata.experiments.plots import Plot
+from ajgdata.experiments.scores import SCORES, ScoreKey, ScoreRow, score_table
 from ajgdata.report.comparison import Mark, PaperComparison, judged, mark_of
 from ajgdata.report.format import Score, mean_sd
+from ajgdata.store.metrics import COST
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import Table, table_of
 
@@ -63,27 +64,25 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             rows.append(grasp_errors(predictions, tests[name].group, inputs.period_deg))
             chance[name].append(result.extra_tests[name].scores.chance["rmse"])
     spent = time.process_time() - begun
-    scores: list[tuple[str, str, str, str, float]] = []
+    scores: list[ScoreRow] = []
     for name, rows in squared.items():
         error = robust_error(np.array(rows), inputs.seed)
-        named = model, part_of(name), "rmse"
-        scores += [(*named, f"fit {n}", value) for n, value in enumerate(error.per_fit)]
-        scores += [(*named, key, getattr(error, key)) for key in ("median", "low", "high")]
-        scores.append((*named, "chance", float(np.mean(chance[name]))))
+        statistics = {f"fit {n}": value for n, value in enumerate(error.per_fit)}
+        statistics |= {key: getattr(error, key) for key in ("median", "low", "high")}
+        statistics["chance"] = float(np.mean(chance[name]))
+        key = ScoreKey(model, *part_columns(elsewhere(name), inputs.dataset))
+        scores += [
+            ScoreRow("rmse", statistic, value, key) for statistic, value in statistics.items()
+        ]
     counts = {name: [len(np.unique(d.group)), len(d.group)] for name, d in tests.items()}
-    cost = [(model, "cost of repeated fits", "train_and_predict_s", "measured", spent)]
+    cost = [ScoreRow("train_and_predict_s", COST, spent, ScoreKey(model))]
     title = "Repeated fits"
     return Outcome((score_table(scores, title),), (score_table(cost, title),), {"counts": counts})
 
 
-def part_of(name: str) -> str:
-    """Return the part of the scores that is of a data set."""
-    return f"repeated fits on:{name}"
-
-
 def statistics(result: Result, name: str) -> dict[str, float]:
     """Return median, ends of the interval and chance level of the RMSE on a data set, by name."""
-    rows = result.tables[SCORES].where(part=part_of(name)).rows
+    rows = result.tables[SCORES].where(test_set=name).rows
     return {str(row["statistic"]): float(row["value"]) for row in rows}
 
 

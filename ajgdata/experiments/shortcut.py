@@ -10,18 +10,17 @@ import dataclasses
 
 from pydantic import Field
 
+from ajgdata.evaluate.parts import GROUPED, elsewhere, part_columns
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,
     Outcome,
     Result,
-    ScoreRow,
     TaskResults,
-    score_table,
 )
 from ajgdata.experiments.cross_validation import evaluate
-from ajgdata.experiments.cross_validation_results import GROUPED, elsewhere
 from ajgdata.experiments.plots import Plot
+from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.report.format import number
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import table_of
@@ -58,11 +57,11 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             p.y_true, p.y_pred, p.fold, evaluation.data[elsewhere(name)].group[p.row],
             kind=inputs.kind, period=inputs.period_deg, seed=inputs.seed,
         )  # fmt: skip
-        part = f"silent:{name}"
+        key = ScoreKey(model, *part_columns(elsewhere(name), inputs.dataset))
         scores += [
-            (model, part, test.measure, "pooled", test.value),
-            (model, part, test.measure, "chance", test.null),
-            (model, part, "p", f"of {test.permutations}", test.p),
+            ScoreRow(test.measure, "pooled", test.value, key),
+            ScoreRow(test.measure, "chance", test.null, key),
+            ScoreRow("p", f"of {test.permutations}", test.p, key),
         ]
         tests.append({"data_set": name, **dataclasses.asdict(test)})
     return Outcome(

@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from ajgdata.evaluate.agreement import Interval, compare
+from ajgdata.evaluate.agreement import ACCEPTED, Interval, compare
+from ajgdata.evaluate.parts import GROUPED, part_columns
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,
     Lookup,
     Outcome,
-    ScoreRow,
     TaskResults,
-    score_table,
 )
 from ajgdata.experiments.plots import PERCENTILES, Plot
+from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.report.comparison import Mark, PaperComparison
 from ajgdata.report.format import number, with_unit
 from ajgdata.types import ModelName, Strict
@@ -64,9 +64,9 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             {"part": name, "run": n, **vars(run_of(taken, label, stream(label, inputs.seed + n)))}
             for n in range(RUNS)
         ]
-        part = f"sorting, {name}"
-        scores.append((model, part, "calibration_error", "pooled", calibration_error(reliable)))
-        scores += _scores(model, part, conditions[-1], own_runs)
+        key = ScoreKey(model, *part_columns(GROUPED, inputs.dataset), condition=name)
+        scores.append(ScoreRow("calibration_error", "pooled", calibration_error(reliable), key))
+        scores += _scores(key, conditions[-1], own_runs)
         runs += own_runs
     part_column = {"part": "Probabilities"}
     fields = {key: key for key in bins[0]} | {"confidence": "Probability", "accuracy": "Correct"}
@@ -83,16 +83,15 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     )
 
 
-def _scores(
-    model: str, part: str, condition: Mapping[str, Any], runs: Sequence[Row]
-) -> Iterator[ScoreRow]:
+def _scores(key: ScoreKey, decided: Mapping[str, Any], runs: Sequence[Row]) -> Iterator[ScoreRow]:
     """Yield the scores of decisions, and of the runs that they lead to."""
-    yield model, part, "accuracy", "pooled", condition["accuracy"]
-    yield model, f"{part}, accepted", "share", "pooled", condition["accepted"]
-    yield model, f"{part}, accepted", "accuracy", "pooled", condition["right"]
+    accepted = key._replace(condition=f"{key.condition}, {ACCEPTED}")
+    yield ScoreRow("accuracy", "pooled", decided["accuracy"], key)
+    yield ScoreRow("share", "pooled", decided["accepted"], accepted)
+    yield ScoreRow("accuracy", "pooled", decided["right"], accepted)
     for run in runs:
-        for key, (metric, _) in RUN_METRICS.items():
-            yield model, part, metric, f"run {run['run']}", run[key]
+        for name, (metric, _) in RUN_METRICS.items():
+            yield ScoreRow(metric, f"run {run['run']}", run[name], key)
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:

@@ -1,18 +1,16 @@
-"""Results -> CSV files: metrics and predictions of a run, and the tables of a report."""
+"""Results -> CSV files of a report: a table for each figure."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from ajgdata.evaluate.agreement import why_undefined
-from ajgdata.experiments import EXPERIMENTS, MeasurementKey
-from ajgdata.experiments.base import SCORES, TaskResults
-from ajgdata.paths import TABLES, Paths
-from ajgdata.pipeline.experiments import Measurement
+from ajgdata.experiments.base import TaskResults
+from ajgdata.experiments.cross_validation import PREDICTIONS
+from ajgdata.experiments.scores import SCORES
+from ajgdata.paths import TABLES
 from ajgdata.report.comparison import PaperComparison
 from ajgdata.report.render import Picture
 from ajgdata.report.report_data import Report
@@ -21,20 +19,6 @@ from ajgdata.types.table import Column, Table, table_of
 
 #: Table of the comparison with the paper.
 PAPER_TABLE = "paper-comparison"
-#: Columns of metrics.csv.
-COLUMNS = (
-    "dataset", "task", "model", "source", "part", "metric", "statistic", "value", "unit", "seed",
-    "commit",
-)  # fmt: skip
-#: Last: why there is no value.
-REASON = "reason"
-PREDICTION_COLUMNS = (
-    "dataset", "task", "model", "recording", "split", "fold", "y_true", "y_pred", "probability",
-)  # fmt: skip
-#: Metrics that are in the unit of the target; others are shares, or have their unit in the name.
-IN_UNITS = ("rmse", "mae", "width")
-#: A table with a row for each recording.
-PREDICTIONS = "predictions"
 
 
 def write_exports(report: Report, results: Sequence[TaskResults], folder: Path) -> tuple[str, ...]:
@@ -124,46 +108,3 @@ def paper_table(rows: Sequence[PaperComparison]) -> Table:
     ]
     columns = {key: key for key in cells[0]}
     return table_of(PAPER_TABLE, "Comparison with the paper", cells, **columns)
-
-
-def collect(paths: Paths, measured: Mapping[MeasurementKey, Measurement]) -> list[dict[str, Any]]:
-    """Write all measurements together; returns what is known about each.
-
-    `metrics.csv` has a row for each number: a metric of a part of an experiment (`grouped`,
-    `random`, `withheld`, `overall`, `on:<data set>`, `curve:<grasps per class>`,
-    `stft:<window>/<hop>`, ...), with the statistic (`fold 0` and so on, or mean, sd, pooled,
-    chance, measured). If a number is undefined, the value is empty and `reason` says why. For an
-    embedding, the task is its name after `embedding:`, and the model is the space.
-    `predictions.csv` has a row for each recording, split and fold.
-    """
-    collected, numbers, predicted = [], [], []
-    for about, tables, costs in measured.values():
-        named = {table.name: table for table in tables}
-        if held_out := named.get(PREDICTIONS):
-            where = {key: about[key] for key in ("dataset", "task", "model")}
-            predicted += [{**where, **row} for row in held_out.rows]
-        collected.append(about)
-        numbers += [row for table in (*tables, *costs) for row in _rows(about, table)]
-    write_bytes(paths.metrics_table, csv_bytes((*COLUMNS, REASON), numbers))
-    write_bytes(paths.predictions, csv_bytes(PREDICTION_COLUMNS, predicted))
-    return collected
-
-
-def _rows(about: Mapping[str, Any], table: Table) -> Iterator[dict[str, object]]:
-    """Yield the numbers of a table of scores as rows of `COLUMNS`; other tables have none."""
-    if table.name != SCORES:
-        return
-    of_embedding = EXPERIMENTS[about["experiment"]].of_embedding
-    for row in table.rows:
-        missing = row["value"] is None
-        yield {
-            "dataset": about["dataset"],
-            "task": f"embedding:{about['task']}" if of_embedding else about["task"],
-            "source": about["provenance"]["source"],
-            **row,
-            "value": "" if missing else row["value"],
-            REASON: why_undefined(row["part"], row["metric"], row["statistic"]) if missing else "",
-            "unit": about["unit"] if row["metric"] in IN_UNITS else "",
-            "seed": about["seed"],
-            "commit": about["provenance"]["git_commit"],
-        }

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ajgdata.acquire.recipe import session_names
-from ajgdata.experiments.cross_validation_results import GROUPED, PAPER_MODEL
+from ajgdata.evaluate.parts import GROUPED, part_columns
+from ajgdata.experiments.cross_validation_results import PAPER_MODEL
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.store.audio import read_audio
@@ -93,7 +94,8 @@ def _opening(paths: Paths, shard: FeatureRows, tables: Path, audio: AudioSetting
         raise NotPossibleError(about["skipped"])
     setups = _planned_setups(paths, about["dataset"])
     digest_of = _by_recording(shard, "setup_sha256")
-    predictions = next(t for t in results if t.name == "predictions").where(split=GROUPED)
+    part = part_columns(GROUPED, about["dataset"])
+    predictions = next(t for t in results if t.name == "predictions").where(**part._asdict())
     predicted = [row for row in predictions.rows if digest_of.get(row["recording"]) in setups]
     scenes = {row["y_true"]: setups[digest_of[row["recording"]]] for row in predicted}
     if not scenes:

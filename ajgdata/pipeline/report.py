@@ -22,7 +22,7 @@ from ajgdata.pipeline.experiments import (
     read_results,
     requests_for,
 )
-from ajgdata.pipeline.exports import collect, with_tables, write_csv, write_exports
+from ajgdata.pipeline.exports import with_tables, write_csv, write_exports
 from ajgdata.pipeline.machine import cpu_name
 from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import pages_of
@@ -72,7 +72,7 @@ def build_report(
     ablations: Sequence[str] = (),
     published: Sequence[str] = (),
 ) -> None:
-    """Write all existing results together (see `collect`), and the report on them.
+    """Write the report on all existing results.
 
     `datasets`, `tasks` (data set and name), `studies`, `ablations` and `published` data sets are
     those of the project. One line of the report counts results that do not exist, another those
@@ -102,7 +102,8 @@ def build_report(
     )
     _write(paths, report, results, pages, present)
     about = {"datasets": [*existing], "pages": [*pages], "published": present}
-    write_bytes(paths.runs, json_bytes(about | _contents(report, collect(paths, measured))))
+    facts = [measurement.about for measurement in measured.values()]
+    write_bytes(paths.runs, json_bytes(about | _contents(report, facts)))
 
 
 def _write(

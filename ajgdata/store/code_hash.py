@@ -84,6 +84,7 @@ _EXPERIMENT = (
     "features/spectrum.py:differing_axes",
     "pipeline/experiments.py:run_experiment",
     "store/features.py:read_latents",
+    "store/metrics.py:COST",
 )
 #: Sources by kind of job: files of the package, patterns, or `file:names` for definitions of a file
 #: with what they use there. A test compares them with the imports.
@@ -162,9 +163,22 @@ CODE: dict[str, tuple[str, ...]] = {
         "store/sessions.py:overridden",
         "types/comparison.py",
     ),
+    "collect": (
+        "evaluate/agreement.py:why_undefined",
+        "experiments/__init__.py:Request,requested_experiments",
+        "experiments/cross_validation.py:PREDICTIONS",
+        "experiments/scores.py:SCORES",
+        "pipeline/collect.py",
+        "pipeline/experiments.py:computed,measurements,requests_for",
+        "store/metrics.py",
+        "store/tables.py:read_measurements",
+        "types/registry.py:PLAIN_MODELS",
+        "types/table.py",
+    ),
     "opening": (
         *_SIMULATED,
         *_TABLES,
+        "evaluate/parts.py",
         "pipeline/opening.py",
         "pipeline/recipes.py:planned_grasps",
         "report/canvas.py",
@@ -208,7 +222,7 @@ NUMERICAL = ("numba", "numpy", "scipy", "soundfile")
 #: Libraries whose versions can change results of models.
 LEARNING = ("scikit-learn", "torch", "umap-learn")
 #: Kinds of jobs without models.
-WITHOUT_MODELS = ("gripper", "features", "sample", "acquire", "study")
+WITHOUT_MODELS = ("gripper", "features", "sample", "acquire", "study", "collect", "publish")
 
 
 @dataclass(frozen=True)
@@ -335,7 +349,7 @@ def _import_folder(file: Path, node: ast.ImportFrom) -> Path | None:
 
 
 def _module_file(module: Path) -> Path | None:
-    """Return the file of a module, whose path has no suffix; None if there is none."""
+    """Return the file of a module, whose path has no suffix; None if it does not exist."""
     files = (module.with_suffix(".py"), module / "__init__.py")
     return next((file for file in files if file.is_file()), None)
 

@@ -15,6 +15,7 @@ import pytest
 from sklearn.metrics import accuracy_score, root_mean_squared_error
 
 import ajgdata
+from ajgdata.evaluate.parts import part_columns
 from ajgdata.experiments import requested_experiments
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.experiments import measurements
@@ -120,13 +121,12 @@ def test_reported_errors_follow_from_the_predictions(key):
     if "skipped" in about:
         assert len(about["skipped"]) > 10
         return
-    rows = tables["predictions"].rows
-    for split in {row["split"] for row in rows}:
+    for part, counts in about["parts"].items():
+        columns = part_columns(part, about["dataset"])._asdict()
         folds = {}
-        for row in rows:
-            if row["split"] == split:
-                folds.setdefault(int(row["fold"]), []).append((row["y_true"], row["y_pred"]))
-        assert len(folds) == about["parts"][split]["folds"]
+        for row in tables["predictions"].where(**columns).rows:
+            folds.setdefault(int(row["fold"]), []).append((row["y_true"], row["y_pred"]))
+        assert len(folds) == counts["folds"]
         errors, numbers = [], about["kind"] == "regression"
         for _, pairs in sorted(folds.items()):
             true, predicted = zip(*pairs, strict=True)
@@ -138,7 +138,7 @@ def test_reported_errors_follow_from_the_predictions(key):
             else:
                 errors.append(accuracy_score(true, predicted))
         name = "rmse" if numbers else "accuracy"
-        scores = tables["scores"].where(part=split, metric=name)
+        scores = tables["scores"].where(**columns, metric=name)
         statistics = dict(zip(scores.column("statistic"), scores.numbers("value"), strict=True))
         per_fold = [statistics[f"fold {n}"] for n in range(len(errors))]
         # An error of nothing but rounding (k-NN that is right) is some ε of the values themselves.
@@ -161,17 +161,15 @@ def test_no_group_is_trained_on_where_it_is_tested(key):
     about, tables = evaluation(*key)
     column = about["groups"]
     groups = groups_of(key[0], column)
-    rows = tables["predictions"].rows if tables else ()
+    rows = tables["predictions"].where(split="grouped").rows if tables else ()
     fold_of = {}
     for row in rows:
-        if row["split"] == "grouped":
+        if (row["test_set"], row["target_values"]) == (key[0], "training"):
             assert fold_of.setdefault(groups[row["recording"]], row["fold"]) == row["fold"]
-    own = {"grouped", "random"}
-    for split in {row["split"] for row in rows} - own:
-        theirs = groups_of(split.removeprefix("on:"), column) if "on:" in split else groups
-        for row in rows:
-            if row["split"] == split:
-                assert fold_of.get(theirs[row["recording"]], row["fold"]) == row["fold"]
+    theirs = {name: groups_of(name, column) for name in {row["test_set"] for row in rows}}
+    for row in rows:
+        group = theirs[row["test_set"]][row["recording"]]
+        assert fold_of.get(group, row["fold"]) == row["fold"]
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda p: p.stem)
@@ -212,11 +210,11 @@ def test_all_results_are_within_bounds():
         share = row["metric"] in shares or row["metric"].startswith(("accuracy of", "precision at"))
         if row["statistic"] != "sd" and share:
             assert 0 <= value <= 1, where
-        if row["part"] == "silhouette":
+        if row["metric"] == "silhouette":
             assert -1 <= value <= 1, where
         if row["metric"].split(" of ")[0] == "r2" and row["statistic"] not in ("sd",):
             assert value <= 1, where
-        if row["metric"] in ("rmse", "mae") or row["part"].startswith(("cost", "distances")):
+        if row["metric"] in ("rmse", "mae", "distance") or row["statistic"] == "cost":
             assert value >= 0, where
 
 

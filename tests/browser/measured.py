@@ -4,14 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from recorded import make_features
+from recorded import make_features, run_experiments
 from sites import Site
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.experiments import requests_for, run_experiment
 from ajgdata.pipeline.report import build_report
 from ajgdata.store.audio import write_pcm24
-from ajgdata.store.sessions import read_dataset, write_session
+from ajgdata.store.sessions import write_session
 from ajgdata.types import Recording, Session
 
 NAME = "tones"
@@ -54,19 +53,8 @@ def measured_site(folder: Path) -> Site:
     paths = Paths(folder)
     record(paths)
     make_features(paths, NAME)
-    spec = read_dataset(paths, NAME)
-    tasks = [(NAME, task) for task in spec.tasks]
-    requests = requests_for({NAME: spec}, tasks)
-    for request in requests:
-        for job in request.jobs:
-            dataset, task, experiment, models = job
-            run_experiment(
-                paths.features(NAME), dataset=dataset, task=task, experiment=experiment,
-                models=request.job_models[models], settings=request.job_settings(models),
-                split=spec.task_settings(task),
-                other_sets=[], audio=spec.audio, features=spec.features, paths=paths, seed=0,
-                tables=paths.experiment(*job), cost=paths.experiment_cost(*job),
-            )  # fmt: skip
+    requests = run_experiments(paths, NAME)
+    tasks = list(dict.fromkeys((NAME, request.task) for request in requests))
     requested = [key for request in requests for key in request.keys]
     build_report(paths, datasets=[NAME], tasks=tasks, requested=requested)
     return Site(paths.report.parent)

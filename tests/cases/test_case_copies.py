@@ -204,7 +204,7 @@ def run_task(paths, dataset, other, tmp_path, models=("linear",)):
     task = next(iter(spec.tasks))
     run_experiment(
         paths.features(dataset),
-        kind="cross_validation",
+        experiment="cross_validation",
         models=models,
         dataset=dataset,
         task=task,
@@ -221,11 +221,11 @@ def run_task(paths, dataset, other, tmp_path, models=("linear",)):
     return read_measurements(tmp_path / "tables.json")[0][0]
 
 
-def measured_parts(tmp_path):
+def measured_sets(tmp_path):
     """Return the test sets that have an accuracy."""
     tables = read_measurements(tmp_path / "tables.json")[0][1]
     rows = next(table.rows for table in tables if table.name == "scores")
-    return {row["part"] for row in rows if row["metric"] == "accuracy"}
+    return {row["test_set"] for row in rows if row["metric"] == "accuracy"}
 
 
 @pytest.mark.parametrize(
@@ -257,13 +257,13 @@ def test_a_data_set_with_copies_of_training_recordings_is_refused(
     assert problem in checked.text
     about = run_task(paths, "src", "heldout", tmp_path)
     assert about["others"]["the test on heldout"].startswith(problem)
-    assert measured_parts(tmp_path) == {"grouped"}  # the own folds are measured
+    assert measured_sets(tmp_path) == {"src"}  # the own folds are measured
     (other / "60_cube.wav").unlink()
     ajgdata("import", other, "--dataset", "heldout", "--on-change", "prune")
     features("heldout")
     assert "have the sound" not in ajgdata("check", "src", "--all").text
     assert "others" not in run_task(paths, "src", "heldout", tmp_path)
-    assert measured_parts(tmp_path) == {"grouped", "on:heldout"}
+    assert measured_sets(tmp_path) == {"src", "heldout"}
 
 
 def test_grasps_that_folds_hold_out_are_not_copies(
@@ -284,7 +284,7 @@ def test_grasps_that_folds_hold_out_are_not_copies(
     about = run_task(paths, "one", "two", tmp_path, ["linear", "knn"])
     assert "others" not in about
     assert searched == ["two"]  # once for all models
-    assert measured_parts(tmp_path) == {"grouped", "on:two"}
+    assert measured_sets(tmp_path) == {"one", "two"}
 
 
 def test_similar_recordings_of_the_virtual_gripper_are_not_copies(ajgdata, paths, src):

@@ -47,9 +47,14 @@ NOT_USED = {
     # only experiments on recordings, or on rendered sounds, call these
     "experiment": {"pipeline/recipes.py:renderer", "pipeline/recordings.py:RecordingReader"},
     "experiment on recordings": {"pipeline/recipes.py:renderer"},
+    # the experiments and the data sets are those of the finished measurements
+    "collect": {
+        "experiments/base.py:Experiment",
+        "models/__init__.py:model_label",
+        "store/sessions.py:read_dataset",
+    },
     # the recording is an input; the model and the data set are named
     "opening": {
-        "experiments/cross_validation_results.py:GROUPED",
         "experiments/cross_validation_results.py:PAPER_MODEL",
         "models/__init__.py:model_label",
         "report/report_data.py:Illustration",

@@ -14,6 +14,7 @@ from recorded import make_features
 
 from ajgdata.experiments import EXPERIMENTS, measurement_name
 from ajgdata.paths import Paths
+from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.experiments import requests_for, run_experiment
 from ajgdata.pipeline.report import build_report
 from ajgdata.pipeline.train import train_embedding, train_model
@@ -150,6 +151,7 @@ def report(paths: Paths) -> dict[str, str]:
     """All that follows from the results; returns the pages by name."""
     specs = {name: read_dataset(paths, name) for name in ("little", "whole")}
     tasks = [("little", t) for t in (*specs["little"].tasks, *specs["little"].embeddings)]
+    collect(paths, datasets=list(specs), tasks=tasks)
     build_report(paths, datasets=list(specs), tasks=tasks, requested=[])
     return {page.name: page.read_text() for page in paths.report.parent.glob("*.html")}
 

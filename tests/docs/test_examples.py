@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 import yaml
 from PIL import Image
-from recorded import make_features
+from recorded import make_features, run_experiments
 
 import ajgdata
 from ajgdata.acquire.recipe import session_names
 from ajgdata.paths import Paths
+from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.recipes import acquire_virtual
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import read_store
@@ -57,6 +58,7 @@ MODULES = (
     "ajgdata",
     "ajgdata.evaluate.crossval",
     "ajgdata.evaluate.metrics",
+    "ajgdata.evaluate.parts",
     "ajgdata.evaluate.splits",
     "ajgdata.features.spectrum",
     "ajgdata.gripper",
@@ -67,10 +69,12 @@ MODULES = (
     "ajgdata.gripper.solver_plan",
     "ajgdata.loading",
     "ajgdata.models",
+    "ajgdata.paths",
     "ajgdata.pipeline.column_kinds",
     "ajgdata.pipeline.publish",
     "ajgdata.pipeline.similar_classes",
     "ajgdata.store.audio",
+    "ajgdata.store.code_hash",
     "ajgdata.store.features",
     "ajgdata.store.file_matching",
     "ajgdata.store.publishing.columns",
@@ -93,6 +97,8 @@ def example_project(tmp_path_factory) -> Paths:
         make_features(paths, name)
     task = read_dataset(paths, "size").training("size")
     folder = paths.model("size", "size", "ridge")
+    run_experiments(paths, "size")
+    collect(paths, datasets=["size"], tasks=[("size", "size")])
     train_model(read_store(paths.features("size")), **task, model="ridge", seed=0, folder=folder)
     return paths
 

@@ -26,7 +26,7 @@ spec = DatasetSpec.model_validate({
 inputs = small_inputs()
 own = measured("cross_validation", inputs, "pca_linear", models=["pca_linear"])
 scores = next(table for table in own.tables if table.name == "scores")
-accuracy = scores.where(metric="accuracy", statistic="mean", part="grouped").rows[0]["value"]
+accuracy = scores.where(metric="accuracy", statistic="mean", split="grouped").rows[0]["value"]
 outcome = measured("repeatability", inputs)
 results = task_results("repeatability", {"": outcome})
 experiment = EXPERIMENTS["repeatability"]

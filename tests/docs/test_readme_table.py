@@ -2,31 +2,34 @@
 
 import re
 
-from ajgdata.pipeline.exports import COLUMNS
-from ajgdata.store.files import csv_bytes
-from tools.readme_table import KEY, readme_table
+from ajgdata.store.metrics import FACTS, KEYS, write_metrics
+from tools.readme_table import readme_table
 
-SIZE = ("size", "size", "cnn", "grouped", "rmse")
-NOISE = ("size", "noise", "cnn", "repeated fits on:size_80dba", "rmse")
-VALUES = {
-    SIZE: {"mean": 0.7249, "chance": 6.4163, "grasp low": 0.6, "grasp high": 0.9},
-    NOISE: {"median": 20.6, "low": 17.2, "high": 22.4, "chance": 6.4163},
-}
+SIZE = {"task": "size", "experiment": "cross_validation", "target_values": "training"}
+NOISE = {"task": "noise", "experiment": "repeated_fits", "test_set": "size_80dba"}
+VALUES = (
+    (SIZE, {"mean": 0.7249, "chance": 6.4163, "grasp low": 0.6, "grasp high": 0.9}),
+    (NOISE, {"median": 20.6, "low": 17.2, "high": 22.4, "chance": 6.4163}),
+)
 
 
-def metrics():
-    """Return the content of a `metrics.csv` with two of the five results."""
-    about = {"source": "simulated", "unit": "", "seed": 0, "commit": "c0ffee1234567"}
+def write_results(path):
+    """Write a `metrics.csv` with two of the five results, and with unrelated rows."""
+    about = dict.fromkeys((*KEYS, *FACTS), "") | {"source": "simulated", "commit": "c0ffee1234567"}
+    about |= {"dataset": "size", "model": "cnn", "split": "grouped", "metric": "rmse"}
     rows = [
-        dict(zip(KEY, (*key, statistic), strict=True)) | about | {"value": value}
-        for key, values in VALUES.items()
+        about | key | {"statistic": statistic, "value": value}
+        for key, values in VALUES
         for statistic, value in values.items()
     ]
-    return csv_bytes(COLUMNS, rows)
+    unrelated = ({"model": "knn"}, {"split": "random"}, {"target_values": "withheld"})
+    rows += [about | SIZE | other | {"statistic": "mean", "value": 99} for other in unrelated]
+    write_metrics(path, rows)
 
 
-def test_five_results_next_to_the_published_values():
-    lines = readme_table(metrics()).splitlines()
+def test_five_results_next_to_the_published_values(tmp_path):
+    write_results(tmp_path / "metrics.csv")
+    lines = readme_table(tmp_path / "metrics.csv").splitlines()
     assert lines[3:5] == [
         "| Edge length of a cube, RMSE | 0.725 mm (0.6 to 0.9) | 2.7 mm | 6.42 mm | better |",
         "| Edge length in noise of 80 dB(A), training at 45 dB(A), RMSE | 20.6 mm (17.2 to 22.4),"

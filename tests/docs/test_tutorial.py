@@ -123,7 +123,7 @@ def test_the_tutorial(tmp_path, monkeypatch, capfd, bench):
     measurements = read_measurements(paths.experiment("mine", "label", "cross_validation", "plain"))
     about, tables = next(item for item in measurements if item[0]["model"] == "linear")
     assert about["parts"]["grouped"]["recordings"] == 18
-    scores = tables[0].where(part="grouped", metric="accuracy")
+    scores = tables[0].where(split="grouped", metric="accuracy")
     reached, chance = (scores.where(statistic=s).numbers("value")[0] for s in ("mean", "chance"))
     assert reached > 2 * chance
     status = next(text for command, text in said.items() if command.startswith("ajgdata status"))

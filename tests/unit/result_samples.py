@@ -6,10 +6,13 @@ import numpy as np
 from report_samples import PAPER, SCRIPT
 
 from ajgdata.evaluate.agreement import GRASP_INTERVAL, Interval
-from ajgdata.experiments.base import Result, TaskResults, score_table
+from ajgdata.evaluate.parts import part_columns
+from ajgdata.experiments.base import Result, TaskResults
 from ajgdata.experiments.cross_validation import PREDICTION_COLUMNS, Settings
+from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.report.comparison import PaperFigure
 from ajgdata.report.format import Score
+from ajgdata.store.metrics import COST as COST_STATISTIC
 from ajgdata.types.table import table_of
 
 COST = (3.2, 0.21, 512.0)
@@ -40,6 +43,7 @@ def result(
     classes: Sequence[str] = (),
     cost: tuple[float, float, float] = COST,
     counts: Mapping[str, int],
+    dataset: str = "size",
 ) -> Result:
     """Return what is stored of a model; `parts`: metrics of each, and chance of the first."""
     rows = []
@@ -53,14 +57,22 @@ def result(
                 statistics |= dict(zip(GRASP_INTERVAL, interval_of(score), strict=True))
             if not i and not np.isnan(chance):
                 statistics["chance"] = chance
-            rows += [(model, part, metric, name, v) for name, v in statistics.items()]
+            key = ScoreKey(model, *part_columns(part, dataset))
+            rows += [ScoreRow(metric, name, v, key) for name, v in statistics.items()]
     predicted = [
-        dict(zip(PREDICTION_COLUMNS, (f"r{n}", part, n % 2, true, y, None), strict=True))
+        dict(
+            zip(
+                PREDICTION_COLUMNS,
+                (f"r{n}", *part_columns(part, dataset), n % 2, true, y, None),
+                strict=True,
+            )
+        )
         for part, pair in predictions.items()
         for n, (true, y) in enumerate(zip(*pair, strict=True))
     ]
     measured = {"train_cpu_s": cost[0], "latency_s": cost[1] / 1e3}
-    measured = [(model, "cost of grouped", name, "measured", v) for name, v in measured.items()]
+    key = ScoreKey(model, "grouped")
+    measured = [ScoreRow(name, COST_STATISTIC, v, key) for name, v in measured.items()]
     tables = (
         score_table(rows, "Errors"),
         table_of("predictions", "Predictions", predicted, **PREDICTION_COLUMNS),
@@ -92,6 +104,7 @@ def kind_result(model: str = "cnn", label: str = "CNN", **changes) -> Result:
         "parts": parts | changes.pop("parts", {}),
         "predictions": {"grouped": (TRUE, PREDICTED)},
         "classes": CLASSES,
+        "dataset": "stones",
         "counts": {"recordings": 10, "groups": 6, "folds": 2},
     }
     return result(model, label, **(given | changes))

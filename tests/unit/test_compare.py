@@ -7,14 +7,15 @@ import sys
 import pytest
 
 from ajgdata.cli import main
-from ajgdata.pipeline.exports import COLUMNS
-from ajgdata.store.files import csv_bytes
+from ajgdata.store.metrics import FACTS, KEYS, read_metrics, write_metrics
+from ajgdata.types import DataError
 
-ROW = dict.fromkeys(COLUMNS, "") | {
+ROW = dict.fromkeys((*KEYS, *FACTS), "") | {
     "dataset": "size",
     "task": "edge",
+    "experiment": "cross_validation",
     "model": "cnn",
-    "part": "grouped",
+    "split": "grouped",
     "metric": "rmse",
     "statistic": "mean",
     "value": "2.5",
@@ -23,9 +24,7 @@ ROW = dict.fromkeys(COLUMNS, "") | {
 
 def write_results(folder, rows):
     """Write metrics.csv with `rows`, each given by the columns that differ from ROW."""
-    folder.mkdir(parents=True)
-    table = csv_bytes(COLUMNS, [ROW | row for row in rows])
-    (folder / "metrics.csv").write_bytes(table)
+    write_metrics(folder / "metrics.csv", [ROW | row for row in rows])
     return folder
 
 
@@ -53,7 +52,7 @@ def test_removed_new_and_changed_rows_are_listed(compare):
     assert code == 3
     assert "2 rows in old, 2 in new: 1 removed, 1 new, 1 changed" in summary
     changes = [(row["change"], row["value_old"], row["value_new"]) for row in rows]
-    assert changes == [("changed", "2", "2.5"), ("new", "", "2.5"), ("removed", "2.5", "")]
+    assert changes == [("changed", "2.0", "2.5"), ("new", "", "2.5"), ("removed", "2.5", "")]
     assert float(rows[0]["relative_difference"]) == pytest.approx(0.2)  # 0.5 of 2.5
 
 
@@ -74,7 +73,7 @@ def test_values_are_equal_up_to_a_relative_difference(compare, old, new, code):
 
 
 def test_costs_and_provenance_are_not_compared(compare):
-    cost = {"part": "cost of grouped", "metric": "train_s", "statistic": "measured"}
+    cost = {"metric": "train_s", "statistic": "cost"}
     tables = [{"commit": "a"}, cost | {"value": "3"}], [{"commit": "b"}, cost | {"value": "4"}]
     code, rows, summary = compare(*tables)
     assert (code, rows) == (0, []) and "1 rows in old" in summary
@@ -83,4 +82,14 @@ def test_costs_and_provenance_are_not_compared(compare):
 def test_two_rows_of_one_result_are_an_error(compare):
     code, rows, message = compare([{}, {"value": "3"}], [{}])
     assert (code, rows) == (1, [])
-    assert "has two rows for 'size edge cnn grouped rmse mean'" in message
+    assert "has two rows for 'size edge cross_validation cnn grouped rmse mean'" in message
+
+
+def test_numbers_of_another_version_are_refused_in_one_line(compare, tmp_path):
+    old = tmp_path / "earlier"
+    old.mkdir()
+    (old / "metrics.csv").write_text("dataset,task,model,part,metric,statistic,value\n")
+    with pytest.raises(DataError) as error:
+        read_metrics(old / "metrics.csv")
+    problem = "was written by another version of ajgdata. Run `snakemake` to compute it again."
+    assert str(error.value) == f"{old / 'metrics.csv'}: {problem}"

@@ -9,8 +9,9 @@ from worlds import RATE_HZ
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.experiments import EXPERIMENTS, requested_experiments
-from ajgdata.experiments.base import Inputs, Result, TaskResults, score_table
+from ajgdata.experiments.base import Inputs, Result, TaskResults
 from ajgdata.experiments.comparison import Settings, check, errors, features_of, measure
+from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.features.spectrum import spectrum
 from ajgdata.pipeline.recipes import acquire_virtual, renderer
 from ajgdata.pipeline.recordings import RecordingReader
@@ -84,10 +85,10 @@ def test_other_sounds_are_played_in_the_same_scenes(recorded):
     own = cross_validate(
         data.feature, data.value, data.group, model="linear_plain", **recorded.split
     )
-    names = dict.fromkeys(scores.column("part"))
+    names = dict.fromkeys(scores.column("condition"))
     sweeps = [f"excitation:log_sweep {n} s" for n in ("1", "0.1")]
     assert list(names) == [*sweeps, "excitation:mls 1 s", "excitation:mls 0.1 s"]
-    table = scores.where(part=sweeps[0], metric="rmse", statistic="mean")
+    table = scores.where(condition=sweeps[0], metric="rmse", statistic="mean")
     assert table.column("value") == [own.scores.mean["rmse"]]
 
 
@@ -152,7 +153,7 @@ def test_the_errors_are_those_of_features_made_alone(echoes):
         alone = cross_validate(
             feature, data.value, data.group, kind="regression", model="ridge_plain", folds=3, seed=0
         )
-        scores = outcome.tables[0].where(part=variant.name, metric="rmse", statistic="mean")
+        scores = outcome.tables[0].where(condition=variant.name, metric="rmse", statistic="mean")
         assert scores.numbers("value")[0] == pytest.approx(alone.scores.mean["rmse"], rel=1e-9)
     times = outcome.cost[0].where(metric="feature_s_per_recording")
     assert len(times.rows) == 2 and (times.numbers("value") > 0).all()
@@ -198,9 +199,10 @@ def test_variants_that_cannot_be_are_refused():
 
 def compared(axis="", **values: tuple[float, ...]) -> TaskResults:
     """Return a comparison of variants by k-NN: the values of two folds each."""
+    key = ScoreKey("knn", "grouped", "size", comparison="s")
     rows = [
-        ("knn", part, "rmse", statistic, value)
-        for part, folds in values.items()
+        ScoreRow("rmse", statistic, value, key._replace(condition=variant))
+        for variant, folds in values.items()
         for statistic, value in {
             **{f"fold {n}": v for n, v in enumerate(folds)},
             "chance": 9,

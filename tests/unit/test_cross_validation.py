@@ -7,6 +7,7 @@ import pytest
 
 from ajgdata.evaluate.agreement import GRASP_INTERVAL
 from ajgdata.evaluate.intervals import metric_interval
+from ajgdata.evaluate.parts import part_columns
 from ajgdata.experiments import cross_validation
 from ajgdata.experiments.base import Inputs
 from ajgdata.experiments.cross_validation import Settings
@@ -53,13 +54,18 @@ def measured(model="linear", settings=None, **changes):
     return tables, cost, outcome.about
 
 
+def columns(part):
+    """Return the cells that identify a part of the data set `d`."""
+    return part_columns(part, "d")._asdict()
+
+
 def score(tables, part, metric, statistic="pooled"):
-    (row,) = tables["scores"].where(part=part, metric=metric, statistic=statistic).rows
+    (row,) = tables["scores"].where(**columns(part), metric=metric, statistic=statistic).rows
     return row["value"]
 
 
 def folds_of(tables, part, metric):
-    rows = tables["scores"].where(part=part, metric=metric).rows
+    rows = tables["scores"].where(**columns(part), metric=metric).rows
     return [row["value"] for row in rows if row["statistic"].startswith("fold ")]
 
 
@@ -93,7 +99,7 @@ def test_classification_beside_a_random_split():
     assert about["parts"]["random"]["groups"] == 36
     assert tables["predictions"].column("split") == ["grouped"] * 36 + ["random"] * 36
     assert all(0.5 <= p <= 1 for p in tables["predictions"].numbers("probability"))
-    assert set(cost["scores"].column("part")) == {"cost of grouped", "cost of random"}
+    assert set(cost["scores"].column("split")) == {"grouped", "random"}
 
 
 @pytest.mark.parametrize(
@@ -124,7 +130,7 @@ def test_withheld_values_are_trained_on_by_no_fold_and_predicted_by_all():
     tables, _, about = measured(withhold=[13.0, 17.0])
     assert about["parts"]["grouped"]["recordings"] == 36 - 8
     assert about["parts"]["withheld"]["recordings"] == 8
-    known, new = (tables["predictions"].where(split=s) for s in ("grouped", "withheld"))
+    known, new = (tables["predictions"].where(**columns(part)) for part in ("grouped", "withheld"))
     assert set(new.column("y_true")) == {13.0, 17.0}
     assert not set(known.column("y_true")) & {13.0, 17.0}
     assert sorted(new.column("fold")) == [0] * 8 + [1] * 8 + [2] * 8
@@ -145,12 +151,12 @@ def test_intervals_are_those_of_the_stored_predictions_by_grasp():
     grasp_of = dict(zip(names, grasps, strict=True))
 
     def ends(*parts):
-        rows = [row for part in parts for row in tables["predictions"].where(split=part).rows]
+        rows = [row for part in parts for row in tables["predictions"].where(**columns(part)).rows]
         y_true, y_pred, fold = (
             np.array([row[key] for row in rows]) for key in ("y_true", "y_pred", "fold")
         )
         grasp = np.array([grasp_of[row["recording"]] for row in rows])
-        part = np.array([row["split"] for row in rows])
+        part = np.array([row["target_values"] for row in rows])
         return metric_interval(y_true, y_pred, fold, grasp, part=part, kind="regression")
 
     for name, given in (("withheld", ["withheld"]), ("overall", ["grouped", "withheld"])):
@@ -172,4 +178,4 @@ def test_other_data_sets_are_tested_without_a_grasp_on_both_sides():
         assert there == folds_of(tables, "grouped", metric)
     # without the missing, and the withheld value
     assert about["parts"]["on:copy"]["recordings"] == 32
-    assert len(tables["predictions"].where(split="on:new").rows) == 3 * 32
+    assert len(tables["predictions"].where(**columns("on:new")).rows) == 3 * 32

@@ -89,9 +89,10 @@ def table(outcome: Outcome, name: str):
 
 
 def of_scores(outcome: Outcome) -> dict:
-    """Values of the table of scores by space, part, metric and statistic: no two say the same."""
-    rows = [tuple(row.values()) for row in table(outcome, "scores").rows]
-    values = {row[:4]: row[4] for row in rows}
+    """Values of the table of scores by space, dimension, condition, metric and statistic."""
+    keys = ("model", "dimension", "condition", "metric", "statistic")
+    rows = table(outcome, "scores").rows
+    values = {tuple(row[key] for key in keys): row["value"] for row in rows}
     assert len(values) == len(rows)
     return values
 
@@ -146,10 +147,10 @@ def test_distances_are_of_the_things_that_there_are(output):
     scores = scores_by(table(result, "categories"), keys, "distance")
     values = of_scores(result)
     assert len(scores) == 2 * 3  # spaces, pairs of classes
-    for space, runs in (("latent", 4), ("raw", 2)):
+    for space, dimension, runs in (("latent", SETTINGS.shown, 4), ("raw", None, 2)):
         score = scores[space, "high", "low"]
         assert len(score.per_fold) == runs
-        named = (space, "distances", "high to low")
+        named = (space, dimension, "high to low", "distance")
         assert values[*named, "mean"] == pytest.approx(score.mean)
         assert values[*named, "sd"] == pytest.approx(score.sd)
         assert values[*named, "run 1"] == score.per_fold[1]
@@ -167,16 +168,18 @@ def test_neighbours_and_what_they_cost(output):
     values, raw = of_scores(result), scores["raw", None].mean
     assert raw == scores["pca", 3].mean == scores["umap", 3].mean == 1.0
     for (space, dimension), score in scores.items():
-        named = (space, f"knn:{dimension}" if dimension else "knn")
-        assert values[*named, "accuracy", "mean"] == score.mean
-        assert values[*named, "accuracy", "run 0"] == score.per_fold[0]
-        assert values[*named, "accuracy", "chance"] == 0.5
+        named = (space, dimension, "", "accuracy")
+        assert values[*named, "mean"] == score.mean
+        assert values[*named, "run 0"] == score.per_fold[0]
+        assert values[*named, "chance"] == 0.5
     spent = read(output, "cost")
     assert times.rows[1]["fit_s"] == pytest.approx(spent["cpu_s"] / 8)
-    cost = {tuple(row.values())[:4]: row["value"] for row in result.cost[0].rows}
-    assert cost["", "cost of training", "cpu_s", "measured"] == spent["cpu_s"]
-    assert cost["latent", "cost of knn:2", "fit_s", "measured"] == times.rows[1]["fit_s"]
-    assert cost["raw", "cost of knn", "query_s", "measured"] == times.rows[0]["query_s"]
+    assert {row["statistic"] for row in result.cost[0].rows} == {"cost"}
+    keys = ("model", "dimension", "metric")
+    cost = {tuple(row[key] for key in keys): row["value"] for row in result.cost[0].rows}
+    assert cost["", None, "cpu_s"] == spent["cpu_s"]
+    assert cost["latent", 2, "fit_s"] == times.rows[1]["fit_s"]
+    assert cost["raw", None, "query_s"] == times.rows[0]["query_s"]
 
 
 @pytest.mark.usefixtures("without_umap")

@@ -4,13 +4,16 @@ import csv
 
 import numpy as np
 import pytest
+import yaml
 from experiment_samples import small_store
 
+import ajgdata
 from ajgdata.experiments import EXPERIMENTS, Request
 from ajgdata.paths import Paths
+from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.experiments import measurements, read_results, requests_for, run_experiment
-from ajgdata.pipeline.exports import collect
 from ajgdata.store.features import write_store
+from ajgdata.store.metrics import KEYS
 from ajgdata.store.tables import write_tables
 from ajgdata.types import DatasetSpec
 
@@ -18,21 +21,20 @@ SPLIT = {
     "target": "object", "kind": "classification", "unit": "", "groups": "grasp_id", "folds": 5,
     "withhold": [], "period_deg": None,
 }  # fmt: skip
-SPEC = DatasetSpec.model_validate(
-    {
-        "name": "d",
-        "targets": {"object": {"kind": "classification"}},
-        "tasks": {
-            "t": {
-                "target": "object",
-                "models": ["linear_plain"],
-                "experiments": {
-                    "learning_curve": {"groups": [1, 99], "models": ["knn"]},
-                },
-            }
-        },
-    }
-)
+DECLARATION = {
+    "name": "d",
+    "targets": {"object": {"kind": "classification"}},
+    "tasks": {
+        "t": {
+            "target": "object",
+            "models": ["linear_plain"],
+            "experiments": {
+                "learning_curve": {"groups": [1, 99], "models": ["knn"]},
+            },
+        }
+    },
+}
+SPEC = DatasetSpec.model_validate(DECLARATION)
 
 
 def run(paths: Paths, request: Request, **changes) -> None:
@@ -55,16 +57,6 @@ def paths(tmp_path_factory):
     for request in requests_for({"d": SPEC}, [("d", "t")]):
         run(layout, request)
     return layout
-
-
-def collected(paths: Paths) -> tuple[list[dict], list[dict[str, str]], list[dict[str, str]]]:
-    requests = requests_for({"d": SPEC}, [("d", "t")])
-    about = collect(paths, measurements(paths, requests))
-    rows = [
-        list(csv.DictReader(path.read_text().splitlines()))
-        for path in (paths.metrics_table, paths.predictions)
-    ]
-    return about, *rows
 
 
 def test_plain_models_share_a_job_and_others_have_one_each():
@@ -116,19 +108,22 @@ def test_a_refused_test_set_of_a_cross_validation_is_listed_with_the_reason(path
 
 
 def test_every_number_has_a_row_with_its_seed_and_what_made_it(paths):
-    about, rows, predictions = collected(paths)
-    linear = [r for r in rows if r["model"] == "linear_plain" and r["part"] == "grouped"]
-    values = {r["statistic"]: float(r["value"]) for r in linear if r["metric"] == "accuracy"}
+    paths.dataset("d").parent.mkdir(parents=True)
+    paths.dataset("d").write_text(yaml.safe_dump(DECLARATION))
+    collect(paths, datasets=["d"], tasks=[("d", "t")])
+    metrics = ajgdata.load_metrics(project=paths.root)
+    linear = metrics.query("model == 'linear_plain' and split == 'grouped'")
+    values = linear.query("metric == 'accuracy'").set_index("statistic")["value"]
     folds = [values[f"fold {n}"] for n in range(5)]
     assert values["mean"] == pytest.approx(np.mean(folds), abs=1e-15)
     assert values["sd"] == pytest.approx(np.std(folds, ddof=1), abs=1e-15)
-    assert {(r["source"], r["seed"]) for r in rows} == {("simulated", "3")}
-    assert any(r["part"] == "cost of grouped" and r["statistic"] == "measured" for r in rows)
-    keys = [tuple(v for k, v in row.items() if k != "value") for row in rows]
-    assert len(set(keys)) == len(keys)
-    once = [p for p in predictions if p["split"] == "grouped"]  # so few are split again as well
+    assert set(metrics["source"]) == {"simulated"} and set(metrics["seed"]) == {3}
+    assert set(metrics["experiment"]) == {"cross_validation"}  # the curve was skipped
+    assert "train_cpu_s" in set(linear.query("statistic == 'cost'")["metric"])
+    assert not metrics.duplicated([*KEYS]).any()
+    with paths.predictions.open(encoding="utf-8", newline="") as stream:
+        predictions = list(csv.DictReader(stream))
+    once = [p for p in predictions if p["split"] == "grouped"]
     assert len(once) == 60
     right = np.mean([p["y_true"] == p["y_pred"] for p in once])
     assert right == pytest.approx(values["pooled"])
-    kinds = {entry["experiment"] for entry in about}
-    assert kinds == {"cross_validation", "learning_curve"}

@@ -45,10 +45,10 @@ def test_tables_of_all_models_are_one_file_and_predictions_are_elsewhere():
     base = "cross-validation--size--edge"
     assert list(files) == [base, f"{base}--pairs"]
     scores = files[base].rows
-    values = {(r["model"], r["part"], r["metric"], r["statistic"]): r["value"] for r in scores}
+    values = {(r["model"], r["split"], r["metric"], r["statistic"]): r["value"] for r in scores}
     assert values["cnn", "grouped", "rmse", "fold 1"] == 2.5
     assert values["knn", "grouped", "rmse", "mean"] == 4.0
-    assert values["cnn", "cost of grouped", "train_cpu_s", "measured"] == 3.2
+    assert values["cnn", "grouped", "train_cpu_s", "cost"] == 3.2
     assert files[f"{base}--pairs"].column("model") == ["cnn"] * 12 + ["knn"] * 12
     pairs = table_files(kinds)["cross-validation--stones--kind--pairs"]
     assert "model" not in [column.key for column in pairs.columns]

@@ -130,7 +130,7 @@ def test_splits_are_the_folds_of_the_evaluation(evaluated, task, seed):
     )  # fmt: skip
     outcome = cross_validation.measure(inputs, cross_validation.Settings(), "knn")
     (predictions,) = (table for table in outcome.tables if table.name == "predictions")
-    folds = predictions.where(split="grouped").split_by("fold")
+    folds = predictions.where(split="grouped", target_values="training").split_by("fold")
     tested = [set(folds[fold].column("recording")) for fold in sorted(folds)]
     assert len(tested) == {"size": 3, "what": 4}[task]  # as many folds as groups at most
     everything = set().union(*tested)

@@ -64,7 +64,7 @@ def test_fits_differ_by_their_seed_and_the_paper_s_value_is_compared_with_their_
     again = measured("repeated_fits", inputs, "ridge_plain", **ask)
     assert again.tables == outcomes["ridge_plain"].tables
     for outcome in outcomes.values():
-        rows = outcome.tables[0].where(part="repeated fits on:b")
+        rows = outcome.tables[0].where(test_set="b")
         each = [rows.where(statistic=f"fit {n}").numbers("value")[0] for n in range(3)]
         assert len(set(each)) == 3
         assert rows.where(statistic="median").numbers("value")[0] == np.median(each)

@@ -34,4 +34,4 @@ def test_an_interval_ends_where_the_metric_does():
 def test_folds_that_are_all_right_claim_no_certainty():
     for equal in ([1.0] * 50, [0.1 + 0.2, 0.3]):  # which differ by rounding
         assert all(map(math.isnan, corrected_interval(equal, 5, "accuracy")))
-    assert "same value" in why_undefined("repeated", "accuracy", "low")
+    assert "same value" in why_undefined("accuracy", "low")

@@ -43,9 +43,9 @@ def test_a_model_that_hears_the_target_is_flagged_and_one_that_hears_noise_is_no
     assert loud["measure"] == quiet["measure"] == name
     assert loud["p"] == 1 / 1000
     assert quiet["p"] > 0.01
-    assert score(tables, "silent:loud", name) == loud["value"] > loud["null"]
-    assert score(tables, "silent:loud", name, "chance") == loud["null"]
-    assert score(tables, "silent:quiet", "p", "of 999") == quiet["p"]
+    assert score(tables, "on:loud", name) == loud["value"] > loud["null"]
+    assert score(tables, "on:loud", name, "chance") == loud["null"]
+    assert score(tables, "on:quiet", "p", "of 999") == quiet["p"]
     assert "flagged" not in loud  # p of one test: the page corrects it and flags
     assert set(tables["scores"].column("model")) == {"linear"}
 

@@ -11,8 +11,8 @@ from conftest import ROOT, Project, copy_workflow, edit_table, snakemake_here
 
 from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE
 
-END = ("results/report/index.html",)
-TASKS = {"experiment": 1, "report": 1}
+END = ("results/report/index.html", "results/metrics.csv")
+TASKS = {"experiment": 1, "collect": 1, "report": 1}
 OLD_S, FUTURE_S = 1e9, 4e9
 
 
@@ -104,7 +104,7 @@ def test_a_run_whose_labels_change_meanwhile_fails_and_the_next_run_computes_aga
     """The label is corrected after the features were computed, during an experiment."""
     relabel(project)
     experiment = project.paths.experiment("tones", "pitch", "cross_validation", "plain")
-    (log,) = (project.paths.results / "logs/experiment").glob("*.log")
+    (log,) = (project.paths.results / "logs/experiment").rglob("*.log")
     log.unlink()
     target = str(experiment.relative_to(project.root))
     command = [sys.executable, "-m", "snakemake", *project.arguments(target)]

@@ -10,7 +10,8 @@ import pytest
 from conftest import ROOT, Project, copy_workflow
 
 REPORT = {"report": 1}
-AFTER_FEATURES = {"features": 1, "experiment": 1, **REPORT}
+MEASURED = {"experiment": 1, "collect": 1, **REPORT}
+AFTER_FEATURES = {"features": 1, **MEASURED}
 
 
 @pytest.fixture
@@ -48,10 +49,10 @@ def planned(project: Project, *targets: str) -> dict[str, int]:
             "experiments/cross_validation.py",
             'score_table(scores, "Errors")',
             'score_table(scores, "All errors")',
-            {"experiment": 1, **REPORT},
+            MEASURED,
         ),
         ("experiments/learning_curve.py", 'title = "Learning curve"', 'title = "Curve"', REPORT),
-        ("models/baselines.py", "NEIGHBOURS = ", "NEIGHBOURS = 1 + ", {"experiment": 1, **REPORT}),
+        ("models/baselines.py", "NEIGHBOURS = ", "NEIGHBOURS = 1 + ", MEASURED),
     ],
     ids=[
         "docstring",
@@ -70,4 +71,4 @@ def test_an_edit_computes_again_what_it_decides(clone, file, old, new, jobs):
     text = path.read_text()
     assert old in text
     path.write_text(text.replace(old, new, 1))
-    assert planned(clone, "results/report/index.html") == jobs
+    assert planned(clone, "results/report/index.html", "results/metrics.csv") == jobs

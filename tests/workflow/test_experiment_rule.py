@@ -7,7 +7,9 @@ import pytest
 import yaml
 from conftest import DECLARATION, EMBEDDING, SESSIONS
 
+import ajgdata
 from ajgdata.store.files import read_csv
+from ajgdata.store.metrics import KEYS
 from ajgdata.store.tables import read_measurements
 
 TASK = {
@@ -61,18 +63,29 @@ def declare(project) -> None:
 
 
 def check_metrics(paths, scores) -> None:
-    rows = read_csv(paths.metrics_table)[1]
-    values = {(r["model"], r["part"], r["metric"], r["statistic"]): r["value"] for r in rows}
-    assert len(values) == len(rows) and {r["source"] for r in rows} == {"recorded"}
-    on_copy = scores.where(part="on:copy", metric="accuracy")
+    metrics = ajgdata.load_metrics(project=paths.root)
+    assert not metrics.duplicated([*KEYS]).any() and set(metrics["source"]) == {"recorded"}
+
+    def value(experiment: str, metric: str, statistic: str, **key: object) -> float:
+        named = {"experiment": experiment, "metric": metric, "statistic": statistic} | key
+        rows = metrics
+        for column, cell in named.items():
+            rows = rows[rows[column] == cell]
+        (number,) = rows["value"]
+        return number
+
+    on_copy = scores.where(test_set="copy", metric="accuracy")
+    knn = {"model": "knn", "test_set": "copy"}
     for fold in range(3):
         (accuracy,) = on_copy.where(statistic=f"fold {fold}").column("value")
-        assert float(values["knn", "on:copy", "accuracy", f"fold {fold}"]) == accuracy
-    assert float(values["knn", "curve:5", "accuracy", "draw 2"]) <= 1
-    assert float(values["", "cost of training", "cpu_s", "measured"]) > 0
-    assert float(values["knn", "cost of stft:512/512", "train_cpu_s", "measured"]) > 0
-    assert int(values["linear", "sorting, plain", "sorts_in_a_row", "run 0"]) >= 0
-    assert float(values["knn", "transfer:copy:1", "accuracy", "fold 0"]) <= 1
+        assert value("cross_validation", "accuracy", f"fold {fold}", **knn) == accuracy
+    assert value("learning_curve", "accuracy", "draw 2", model="knn", grasps=5) <= 1
+    assert value("embedding_knn", "cpu_s", "cost") > 0
+    stft = {"comparison": "stft", "condition": "stft:512/512", "model": "knn"}
+    assert value("comparison", "train_cpu_s", "cost", **stft) > 0
+    sorts = value("sorting", "sorts_in_a_row", "run 0", model="linear", condition="plain")
+    assert sorts >= 0 and sorts == int(sorts)
+    assert value("cross_gripper", "accuracy", "fold 0", grasps=1, **knn) <= 1
 
 
 @pytest.mark.slow
@@ -80,7 +93,13 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     paths = project.paths
     declare(project)
     page = ("results/report/index.html", "results/metrics.csv")
-    assert project.planned(*page) == {"features": 1, "experiment": 9, "embed": 1, "report": 1}
+    assert project.planned(*page) == {
+        "features": 1,
+        "experiment": 9,
+        "embed": 1,
+        "collect": 1,
+        "report": 1,
+    }
     project.snakemake(*page)
 
     def table(experiment, name):
@@ -89,8 +108,8 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
         return next(table for table in tables if table.name == name)
 
     scores = table("cross_validation", "scores")
-    means = scores.where(statistic="mean").split_by("part")
-    assert means["on:copy"].column("value") == means["grouped"].column("value")
+    means = scores.where(statistic="mean").split_by("test_set")
+    assert means["copy"].column("value") == means["tones"].column("value")
     assert len(table("learning_curve", "curve").where(metric="accuracy").rows) == 6
     folds = table("cross_gripper", "folds").where(grasps=0)
     assert folds.rows and folds.column("home") == folds.column("value")
@@ -102,4 +121,4 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     check_metrics(paths, scores)
     measured = {item["experiment"] for item in json.loads(paths.runs.read_text())["measurements"]}
     assert measured >= {"cross_validation", "comparison", *TASK["experiments"]}
-    assert {row["split"] for row in read_csv(paths.predictions)[1]} == {"grouped", "on:copy"}
+    assert {row["test_set"] for row in read_csv(paths.predictions)[1]} == {"tones", "copy"}

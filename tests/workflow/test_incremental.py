@@ -11,6 +11,7 @@ import yaml
 from conftest import DECLARATION, EMBEDDING, Project, add_recording, copy_workflow, edit_table
 from recorded import write_noisy_tone
 
+import ajgdata
 from ajgdata.paths import RECORDINGS_FILE, Paths
 from ajgdata.pipeline.studies import REQUESTED_STUDIES, STUDIES
 from ajgdata.store import code_hash
@@ -19,8 +20,8 @@ from ajgdata.store.tables import read_measurements
 
 #: What follows from a changed store.
 PITCH = DECLARATION["tasks"]["pitch"]
-TASKS = {"experiment": 1, "report": 1}
-END = ("results/report/index.html",)
+TASKS = {"experiment": 1, "collect": 1, "report": 1}
+END = ("results/report/index.html", "results/metrics.csv")
 #: Enough of a run where only the features are looked at.
 STORE = ("results/features/tones.nc",)
 
@@ -98,7 +99,10 @@ def test_only_what_is_new_is_read_and_edits_are_left_out(project):
         ({"audio": {"microphone": "mean"}}, {"features": 1, **TASKS}),
         ({"tasks": {"pitch": PITCH | {"folds": 2}}}, TASKS),
         ({"tasks": {"pitch": PITCH | {"models": ["knn", "linear"]}}}, TASKS),
-        ({"embeddings": {"tones": EMBEDDING}}, {"embed": 1, "experiment": 3, "report": 1}),
+        (
+            {"embeddings": {"tones": EMBEDDING}},
+            {"embed": 1, **TASKS, "experiment": 3},
+        ),
     ],
     ids=["title", "hop", "microphone", "folds", "model", "embedding"],
 )
@@ -129,6 +133,20 @@ def test_an_edited_report_file_makes_the_pages_anew_and_nothing_else(project):
     style = project.paths.reports / "templates/style.css"
     style.parent.mkdir(parents=True)
     style.write_text("p { color: red }")
+    assert project.planned(*END) == {"report": 1}
+
+
+@pytest.mark.slow
+def test_a_broken_template_withholds_no_numbers(project):
+    template = project.paths.reports / "templates/index.html.j2"
+    template.parent.mkdir(parents=True)
+    template.write_text("{% if %}")
+    relabel(project)
+    before = project.paths.metrics_table.read_bytes()
+    command = [sys.executable, "-m", "snakemake", *project.arguments(*END)]
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    assert done.returncode == 1 and "index.html.j2" in done.stderr
+    assert project.paths.metrics_table.read_bytes() != before
     assert project.planned(*END) == {"report": 1}
 
 
@@ -214,7 +232,7 @@ def test_the_first_target_makes_the_results_of_the_paper_and_deletes_no_others(p
     project.snakemake()
     page = project.paths.report
     assert "experiments (1)" in page.read_text() and "snakemake everything" in page.read_text()
-    assert ",other," not in project.paths.metrics_table.read_text()
+    assert "other" not in set(ajgdata.load_metrics(project=project.root)["task"])
     assert project.jobs_of("everything")[beyond] == 1
     project.snakemake("everything")
     assert project.planned("everything") == {}
@@ -259,4 +277,4 @@ def test_a_run_of_one_data_set_alone_has_results_of_its_own(project):
     own = Paths(project.root, "tones")
     files = [str(path.relative_to(project.root)) for path in (own.metrics_table, own.report)]
     alone = ("--config", "datasets=[tones]", "alone=True")
-    assert project.planned(*files, *alone) == {"report": 1}
+    assert project.planned(*files, *alone) == {"collect": 1, "report": 1}

@@ -2,6 +2,7 @@
 rule complete:
     input:
         PATHS.runs,
+        PATHS.metrics_table,
         [PATHS.models(name) for name in TRAINED if not PAPER],
     output:
         summary=PATHS.complete,

@@ -1,3 +1,46 @@
+# Numbers and predictions of all results that exist. They need no report.
+rule collect:
+    input:
+        tables=[PATHS.experiment(*key) for key in FIRST],
+        costs=[PATHS.experiment_cost(*key) for key in FIRST],
+    output:
+        metrics=PATHS.metrics_table,
+        predictions=PATHS.predictions,
+    log:
+        str(PATHS.log("collect")),
+    benchmark:
+        str(PATHS.benchmark("collect"))
+    # Numbers first: a report that fails withholds none.
+    priority: 2
+    conda:
+        "../../environment.yml"
+    params:
+        function="collect:collect",
+        datasets=list(PLANS),
+        tasks=MEASURED,
+        run=PATHS.run,
+        code=code_hash("collect"),
+    message:
+        "Metrics and predictions"
+    script:
+        "../scripts/run.py"
+
+
+use rule collect as collect_everything with:
+    input:
+        metrics=PATHS.metrics_table,
+        tables=[PATHS.experiment(*key) for key in REQUESTS],
+        costs=[PATHS.experiment_cost(*key) for key in REQUESTS],
+    output:
+        touch(PATHS.metrics_of_everything),
+    log:
+        str(PATHS.log("collect_everything")),
+    benchmark:
+        str(PATHS.benchmark("collect_everything"))
+    message:
+        "Metrics and predictions of all results"
+
+
 # The report shows all results that exist. That of the first target needs those of the paper.
 rule report:
     input:
@@ -15,8 +58,6 @@ rule report:
         figures=directory(PATHS.report.parent / FIGURES),
         experiments=directory(PATHS.report.parent / EXPERIMENT_PAGES),
         tables=directory(PATHS.report.parent / TABLES),
-        metrics=PATHS.metrics_table,
-        predictions=PATHS.predictions,
     log:
         str(PATHS.log("report")),
     benchmark:
@@ -46,6 +87,7 @@ rule report:
 use rule report as report_everything with:
     input:
         report=PATHS.report,
+        metrics=PATHS.metrics_of_everything,
         stores=[PATHS.features(name) for name in PLANS],
         quarantines=[PATHS.quarantine(name) for name in PLANS],
         hashes=[PATHS.session_hashes(name) for name in PLANS],

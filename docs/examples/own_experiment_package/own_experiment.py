@@ -5,8 +5,9 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from ajgdata.experiments.base import Experiment, Inputs, Outcome, score_table
+from ajgdata.experiments.base import Experiment, Inputs, Outcome
 from ajgdata.experiments.plots import Plot
+from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.types import Strict
 from ajgdata.types.table import table_of
 
@@ -31,7 +32,9 @@ def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
         "other label": ~same_label,
     }
     means = {name: float(distances[mask].mean()) for name, mask in pairs.items() if mask.any()}
-    scores = [("", f"pairs:{name}", "distance", "mean", mean) for name, mean in means.items()]
+    scores = [
+        ScoreRow("distance", "mean", mean, ScoreKey(condition=name)) for name, mean in means.items()
+    ]
     rows = [{"pairs": name, "distance": mean} for name, mean in means.items()]
     table = table_of("pairs", "Repeatability", rows, pairs="Pairs", distance="Distance")
     return Outcome((score_table(scores, "Repeatability"), table))

@@ -1,0 +1,75 @@
+"""Results of all experiments -> metrics.csv and predictions.csv, which need no report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+from ajgdata.evaluate.agreement import why_undefined
+from ajgdata.experiments.cross_validation import PREDICTIONS
+from ajgdata.experiments.scores import SCORES
+from ajgdata.paths import Paths
+from ajgdata.pipeline.experiments import (
+    Measurement,
+    TaskKey,
+    computed,
+    measurements,
+    requests_for,
+)
+from ajgdata.store.metrics import write_metrics, write_predictions
+from ajgdata.store.sessions import read_dataset
+from ajgdata.types.table import Table
+
+#: Metrics that are in the unit of the target; others are shares, or have their unit in the name.
+IN_UNITS = ("rmse", "mae", "width")
+
+
+def collect(paths: Paths, *, datasets: Sequence[str], tasks: Sequence[TaskKey]) -> None:
+    """Write the numbers and the predictions of all existing results of a project.
+
+    `tasks` are tasks and embeddings of the data sets, as data set and name.
+    """
+    specs = {name: read_dataset(paths, name) for name in datasets}
+    requests = requests_for(specs, tasks)
+    available = measurements(paths, requests)
+    keys = [key for request in computed(requests, available) for key in request.keys]
+    collected = [available[key] for key in keys]
+    write_metrics(paths.metrics_table, metric_rows(collected))
+    write_predictions(paths.predictions, prediction_rows(collected))
+
+
+def metric_rows(measured: Iterable[Measurement]) -> Iterator[dict[str, Any]]:
+    """Yield the numbers of measurements as rows of `store.metrics`."""
+    for about, tables, costs in measured:
+        for table in (*tables, *costs):
+            if table.name == SCORES:
+                yield from _rows(about, table)
+
+
+def _rows(about: Mapping[str, Any], scores: Table) -> Iterator[dict[str, Any]]:
+    """Yield the rows of a table of scores, with what is known about the measurement."""
+    for row in scores.rows:
+        is_missing = row["value"] is None
+        names = row["metric"], row["statistic"], row["condition"]
+        yield {
+            "dataset": about["dataset"],
+            "task": about["task"],
+            "experiment": about["experiment"],
+            **row,
+            "unit": about["unit"] if row["metric"] in IN_UNITS else "",
+            "groups": about["groups"],
+            "source": about["provenance"]["source"],
+            "seed": about["seed"],
+            "commit": about["provenance"]["git_commit"],
+            "reason": why_undefined(*names) if is_missing else "",
+        }
+
+
+def prediction_rows(measured: Iterable[Measurement]) -> Iterator[dict[str, Any]]:
+    """Yield the predictions of measurements: a row for each recording, part and fold."""
+    for about, tables, _ in measured:
+        identity = {key: about[key] for key in ("dataset", "task", "model")}
+        for table in tables:
+            if table.name == PREDICTIONS:
+                for row in table.rows:
+                    yield {**identity, **row}

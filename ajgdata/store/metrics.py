@@ -1,0 +1,87 @@
+"""metrics.csv and predictions.csv: every number of a run with what identifies it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ajgdata.store.files import csv_bytes, read_csv, write_bytes
+from ajgdata.types import DataError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Version of metrics.csv, in its column `format`. 1: codes in the columns `part` and `task`.
+METRICS_FORMAT = 2
+#: Columns that identify a number, in the order of the file.
+KEYS = (
+    "dataset",
+    "task",
+    "experiment",
+    "model",
+    "split",
+    "test_set",
+    "target_values",
+    "grasps",
+    "dimension",
+    "comparison",
+    "condition",
+    "metric",
+    "statistic",
+)
+#: Other columns: `groups` is the column whose values a grouped split keeps together, `reason` why
+#: there is no value.
+FACTS = ("value", "unit", "groups", "source", "seed", "commit", "reason", "format")
+COST = "cost"  #: statistic of times and memory, which differ between runs
+#: Columns of whole numbers, which can be empty.
+COUNTS = ("grasps", "dimension", "seed", "format")
+PREDICTION_COLUMNS = (
+    "dataset",
+    "task",
+    "model",
+    "recording",
+    "split",
+    "test_set",
+    "target_values",
+    "fold",
+    "y_true",
+    "y_pred",
+    "probability",
+)
+
+
+def write_metrics(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
+    """Write numbers; a row has KEYS and FACTS without `format`. None becomes an empty cell."""
+    cells = (
+        {key: "" if value is None else value for key, value in row.items()}
+        | {"format": METRICS_FORMAT}
+        for row in rows
+    )
+    write_bytes(path, csv_bytes((*KEYS, *FACTS), cells))
+
+
+def read_metrics(path: Path) -> pd.DataFrame:
+    """Return the numbers in `path`: a row each, with the columns KEYS and FACTS.
+
+    `value` is float64 (NaN: undefined, see `reason`), COUNTS are Int64 (missing: does not apply),
+    and the other columns are text ("": does not apply). Raises DataError if there is no such file,
+    and for a file of another version.
+    """
+    import pandas as pd
+
+    header, rows = read_csv(path, required=("value",))
+    versions = {row.get("format", "1") for row in rows}
+    if versions - {str(METRICS_FORMAT)} or not {*KEYS, *FACTS} <= {*header}:
+        problem = "was written by another version of ajgdata"
+        raise DataError(path, problem, "run `snakemake` to compute it again")
+    metrics = pd.DataFrame(rows, columns=[*KEYS, *FACTS], dtype=str)
+    metrics["value"] = pd.to_numeric(metrics["value"])
+    for name in COUNTS:
+        metrics[name] = pd.to_numeric(metrics[name]).astype("Int64")
+    return metrics
+
+
+def write_predictions(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
+    """Write predictions; a row has PREDICTION_COLUMNS."""
+    write_bytes(path, csv_bytes(PREDICTION_COLUMNS, rows))
