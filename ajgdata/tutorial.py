@@ -30,4 +30,5 @@ def load_features(name: str) -> xr.Dataset:
     names = sorted(file.stem for file in SAMPLES.glob("*.nc"))
     if name not in names:
         raise DataError("ajgdata.tutorial", f"has no sample {name!r}", f"use {', '.join(names)}")
-    return open_store(SAMPLES / f"{name}.nc")
+    # A sample that states no version is of version 1.
+    return open_store(SAMPLES / f"{name}.nc", unstated=1)

@@ -13,7 +13,12 @@ from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSIO
 from ajgdata.store.audio import SIMULATED, file_sha256, write_pcm24
 from ajgdata.store.files import alone
 from ajgdata.store.provenance import software
-from ajgdata.store.sessions import read_recordings, write_recordings, write_session
+from ajgdata.store.sessions import (
+    check_session_format,
+    read_recordings,
+    write_recordings,
+    write_session,
+)
 from ajgdata.types import Excitation, Recording, Session
 
 #: Column with the hash of a recording's setup; a changed setup is recorded again.
@@ -42,9 +47,10 @@ def acquire_session(folder: Path, source: VirtualGripper, grasps: Sequence[Grasp
     Existing recordings of the same setup stay. The table is written after each grasp, so a killed
     acquisition resumes; session.yaml comes last, so that a folder without it is known to be
     incomplete. An impossible grasp is skipped and named in session.yaml. Raises DataError while
-    another process records into the session.
+    another process records into the session, and for a session of another version of ajgdata.
     """
     with recording_alone(folder):
+        check_session_format(folder)
         known = _known(folder)
         planned = [(grasp, _rows(folder, grasp, known)) for grasp in grasps]
         if not all(row.sha256 for _, rows in planned for row in rows):

@@ -22,6 +22,7 @@ from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
     BRINGING,
     alone,
+    check_yaml_format,
     copy,
     read_model,
     read_yaml,
@@ -36,10 +37,12 @@ from ajgdata.store.publishing.archive import (
     open_archive,
     read_checksums,
 )
+from ajgdata.store.publishing.documents import check_published_format
 from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import inside, read_session, write_dataset
 from ajgdata.store.sources import bring, list_sources, read_source
 from ajgdata.types import DataError, DatasetSpec, checked_name
+from ajgdata.types.formats import DATASET
 from ajgdata.types.replaced_keys import microphone_of
 
 #: Stored with the recordings, because the licence may require it.
@@ -90,6 +93,8 @@ def fetch(paths: Paths, source: str, *, name: str = "") -> Fetched:
     tree = Tree(paths.fetched / sha256_of(source.encode())[:16])
     with alone(tree.root, f"fetching {source}"):
         download(address, tree.root, Tree.SUMS)
+        _download_package(address, tree)
+        check_published_format(tree)
         hashes = _required(tree)
         download(address, tree.root, Tree.DECLARATION, hashes[Tree.DECLARATION])
         _check_free(paths, name or _config(tree)[0].name)
@@ -100,12 +105,20 @@ def fetch(paths: Paths, source: str, *, name: str = "") -> Fetched:
     return result
 
 
+def _download_package(address: str, tree: Tree) -> None:
+    """Download datapackage.json, which states the version of the format; old folders lack it."""
+    digest = read_checksums(tree / tree.SUMS).get(Tree.DATAPACKAGE)
+    if digest:
+        download(address, tree.root, Tree.DATAPACKAGE, digest)
+
+
 def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
     """Check the published data set in a folder and write it into the project."""
     if not (tree / tree.SUMS).is_file():
         known = ", ".join(list_sources(paths)) or "none"
         fix = f"name the folder or the web address of one, or public recordings ({known})"
         raise DataError(tree.root, f"has no {tree.SUMS}: not a published data set", fix)
+    check_published_format(tree)
     for file, expected in _required(tree).items():
         if file_sha256(tree / file) != expected:
             problem = f"its bytes are not those of {tree.SUMS} (sha256 differs)"
@@ -141,6 +154,7 @@ def _config(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...], tuple[str, ...]]:
     not taken over, and its lines that were converted to this version."""
     path = tree / tree.DECLARATION
     content = read_yaml(path)
+    check_yaml_format(path, content, DATASET)
     if "from" in content:
         raise DataError(path, "is derived from another data set", DISTRUST)
     converted = _converted(content)

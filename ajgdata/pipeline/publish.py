@@ -26,6 +26,7 @@ from ajgdata.store.publishing.table import FILE_NAME, Table, table_of
 from ajgdata.store.publishing.typed_table import parquet_bytes
 from ajgdata.store.sessions import audio_path, inside, read_dataset, write_session
 from ajgdata.types import DataError, DatasetSpec, Recording, Session
+from ajgdata.types.formats import DATASET, FORMAT_KEY
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,8 @@ def declaration_bytes(spec: DatasetSpec) -> bytes:
     """Return dataset.yaml with everything that the data set config takes over from another one."""
     # Settings of a robot are the laboratory's own: hosts, tokens.
     private = {"protocol": {"robot"}}
-    return yaml_bytes(spec.model_dump(mode="json", exclude_defaults=True, exclude=private))
+    content = spec.model_dump(mode="json", exclude_defaults=True, exclude=private)
+    return yaml_bytes({FORMAT_KEY: DATASET.version, **content})
 
 
 def _checked_target(out: Path) -> Path:

@@ -12,11 +12,16 @@ from ajgdata.paths import Paths, Tree
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_csv, read_yaml
 from ajgdata.store.publishing.differences import Rows, counted, differences
+from ajgdata.store.publishing.documents import check_published_format
 from ajgdata.store.publishing.table import FILE_NAME
 from ajgdata.types import DataError, DatasetSpec
+from ajgdata.types.formats import FORMAT_KEY, FormatError
 
-#: Key of session.yaml that names the program that wrote it, which is not content.
-_SOFTWARE = "software"
+#: Keys that are not content: the version of the format of dataset.yaml and session.yaml, and the
+#: program that wrote session.yaml.
+_NOT_CONTENT = {FORMAT_KEY, "software"}
+#: Version of the format of a published feature file that states none.
+_OLDEST = 1
 
 
 def check_version(paths: Paths, spec: DatasetSpec, published: Tree, new: Tree) -> None:
@@ -25,11 +30,13 @@ def check_version(paths: Paths, spec: DatasetSpec, published: Tree, new: Tree) -
     Both folders need dataset.yaml, metadata.csv, features.nc and the sessions. These files are the
     content; the documents that describe them, versions of programs and commits may differ. The
     folder may also not contain another data set. A folder without dataset.yaml is not a complete
-    published data set and may be replaced.
+    published data set and may be replaced. A folder that states no version of its format is of
+    version 1.
     """
     if not (published / Tree.DECLARATION).is_file():
         return
     delete = f"delete {published.root} if nobody has received it"
+    renew = f"set a new `version` in {paths.dataset(spec.name)}, or {delete}"
     try:
         old_config = read_yaml(published / Tree.DECLARATION)
         old_name = old_config.get("name")
@@ -38,14 +45,14 @@ def check_version(paths: Paths, spec: DatasetSpec, published: Tree, new: Tree) -
         phrases = [] if is_other_version or not same_name else _changes(published, new)
     except DataError as error:
         problem = f"cannot be compared with the data set to publish: {error.where} {error.problem}"
-        raise DataError(published.root, problem, f"restore it, or {delete}") from None
+        fix = renew if isinstance(error, FormatError) else f"restore it, or {delete}"
+        raise DataError(published.root, problem, fix) from None
     if not same_name:
         problem = f"contains the published data set {old_name!r}, not {spec.name!r}"
         raise DataError(published.root, problem, "choose another folder with --out")
     if phrases:
         problem = f"version {spec.version} is published with other content: {'; '.join(phrases)}"
-        fix = f"set a new `version` in {paths.dataset(spec.name)}, or {delete}"
-        raise DataError(published.root, problem, fix)
+        raise DataError(published.root, problem, renew)
 
 
 def _version(config: Mapping[str, Any]) -> str:
@@ -54,7 +61,11 @@ def _version(config: Mapping[str, Any]) -> str:
 
 
 def _changes(old: Tree, new: Tree) -> list[str]:
-    """Return a phrase for each kind of difference in the content of two published data sets."""
+    """Return a phrase for each kind of difference in the content of two published data sets.
+
+    Raises FormatError if the old folder is of another version.
+    """
+    check_published_format(old)
     phrases = [
         *differences(_rows(old / Tree.METADATA), _rows(new / Tree.METADATA)),
         *_changed_spectra(old / Tree.FEATURES, new / Tree.FEATURES),
@@ -79,7 +90,8 @@ def _rows(metadata: Path) -> Rows:
 
 def _changed_spectra(old_file: Path, new_file: Path) -> list[str]:
     """Return a phrase if the spectra of recordings that both feature files have differ."""
-    old, new = read_store(old_file), read_store(new_file)
+    old = read_store(old_file, unstated=_OLDEST)
+    new = read_store(new_file)
     if not np.array_equal(old.frequency_hz, new.frequency_hz):
         return ["frequencies of the spectra"]
     positions = {name: row for row, name in enumerate(old.columns["recording"].values.tolist())}
@@ -97,6 +109,6 @@ def _changed_keys(old: Tree, new: Tree, file: str) -> list[str]:
     keys = sorted(
         key
         for key in before.keys() | after.keys()
-        if before.get(key) != after.get(key) and key != _SOFTWARE
+        if before.get(key) != after.get(key) and key not in _NOT_CONTENT
     )
     return [f"{', '.join(keys)} in {file}"] if keys else []

@@ -39,7 +39,7 @@ from ajgdata.report.comparison import (
 from ajgdata.report.format import number, words
 from ajgdata.report.navigation import LEADS, Group, Link, experiment_link, navigation
 from ajgdata.report.report_data import Part, Report, TaskSection
-from ajgdata.store.features import read_store
+from ajgdata.store.features import open_store, read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.models import ABOUT_FILE, read_about
 from ajgdata.store.provenance import environment, software
@@ -52,6 +52,7 @@ from ajgdata.store.report_files import (
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
 from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec
+from ajgdata.types.formats import FormatError
 
 #: Title of the report of a project whose results are compared with the paper.
 TITLE = "Recognising objects by sound in a soft gripper"
@@ -82,7 +83,7 @@ def build_report(
     available = measurements(paths, expected := requests_for(specs, tasks))
     requests = computed(expected, available)
     measured = {key: available[key] for request in requests for key in request.keys}
-    existing = {name: spec for name, spec in specs.items() if paths.features(name).is_file()}
+    existing = {name: spec for name, spec in specs.items() if _has_features(paths, name)}
     present = [name for name in published if paths.published_sums(name).is_file()]
     pages, paper = _pages(paths, studies, ablations), published_values(paths)
     results, skipped = _read(measured, specs, requests, paper)
@@ -104,6 +105,20 @@ def build_report(
     about = {"datasets": [*existing], "pages": [*pages], "published": present}
     facts = [measurement.about for measurement in measured.values()]
     write_bytes(paths.runs, json_bytes(about | _contents(report, facts)))
+
+
+def _has_features(paths: Paths, dataset: str) -> bool:
+    """Return True if the features of a data set exist. A file of another version is printed, and
+    counts as missing: an earlier run wrote it, and this target does not compute it again."""
+    file = paths.features(dataset)
+    if not file.is_file():
+        return False
+    try:
+        open_store(file).close()
+    except FormatError as error:
+        print(error)
+        return False
+    return True
 
 
 def _write(
@@ -293,8 +308,17 @@ def _practice(paths: Paths, report: Report) -> Iterator[tuple[str, str, str]]:
 
 
 def _detection(model: Path) -> str:
-    """Return how often a trained model detects novel objects, "" if this was not measured."""
-    about = read_about(model)["calibration"] if (model / ABOUT_FILE).is_file() else {}
+    """Return how often a trained model detects novel objects, "" if this was not measured.
+
+    A model of another version is printed, and counts as missing.
+    """
+    if not (model / ABOUT_FILE).is_file():
+        return ""
+    try:
+        about = read_about(model)["calibration"]
+    except FormatError as error:
+        print(error)
+        return ""
     if about.get("detection_rate") is None:
         return ""
     rate, alarms = (number(100 * about[key], 2) for key in ("detection_rate", "false_alarm"))

@@ -74,7 +74,7 @@ _TASK = (
     "types/settings.py",
     "types/tasks.py",
 )
-_TABLES = ("store/tables.py", "types/table.py")
+_TABLES = ("store/tables.py", "types/formats.py:TABLES", "types/table.py")
 #: The job of an experiment; `experiments.measuring_half` is added.
 _EXPERIMENT = (
     *_TASK,
@@ -99,14 +99,21 @@ CODE: dict[str, tuple[str, ...]] = {
         "store/features.py:write_store",
         "store/findings.py",
         "store/labels.py",
+        "types/formats.py:FEATURES",
     ),
-    "sample": ("pipeline/sample.py", "store/features.py", "store/labels.py:take_rows"),
+    "sample": (
+        "pipeline/sample.py",
+        "store/features.py",
+        "store/labels.py:take_rows",
+        "types/formats.py:FEATURES",
+    ),
     "acquire": (
         *_SIMULATED,
         "acquire/writer.py",
         "pipeline/recipes.py:acquire_virtual",
         "store/audio.py:file_sha256,pcm24_bytes,write_pcm24",
         "store/sessions.py:read_recordings,read_session,write_recordings,write_session",
+        "types/formats.py:SESSION",
         "types/session.py",
     ),
     "experiment": _EXPERIMENT,
@@ -125,6 +132,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "evaluate/splits.py",
         "pipeline/train.py:train_embedding",
         "store/features.py",
+        "types/formats.py:LATENTS",
         "types/tasks.py:Embedding",
     ),
     "train": (
@@ -137,6 +145,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "pipeline/train.py:train_models",
         "store/models.py",
         "store/tables.py:plain",
+        "types/formats.py:MODEL",
     ),
     "study": (
         *_GRIPPER,
@@ -172,6 +181,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "pipeline/experiments.py:computed,measurements,requests_for",
         "store/metrics.py",
         "store/tables.py:read_measurements",
+        "types/formats.py:METRICS",
         "types/registry.py:PLAIN_MODELS",
         "types/table.py",
     ),
@@ -208,6 +218,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "store/publishing/*.py",
         "store/session_audio.py",
         "store/sessions.py:audio_path,read_session,read_recordings",
+        "types/formats.py:DATASET,PUBLISHED,SESSION",
         "types/session.py",
         "types/settings.py",
     ),

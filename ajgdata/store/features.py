@@ -18,6 +18,7 @@ import numpy as np
 
 from ajgdata.store.files import replacing
 from ajgdata.types import DataError
+from ajgdata.types.formats import FEATURES, FORMAT_KEY, LATENTS, FormatError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,7 +75,7 @@ def write_store(path: Path, table: FeatureRows) -> None:
         {"feature": (("recording", "frequency"), spectra, attrs)},
         {"frequency": ("frequency", table.frequency_hz, _FREQUENCY)}
         | as_coordinates(table.columns),
-        {"Conventions": CONVENTIONS, **table.attrs},
+        {"Conventions": CONVENTIONS, FORMAT_KEY: FEATURES.version, **table.attrs},
     )
     write_netcdf(path, dataset)
 
@@ -107,12 +108,28 @@ def write_netcdf(path: Path, dataset: xr.Dataset) -> None:
         dataset.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
 
 
-def open_store(path: Path) -> xr.Dataset:
+def open_store(path: Path, *, unstated: int | None = None) -> xr.Dataset:
     """Return a feature file: `feature` (recording, frequency), which is read when it is used, and
-    the labels as coordinates. Close it after use. Raises DataError for any other file."""
+    the labels as coordinates. Close it after use.
+
+    `unstated` is the version of a file that states no version; by default, such a file is refused.
+    Raises DataError for any other file, FormatError for a feature file of another version.
+    """
     if not path.is_file():
         raise DataError(path, "does not exist yet", f"run `ajgdata run {path.stem}` first")
-    return open_netcdf(path)
+    dataset = open_netcdf(path)
+    try:
+        FEATURES.check(path, _version(dataset, unstated), path.stem)
+    except FormatError:
+        dataset.close()
+        raise
+    return dataset
+
+
+def _version(dataset: xr.Dataset, unstated: int | None = None) -> Any:
+    """Return the version that a file states as a Python value; `unstated` if it states none."""
+    version = dataset.attrs.get(FORMAT_KEY, unstated)
+    return version.item() if isinstance(version, np.generic) else version
 
 
 @contextmanager
@@ -160,15 +177,16 @@ def columns_of(dataset: xr.Dataset) -> dict[str, Column]:
 
 
 def attributes_of(dataset: xr.Dataset) -> dict[str, str | float | int]:
-    """Return the attributes of a file as texts and numbers."""
+    """Return the attributes of a file, without the version of its format, as texts and numbers."""
     return {
         name: value.item() if isinstance(value, np.generic) else value
         for name, value in dataset.attrs.items()
+        if name != FORMAT_KEY
     }
 
 
-def read_store(path: Path) -> FeatureRows:
-    """Return a whole feature file in memory. Raises DataError for any other file.
+def read_store(path: Path, *, unstated: int | None = None) -> FeatureRows:
+    """Return a whole feature file in memory. Raises DataError as `open_store` does.
 
     >>> from ajgdata.paths import find_project
     >>> from ajgdata.store.features import read_store
@@ -178,7 +196,7 @@ def read_store(path: Path) -> FeatureRows:
     >>> table.columns["edge_mm"].attrs["units"]
     'mm'
     """
-    with open_store(path) as dataset, damage_reported(path):
+    with open_store(path, unstated=unstated) as dataset, damage_reported(path):
         return FeatureRows(
             dataset["feature"].values,
             dataset["frequency"].values,
@@ -215,13 +233,17 @@ def write_latents(path: Path, latents: Latents) -> None:
         for dimension, values in sorted(latents.latent.items())
     }
     coordinates = as_coordinates({**latents.columns, VALIDATION_FOLD: fold})
-    attrs = {"Conventions": CONVENTIONS, **latents.attrs}
+    attrs = {"Conventions": CONVENTIONS, FORMAT_KEY: LATENTS.version, **latents.attrs}
     write_netcdf(path, xr.Dataset(arrays, coordinates, attrs))
 
 
 def read_latents(path: Path) -> Latents:
-    """Return the latents in a file. Raises DataError for a file of another kind."""
+    """Return the latents in a file. Raises DataError for a file of another kind, FormatError for
+    latents of another version."""
+    # results/embed/<data set>/<embedding>/latents.nc
+    dataset_name = path.absolute().parents[1].name
     with open_netcdf(path) as dataset, damage_reported(path):
+        LATENTS.check(path, _version(dataset), dataset_name)
         columns = columns_of(dataset)
         fold = columns.pop(VALIDATION_FOLD).values
         latent = {

@@ -25,6 +25,7 @@ from pydantic import BaseModel, ValidationError
 from yaml.composer import Composer
 
 from ajgdata.types import DataError, describe, location
+from ajgdata.types.formats import FORMAT_KEY, FileFormat, FormatError
 
 Model = TypeVar("Model", bound=BaseModel)
 #: End of the names of temporary folders.
@@ -218,6 +219,18 @@ def read_yaml(path: Path) -> dict[str, Any]:
     return content
 
 
+def check_yaml_format(path: Path, content: Mapping[str, Any], file_format: FileFormat) -> None:
+    """Raise FormatError, with the line, if the YAML file `path` states another version.
+
+    Call this function before the content is validated: another version can have other keys.
+    """
+    try:
+        file_format.check(path, content.get(FORMAT_KEY))
+    except FormatError as error:
+        where = f"{path}:{line_of(path, [FORMAT_KEY])}"
+        raise FormatError(where, error.problem, error.fix) from None
+
+
 def read_model(path: Path, model: type[Model], content: Mapping[str, Any] | None = None) -> Model:
     """Return a YAML file, or its `content` after a change, as a model. Raises DataError with file,
     line, key, value and fix."""
@@ -253,12 +266,12 @@ def yaml_bytes(content: Mapping[str, Any]) -> bytes:
     return yaml.safe_dump(dict(content), sort_keys=False, allow_unicode=True).encode()
 
 
-def read_json(path: Path) -> Any:
-    """Return a JSON document."""
+def read_json(path: Path, max_bytes: int = MAX_TEXT_BYTES) -> Any:
+    """Return a JSON document. Raises DataError as `read_text` does, and for invalid JSON."""
     try:
-        return json.loads(read_text(path))
-    except json.JSONDecodeError as error:
-        where = f"{path}:{error.lineno}"
+        return json.loads(read_text(path, max_bytes))
+    except (json.JSONDecodeError, RecursionError) as error:  # RecursionError: a thousand lists
+        where = f"{path}:{getattr(error, 'lineno', 1)}"
         raise DataError(where, "not valid JSON", "delete it and run again") from None
 
 

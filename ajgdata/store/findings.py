@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from ajgdata.store.files import csv_bytes, read_csv, write_bytes
-from ajgdata.types import Finding
+from ajgdata.types import DataError, Finding
 
 #: Codes of files that cannot be decoded.
 _FILE_CODES = frozenset(
@@ -23,8 +23,16 @@ FINDING_COLUMNS = tuple(field.name for field in dataclasses.fields(Finding))
 
 
 def read_findings(path: Path) -> list[Finding]:
-    """Return the findings of a table. Raises DataError for an invalid file."""
-    rows = read_csv(path, required=FINDING_COLUMNS)[1]
+    """Return the findings of a table.
+
+    Raises DataError for an invalid file. The columns are the version of the format: a table with
+    other columns is of another version.
+    """
+    header, rows = read_csv(path)
+    if tuple(header) != FINDING_COLUMNS:
+        problem = "its columns are of another version of ajgdata"
+        fix = f"run `ajgdata run {path.stem}`, which writes it again"
+        raise DataError(path, problem, fix)
     return [Finding(**row) for row in rows]  # type: ignore[arg-type]  # level is checked where it is written
 
 

@@ -31,6 +31,7 @@ from ajgdata.types import (
     Strict,
     Target,
 )
+from ajgdata.types.formats import FORMAT_KEY, SESSION
 
 
 class FeatureHashes(Strict):
@@ -79,10 +80,19 @@ def tables_digest(folder: Path) -> str:
     CSV counts with its bytes. Raises DataError for a file that cannot be read.
     """
     contents = [
-        _content(folder / SESSION_FILE, read_yaml),
+        _content(folder / SESSION_FILE, _session_values),
         _content(folder / RECORDINGS_FILE, lambda path: read_csv(path)[1]),
     ]
     return sha256_of("\n".join(contents).encode()) if any(contents) else ""
+
+
+def _session_values(path: Path) -> dict[str, Any]:
+    """Return the values of session.yaml. A file that states version 1 of its format has the same
+    values as a file that states no version."""
+    values = read_yaml(path)
+    if values.get(FORMAT_KEY) == SESSION.unstated:
+        del values[FORMAT_KEY]
+    return values
 
 
 def _content(path: Path, parse: Callable[[Path], Any]) -> str:

@@ -7,13 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ajgdata.store.files import csv_bytes, read_csv, write_bytes
-from ajgdata.types import DataError
+from ajgdata.types.formats import FORMAT_KEY, METRICS
 
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Version of metrics.csv, in its column `format`. 1: codes in the columns `part` and `task`.
-METRICS_FORMAT = 2
 #: Columns that identify a number, in the order of the file.
 KEYS = (
     "dataset",
@@ -32,10 +30,10 @@ KEYS = (
 )
 #: Other columns: `groups` is the column whose values a grouped split keeps together, `reason` why
 #: there is no value.
-FACTS = ("value", "unit", "groups", "source", "seed", "commit", "reason", "format")
+FACTS = ("value", "unit", "groups", "source", "seed", "commit", "reason", FORMAT_KEY)
 COST = "cost"  #: statistic of times and memory, which differ between runs
 #: Columns of whole numbers, which can be empty.
-COUNTS = ("grasps", "dimension", "seed", "format")
+COUNTS = ("grasps", "dimension", "seed", FORMAT_KEY)
 PREDICTION_COLUMNS = (
     "dataset",
     "task",
@@ -55,7 +53,7 @@ def write_metrics(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
     """Write numbers; a row has KEYS and FACTS without `format`. None becomes an empty cell."""
     cells = (
         {key: "" if value is None else value for key, value in row.items()}
-        | {"format": METRICS_FORMAT}
+        | {FORMAT_KEY: METRICS.version}
         for row in rows
     )
     write_bytes(path, csv_bytes((*KEYS, *FACTS), cells))
@@ -71,10 +69,10 @@ def read_metrics(path: Path) -> pd.DataFrame:
     import pandas as pd
 
     header, rows = read_csv(path, required=("value",))
-    versions = {row.get("format", "1") for row in rows}
-    if versions - {str(METRICS_FORMAT)} or not {*KEYS, *FACTS} <= {*header}:
-        problem = "was written by another version of ajgdata"
-        raise DataError(path, problem, "run `snakemake` to compute it again")
+    if FORMAT_KEY not in header:
+        METRICS.check(path, None)
+    for version in sorted({row[FORMAT_KEY] for row in rows}):
+        METRICS.check(path, int(version) if version.isdecimal() else version)
     metrics = pd.DataFrame(rows, columns=[*KEYS, *FACTS], dtype=str)
     metrics["value"] = pd.to_numeric(metrics["value"])
     for name in COUNTS:

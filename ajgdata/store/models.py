@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from ajgdata.store.files import json_bytes, read_json, replacing, write_bytes
 from ajgdata.types import DataError, describe
+from ajgdata.types.formats import FORMAT_KEY, MODEL
 
 if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
@@ -78,12 +79,19 @@ def _check_size(path: Path) -> None:
 
 def write_about(folder: Path, about: Mapping[str, Any]) -> None:
     """Write the description of a trained model; last, since a folder without it has no model."""
-    write_bytes(folder / ABOUT_FILE, json_bytes(about))
+    content = {**about, FORMAT_KEY: MODEL.version}
+    write_bytes(folder / ABOUT_FILE, json_bytes(content))
 
 
 def read_about(folder: Path) -> dict[str, Any]:
-    """Return the description of a trained model. Raises DataError if it could not be trained."""
+    """Return the description of a trained model, without the version of its format.
+
+    Raises DataError if the model could not be trained, FormatError if it is of another version.
+    """
     about: dict[str, Any] = read_json(folder / ABOUT_FILE)
+    # results/models/<data set>/<task>/<model>
+    dataset = folder.absolute().parents[1].name
+    MODEL.check(folder / ABOUT_FILE, about.pop(FORMAT_KEY, None), dataset)
     if "skipped" in about:
         raise DataError(folder, f"was not trained: {about['skipped']}", "correct the task first")
     return about

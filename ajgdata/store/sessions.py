@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE, Paths
 from ajgdata.store.files import (
+    check_yaml_format,
     csv_bytes,
     line_of,
     numbered_rows,
@@ -34,6 +35,7 @@ from ajgdata.types import (
     describe,
     is_reserved,
 )
+from ajgdata.types.formats import DATASET, FORMAT_KEY, SESSION
 
 #: Columns whose text is compared, as labels are.
 _TEXTS = ("grasp_id", "object", "quality")
@@ -95,6 +97,7 @@ def read_declaration(path: Path) -> DatasetSpec:
     One that is `from` another takes over what that declares and says what differs, see `_derived`.
     """
     content = read_yaml(path)
+    check_yaml_format(path, content, DATASET)
     if "from" in content:
         content = _derived(path, content)
     return read_model(path, DatasetSpec, content)
@@ -112,6 +115,7 @@ def _derived(path: Path, content: dict[str, Any]) -> dict[str, Any]:
     if not isinstance(origin, str) or not NAME.fullmatch(origin) or not file.is_file():
         raise DataError(where, f"from = {origin!r}: there is no {file}", "name a data set")
     base = read_yaml(file)
+    check_yaml_format(file, base, DATASET)
     if "from" in base:
         raise DataError(where, f"from = {origin!r} is itself derived", f"name {base['from']}")
     recipe = {"recipe": {"grasps_of": origin}} if "recipe" in base else {}
@@ -135,9 +139,11 @@ def overridden(base: dict[str, Any], by: dict[str, Any]) -> dict[str, Any]:
 
 
 def write_dataset(paths: Paths, spec: DatasetSpec) -> Path:
-    """Write a declaration, without what equals the defaults."""
+    """Write a declaration: the version of its format, and all keys that differ from the
+    defaults."""
     path = paths.dataset(spec.name)
-    write_if_changed(path, yaml_bytes(spec.model_dump(mode="json", exclude_defaults=True)))
+    content = spec.model_dump(mode="json", exclude_defaults=True)
+    write_if_changed(path, yaml_bytes({FORMAT_KEY: DATASET.version, **content}))
     return path
 
 
@@ -213,11 +219,27 @@ def read_session(folder: Path) -> Session:
     path = folder / SESSION_FILE
     if not path.is_file():
         raise DataError(path, "there is no such file", "finish the import or acquisition")
-    session = read_model(path, Session)
+    content = read_yaml(path)
+    check_yaml_format(path, content, SESSION)
+    session = read_model(path, Session, content)
     if session.session_id != folder.name:
         problem = f"session_id = {session.session_id!r}"
         raise DataError(path, problem, f"use its folder's, {folder.name!r}")
     return session
+
+
+def check_session_format(folder: Path) -> None:
+    """Raise FormatError if another version of ajgdata wrote the session in `folder`.
+
+    Call this function before files of the session are replaced. A session.yaml that does not exist,
+    or is not valid YAML, states no version.
+    """
+    path = folder / SESSION_FILE
+    try:
+        content = read_yaml(path)
+    except DataError:
+        return
+    check_yaml_format(path, content, SESSION)
 
 
 def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
@@ -263,10 +285,17 @@ def write_recordings(folder: Path, recordings: Sequence[Recording]) -> None:
 
 
 def write_session(folder: Path, session: Session, recordings: Sequence[Recording]) -> None:
-    """Write recordings.csv, then session.yaml: a folder without session.yaml is incomplete."""
+    """Write recordings.csv, then session.yaml: a folder without session.yaml is incomplete.
+
+    A session.yaml that only lacks the version of its format is not written again, because a new
+    time of the file would make Snakemake compute results again.
+    """
     write_recordings(folder, recordings)
+    path = folder / SESSION_FILE
     content = session.model_dump(mode="json", exclude_none=True)
-    write_if_changed(folder / SESSION_FILE, yaml_bytes(content))
+    unstated = {key: value for key, value in content.items() if key != FORMAT_KEY}
+    if not path.is_file() or path.read_bytes() != yaml_bytes(unstated):
+        write_if_changed(path, yaml_bytes(content))
 
 
 def audio_path(folder: Path, session: Session, recording: Recording) -> Path:

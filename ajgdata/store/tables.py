@@ -15,17 +15,16 @@ import numpy as np
 
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.types import DataError
+from ajgdata.types.formats import FORMAT_KEY, TABLES
 from ajgdata.types.table import Column, Table
 
-#: Version of the files; files of another version are not read.
-FORMAT = 2
 #: Key of the object that stands for a number that JSON lacks.
 _NUMBER = "number"
 
 
 def write_tables(path: Path, tables: Sequence[Table], **about: Any) -> None:
     """Write `tables`, and facts `about` them by key, to `path` (JSON), atomically."""
-    content = {**about, "format": FORMAT, "tables": [as_json(t) for t in tables]}
+    content = {**about, FORMAT_KEY: TABLES.version, "tables": [as_json(t) for t in tables]}
     write_bytes(path, json_bytes(plain(content)))
 
 
@@ -43,7 +42,8 @@ def write_measurements(
 ) -> None:
     """Write several `about` with their tables to one file, see `write_tables`."""
     contents = [{**about, "tables": [as_json(t) for t in tables]} for about, tables in results]
-    write_bytes(path, json_bytes(plain({"format": FORMAT, "measurements": contents})))
+    content = {FORMAT_KEY: TABLES.version, "measurements": contents}
+    write_bytes(path, json_bytes(plain(content)))
 
 
 def read_measurements(path: Path) -> list[tuple[dict[str, Any], list[Table]]]:
@@ -58,12 +58,10 @@ def read_measurements(path: Path) -> list[tuple[dict[str, Any], list[Table]]]:
 def _read(path: Path, key: str) -> dict[str, Any]:
     """Return the content of a file that has `key`, without the version of its format."""
     content = read_json(path)
-    if content.pop("format", None) != FORMAT or key not in content:
-        raise DataError(
-            path,
-            "was written by another version of ajgdata",
-            "run `ajgdata run` to compute it again",
-        )
+    TABLES.check(path, content.pop(FORMAT_KEY, None))
+    if key not in content:
+        problem = f"has no key `{key}`, so another version of ajgdata wrote it"
+        raise DataError(path, problem, TABLES.renewal)
     return content
 
 

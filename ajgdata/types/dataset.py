@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from enum import StrEnum
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -63,6 +63,7 @@ NOT_FOR: dict[Kind, tuple[str, ...]] = {
 class DatasetSpec(Strict):
     """dataset.yaml: what a data set is."""
 
+    format: Literal[1] = Field(1, description="version of the format of this file")
     name: Name = Field(description="its folder's name")
     title: str = Field("", description="a few words, for people")
     description: str = Field("", description="what was recorded, how and why, for people")

@@ -54,6 +54,9 @@ SIMULATED_SOURCES = {"virtual", "virtual-import"}
 class Session(Strict):
     """session.yaml: one uninterrupted acquisition with one gripper."""
 
+    format: Literal[1] = Field(
+        1, description="version of the format of this file and of recordings.csv"
+    )
     session_id: Name
     source: Literal["virtual", "virtual-import", "soundcard", "import"] = Field(
         description="what made it; virtual and virtual-import are simulated"

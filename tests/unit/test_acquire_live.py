@@ -65,6 +65,8 @@ def test_what_a_session_holds(lab):
     assert (row.labels["planned"], row.labels["grasp_attempt"]) == ("ball_01", "1")
     latency = int(row.labels["latency_samples"])
     assert 1_024 <= latency < 1_024 + len(response()) and row.labels["xruns"] == "0"
+    file = lab.folder() / "session.yaml"
+    assert file.read_text(encoding="utf-8").startswith("format: 1\n")
     session = read_session(lab.folder())
     assert (session.source, session.gripper, session.medium) == ("soundcard", "mine", "rice")
     assert (session.device, session.sample_rate_hz) == ("fake", 44_100)

@@ -47,6 +47,7 @@ def test_a_second_acquisition_only_records(project, solved):
     first, second = read_recordings(folder)[0][:2]
     assert -10 <= float(first.labels["angle_deg"]) <= 10
     assert first.sha256 != second.sha256  # each sample has its own noise
+    assert (folder / "session.yaml").read_text(encoding="utf-8").startswith("format: 1\n")
     session = read_session(folder)
     assert (session.source, session.gripper) == ("virtual", "virtual-default")
     assert session.scene["numerics"]["dx_mm"] == 6

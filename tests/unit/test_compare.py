@@ -91,5 +91,6 @@ def test_numbers_of_another_version_are_refused_in_one_line(compare, tmp_path):
     (old / "metrics.csv").write_text("dataset,task,model,part,metric,statistic,value\n")
     with pytest.raises(DataError) as error:
         read_metrics(old / "metrics.csv")
-    problem = "was written by another version of ajgdata. Run `snakemake` to compute it again."
-    assert str(error.value) == f"{old / 'metrics.csv'}: {problem}"
+    problem = "states no format; this version of ajgdata reads format 2"
+    fix = "Run `ajgdata run`, which writes it again."
+    assert str(error.value) == f"{old / 'metrics.csv'}: {problem}. {fix}"

@@ -76,8 +76,9 @@ def test_results_of_earlier_versions_are_reported_and_not_read(paths, tmp_path, 
     assert measurements(earlier, [request]) == {}
     printed = capsys.readouterr().out.splitlines()
     assert len(printed) == len(request.jobs[:1]) == 1
-    assert str(earlier.experiment(*request.jobs[0])) in printed[0]
-    assert "another version" in printed[0] and "ajgdata run" in printed[0]
+    file = earlier.experiment(*request.jobs[0])
+    problem = "has no key `measurements`, so another version of ajgdata wrote it"
+    assert printed[0] == f"{file}: {problem}. Run `ajgdata run`, which computes it again."
     assert [*measurements(paths, [request])] == request.keys
 
 

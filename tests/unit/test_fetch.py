@@ -156,7 +156,7 @@ def test_nothing_there_is_replaced_or_downloaded_again(tree, server, elsewhere, 
     before = snapshot(elsewhere.paths.data)
     with pytest.raises(DataError, match=r"already exists. Choose another name with --name"):
         fetch(elsewhere.paths, address(server))
-    assert server.requests == ["SHA256SUMS", "dataset.yaml"]
+    assert server.requests == ["SHA256SUMS", "datapackage.json", "dataset.yaml"]
     assert snapshot(elsewhere.paths.data) == before
     elsewhere.paths.dataset("d").unlink()
     with pytest.raises(DataError, match="already has recordings"):

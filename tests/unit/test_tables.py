@@ -9,6 +9,7 @@ from ajgdata.store.tables import read_measurements, read_tables, write_measureme
 from ajgdata.types import DataError
 from ajgdata.types.table import Column, Table
 
+READS = "this version of ajgdata reads format 3"
 COLUMNS = (Column("label", "Label"), Column("value", "Value", "mm"))
 CELLS = [
     ("inf", math.inf),
@@ -46,16 +47,18 @@ def test_nan_is_a_missing_value(tmp_path):
 
 @pytest.mark.parametrize("read", [read_tables, read_measurements])
 @pytest.mark.parametrize(
-    "content",
+    ("content", "problem"),
     [
-        {"tables": []},
-        {"measurements": []},
-        {"format": 1, "tables": [], "measurements": []},
-        {"format": 2},
+        ({"tables": [], "measurements": []}, f"states no format; {READS}"),
+        ({"format": 2, "tables": []}, f"format 2 is of an earlier version of ajgdata; {READS}"),
+        ({"format": 4, "tables": []}, f"format 4 is of a later version of ajgdata; {READS}"),
+        ({"format": 3}, "has no key `"),
     ],
 )
-def test_a_file_of_another_version_is_refused_by_name(tmp_path, read, content):
+def test_a_file_of_another_version_is_refused_by_name(tmp_path, read, content, problem):
     path = tmp_path / "t.json"
     path.write_text(json.dumps(content))
-    with pytest.raises(DataError, match=r"t\.json: was written by another version.*ajgdata run"):
+    with pytest.raises(DataError) as refused:
         read(path)
+    assert str(refused.value).startswith(f"{path}: {problem}")
+    assert str(refused.value).endswith(". Run `ajgdata run`, which computes it again.")

@@ -10,11 +10,15 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ajgdata.paths import AUDIO_FOLDER, Tree
+from ajgdata.store.files import read_json
 from ajgdata.store.publishing.table import FILE_NAME, PublishedColumn, Table
-from ajgdata.types import DatasetSpec
+from ajgdata.types import DataError, DatasetSpec
+from ajgdata.types.formats import PACKAGE_KEY, PUBLISHED
 
 #: Record sets of croissant.json.
 RECORDINGS, AUDIO = "recordings", "audio"
+#: Largest datapackage.json that is read; it has a few lines per column of the labels.
+MAX_PACKAGE_BYTES = 8 * 2**20
 NO_LICENCE = ("", "not stated", "none stated")
 _AUDIO_FILES = "audio-files"
 _AUDIO_TYPES = {".flac": "audio/flac", ".ogg": "audio/ogg"}
@@ -239,7 +243,27 @@ def datapackage(
     )
     document: dict[str, Any] = package.to_descriptor()
     document["resources"][0]["dialect"] = {"csv": _CSV_DIALECT}
+    document[PACKAGE_KEY] = PUBLISHED.version
     return document
+
+
+def check_published_format(tree: Tree) -> None:
+    """Raise FormatError if another version of ajgdata published the data set in a folder.
+
+    Raises DataError if datapackage.json is not a JSON object. A folder without this file states no
+    version.
+    """
+    path = tree / Tree.DATAPACKAGE
+    if not path.is_file():
+        return
+    again = "fetch or copy it again"
+    try:
+        content = read_json(path, MAX_PACKAGE_BYTES)
+    except DataError as error:
+        raise DataError(error.where, error.problem, again) from None
+    if not isinstance(content, dict):
+        raise DataError(path, "is not a JSON object", again)
+    PUBLISHED.check(path, content.get(PACKAGE_KEY))
 
 
 def _field(column: PublishedColumn) -> dict[str, Any]:
