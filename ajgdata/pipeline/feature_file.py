@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ajgdata.features.spectrum import frequencies_hz, settings_text, spectrum
 from ajgdata.paths import Paths
+from ajgdata.pipeline.processes import results_of
 from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.recordings import examine, finding
 from ajgdata.pipeline.session_levels import level_issues
@@ -102,10 +105,12 @@ def build_feature_file(
     quarantine: Path,
     hashes: Path,
     tables: Sequence[str] = (),
+    threads: int = 1,
 ) -> tuple[int, int]:
     """Write the feature file `store` of a data set, the issues of its recordings, and `hashes`.
 
     `tables` are the digests for which Snakemake started the job (see `freshness.run_tables`).
+    Many new recordings are computed by up to `threads` processes, with the same results.
 
     Returns how many recordings were read and how many features were reused. A row of the old
     `store` is reused while recording, sha256, settings and `code` are the same. Files of a session
@@ -118,14 +123,11 @@ def build_feature_file(
     previous = _previous(store, quarantine, hashes, digest)
     # Before anything else is read: a table that changes meanwhile then differs from its digest.
     digests = {name: tables_digest(paths.session(dataset, name)) for name in sessions}
-    parts = []
-    for name in sessions:
-        trusted = previous.trusted(name, digests[name])
-        session = check_session(paths.session(dataset, name), trusted)
-        rows, computed = _rows(session, previous.rows[name], audio, features)
-        parts.append(_part(session, rows, computed, targets, audio))
-    table, copies = without_copies(_joined(parts, audio, features, targets), [*targets])
-    table, sounds = without_equal_sounds(table, [*targets], features.quantity)
+    # Sums by several threads of a library would differ in their rounding.
+    with threadpool_limits(limits=1):
+        parts = _parts(paths, dataset, digests, previous, audio, features, targets, threads)
+        table, copies = without_copies(_joined(parts, audio, features, targets), [*targets])
+        table, sounds = without_equal_sounds(table, [*targets], features.quantity)
     issues = [*copies, *sounds, *(issue for part in parts for issue in part.issues)]
     table = _with_attributes(table, dataset, audio, features, digest)
     # The hashes are only valid for this feature file: they are removed first and written last.
@@ -148,28 +150,61 @@ def build_feature_file(
     return computed, reused
 
 
-def _rows(
-    session: SessionAudio,
-    known: Mapping[tuple[str, str], Row],
+def _parts(
+    paths: Paths,
+    dataset: str,
+    digests: Mapping[str, str],
+    previous: Previous,
     audio: AudioSettings,
     features: FeatureSettings,
-) -> tuple[dict[str, Row], int]:
-    """Return a row for each file that is not rejected, by recording_id, and how many files were
-    read."""
-    rejected_names = {row["recording_id"] for row in session.labels if is_rejected(row)}
-    files = [file for file in session.files if file.recording_id not in rejected_names]
-    new = [file for file in files if (file.recording_id, file.sha256) not in known]
+    targets: Mapping[str, Target],
+    threads: int,
+) -> list[Part]:
+    """Return the usable recordings of each session of `digests`, computed in several processes if
+    many are new."""
+    checked: list[SessionAudio] = []
 
-    # One after the other: threads wait for Python's lock, and need twice the CPU time.
-    computed = {file.recording_id: _row(session.session_id, file, audio, features) for file in new}
-    rows = {
-        file.recording_id: computed.get(file.recording_id) or known[file.recording_id, file.sha256]
-        for file in files
-    }
-    return rows, len(new)
+    def new_files() -> Iterator[tuple[str, AudioFile]]:
+        """Check one session after the other; yield its name with each file to compute."""
+        for name, tables in digests.items():
+            folder = paths.session(dataset, name)
+            session = check_session(folder, previous.trusted(name, tables))
+            checked.append(session)
+            for file in _used_files(session):
+                if (file.recording_id, file.sha256) not in previous.rows[name]:
+                    yield name, file
+
+    compute = partial(_named_row, audio=audio, features=features)
+    computed = dict(results_of(compute, new_files(), threads))
+    parts = []
+    for session in checked:
+        name = session.session_id
+        rows = {
+            file.recording_id: computed.get((name, file.recording_id))
+            or previous.rows[name][file.recording_id, file.sha256]
+            for file in _used_files(session)
+        }
+        count = sum((name, recording_id) in computed for recording_id in rows)
+        parts.append(_part(session, rows, count, targets, audio))
+    return parts
+
+
+def _used_files(session: SessionAudio) -> list[AudioFile]:
+    """Return the files of a session without those of rejected recordings."""
+    rejected_names = {row["recording_id"] for row in session.labels if is_rejected(row)}
+    return [file for file in session.files if file.recording_id not in rejected_names]
+
+
+def _named_row(
+    item: tuple[str, AudioFile], audio: AudioSettings, features: FeatureSettings
+) -> tuple[tuple[str, str], Row]:
+    """Return the names of session and recording of a file, and its row."""
+    session, file = item
+    return (session, file.recording_id), _row(session, file, audio, features)
 
 
 def _row(session: str, file: AudioFile, audio: AudioSettings, features: FeatureSettings) -> Row:
+    """Read a file of a session and compute its feature."""
     result = examine(file.path, audio, features.window, features.band_hz)
     issues = tuple(finding(session, file.recording_id, file.path, r) for r in result.remarks)
     if result.samples is None:

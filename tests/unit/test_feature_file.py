@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import soundfile
 from worlds import AUDIO, FEATURES, RATE_HZ, tone, write_tone
 
 import ajgdata
@@ -124,6 +125,40 @@ def test_broken_recordings_are_findings(project):
     assert store.columns["recording"].values.tolist() == ["s1/h"]
     assert np.isfinite(store.feature).all()
     assert project.build() == (6, 1)
+
+
+def test_other_processes_write_the_same_bytes(project, monkeypatch):
+    """Broken files, a spectrum beyond float32, a copy and reused rows have the same issues."""
+    monkeypatch.setattr("ajgdata.pipeline.processes.ITEMS_PER_PROCESS", 40)
+    pitches = {f"{number:03}": 400.0 + number for number in range(120)}
+    first = project.session("s1", pitches)
+    second = project.session("s2", {name: hz + 200.5 for name, hz in pitches.items()})
+    audio = project.folder() / "audio"
+    (audio / "003.wav").write_text("not audio")
+    (audio / "050.wav").write_bytes((audio / "050.wav").read_bytes()[:1000])
+    (audio / "119.wav").unlink()
+    loud = tone(700).astype(np.float32) * np.float32(1e30)
+    soundfile.write(audio / "070.wav", loud, RATE_HZ, subtype="FLOAT")
+    (audio / "090.wav").write_bytes((audio / "080.wav").read_bytes())
+    project.write([row.model_copy(update={"sha256": ""}) for row in first])
+    raw = FEATURES.model_copy(update={"quantity": "power", "normalisation": "none"})
+    files = [project.paths.features("d"), project.paths.quarantine("d")]
+    files.append(project.paths.session_hashes("d"))
+
+    def written(threads):
+        for file in files:
+            file.unlink(missing_ok=True)
+        project.write(second, "s2")
+        assert project.build("s1", "s2", features=raw, threads=threads) == (239, 0)
+        contents = [file.read_bytes() for file in files]
+        project.write([second[0].model_copy(update={"sample": 9}), *second[1:]], "s2")
+        assert project.build("s1", "s2", features=raw, threads=threads) == (5, 234)
+        return [*contents, *(file.read_bytes() for file in files)]
+
+    assert written(threads=3) == written(threads=1)
+    codes = {issue.recording_id: issue.code for issue in project.quarantine() if issue.leaves_out}
+    broken = {"003": "damaged", "050": "truncated", "070": "no_feature", "119": "missing"}
+    assert codes == {**broken, "080": "two_labels", "090": "two_labels"}
 
 
 def built(project, *sessions, **options):

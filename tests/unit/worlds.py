@@ -112,6 +112,7 @@ class Project:
         features: FeatureSettings = FEATURES,
         targets: dict[str, Target] | None = None,
         code: str = "",
+        threads: int = 1,
     ) -> tuple[int, int]:
         """Write the feature file of sessions (default: s1); returns (computed, reused)."""
         return build_feature_file(
@@ -125,6 +126,7 @@ class Project:
             store=self.paths.features("d"),
             quarantine=self.paths.quarantine("d"),
             hashes=self.paths.session_hashes("d"),
+            threads=threads,
         )
 
     def store(self) -> FeatureRows:

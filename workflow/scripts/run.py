@@ -2,4 +2,6 @@
 
 from ajgdata.pipeline.jobs import run_job
 
-run_job(snakemake)
+# Other processes of a job import this file as well.
+if __name__ == "__main__":
+    run_job(snakemake)
