@@ -1,8 +1,9 @@
-"""Time of reading a recording and computing its feature, beside the usual ways of doing so.
+"""Time of reading a recording and computing its feature, compared with the usual ways of doing so.
 
 Run `python benchmarks/features.py` (librosa: `pip install -e .[bench]`). The recordings are made
 up (noisy sweeps through random resonances, seeded): this measures time, and that all routes agree,
-nothing else. Repeats are interleaved, so that a busy machine disturbs all routes alike.
+nothing else. The last table measures the job `features` of the workflow. Repeats are interleaved,
+so that a busy machine disturbs all routes alike.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ import importlib.util
 import itertools
 import multiprocessing
 import os
+import subprocess
+import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -29,14 +32,35 @@ from rich.console import Console
 from rich.table import Table
 
 from ajgdata.features.spectrum import spectrum
-from ajgdata.store.audio import read_audio
-from ajgdata.types import AudioSettings, FeatureSettings
+from ajgdata.paths import Paths
+from ajgdata.pipeline.machine import machine_line
+from ajgdata.store.audio import file_sha256, read_audio
+from ajgdata.store.sessions import write_session
+from ajgdata.types import AudioSettings, FeatureSettings, Recording, Session
 
 RATE_HZ = 44_100
 SETTINGS = FeatureSettings()
 WINDOW, HOP = SETTINGS.window, SETTINGS.hop
 AUDIO = AudioSettings()
 Route = Callable[[Sequence[Path]], NDArray[np.floating]]
+#: The job `features` of a data set, without Snakemake, in a process of its own. Prints its seconds.
+JOB = """
+import sys, time
+from pathlib import Path
+from ajgdata.paths import Paths
+from ajgdata.pipeline.feature_file import build_feature_file
+from ajgdata.types import AudioSettings, FeatureSettings
+paths = Paths(Path(sys.argv[1]))
+files = {"store": paths.features("d"), "quarantine": paths.quarantine("d")}
+files["hashes"] = paths.session_hashes("d")
+for file in files.values():
+    file.unlink(missing_ok=True)
+settings = {"audio": AudioSettings(), "features": FeatureSettings(), "targets": {}}
+start = time.perf_counter()
+build_feature_file(paths, dataset="d", sessions=["s"], code="", threads=int(sys.argv[2]),
+                   **settings, **files)
+print(time.perf_counter() - start)
+"""
 
 
 def ours_one(path: Path) -> NDArray[np.float32]:
@@ -55,7 +79,7 @@ def ours_two_threads(paths: Sequence[Path]) -> NDArray[np.floating]:
 
 @functools.cache
 def processes() -> ProcessPoolExecutor:
-    """Two workers, started once: the workflow, too, has a process for each session at a time."""
+    """Two processes, started once."""
     pool = ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn"))
     list(pool.map(ours, [[], []]))
     return pool
@@ -185,9 +209,51 @@ def growth(console: Console, paths: Sequence[Path]) -> None:
     console.print(table)
 
 
+def write_dataset(root: Path, files: Sequence[Path]) -> None:
+    """Write a data set `d` with one session of recordings, which stay where they are."""
+    rows = [
+        Recording(
+            recording_id=file.stem,
+            file=file.name,
+            sha256=file_sha256(file),
+            grasp_id=file.stem,
+            sample=1,
+            object="box",
+        )
+        for file in files
+    ]
+    session = Session(session_id="s", source="import", audio_root=str(files[0].parent))
+    write_session(Paths(root).session("d", "s"), session, rows)
+
+
+def feature_files(console: Console, folder: Path, count: int, repeats: int) -> None:
+    """Print the time of the job `features` with one process and with two, and compare the files."""
+    folder.mkdir()
+    files = make_recordings(folder, count, "PCM_24")
+    table = Table(title=f"job `features`, recordings of one second, {repeats} repeats")
+    for heading in ("recordings", "1 process, s", "2 processes, s", "ratio"):
+        table.add_column(heading, justify="right")
+    for number in (count // 4, count):
+        root = folder / f"project of {number}"
+        write_dataset(root, files[:number])
+        seconds = np.empty((repeats, 2))
+        contents = set()
+        for repeat, column in itertools.product(range(repeats), range(2)):
+            command = [sys.executable, "-c", JOB, str(root), str(column + 1)]
+            done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
+            seconds[repeat, column] = float(done.stdout.splitlines()[-1])
+            contents.add(Paths(root).features("d").read_bytes())
+        assert len(contents) == 1, "the number of processes changes the feature file"
+        one, two = np.median(seconds, axis=0)
+        ratio = np.median(seconds[:, 0] / seconds[:, 1])
+        table.add_row(f"{number:,}", f"{one:.2f}", f"{two:.2f}", f"{ratio:.2f}")
+    console.print(table)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-n", "--recordings", type=int, default=300)
+    parser.add_argument("--job", type=int, default=4000, help="recordings of the job, 0: none")
     parser.add_argument("--repeats", type=int, default=5)
     arguments = parser.parse_args()
     console = Console(width=110)
@@ -202,6 +268,9 @@ def main() -> None:
             console.print(f"{subtype}: all routes agree within {worst:.1e} of the largest bin")
             compare(console, paths, subtype, arguments.repeats)
         growth(console, paths)
+        if arguments.job:
+            feature_files(console, Path(folder) / "job", arguments.job, arguments.repeats)
+    console.print(machine_line())
 
 
 if __name__ == "__main__":
