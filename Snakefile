@@ -21,6 +21,7 @@ from ajgdata.pipeline.plan import (
     published,
     session_files,
 )
+from ajgdata.pipeline.processes import process_count
 from ajgdata.pipeline.run_changes import (
     changed_during_run,
     correct_future_times,
@@ -38,6 +39,7 @@ from ajgdata.store.files import read_yaml
 from ajgdata.store.freshness import features_key, files_digest, run_tables
 from ajgdata.store.provenance import settings_digest
 from ajgdata.store.report_files import report_files_digest
+from ajgdata.store.sessions import count_recordings
 
 min_version("9.10")
 

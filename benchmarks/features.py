@@ -244,9 +244,9 @@ def feature_files(console: Console, folder: Path, count: int, repeats: int) -> N
             seconds[repeat, column] = float(done.stdout.splitlines()[-1])
             contents.add(Paths(root).features("d").read_bytes())
         assert len(contents) == 1, "the number of processes changes the feature file"
-        one, two = np.median(seconds, axis=0)
+        alone, shared = np.median(seconds, axis=0)
         ratio = np.median(seconds[:, 0] / seconds[:, 1])
-        table.add_row(f"{number:,}", f"{one:.2f}", f"{two:.2f}", f"{ratio:.2f}")
+        table.add_row(f"{number:,}", f"{alone:.2f}", f"{shared:.2f}", f"{ratio:.2f}")
     console.print(table)
 
 

@@ -242,6 +242,13 @@ def check_session_format(folder: Path) -> None:
     check_yaml_format(path, content, SESSION)
 
 
+def count_recordings(table: Path) -> int:
+    """Return the number of lines below the header of a recordings.csv; 0 if it does not exist."""
+    if not table.is_file():
+        return 0
+    return max(0, len(table.read_bytes().splitlines()) - 1)
+
+
 def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
     """Return rows of recordings.csv in order of recording_id, and an error for each row that cannot
     be used. Labels are compared as plain text (see `plain_text`).

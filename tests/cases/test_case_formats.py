@@ -23,11 +23,11 @@ from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.pipeline.fetch import fetch
 from ajgdata.pipeline.report import build_report
 from ajgdata.pipeline.train import train_embedding, train_models
+from ajgdata.store.code_hash import code_hash
 from ajgdata.store.features import read_latents, read_store
 from ajgdata.store.files import read_yaml
 from ajgdata.store.findings import read_findings
 from ajgdata.store.freshness import changes_since_features, read_hashes
-from ajgdata.store.code_hash import code_hash
 from ajgdata.store.publishing.archive import checksums_bytes
 from ajgdata.store.sessions import list_sessions, read_dataset, read_session, write_session
 from ajgdata.types import DataError, Embedding

@@ -21,6 +21,7 @@ PACKAGE = Path(__file__).resolve().parents[2] / "ajgdata"
 #: messages, checks of settings, which are parameters of a job.
 NEUTRAL = {
     "paths.py",
+    "pipeline/processes.py",
     "pipeline/progress.py",
     "store/code_hash.py",
     "store/files.py",

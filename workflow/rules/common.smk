@@ -18,6 +18,13 @@ def session_tables(wildcards):
     return tables_of(wildcards.dataset)
 
 
+def feature_processes(wildcards):
+    """Processes for the features of a data set. Sessions that this run records do not count."""
+    name = wildcards.dataset
+    tables = [PATHS.recordings_file(name, session) for session in PLANS[name].sessions]
+    return process_count(sum(count_recordings(table) for table in tables))
+
+
 def features_of(*names):
     """Digest of all that features follow from: a job that reads them is outdated if it differs.
 

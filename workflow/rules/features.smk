@@ -1,17 +1,3 @@
-from ajgdata.paths import RECORDINGS_FILE
-from ajgdata.pipeline.processes import process_count
-
-
-def feature_processes(wildcards, input):
-    """Processes for the recordings of a data set, one for small ones. Sessions that the same run
-    records first do not count."""
-    tables = [Path(file) for file in input if Path(file).name == RECORDINGS_FILE]
-    lines = [
-        len(table.read_bytes().splitlines()) for table in tables if table.is_file()
-    ]
-    return process_count(sum(lines) - len(lines))
-
-
 # All sessions of a data set in one job: it computes what changed and reuses the rest.
 rule features:
     input:
