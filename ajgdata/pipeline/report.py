@@ -12,6 +12,7 @@ from ajgdata.ablations import reasons_of, with_verdicts
 from ajgdata.experiments import EXPERIMENTS, MeasurementKey, Request
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import training_cost
+from ajgdata.pages import page_figures
 from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import (
@@ -38,7 +39,7 @@ from ajgdata.report.comparison import (
 )
 from ajgdata.report.format import number, words
 from ajgdata.report.navigation import LEADS, Group, Link, experiment_link, navigation
-from ajgdata.report.report_data import Part, Report, TaskSection
+from ajgdata.report.report_data import Illustration, Part, Report, TaskSection
 from ajgdata.store.features import open_store, read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.models import ABOUT_FILE, read_about
@@ -232,7 +233,10 @@ def _assembled(
             summary(paths, spec, read_store(paths.features(name))) for name, spec in specs.items()
         ),
         sections=tuple(_sections(paths, results)),
-        pages=tuple(pages_of(paths, specs, requests)),
+        pages=tuple(
+            dataclasses.replace(page, figures=_page_figures(page.name, results))
+            for page in pages_of(paths, specs, requests)
+        ),
         comparisons=rows,
         paper=tuple(paper.values()),
         opening=_opening(paths.opening, paths.report.parent),
@@ -265,6 +269,11 @@ def _read(
         dataclasses.replace(result, same_page=tuple(pages[result.experiment, result.page]))
         for result in shown
     ], tuple(skipped)
+
+
+def _page_figures(page: str, results: Sequence[TaskResults]) -> tuple[Illustration, ...]:
+    """Return the figures of a page that are functions of all its results."""
+    return page_figures(page, [result for result in results if result.page == page])
 
 
 def _opening(path: Path, folder: Path) -> dict[str, str] | None:

@@ -31,6 +31,8 @@ def illustrations(report: Report) -> Iterator[Illustration]:
     for d in report.datasets:
         if d.spectra is not None:
             yield spectra_figure(d, d.spectra)
+    for page in report.pages:
+        yield from page.figures
     for section in report.sections:
         for part in section.parts:
             yield from part.figures
@@ -117,10 +119,11 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
             title, _, task = section.title.rpartition(" · ")
             headlines.setdefault(title, []).append(f"{task}, {part.headline}")
     counts = tally(comparisons)
+    figures = [part.figures[0] for _, part in parts if part.figures]
     return {
         "page": page,
         "sections": sections,
-        "open": [part.figures[0] for _, part in parts if part.figures][:MAX_OPEN_FIGURES],
+        "open": [*page.figures, *figures][:MAX_OPEN_FIGURES],
         "headlines": list(headlines.items()),
         "answer": _page_answer(comparisons, parts),
         "comparisons": comparisons,

@@ -158,7 +158,8 @@ class TaskSection:
 class ExperimentPage:
     """A page on one experiment: the question, and the command that rebuilds it.
 
-    `about` is the group of the navigation that it belongs to.
+    `about` is the group of the navigation that it belongs to. The page begins with its own
+    `figures`, if it has any.
     """
 
     name: str
@@ -166,6 +167,7 @@ class ExperimentPage:
     question: str
     command: str
     about: str
+    figures: tuple[Illustration, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -92,8 +92,9 @@ RANKS = {
     "experiments": 9,
     "loading": 9,
     "tutorial": 9,
-    "pipeline": 10,
-    "cli": 11,
+    "pages": 10,
+    "pipeline": 11,
+    "cli": 12,
 }
 #: Packages that use nothing of ours but what is named.
 ALLOWED_ONLY = {"gripper": set(), "types": set(), "paths": set(), "models": {"types"}}

@@ -1,0 +1,24 @@
+"""Figures of pages of the report: a page can begin with a figure of its own.
+
+A figure of a page is a plain function of all results of the page, in a module of this package. It
+has no roles of columns, because it draws results of several tasks or experiments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from ajgdata.experiments.base import TaskResults
+from ajgdata.pages import noise
+from ajgdata.report.report_data import Illustration
+
+#: Function of the results of a page, by the name of the page.
+PAGE_FIGURES: dict[str, Callable[[Sequence[TaskResults]], Iterable[Illustration]]] = {
+    "noise": noise.figures,
+}
+
+
+def page_figures(page: str, results: Sequence[TaskResults]) -> tuple[Illustration, ...]:
+    """Return the figures of a page from its results; none for a page without its own figure."""
+    figures = PAGE_FIGURES.get(page)
+    return tuple(figures(results)) if figures else ()

@@ -1,0 +1,131 @@
+"""Cube size in noise: error of each model against the noise level, trained in quiet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from ajgdata.evaluate.parts import GROUPED, elsewhere
+from ajgdata.experiments.base import TaskResults
+from ajgdata.experiments.cross_validation_results import ModelResult, models_of
+from ajgdata.report.comparison import PaperFigure
+from ajgdata.report.format import Caption, Score, mean_sd, number, with_unit
+from ajgdata.report.report_data import Illustration
+from ajgdata.types import CROSS_VALIDATION
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+REPEATED_FITS = "repeated_fits"
+
+
+def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
+    """Yield the error against the noise level, if models were tested at two levels or more."""
+    tasks = [
+        task for task in results if task.experiment == CROSS_VALIDATION and len(levels(task)) > 1
+    ]
+    if tasks:
+        models = [model for task in tasks for model in models_of(task)]
+        published = published_values(results)
+        finding = conclusion(models[0])
+        first = tasks[0]
+        listed = "; ".join(
+            f"{model.label} at {number(level)} {unit_of(first)}: {mean_sd(score, first.shown_unit)}"
+            for model in models
+            for level, score in scores(model).items()
+        )
+        text = (
+            f"{first.dataset_title}, {first.source}. Models are trained at the lowest level. "
+            "Lines: error on held-out grasps with its 95 % interval over grasps. "
+            f"{paper_sentence(results)}"
+        )
+        yield Illustration(
+            f"{first.dataset}--against-noise",
+            Caption(text, f"{finding}. {listed}."),
+            partial(draw_figure, models, finding, published),
+            finding,
+        )
+
+
+def levels(task: TaskResults) -> Mapping[str, float]:
+    """Return the noise level of each part of a task whose level is known."""
+    parts = {GROUPED: task.level}
+    parts |= {elsewhere(name): other.level for name, other in task.other_sets.items()}
+    return {part: level.value for part, level in parts.items() if level is not None}
+
+
+def unit_of(task: TaskResults) -> str:
+    """Return the unit of noise levels for people."""
+    return "dB(A)" if task.level is not None and task.level.unit == "dBA" else "dB"
+
+
+def scores(model: ModelResult) -> Mapping[float, Score]:
+    """Return the error of a model with its interval, as shown, by noise level."""
+    scale = model.task.scale
+    errors = {}
+    for part, level in levels(model.task).items():
+        if model.has(part):
+            score = model.with_interval(part)
+            errors[level] = Score(
+                scale * score.mean, scale * score.sd, (), scale * score.low, scale * score.high
+            )
+    return dict(sorted(errors.items()))
+
+
+def conclusion(model: ModelResult) -> str:
+    """Return the error of a model at the lowest and at the highest level, with chance."""
+    unit = model.task.shown_unit
+    by_level = scores(model)
+    ends = ", ".join(
+        f"{with_unit(number(by_level[level].mean), unit)} at {number(level)} {unit_of(model.task)}"
+        for level in (min(by_level), max(by_level))
+    )
+    chance = with_unit(number(model.task.scale * model.chance()), unit)
+    return f"{model.label}: {model.task.metric_title} {ends} (chance {chance})"
+
+
+def published_values(results: Sequence[TaskResults]) -> tuple[float, ...]:
+    """Return noise level and error of the published value, one after the other; empty without."""
+    for task in results:
+        paper = paper_of(task)
+        if paper is not None and paper.value is not None:
+            level = task.other_sets[task.settings.test_on[0]].level
+            if level is not None:
+                return (level.value, float(paper.value))
+    return ()
+
+
+def paper_of(task: TaskResults) -> PaperFigure | None:
+    """Return the published error in noise, which is compared with repeated fits."""
+    return task.paper if task.experiment == REPEATED_FITS else None
+
+
+def paper_sentence(results: Sequence[TaskResults]) -> str:
+    """Return the published value as a sentence; empty without."""
+    papers = [paper for paper in map(paper_of, results) if paper is not None]
+    return f"The paper, on its real gripper: {papers[0].text}." if papers else ""
+
+
+def draw_figure(models: Sequence[ModelResult], title: str, published: tuple[float, ...]) -> Figure:
+    """Draw a line per model over the noise level."""
+    from ajgdata.report.marks import Picture, Point, draw
+
+    task = models[0].task
+    points = [
+        Point("", model.label, level, score)
+        for model in models
+        for level, score in scores(model).items()
+    ]
+    picture = Picture(
+        title=title,
+        subtitle=f"{task.dataset_title}: trained in quiet, tested in noise",
+        sources=(task.source,),
+        points=tuple(points),
+        axis=(task.metric_title, task.shown_unit),
+        place=("noise level", unit_of(task)),
+        chance=(("", task.scale * models[0].chance()),),
+        published=published,
+        limits=(0.0, float("inf")),
+    )
+    return draw("lines", picture)

@@ -1,0 +1,59 @@
+"""Figures of pages: functions of all results of a page."""
+
+import math
+
+import numpy as np
+from result_samples import RMSE, SIZES, paper_figure, size_result, sizes
+
+from ajgdata.experiments.base import Other
+from ajgdata.experiments.cross_validation import Settings
+from ajgdata.pages import PAGE_FIGURES, noise, page_figures
+from ajgdata.report.format import Score
+from ajgdata.types import Level
+
+QUIET, LOUD = (Level(value=value, unit="dBA", quantity="white sound") for value in (45, 80))
+
+
+def in_noise(**changes):
+    """Return a task of a CNN that is also tested at 80 dB(A), where its error is 9 mm."""
+    loud = ({"rmse": Score(9.0, 0.5, (8.5, 9.5))}, 8.2)
+    predicted = {"grouped": (SIZES, SIZES), "on:loud": (SIZES, SIZES)}
+    result = size_result(parts={"on:loud": loud}, predictions=predicted)
+    given = {
+        "settings": Settings(test_on=("loud",)),
+        "other_sets": {"loud": Other("In noise", LOUD)},
+        "level": QUIET,
+    }
+    return sizes(result, **(given | changes))
+
+
+def test_errors_over_noise_levels_are_those_of_the_test_sets():
+    (model,) = noise.models_of(in_noise())
+    by_level = noise.scores(model)
+    assert list(by_level) == [45, 80]
+    assert [score.mean for score in by_level.values()] == [RMSE.mean, 9.0]
+    assert by_level[80].low == 9.0 - 1.5 * 0.5  # the interval of the samples
+    finding = noise.conclusion(model)
+    assert finding == "CNN: RMSE 2.2 mm at 45 dB(A), 9 mm at 80 dB(A) (chance 8.2 mm)"
+
+
+def test_the_published_value_is_drawn_at_its_level():
+    figure = paper_figure("noise", 3.5)
+    fits = in_noise(experiment="repeated_fits", papers={"repeated_fits": figure})
+    assert noise.published_values([in_noise(), fits]) == (80, 3.5)
+    (shown,) = page_figures("noise", [in_noise(), fits])
+    assert shown.name == "size--against-noise"
+    assert "The paper, on its real gripper: as told." in shown.caption.text
+    drawn = shown.draw()
+    lines = [line for axes in drawn.axes for line in axes.get_lines()]
+    values = {(x, y) for line in lines for x, y in np.transpose(line.get_data()).tolist()}
+    assert (80, 3.5) in values
+
+
+def test_tasks_without_levels_and_pages_without_a_figure_have_none():
+    assert page_figures("noise", [sizes()]) == ()
+    assert page_figures("size", [in_noise()]) == ()
+    one_level = in_noise(other_sets={"loud": Other("In noise", None)})
+    assert page_figures("noise", [one_level]) == ()
+    assert set(PAGE_FIGURES) == {"noise"}
+    assert math.isfinite(noise.levels(in_noise())["grouped"])
