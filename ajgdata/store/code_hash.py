@@ -389,9 +389,10 @@ class _Deciding(ast.NodeTransformer):
         return ast.Pass() if is_text else self.generic_visit(node)
 
     def visit_Raise(self, node: ast.Raise) -> ast.AST:
-        """Keep the class of the error only."""
-        error = node.exc.func if isinstance(node.exc, ast.Call) else node.exc
-        return ast.Raise(exc=error, cause=None)
+        """Remove the message of an error; its code, a text without spaces, stays."""
+        if isinstance(node.exc, ast.Call):
+            node.exc.args = [value for value in node.exc.args if not _is_message(value)]
+        return self.generic_visit(node)
 
     def visit_keyword(self, node: ast.keyword) -> ast.AST | None:
         """Remove the description of a setting."""
@@ -401,6 +402,13 @@ class _Deciding(ast.NodeTransformer):
         """Remove imports that only type checkers see."""
         is_typing = isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
         return None if is_typing else self.generic_visit(node)
+
+
+def _is_message(value: ast.expr) -> bool:
+    """Return whether an argument is a text for people."""
+    if isinstance(value, ast.Constant):
+        return isinstance(value.value, str) and " " in value.value
+    return isinstance(value, ast.JoinedStr)
 
 
 def used_statements(tree: ast.Module, names: tuple[str, ...]) -> list[ast.stmt]:

@@ -19,7 +19,7 @@ FILES = {
         '    hop: int = Field(512, description="samples between frames")\n'
         "    def check(self):\n"
         "        if self.hop < 1:\n"
-        '            raise ValueError(f"hop {self.hop} is too small")\n'
+        '            raise ValueError(f"hop {self.hop} is too small", "too_small")\n'
     ),
     "pipeline/experiments.py": (
         "from ajgdata.store.files import read_json, write_bytes\n"
@@ -90,9 +90,13 @@ def test_a_constant_concerns_the_jobs_that_use_its_file(package):
     assert {"acquire", "gripper"} <= edit(package, "gripper/scene.py", "1", "2")
 
 
-def test_a_condition_decides_although_its_message_does_not(package):
-    kinds = edit(package, "types/settings.py", "self.hop < 1", "self.hop < 2")
-    assert {"features", "experiment"} <= kinds
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("self.hop < 1", "self.hop < 2"), ("too_small", "tiny"), ("ValueError", "TypeError")],
+    ids=["condition", "code of the error", "class of the error"],
+)
+def test_an_error_decides_although_its_message_does_not(package, old, new):
+    assert {"features", "experiment"} <= edit(package, "types/settings.py", old, new)
 
 
 def test_of_a_named_definition_only_what_it_uses_decides(package):
