@@ -20,7 +20,7 @@ from pydantic import BaseModel, ValidationError
 
 from ajgdata.experiments.base import Experiment
 from ajgdata.models import model_label
-from ajgdata.store.code_hash import Source, used_sources
+from ajgdata.store.code_hash import CodeSource, used_sources
 from ajgdata.store.files import line_of
 from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec, Kind, describe, location
 from ajgdata.types.registry import PLAIN_MODELS, Registry
@@ -193,7 +193,7 @@ def all_requests(spec: DatasetSpec, path: Path) -> Iterator[Request]:
 
 
 @functools.cache
-def measuring_half(name: str) -> tuple[Source, ...]:
+def measuring_half(name: str) -> tuple[CodeSource, ...]:
     """Return the sources that decide what an experiment measures.
 
     An edit of its drawing half changes no result.

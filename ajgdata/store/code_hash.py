@@ -237,7 +237,7 @@ WITHOUT_MODELS = ("gripper", "features", "sample", "acquire", "study", "collect"
 
 
 @dataclass(frozen=True)
-class Source:
+class CodeSource:
     """A file that decides a result, or definitions of it (`names`) with what they use there."""
 
     file: Path
@@ -267,16 +267,16 @@ class Source:
         return sha256_of(text.encode())
 
 
-def sources(kind: str) -> Iterator[Source]:
+def sources(kind: str) -> Iterator[CodeSource]:
     """Yield the sources of a kind of job."""
     for listed in CODE[kind]:
         pattern, _, names = listed.partition(":")
         for file in sorted(PACKAGE.glob(pattern)):
-            yield Source(file, tuple(filter(None, names.split(","))))
+            yield CodeSource(file, tuple(filter(None, names.split(","))))
 
 
 @functools.cache
-def code_hash(kind: str, *added: Source) -> str:
+def code_hash(kind: str, *added: CodeSource) -> str:
     """Return the hash of the code of a kind of job, and of the versions of its libraries.
 
     A rule has it as a parameter, so that its results are computed again if it changes. `added` are
@@ -286,7 +286,7 @@ def code_hash(kind: str, *added: Source) -> str:
     libraries: tuple[str, ...] = NUMERICAL
     if kind not in WITHOUT_MODELS:
         libraries = (*NUMERICAL, *LEARNING)
-        own += [Source(file) for file in _own_models()]
+        own += [CodeSource(file) for file in _own_models()]
     content = {
         "sources": sorted({f"{s.place}:{','.join(s.names)} {_digest(s)}" for s in own}),
         "libraries": {name: version(name) for name in libraries},
@@ -294,10 +294,10 @@ def code_hash(kind: str, *added: Source) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
-_digest = functools.cache(Source.digest)
+_digest = functools.cache(CodeSource.digest)
 
 
-def used_sources(function: Callable[..., Any]) -> tuple[Source, ...]:
+def used_sources(function: Callable[..., Any]) -> tuple[CodeSource, ...]:
     """Return the sources that decide the result of a function of an experiment.
 
     These are the definitions that it uses in its own module and in other modules of experiments,
@@ -320,11 +320,11 @@ def used_sources(function: Callable[..., Any]) -> tuple[Source, ...]:
     return tuple(_source(file, used[file]) for file in sorted(used))
 
 
-def _source(file: Path, names: set[str]) -> Source:
+def _source(file: Path, names: set[str]) -> CodeSource:
     """Return definitions of a file; the complete file if one of `names` is not defined there."""
     defined = {name for statement in deciding_tree(file).body for name in _defined_names(statement)}
     is_whole = _package(file) in WHOLE_FILES or not names <= defined
-    return Source(file) if is_whole else Source(file, tuple(sorted(names)))
+    return CodeSource(file) if is_whole else CodeSource(file, tuple(sorted(names)))
 
 
 def _package(file: Path) -> str:

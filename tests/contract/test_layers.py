@@ -9,7 +9,7 @@ import pytest
 from ajgdata.experiments import EXPERIMENTS, measuring_half
 from ajgdata.store.code_hash import (
     CODE,
-    Source,
+    CodeSource,
     deciding_tree,
     imported_names,
     sources,
@@ -149,26 +149,26 @@ def imports_of_job(kind: str) -> set[str]:
     """Return all definitions that the code of a kind of job imports."""
     halves = [measuring_half(n) for n, e in EXPERIMENTS.items() if e.job_kind == kind]
     return {
-        f"{Source(file).place}:{name}"
+        f"{CodeSource(file).place}:{name}"
         for source in (*sources(kind), *(source for half in halves for source in half))
         if source.file.suffix == ".py"
         for file, name in imported_definitions(source)
     }
 
 
-def imported_definitions(source: Source) -> set[tuple[Path, str]]:
+def imported_definitions(source: CodeSource) -> set[tuple[Path, str]]:
     """Return file and name of what a source imports."""
     return {
         defined_in(file, name) for file, name in imported_names(source.file, source.statements())
     }
 
 
-def missing_sources(kind: str, listed: Iterable[Source]) -> set[str]:
+def missing_sources(kind: str, listed: Iterable[CodeSource]) -> set[str]:
     """Return the definitions that listed sources import, and whose file is not listed."""
     own = [source for source in listed if source.file.suffix == ".py"]
     files = {source.file for source in own}
     imported = set().union(*(imported_definitions(source) for source in own))
-    places = {(Source(file).place, name) for file, name in imported if file not in files}
+    places = {(CodeSource(file).place, name) for file, name in imported if file not in files}
     return {f"{file}:{name}" for file, name in places if not decided_elsewhere(kind, file, name)}
 
 

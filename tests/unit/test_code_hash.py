@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from ajgdata.store import code_hash as module
-from ajgdata.store.code_hash import CODE, Source, code_hash, used_sources
+from ajgdata.store.code_hash import CODE, CodeSource, code_hash, used_sources
 
 FILES = {
     "gripper/scene.py": "GRIPPER = 1\n",
@@ -187,5 +187,5 @@ def test_the_measuring_half_of_an_own_experiment_includes_its_helpers(own_packag
 def test_a_source_without_a_definition_counts_as_a_whole(tmp_path):
     file = tmp_path / "a.py"
     file.write_text("measure = lambda: 1\nother = 2\n")
-    assert module._source(file, {"<lambda>"}) == Source(file)
-    assert module._source(file, {"measure"}) == Source(file, ("measure",))
+    assert module._source(file, {"<lambda>"}) == CodeSource(file)
+    assert module._source(file, {"measure"}) == CodeSource(file, ("measure",))
