@@ -34,12 +34,11 @@ from ajgdata.pipeline.studies import (
     STUDIES,
 )
 from ajgdata.report.navigation import FIXED
-from ajgdata.store.code_hash import code_hash
+from ajgdata.store.code_hash import code_hash, package_hash
 from ajgdata.store.files import read_yaml
-from ajgdata.store.freshness import features_key, files_digest, run_tables
+from ajgdata.store.freshness import count_changed, features_key, files_digest, run_tables
 from ajgdata.store.provenance import settings_digest
 from ajgdata.store.report_files import report_files_digest
-from ajgdata.store.sessions import count_recordings
 
 min_version("9.10")
 

@@ -106,7 +106,6 @@ _REASONS = {
     "silhouette": "fewer than two labels among what is tested, or one for each recording",
     "distance": "no such pair of recordings",
     "r2": "all true values are the same",
-    "accuracy of": "nothing was accepted",
 }
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import importlib
+import inspect
 import pkgutil
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -47,6 +48,9 @@ def _all() -> Registry[Experiment]:
     experiments = Registry("experiment", {experiment.name: experiment for experiment in built_in})
     for point in entry_points(group="ajgdata.experiments"):
         own = point.load()
+        if not inspect.isfunction(inspect.unwrap(own.measure)):
+            problem = f"`measure` of the experiment {own.name!r} is not a function"
+            raise ImportError(f"package {point.module}: {problem}")
         experiments.add(own.name, own, point)
     return experiments
 

@@ -22,37 +22,54 @@ REPEATED_FITS = "repeated_fits"
 
 def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
     """Yield the error against the noise level, if models were tested at two levels or more."""
-    tasks = [
-        task for task in results if task.experiment == CROSS_VALIDATION and len(levels(task)) > 1
-    ]
-    if tasks:
-        models = [model for task in tasks for model in models_of(task)]
-        published = published_values(results)
-        finding = conclusion(models[0])
-        first = tasks[0]
-        listed = "; ".join(
-            f"{model.label} at {number(level)} {unit_of(first)}: {mean_sd(score, first.shown_unit)}"
-            for model in models
-            for level, score in scores(model).items()
-        )
-        text = (
-            f"{first.dataset_title}, {first.source}. Models are trained at the lowest level. "
-            "Lines: error on held-out grasps with its 95 % interval over grasps. "
-            f"{paper_sentence(results)}"
-        )
-        yield Illustration(
-            f"{first.dataset}--against-noise",
-            Caption(text, f"{finding}. {listed}."),
-            partial(draw_figure, models, finding, published),
-            finding,
-        )
+    models = [model for task in results for model in models_in_noise(task)]
+    if not models:
+        return
+    first = models[0].task
+    models = [model for model in models if model.task.shown_unit == first.shown_unit]
+    finding = conclusion(models[0])
+    listed = "; ".join(
+        f"{model.label} at {number(level)} {unit_of(first)}: {mean_sd(score, first.shown_unit)}"
+        for model in models
+        for level, score in scores(model).items()
+    )
+    text = (
+        f"{first.dataset_title}, {first.source}. {trained(first)}. Lines: {first.metric_title} on "
+        f"held-out grasps with its 95 % interval over grasps. {paper_sentence(results)}"
+    )
+    yield Illustration(
+        f"{first.dataset}--against-noise",
+        Caption(text, f"{finding}. {listed}."),
+        partial(draw_figure, models, finding, published_values(results)),
+        finding,
+    )
+
+
+def models_in_noise(task: TaskResults) -> list[ModelResult]:
+    """Return the models of a task that were tested at two noise levels or more."""
+    if task.experiment != CROSS_VALIDATION or task.level is None:
+        return []
+    return [model for model in models_of(task) if len(scores(model)) > 1]
+
+
+def trained(task: TaskResults) -> str:
+    """Return the level at which the models of a task are trained, as a sentence without a stop."""
+    level = levels(task)[GROUPED]
+    return f"Models are trained at {number(level)} {unit_of(task)}"
 
 
 def levels(task: TaskResults) -> Mapping[str, float]:
-    """Return the noise level of each part of a task whose level is known."""
+    """Return the noise level of each part of a task whose level is known, the lowest first.
+
+    Of several parts at one level, the first is used, which is that of the training data.
+    """
     parts = {GROUPED: task.level}
     parts |= {elsewhere(name): other.level for name, other in task.other_sets.items()}
-    return {part: level.value for part, level in parts.items() if level is not None}
+    known: dict[float, str] = {}
+    for part, level in parts.items():
+        if level is not None:
+            known.setdefault(level.value, part)
+    return {known[level]: level for level in sorted(known)}
 
 
 def unit_of(task: TaskResults) -> str:
@@ -61,7 +78,7 @@ def unit_of(task: TaskResults) -> str:
 
 
 def scores(model: ModelResult) -> Mapping[float, Score]:
-    """Return the error of a model with its interval, as shown, by noise level."""
+    """Return the values of a model with their intervals, as shown, by noise level."""
     scale = model.task.scale
     errors = {}
     for part, level in levels(model.task).items():
@@ -70,11 +87,11 @@ def scores(model: ModelResult) -> Mapping[float, Score]:
             errors[level] = Score(
                 scale * score.mean, scale * score.sd, (), scale * score.low, scale * score.high
             )
-    return dict(sorted(errors.items()))
+    return errors
 
 
 def conclusion(model: ModelResult) -> str:
-    """Return the error of a model at the lowest and at the highest level, with chance."""
+    """Return the value of a model at the lowest and at the highest level, with chance."""
     unit = model.task.shown_unit
     by_level = scores(model)
     ends = ", ".join(
@@ -119,7 +136,7 @@ def draw_figure(models: Sequence[ModelResult], title: str, published: tuple[floa
     ]
     picture = Picture(
         title=title,
-        subtitle=f"{task.dataset_title}: trained in quiet, tested in noise",
+        subtitle=f"{task.dataset_title}. {trained(task)}",
         sources=(task.source,),
         points=tuple(points),
         axis=(task.metric_title, task.shown_unit),

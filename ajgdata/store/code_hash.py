@@ -1,7 +1,7 @@
 """Hash of the code that decides a result, for each kind of job.
 
 A result is computed again if the code that decides it changes. `CODE` names the sources of each
-kind of job. Comments, docstrings, messages of errors and descriptions of settings do not count.
+kind of job. Comments, docstrings, descriptions of settings and texts inside `raise` do not count.
 """
 
 from __future__ import annotations
@@ -37,8 +37,10 @@ _RECORDINGS = (
     "features/spectrum.py",
     "pipeline/recordings.py",
     "store/audio.py:read_audio,file_sha256",
+    "store/files.py:numbered_rows,plain_text",
     "store/session_audio.py",
     "store/sessions.py:audio_path,read_recordings,read_session",
+    "types/base.py:Finding,NAME,WHOLE",
     "types/session.py",
     "types/settings.py",
 )
@@ -49,6 +51,7 @@ _SIMILAR = (
     "pipeline/similar_sounds.py:leak_refusals,sounds_of,without_equal_sounds",
     "store/features.py:read_store",
     "store/labels.py:copy_finding,take_rows",
+    "types/base.py:Finding,WHOLE",
     "types/session.py:SIMULATED_SOURCES",
 )
 #: Scene -> impulse response and recording.
@@ -96,9 +99,10 @@ CODE: dict[str, tuple[str, ...]] = {
         "features/levels.py",
         "pipeline/feature_file.py",
         "pipeline/session_levels.py",
-        "store/features.py:write_store",
+        "store/features.py:text_column,write_store",
         "store/findings.py",
         "store/labels.py",
+        "types/base.py:left_out",
         "types/formats.py:FEATURES",
     ),
     "sample": (
@@ -111,8 +115,10 @@ CODE: dict[str, tuple[str, ...]] = {
         *_SIMULATED,
         "acquire/writer.py",
         "pipeline/recipes.py:acquire_virtual",
-        "store/audio.py:file_sha256,pcm24_bytes,write_pcm24",
+        "store/audio.py:SIMULATED,file_sha256,pcm24_bytes,write_pcm24",
+        "store/files.py:numbered_rows,plain_text",
         "store/sessions.py:read_recordings,read_session,write_recordings,write_session",
+        "types/base.py:Finding,NAME",
         "types/formats.py:SESSION",
         "types/session.py",
     ),
@@ -217,12 +223,13 @@ CODE: dict[str, tuple[str, ...]] = {
         "store/labels.py",
         "store/publishing/*.py",
         "store/session_audio.py",
-        "store/sessions.py:audio_path,read_session,read_recordings",
-        "types/formats.py:DATASET,PUBLISHED,SESSION",
+        "store/files.py:csv_bytes,json_bytes,numbered_rows,plain_text,yaml_bytes",
+        "store/sessions.py:audio_path,read_recordings,read_session,write_session",
+        "types/base.py:Finding,NAME,WHOLE,flagged,left_out",
+        "types/formats.py:DATASET,PACKAGE_KEY,PUBLISHED,SESSION",
         "types/session.py",
         "types/settings.py",
     ),
-    "report": ("**/*.py", "**/*.yaml"),
 }
 #: Packages whose files decide as a whole if a measurement uses them.
 WHOLE_FILES = ("acquire", "embed", "evaluate", "features")
@@ -259,11 +266,15 @@ class CodeSource:
         return used_statements(tree, self.names) if self.names else tree.body
 
     def digest(self) -> str:
-        """Return the digest of what decides in the file."""
-        if self.file.suffix == ".py":
-            text = "\n".join(ast.dump(statement) for statement in self.statements())
-        else:
-            text = json.dumps(read_yaml(self.file), sort_keys=True)
+        """Return the digest of what decides in the file; of other files than Python and YAML, every
+        byte decides."""
+        match self.file.suffix:
+            case ".py":
+                text = "\n".join(ast.dump(statement) for statement in self.statements())
+            case ".yaml":
+                text = json.dumps(read_yaml(self.file), sort_keys=True)
+            case _:
+                return sha256_of(self.file.read_bytes())
         return sha256_of(text.encode())
 
 
@@ -298,13 +309,14 @@ _digest = functools.cache(CodeSource.digest)
 
 
 def used_sources(function: Callable[..., Any]) -> tuple[CodeSource, ...]:
-    """Return the sources that decide the result of a function of an experiment.
+    """Return the sources that decide the result of the function of an experiment.
 
     These are the definitions that it uses in its own module and in other modules of experiments,
-    and complete files of `WHOLE_FILES`. For an experiment of another package, the definitions that
-    it uses in this package are included.
+    and complete files of `WHOLE_FILES`. For an experiment of another package, these are also the
+    definitions that it uses in that package, and in every part of this one.
     """
-    own_package = function.__module__.partition(".")[0]
+    function = inspect.unwrap(function)
+    is_ours = function.__module__.partition(".")[0] == PACKAGE.name
     waiting = [(Path(str(inspect.getsourcefile(function))), function.__name__)]
     used: dict[Path, set[str]] = {}
     while waiting:
@@ -314,8 +326,7 @@ def used_sources(function: Callable[..., Any]) -> tuple[CodeSource, ...]:
             continue
         names.add(name)
         for other, imported in imported_names(file, _source(file, {name}).statements()):
-            is_own = own_package != PACKAGE.name and _package(other) == ""
-            if is_own or _package(other) in (EXPERIMENTS, *WHOLE_FILES):
+            if not is_ours or _package(other) in (EXPERIMENTS, *WHOLE_FILES):
                 waiting.append((other, imported))
     return tuple(_source(file, used[file]) for file in sorted(used))
 
@@ -335,28 +346,35 @@ def _package(file: Path) -> str:
 def imported_names(file: Path, statements: Iterable[ast.stmt]) -> Iterator[tuple[Path, str]]:
     """Yield file and name of what statements of `file` import, also in functions.
 
-    Imports of this package and of the package of `file` are found, those of libraries are not.
+    Imports of this package and of the package of `file` are found, those of libraries are not. A
+    module and `*` are names that their file does not define, so the file counts as a whole.
     """
     for node in (node for statement in statements for node in ast.walk(statement)):
-        folder = _import_folder(file, node) if isinstance(node, ast.ImportFrom) else None
-        if isinstance(node, ast.ImportFrom) and folder is not None:
-            module = folder.joinpath(*(node.module or "").split("."))
+        if isinstance(node, ast.ImportFrom):
+            folder = _import_folder(file, str(node.module), node.level)
+            if folder is not None:
+                module = folder.joinpath(*(node.module or "").split("."))
+                for alias in node.names:
+                    target = _module_file(module / alias.name) or _module_file(module)
+                    if target is not None:
+                        yield target, alias.name
+        elif isinstance(node, ast.Import):
             for alias in node.names:
-                target = _module_file(module / alias.name) or _module_file(module)
+                folder = _import_folder(file, alias.name, 0)
+                target = _module_file(folder.joinpath(*alias.name.split("."))) if folder else None
                 if target is not None:
                     yield target, alias.name
 
 
-def _import_folder(file: Path, node: ast.ImportFrom) -> Path | None:
-    """Return the folder that an import of `file` starts in; None for an import of a library."""
-    if node.level:
-        return file.parents[node.level - 1]
+def _import_folder(file: Path, module: str, level: int) -> Path | None:
+    """Return the folder in which an import of `file` starts; None for an import of a library."""
+    if level:
+        return file.parents[level - 1]
     root = file.parent
     while (root / "__init__.py").is_file():
         root = root.parent
     own = file.relative_to(root).with_suffix("").parts[0]
-    first = str(node.module).partition(".")[0]
-    return {PACKAGE.name: PACKAGE.parent, own: root}.get(first)
+    return {PACKAGE.name: PACKAGE.parent, own: root}.get(module.partition(".")[0])
 
 
 def _module_file(module: Path) -> Path | None:
@@ -365,12 +383,28 @@ def _module_file(module: Path) -> Path | None:
     return next((file for file in files if file.is_file()), None)
 
 
+@functools.cache
+def package_hash() -> str:
+    """Return the hash of every byte of the package: the report depends on most of its files, and
+    syntax trees of all files take a second."""
+    files = sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.yaml")])
+    lines = [f"{CodeSource(file).place} {sha256_of(file.read_bytes())}" for file in files]
+    return sha256_of("\n".join(lines).encode())[:16]
+
+
 def _own_models() -> Iterator[Path]:
-    """Yield the files of models of other packages."""
-    for point in OWN_MODELS:
-        spec = find_spec(point.module)
-        if spec is not None and spec.origin:
-            yield Path(spec.origin)
+    """Yield the files of models of other packages, with the modules that they import from there."""
+    specs = [find_spec(point.module) for point in OWN_MODELS]
+    waiting = [Path(spec.origin) for spec in specs if spec is not None and spec.origin]
+    files: set[Path] = set()
+    while waiting:
+        file = waiting.pop()
+        if file not in files:
+            files.add(file)
+            if file.suffix == ".py":
+                names = imported_names(file, deciding_tree(file).body)
+                waiting += [other for other, _ in names if _package(other) == ""]
+    yield from sorted(files)
 
 
 @functools.cache
@@ -405,34 +439,36 @@ class _Deciding(ast.NodeTransformer):
 
 
 def _is_message(value: ast.expr) -> bool:
-    """Return whether an argument is a text for people."""
-    if isinstance(value, ast.Constant):
-        return isinstance(value.value, str) and " " in value.value
-    return isinstance(value, ast.JoinedStr)
+    """Return whether an argument is a text for people: it has a space."""
+    parts = value.values if isinstance(value, ast.JoinedStr) else [value]
+    texts = [part.value for part in parts if isinstance(part, ast.Constant)]
+    return any(isinstance(text, str) and " " in text for text in texts)
 
 
 def used_statements(tree: ast.Module, names: tuple[str, ...]) -> list[ast.stmt]:
     """Return the definitions of `names` in a module, with the definitions and imports that they
     use there, in the order of the module.
 
+    A statement that defines nothing counts if it uses a used name: it can change the value.
+
     >>> tree = ast.parse("import math\\nA = 1\\ndef f(): return g(A)\\ndef g(x): return x")
     >>> [ast.unparse(statement) for statement in used_statements(tree, ("f",))]
     ['A = 1', 'def f():\\n    return g(A)', 'def g(x):\\n    return x']
     """
     defined = [(statement, _defined_names(statement)) for statement in tree.body]
-    waiting, used = set(names), set[str]()
+    waiting, used = set(names), {"*"}
     while waiting:
         name = waiting.pop()
         used.add(name)
         for statement, own in defined:
-            if name in own and not isinstance(statement, (ast.Import, ast.ImportFrom)):
+            if name in (own or _used_names(statement)):
                 waiting |= _used_names(statement) - used
     statements: list[ast.stmt] = []
     for statement, own in defined:
         if isinstance(statement, (ast.Import, ast.ImportFrom)):
             aliases = [alias for alias in statement.names if _bound_name(alias) in used]
             statements += _imports(statement, aliases)
-        elif own & used:
+        elif (own or _used_names(statement)) & used:
             statements.append(statement)
     return statements
 
@@ -450,7 +486,7 @@ def _imports(
 
 def _defined_names(statement: ast.stmt) -> set[str]:
     """Return the names that a statement of a module defines."""
-    if isinstance(statement, (ast.FunctionDef, ast.ClassDef)):
+    if isinstance(statement, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
         return {statement.name}
     if isinstance(statement, (ast.Import, ast.ImportFrom)):
         return {_bound_name(alias) for alias in statement.names}

@@ -17,6 +17,7 @@ from ajgdata.store.code_hash import code_hash
 from ajgdata.store.files import json_bytes, read_csv, read_json, read_yaml, sha256_of, write_bytes
 from ajgdata.store.provenance import settings_digest
 from ajgdata.store.sessions import (
+    count_recordings,
     dropped_sessions,
     incomplete_sessions,
     list_sessions,
@@ -108,6 +109,18 @@ def _content(path: Path, parse: Callable[[Path], Any]) -> str:
         return json.dumps(parse(path), sort_keys=True, default=str)
     except (DataError, TypeError):  # TypeError: keys of several types
         return sha256_of(content)
+
+
+def count_changed(paths: Paths, dataset: str, sessions: Iterable[str]) -> int:
+    """Return the number of recordings in sessions that changed since the features."""
+    hashes = read_hashes(paths.session_hashes(dataset))
+    known = hashes.tables if hashes is not None else {}
+    counts = {name: count_recordings(paths.recordings_file(dataset, name)) for name in sessions}
+    return sum(
+        count
+        for name, count in counts.items()
+        if count and known.get(name) != tables_digest(paths.session(dataset, name))
+    )
 
 
 def features_key(sources: Iterable[str], spec: DatasetSpec) -> str:

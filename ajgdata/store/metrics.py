@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ajgdata.store.files import csv_bytes, read_csv, write_bytes
+from ajgdata.types import DataError
 from ajgdata.types.formats import FORMAT_KEY, METRICS
 
 if TYPE_CHECKING:
@@ -46,6 +47,7 @@ PREDICTION_COLUMNS = (
     "y_true",
     "y_pred",
     "probability",
+    FORMAT_KEY,
 )
 
 
@@ -74,12 +76,15 @@ def read_metrics(path: Path) -> pd.DataFrame:
     for version in sorted({row[FORMAT_KEY] for row in rows}):
         METRICS.check(path, int(version) if version.isdecimal() else version)
     metrics = pd.DataFrame(rows, columns=[*KEYS, *FACTS], dtype=str)
-    metrics["value"] = pd.to_numeric(metrics["value"])
-    for name in COUNTS:
-        metrics[name] = pd.to_numeric(metrics[name]).astype("Int64")
-    return metrics
+    for name in ("value", *COUNTS):
+        try:
+            metrics[name] = pd.to_numeric(metrics[name])
+        except ValueError as error:
+            raise DataError(path, f"column {name}: {error}", METRICS.renewal) from None
+    return metrics.astype(dict.fromkeys(COUNTS, "Int64"))
 
 
 def write_predictions(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
-    """Write predictions; a row has PREDICTION_COLUMNS."""
-    write_bytes(path, csv_bytes(PREDICTION_COLUMNS, rows))
+    """Write predictions; a row has PREDICTION_COLUMNS without `format`."""
+    cells = ({**row, FORMAT_KEY: METRICS.version} for row in rows)
+    write_bytes(path, csv_bytes(PREDICTION_COLUMNS, cells))

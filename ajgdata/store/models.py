@@ -88,7 +88,9 @@ def read_about(folder: Path) -> dict[str, Any]:
 
     Raises DataError if the model could not be trained, FormatError if it is of another version.
     """
-    about: dict[str, Any] = read_json(folder / ABOUT_FILE)
+    about = read_json(folder / ABOUT_FILE)
+    if not isinstance(about, dict):
+        raise DataError(folder / ABOUT_FILE, "does not describe a model", "train it again")
     # results/models/<data set>/<task>/<model>
     dataset = folder.absolute().parents[1].name
     MODEL.check(folder / ABOUT_FILE, about.pop(FORMAT_KEY, None), dataset)

@@ -58,6 +58,8 @@ def read_measurements(path: Path) -> list[tuple[dict[str, Any], list[Table]]]:
 def _read(path: Path, key: str) -> dict[str, Any]:
     """Return the content of a file that has `key`, without the version of its format."""
     content = read_json(path)
+    if not isinstance(content, dict):
+        raise DataError(path, "does not contain tables", TABLES.renewal)
     TABLES.check(path, content.pop(FORMAT_KEY, None))
     if key not in content:
         problem = f"has no key `{key}`, so another version of ajgdata wrote it"

@@ -116,7 +116,7 @@ TABLES = FileFormat(
     is_result=True,
 )
 METRICS = FileFormat(
-    files="`metrics.csv`",
+    files="`metrics.csv` and `predictions.csv`",
     place="column `format`",
     history=(
         "codes in the columns `part` and `task`, and no version is stated",

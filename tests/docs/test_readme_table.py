@@ -1,11 +1,14 @@
 """The README's table comes from the metrics of a run."""
 
 import re
+from pathlib import Path
 
+import ajgdata
 from ajgdata.store.metrics import FACTS, KEYS, write_metrics
 from tools.readme_table import readme_table
 
-SIZE = {"task": "size", "experiment": "cross_validation", "target_values": "training"}
+ROOT = Path(__file__).resolve().parents[2]
+SIZE = {"task": "size", "experiment": "cross_validation", "test_set": "size"}
 NOISE = {"task": "noise", "experiment": "repeated_fits", "test_set": "size_80dba"}
 VALUES = (
     (SIZE, {"mean": 0.7249, "chance": 6.4163, "grasp low": 0.6, "grasp high": 0.9}),
@@ -16,7 +19,13 @@ VALUES = (
 def write_results(path):
     """Write a `metrics.csv` with two of the five results, and with unrelated rows."""
     about = dict.fromkeys((*KEYS, *FACTS), "") | {"source": "simulated", "commit": "c0ffee1234567"}
-    about |= {"dataset": "size", "model": "cnn", "split": "grouped", "metric": "rmse"}
+    about |= {
+        "dataset": "size",
+        "target_values": "training",
+        "model": "cnn",
+        "split": "grouped",
+        "metric": "rmse",
+    }
     rows = [
         about | key | {"statistic": statistic, "value": value}
         for key, values in VALUES
@@ -37,3 +46,21 @@ def test_five_results_next_to_the_published_values(tmp_path):
     ]
     assert len(lines[3:-3]) == 5 and lines[5].endswith("| — | 85.6 % | — | — |")
     assert re.fullmatch(r"Commit c0ffee1234; SHA-256 of `metrics.csv`: [0-9a-f]{10}\.", lines[-2])
+
+
+def test_three_lines_of_the_documentation_give_its_values(tmp_path):
+    write_results(tmp_path / "results" / "metrics.csv")
+    (tmp_path / "datasets").mkdir()
+    page = (ROOT / "docs/comparing.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"^```python\n(.*?)^```", page, flags=re.M | re.S)
+    names = {"ajgdata": ajgdata}
+    block = block.replace("load_metrics()", "load_metrics(project=project)")
+    exec(block, names | {"project": tmp_path}, names)
+    table = names["table"]
+    assert len(block.splitlines()) == 3
+    size = table.loc["size", "size", "cross_validation", "rmse", "size", "training"]
+    assert size[["mean", "grasp low", "grasp high", "chance"]].tolist() == [
+        0.7249, 0.6, 0.9, 6.4163,
+    ]  # fmt: skip
+    noise = table.loc["size", "noise", "repeated_fits", "rmse", "size_80dba", "training"]
+    assert noise[["median", "low", "high"]].tolist() == [20.6, 17.2, 22.4]

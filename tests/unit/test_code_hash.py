@@ -2,6 +2,7 @@
 
 import ast
 import sys
+from importlib.metadata import EntryPoint
 
 import pytest
 
@@ -85,7 +86,7 @@ def test_text_for_people_decides_no_result(package, file, old, new):
 def test_a_constant_concerns_the_jobs_that_use_its_file(package):
     kinds = edit(package, "features/spectrum.py", "512", "256")
     assert "features" in kinds and "acquire" not in kinds and "train" not in kinds
-    assert edit(package, "store/scan.py", "1", "2") == {"report"}
+    assert edit(package, "store/scan.py", "1", "2") == set()
     assert "features" not in edit(package, "models/cnn.py", "3", "4")
     assert {"acquire", "gripper"} <= edit(package, "gripper/scene.py", "1", "2")
 
@@ -102,10 +103,10 @@ def test_an_error_decides_although_its_message_does_not(package, old, new):
 def test_of_a_named_definition_only_what_it_uses_decides(package):
     file = "pipeline/experiments.py"
     experiments = {kind for kind in CODE if kind.startswith("experiment")}
-    assert edit(package, file, "LIMIT = 2", "LIMIT = 3") == {*experiments, "report"}
-    assert edit(package, file, "return write_bytes(x)", "return x") == {"report"}
+    assert edit(package, file, "LIMIT = 2", "LIMIT = 3") == experiments
+    assert edit(package, file, "return write_bytes(x)", "return x") == set()
     imports = "read_json, write_bytes", "write_bytes, read_json"
-    assert edit(package, file, *imports) == {"report"}
+    assert edit(package, file, *imports) == set()
 
 
 @pytest.mark.parametrize("library", ["scikit-learn", "umap-learn", "numpy", "soundfile"])
@@ -151,6 +152,20 @@ def test_a_name_includes_what_it_uses_in_its_module():
     ]
 
 
+def test_a_statement_that_changes_a_used_name_is_included():
+    tree = ast.parse("TABLE = {}\nTABLE['a'] = 3\nOTHER = {}\nOTHER['b'] = 1\ndef f(): TABLE\n")
+    used = [ast.unparse(statement) for statement in module.used_statements(tree, ("f",))]
+    assert used[:2] == ["TABLE = {}", "TABLE['a'] = 3"] and len(used) == 3
+
+
+def test_the_report_depends_on_every_byte_of_the_package(package):
+    before = module.package_hash()
+    (package / "store/scan.py").write_text("SCAN = 1  # edited\n")
+    module.package_hash.cache_clear()
+    assert module.package_hash() != before
+    module.package_hash.cache_clear()
+
+
 @pytest.fixture
 def own_package(tmp_path, monkeypatch):
     """A package of a user, with an experiment that uses a helper module and our evaluation."""
@@ -158,13 +173,26 @@ def own_package(tmp_path, monkeypatch):
     folder.mkdir()
     (folder / "__init__.py").write_text("")
     (folder / "helpers.py").write_text("def scale(x):\n    return 2 * x\ndef draw():\n    pass\n")
+    (folder / "clock.py").write_text(
+        "import functools\n"
+        "def timed(function):\n"
+        "    @functools.wraps(function)\n"
+        "    def call(*arguments):\n"
+        "        return function(*arguments)\n"
+        "    return call\n"
+    )
+    (folder / "constants.py").write_text("GAIN = 2\n")
     (folder / "experiment.py").write_text(
+        "from own_lab.clock import timed\n"
+        "import own_lab.constants as constants\n"
         "from own_lab.helpers import scale, draw\n"
         "from .helpers import draw as again\n"
         "import numpy as np\n"
+        "@timed\n"
         "def measure(inputs, settings, model):\n"
         "    from ajgdata.evaluate.metrics import wrapped\n"
-        "    return np.sum(scale(wrapped(inputs, None)))\n"
+        "    from ajgdata.store.labels import take_rows\n"
+        "    return constants.GAIN * np.sum(scale(wrapped(take_rows(inputs), None)))\n"
         "def figure():\n"
         "    return again(draw())\n"
     )
@@ -179,8 +207,11 @@ def test_the_measuring_half_of_an_own_experiment_includes_its_helpers(own_packag
 
     sources = {source.place: source.names for source in used_sources(measure)}
     assert sources["own_lab/experiment.py"] == ("measure",)
+    assert sources["own_lab/clock.py"] == ("timed",)
+    assert sources["own_lab/constants.py"] == ()
     assert sources["own_lab/helpers.py"] == ("scale",)
     assert sources["evaluate/metrics.py"] == ()
+    assert sources["store/labels.py"] == ("take_rows",)
     assert not any("numpy" in place for place in sources)
 
 
@@ -189,3 +220,13 @@ def test_a_source_without_a_definition_counts_as_a_whole(tmp_path):
     file.write_text("measure = lambda: 1\nother = 2\n")
     assert module._source(file, {"<lambda>"}) == CodeSource(file)
     assert module._source(file, {"measure"}) == CodeSource(file, ("measure",))
+
+
+def test_an_own_model_includes_the_modules_that_it_imports_from_its_package(
+    own_package, monkeypatch
+):
+    (own_package / "models.py").write_text("from own_lab.helpers import scale\nimport numpy\n")
+    point = EntryPoint("own", "own_lab.models:make", "ajgdata.models")
+    monkeypatch.setattr(module, "OWN_MODELS", [point])
+    assert [file.name for file in module._own_models()] == ["helpers.py", "models.py"]
+    assert {file.parent for file in module._own_models()} == {own_package}

@@ -1,7 +1,5 @@
 """Figures of pages: functions of all results of a page."""
 
-import math
-
 import numpy as np
 from result_samples import RMSE, SIZES, paper_figure, size_result, sizes
 
@@ -13,6 +11,8 @@ from ajgdata.types import Level
 
 QUIET, LOUD = (Level(value=value, unit="dBA", quantity="white sound") for value in (45, 80))
 
+NOISE = {"loud": Other("In noise", LOUD)}
+
 
 def in_noise(**changes):
     """Return a task of a CNN that is also tested at 80 dB(A), where its error is 9 mm."""
@@ -21,7 +21,7 @@ def in_noise(**changes):
     result = size_result(parts={"on:loud": loud}, predictions=predicted)
     given = {
         "settings": Settings(test_on=("loud",)),
-        "other_sets": {"loud": Other("In noise", LOUD)},
+        "other_sets": NOISE,
         "level": QUIET,
     }
     return sizes(result, **(given | changes))
@@ -56,4 +56,19 @@ def test_tasks_without_levels_and_pages_without_a_figure_have_none():
     one_level = in_noise(other_sets={"loud": Other("In noise", None)})
     assert page_figures("noise", [one_level]) == ()
     assert set(PAGE_FIGURES) == {"noise"}
-    assert math.isfinite(noise.levels(in_noise())["grouped"])
+
+
+def test_a_test_set_that_was_refused_or_has_the_level_of_the_training_is_not_drawn():
+    refused = sizes(settings=Settings(test_on=("loud",)), level=QUIET, other_sets=NOISE)
+    assert page_figures("noise", [refused]) == ()
+    same_level = {"loud": Other("Second microphone", QUIET)}
+    assert noise.levels(in_noise(other_sets=same_level)) == {"grouped": 45}
+    assert page_figures("noise", [in_noise(other_sets=same_level)]) == ()
+    assert page_figures("noise", [in_noise(level=None)]) == ()
+
+
+def test_the_caption_names_the_level_of_the_training():
+    trained_loud = {"loud": Other("In quiet", QUIET)}
+    (shown,) = page_figures("noise", [in_noise(level=LOUD, other_sets=trained_loud)])
+    assert "Models are trained at 80 dB(A)." in shown.caption.text
+    assert shown.title == "CNN: RMSE 9 mm at 45 dB(A), 2.2 mm at 80 dB(A) (chance 8.2 mm)"

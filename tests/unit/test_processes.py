@@ -7,7 +7,9 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
+from threadpoolctl import threadpool_info
 
 from ajgdata.pipeline import processes
 from ajgdata.pipeline.processes import process_count, results_of
@@ -34,6 +36,14 @@ def killed_with(item):
     return item
 
 
+def threads_of(item):
+    """Return the threads of each library that this process has loaded, and whether it is another
+    process than that of the test."""
+    np.dot(np.ones((50, 50)), np.ones((50, 50)))
+    is_other = multiprocessing.parent_process() is not None
+    return is_other, [pool["num_threads"] for pool in threadpool_info()]
+
+
 def failed_with(item):
     if item == 7:
         raise ValueError(f"item {item}")
@@ -44,7 +54,7 @@ def test_results_have_the_order_of_the_items(few):
     results = results_of(process_of, iter(ITEMS), 2)
     assert [item for item, _ in results] == [*ITEMS]
     used = {process for _, process in results}
-    assert os.getpid() in used
+    assert os.getpid() not in used
     assert len(used) == 2
 
 
@@ -52,6 +62,13 @@ def test_results_have_the_order_of_the_items(few):
 def test_few_items_or_one_core_start_no_process(few, count, allowed):
     results = results_of(process_of, range(count), allowed)
     assert results == [(item, os.getpid()) for item in range(count)]
+
+
+def test_each_process_uses_one_core(few):
+    threads = results_of(threads_of, ITEMS, 2)
+    assert all(is_other for is_other, _ in threads)
+    assert threads[-1][1]  # a library with threads is loaded
+    assert all(count == 1 for _, pools in threads for count in pools)
 
 
 def test_one_process_more_for_every_thousand_items():

@@ -19,10 +19,12 @@ def session_tables(wildcards):
 
 
 def feature_processes(wildcards):
-    """Processes for the features of a data set. Sessions that this run records do not count."""
+    """Processes for the features of a data set: few if few recordings are new.
+
+    Sessions that this run records do not count.
+    """
     name = wildcards.dataset
-    tables = [PATHS.recordings_file(name, session) for session in PLANS[name].sessions]
-    return process_count(sum(count_recordings(table) for table in tables))
+    return process_count(count_changed(PATHS, name, PLANS[name].sessions))
 
 
 def features_of(*names):
@@ -82,9 +84,6 @@ def experiment_code(wildcards):
     return code_hash(experiment.job_kind, *measuring_half(experiment.name))
 
 
-def report_code(wildcards):
-    """Hash of all code. It takes a second, so only jobs that need it compute it."""
-    return code_hash("report")
 
 
 def rendered_from(wildcards):

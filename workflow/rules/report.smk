@@ -18,6 +18,7 @@ rule collect:
         function="collect:collect",
         datasets=list(PLANS),
         tasks=MEASURED,
+        results=RESULTS,
         run=PATHS.run,
         code=code_hash("collect"),
     message:
@@ -73,7 +74,7 @@ rule report:
         ablations=list(ABLATED),
         published=PUBLISHED,
         declared=[settings_digest(item.spec) for item in PLANS.values()],
-        code=report_code,
+        code=package_hash(),
         texts=REPORT_FILES,
         requested=FIRST_RESULTS,
         data=lambda wildcards: features_of(*FIRST_DATASETS),
