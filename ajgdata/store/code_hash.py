@@ -325,10 +325,16 @@ def used_sources(function: Callable[..., Any]) -> tuple[CodeSource, ...]:
         if name in names:
             continue
         names.add(name)
-        for other, imported in imported_names(file, _source(file, {name}).statements()):
+        for other, imported in _imports_of(_source(file, {name})):
             if not is_ours or _package(other) in (EXPERIMENTS, *WHOLE_FILES):
                 waiting.append((other, imported))
     return tuple(_source(file, used[file]) for file in sorted(used))
+
+
+@functools.cache
+def _imports_of(source: CodeSource) -> tuple[tuple[Path, str], ...]:
+    """Return file and name of what a source imports."""
+    return tuple(imported_names(source.file, source.statements()))
 
 
 def _source(file: Path, names: set[str]) -> CodeSource:

@@ -47,7 +47,7 @@ def package(tmp_path, monkeypatch):
 
 
 def forget():
-    for cached in (module.code_hash, module._digest, module.deciding_tree):
+    for cached in (module.code_hash, module._digest, module._imports_of, module.deciding_tree):
         cached.cache_clear()
 
 

@@ -21,7 +21,7 @@ rule acquire:
     params:
         function="recipes:acquire_virtual",
         recipe=recipe_of_session,
-        code=code_hash("acquire"),
+        code=lambda wildcards: code_hash("acquire"),
     message:
         "Recording session {wildcards.session} of {wildcards.dataset} with the virtual gripper"
     script:

@@ -18,7 +18,7 @@ rule embed:
         seed=config["seed"],
         device=config["device"],
         data=own_features,
-        code=code_hash("embed"),
+        code=lambda wildcards: code_hash("embed"),
     message:
         "Training encoders for {wildcards.embedding} of {wildcards.dataset}"
     script:

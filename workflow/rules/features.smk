@@ -21,7 +21,7 @@ rule features:
         features=setting("features"),
         targets=setting("targets"),
         tables=session_tables,
-        code=code_hash("features"),
+        code=lambda wildcards: code_hash("features"),
     message:
         "Spectra and labels of {wildcards.dataset}"
     script:

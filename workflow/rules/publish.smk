@@ -23,7 +23,7 @@ rule publish_dataset:
         declared=lambda wildcards: settings_digest(SPECS[wildcards.dataset]),
         texts=report_files_digest(PATHS, "templates/card.md.j2"),
         data=own_features,
-        code=code_hash("publish"),
+        code=lambda wildcards: code_hash("publish"),
     message:
         "Publishing {wildcards.dataset}"
     script:
@@ -44,7 +44,7 @@ rule sample:
     params:
         function="sample:write_sample",
         grasps=2,
-        code=code_hash("sample"),
+        code=lambda wildcards: code_hash("sample"),
         data=own_features,
     message:
         "Writing a sample of {wildcards.dataset}"

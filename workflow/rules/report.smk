@@ -20,7 +20,7 @@ rule collect:
         tasks=MEASURED,
         results=RESULTS,
         run=PATHS.run,
-        code=code_hash("collect"),
+        code=lambda wildcards: code_hash("collect"),
     message:
         "Metrics and predictions"
     script:
@@ -74,7 +74,7 @@ rule report:
         ablations=list(ABLATED),
         published=PUBLISHED,
         declared=[settings_digest(item.spec) for item in PLANS.values()],
-        code=package_hash(),
+        code=lambda wildcards: package_hash(),
         texts=REPORT_FILES,
         requested=FIRST_RESULTS,
         data=lambda wildcards: features_of(*FIRST_DATASETS),

@@ -22,7 +22,7 @@ rule study:
         quick=config["quick"],
         tests="tests/verification",
         cases=KNOWN_CASES,
-        code=code_hash("study"),
+        code=lambda wildcards: code_hash("study"),
     message:
         "Studying the virtual gripper: {wildcards.study}"
     script:
@@ -55,7 +55,7 @@ rule ablate:
         settings=lambda wildcards: settings_digest(ABLATED[wildcards.ablation]),
         seed=config["seed"],
         device=config["device"],
-        code=code_hash("ablation"),
+        code=lambda wildcards: code_hash("ablation"),
     message:
         "Why simulation and paper differ: {wildcards.ablation}"
     script:
@@ -82,7 +82,7 @@ if OPENING:
             function="opening:build_opening",
             audio=SPECS[OPENING].audio.model_dump(mode="json"),
             data=lambda wildcards: features_of(OPENING),
-            code=code_hash("opening"),
+            code=lambda wildcards: code_hash("opening"),
         message:
             "The gripper in pictures"
         script:

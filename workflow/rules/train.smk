@@ -17,7 +17,7 @@ rule train:
         seed=config["seed"],
         device=config["device"],
         data=own_features,
-        code=code_hash("train"),
+        code=lambda wildcards: code_hash("train"),
     message:
         "Training every model of {wildcards.dataset} on all of it"
     script:
