@@ -9,7 +9,7 @@ from snakemake.utils import min_version, validate
 
 from ajgdata.ablations import possible
 from ajgdata.acquire.recipe import recipe_hash
-from ajgdata.experiments import measuring_half
+from ajgdata.experiments import measuring_half, own_experiment_files
 from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths, run_name
 from ajgdata.pipeline.console import show_jobs
 from ajgdata.pipeline.experiments import requests_for, of_paper

@@ -21,7 +21,7 @@ from pydantic import BaseModel, ValidationError
 
 from ajgdata.experiments.base import Experiment
 from ajgdata.models import model_label
-from ajgdata.store.code_hash import CodeSource, used_sources
+from ajgdata.store.code_hash import PACKAGE, CodeSource, used_sources, with_own_imports
 from ajgdata.store.files import line_of
 from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec, Kind, describe, location
 from ajgdata.types.registry import PLAIN_MODELS, Registry
@@ -203,3 +203,10 @@ def measuring_half(name: str) -> tuple[CodeSource, ...]:
     An edit of its drawing half changes no result.
     """
     return used_sources(EXPERIMENTS[name].measure)
+
+
+def own_experiment_files() -> list[Path]:
+    """Return the files of experiments of other packages, with what they import from there."""
+    functions = [inspect.unwrap(experiment.measure) for experiment in EXPERIMENTS.values()]
+    own = [f for f in functions if f.__module__.partition(".")[0] != PACKAGE.name]
+    return with_own_imports(Path(str(inspect.getsourcefile(function))) for function in own)

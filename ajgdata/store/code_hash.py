@@ -18,7 +18,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from ajgdata.store.files import read_text, read_yaml, sha256_of
+from ajgdata.store.files import read_yaml, sha256_of
+from ajgdata.store.syntax import deciding_tree, defined_names, used_statements
 from ajgdata.types.registry import OWN_MODELS
 
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -339,7 +340,7 @@ def _imports_of(source: CodeSource) -> tuple[tuple[Path, str], ...]:
 
 def _source(file: Path, names: set[str]) -> CodeSource:
     """Return definitions of a file; the complete file if one of `names` is not defined there."""
-    defined = {name for statement in deciding_tree(file).body for name in _defined_names(statement)}
+    defined = {name for statement in deciding_tree(file).body for name in defined_names(statement)}
     is_whole = _package(file) in WHOLE_FILES or not names <= defined
     return CodeSource(file) if is_whole else CodeSource(file, tuple(sorted(names)))
 
@@ -390,121 +391,30 @@ def _module_file(module: Path) -> Path | None:
 
 
 @functools.cache
-def package_hash() -> str:
-    """Return the hash of every byte of the package: the report depends on most of its files, and
-    syntax trees of all files take a second."""
-    files = sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.yaml")])
+def package_hash(*added: Path) -> str:
+    """Return the hash of every byte of the package, and of the files `added`.
+
+    The report depends on most files of the package, and syntax trees of all files take a second.
+    """
+    files = sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.yaml"), *added])
     lines = [f"{CodeSource(file).place} {sha256_of(file.read_bytes())}" for file in files]
     return sha256_of("\n".join(lines).encode())[:16]
 
 
-def _own_models() -> Iterator[Path]:
-    """Yield the files of models of other packages, with the modules that they import from there."""
+def _own_models() -> list[Path]:
+    """Return the files of models of other packages, with what they import from their packages."""
     specs = [find_spec(point.module) for point in OWN_MODELS]
-    waiting = [Path(spec.origin) for spec in specs if spec is not None and spec.origin]
-    files: set[Path] = set()
+    return with_own_imports(Path(spec.origin) for spec in specs if spec and spec.origin)
+
+
+def with_own_imports(files: Iterable[Path]) -> list[Path]:
+    """Return files of other packages, with the modules that they import from their packages."""
+    waiting = list(files)
+    known: set[Path] = set()
     while waiting:
         file = waiting.pop()
-        if file not in files:
-            files.add(file)
-            if file.suffix == ".py":
-                names = imported_names(file, deciding_tree(file).body)
-                waiting += [other for other, _ in names if _package(other) == ""]
-    yield from sorted(files)
-
-
-@functools.cache
-def deciding_tree(file: Path) -> ast.Module:
-    """Return the syntax tree of a file without all that cannot decide a result."""
-    tree = ast.parse(read_text(file))
-    return _Deciding().visit(tree)
-
-
-class _Deciding(ast.NodeTransformer):
-    """Removes docstrings, messages of errors, descriptions of settings, and imports for types."""
-
-    def visit_Expr(self, node: ast.Expr) -> ast.AST | None:
-        """Remove a docstring."""
-        is_text = isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
-        return ast.Pass() if is_text else self.generic_visit(node)
-
-    def visit_Raise(self, node: ast.Raise) -> ast.AST:
-        """Remove the message of an error; its code, a text without spaces, stays."""
-        if isinstance(node.exc, ast.Call):
-            node.exc.args = [value for value in node.exc.args if not _is_message(value)]
-        return self.generic_visit(node)
-
-    def visit_keyword(self, node: ast.keyword) -> ast.AST | None:
-        """Remove the description of a setting."""
-        return None if node.arg == "description" else self.generic_visit(node)
-
-    def visit_If(self, node: ast.If) -> ast.AST | None:
-        """Remove imports that only type checkers see."""
-        is_typing = isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
-        return None if is_typing else self.generic_visit(node)
-
-
-def _is_message(value: ast.expr) -> bool:
-    """Return whether an argument is a text for people: it has a space."""
-    parts = value.values if isinstance(value, ast.JoinedStr) else [value]
-    texts = [part.value for part in parts if isinstance(part, ast.Constant)]
-    return any(isinstance(text, str) and " " in text for text in texts)
-
-
-def used_statements(tree: ast.Module, names: tuple[str, ...]) -> list[ast.stmt]:
-    """Return the definitions of `names` in a module, with the definitions and imports that they
-    use there, in the order of the module.
-
-    A statement that defines nothing counts if it uses a used name: it can change the value.
-
-    >>> tree = ast.parse("import math\\nA = 1\\ndef f(): return g(A)\\ndef g(x): return x")
-    >>> [ast.unparse(statement) for statement in used_statements(tree, ("f",))]
-    ['A = 1', 'def f():\\n    return g(A)', 'def g(x):\\n    return x']
-    """
-    defined = [(statement, _defined_names(statement)) for statement in tree.body]
-    waiting, used = set(names), {"*"}
-    while waiting:
-        name = waiting.pop()
-        used.add(name)
-        for statement, own in defined:
-            if name in (own or _used_names(statement)):
-                waiting |= _used_names(statement) - used
-    statements: list[ast.stmt] = []
-    for statement, own in defined:
-        if isinstance(statement, (ast.Import, ast.ImportFrom)):
-            aliases = [alias for alias in statement.names if _bound_name(alias) in used]
-            statements += _imports(statement, aliases)
-        elif (own or _used_names(statement)) & used:
-            statements.append(statement)
-    return statements
-
-
-def _imports(
-    statement: ast.Import | ast.ImportFrom, aliases: list[ast.alias]
-) -> Iterator[ast.Import | ast.ImportFrom]:
-    """Yield an import of each of `aliases`, so that their order does not count."""
-    for alias in sorted(aliases, key=lambda alias: alias.name):
-        if isinstance(statement, ast.Import):
-            yield ast.Import(names=[alias])
-        else:
-            yield ast.ImportFrom(module=statement.module, names=[alias], level=statement.level)
-
-
-def _defined_names(statement: ast.stmt) -> set[str]:
-    """Return the names that a statement of a module defines."""
-    if isinstance(statement, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
-        return {statement.name}
-    if isinstance(statement, (ast.Import, ast.ImportFrom)):
-        return {_bound_name(alias) for alias in statement.names}
-    stored = (node for node in ast.walk(statement) if isinstance(node, ast.Name))
-    return {node.id for node in stored if isinstance(node.ctx, ast.Store)}
-
-
-def _used_names(statement: ast.stmt) -> set[str]:
-    """Return the names that a statement reads."""
-    return {node.id for node in ast.walk(statement) if isinstance(node, ast.Name)}
-
-
-def _bound_name(alias: ast.alias) -> str:
-    """Return the name that an import binds."""
-    return alias.asname or alias.name.partition(".")[0]
+        if file not in known:
+            known.add(file)
+            imported = _imports_of(CodeSource(file)) if file.suffix == ".py" else ()
+            waiting += [other for other, _ in imported if _package(other) == ""]
+    return sorted(known)

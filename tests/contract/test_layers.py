@@ -7,15 +7,8 @@ from pathlib import Path
 import pytest
 
 from ajgdata.experiments import EXPERIMENTS, measuring_half
-from ajgdata.store.code_hash import (
-    CODE,
-    CodeSource,
-    _defined_names,
-    deciding_tree,
-    imported_names,
-    sources,
-    used_statements,
-)
+from ajgdata.store.code_hash import CODE, CodeSource, imported_names, sources
+from ajgdata.store.syntax import deciding_tree, defined_names, used_statements
 
 PACKAGE = Path(__file__).resolve().parents[2] / "ajgdata"
 #: Files that decide no result: names of files, reading and writing of text, identity of inputs,
@@ -207,7 +200,7 @@ def missing_sources(kind: str, listed: Iterable[CodeSource]) -> set[str]:
         (source.file, name)
         for source in own
         for statement in source.statements()
-        for name in _defined_names(statement)
+        for name in defined_names(statement)
     }
     whole = {source.file for source in own if not source.names}
     imported = set().union(*(imported_definitions(source) for source in own))

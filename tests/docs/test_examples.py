@@ -74,11 +74,11 @@ MODULES = (
     "ajgdata.pipeline.publish",
     "ajgdata.pipeline.similar_classes",
     "ajgdata.store.audio",
-    "ajgdata.store.code_hash",
     "ajgdata.store.features",
     "ajgdata.store.file_matching",
     "ajgdata.store.publishing.columns",
     "ajgdata.store.publishing.differences",
+    "ajgdata.store.syntax",
     "ajgdata.tutorial",
 )
 

@@ -8,6 +8,7 @@ import pytest
 
 from ajgdata.store import code_hash as module
 from ajgdata.store.code_hash import CODE, CodeSource, code_hash, used_sources
+from ajgdata.store.syntax import deciding_tree, used_statements
 
 FILES = {
     "gripper/scene.py": "GRIPPER = 1\n",
@@ -47,7 +48,7 @@ def package(tmp_path, monkeypatch):
 
 
 def forget():
-    for cached in (module.code_hash, module._digest, module._imports_of, module.deciding_tree):
+    for cached in (module.code_hash, module._digest, module._imports_of, deciding_tree):
         cached.cache_clear()
 
 
@@ -141,7 +142,7 @@ def test_a_name_includes_what_it_uses_in_its_module():
         "def h():\n    return sep\n"
         "def unused():\n    return B\n"
     )
-    used = [ast.unparse(statement) for statement in module.used_statements(tree, ("f",))]
+    used = [ast.unparse(statement) for statement in used_statements(tree, ("f",))]
     assert [text.splitlines()[0] for text in used] == [
         "from os import path as p",
         "from os import sep",
@@ -154,7 +155,7 @@ def test_a_name_includes_what_it_uses_in_its_module():
 
 def test_a_statement_that_changes_a_used_name_is_included():
     tree = ast.parse("TABLE = {}\nTABLE['a'] = 3\nOTHER = {}\nOTHER['b'] = 1\ndef f(): TABLE\n")
-    used = [ast.unparse(statement) for statement in module.used_statements(tree, ("f",))]
+    used = [ast.unparse(statement) for statement in used_statements(tree, ("f",))]
     assert used[:2] == ["TABLE = {}", "TABLE['a'] = 3"] and len(used) == 3
 
 

@@ -86,6 +86,11 @@ def experiment_code(wildcards):
 
 
 
+def report_code(wildcards):
+    """Hash of the code that draws the report."""
+    return package_hash(*own_experiment_files())
+
+
 def rendered_from(wildcards):
     """Digest of the recipe whose scenes an experiment renders again, "" if it renders none."""
     recipe = SPECS[wildcards.dataset].recipe

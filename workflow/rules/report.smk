@@ -74,7 +74,7 @@ rule report:
         ablations=list(ABLATED),
         published=PUBLISHED,
         declared=[settings_digest(item.spec) for item in PLANS.values()],
-        code=lambda wildcards: package_hash(),
+        code=report_code,
         texts=REPORT_FILES,
         requested=FIRST_RESULTS,
         data=lambda wildcards: features_of(*FIRST_DATASETS),
