@@ -8,6 +8,7 @@ from recorded import make_features, run_experiments
 from sites import Site
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.report import build_report
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.sessions import write_session
@@ -55,6 +56,7 @@ def measured_site(folder: Path) -> Site:
     make_features(paths, NAME)
     requests = run_experiments(paths, NAME)
     tasks = list(dict.fromkeys((NAME, request.task) for request in requests))
+    collect(paths, datasets=[NAME], tasks=tasks)
     requested = [key for request in requests for key in request.keys]
     build_report(paths, datasets=[NAME], tasks=tasks, requested=requested)
     return Site(paths.report.parent)
