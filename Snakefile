@@ -36,7 +36,12 @@ from ajgdata.pipeline.studies import (
 from ajgdata.report.navigation import FIXED
 from ajgdata.store.code_hash import code_hash, package_hash
 from ajgdata.store.files import read_yaml
-from ajgdata.store.freshness import count_changed, features_key, files_digest, run_tables
+from ajgdata.store.freshness import (
+    count_changed,
+    features_key,
+    files_digest,
+    run_tables,
+)
 from ajgdata.store.provenance import settings_digest
 from ajgdata.store.report_files import report_files_digest
 

@@ -84,8 +84,6 @@ def experiment_code(wildcards):
     return code_hash(experiment.job_kind, *measuring_half(experiment.name))
 
 
-
-
 def report_code(wildcards):
     """Hash of the code that draws the report."""
     return package_hash(*own_experiment_files())

@@ -12,9 +12,7 @@ rule experiment:
         encoders=encoder_files,
     output:
         tables=PATHS.experiment("{dataset}", "{task}", "{experiment}", "{models}"),
-        cost=PATHS.experiment_cost(
-            "{dataset}", "{task}", "{experiment}", "{models}"
-        ),
+        cost=PATHS.experiment_cost("{dataset}", "{task}", "{experiment}", "{models}"),
     log:
         "results/logs/experiment/{dataset}/{task}/{experiment}.{models}.log",
     benchmark:
