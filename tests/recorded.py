@@ -38,10 +38,11 @@ def record_tones(paths: Paths, sessions: Sequence[str], count: int = 8) -> None:
         write_session(folder, Session(session_id=session, source="import"), recordings)
 
 
-def make_features(paths: Paths, dataset: str) -> None:
-    """Compute the feature file of a data set."""
+def make_features(paths: Paths, dataset: str) -> tuple[int, int]:
+    """Compute the feature file of a data set; return how many recordings were computed and
+    reused."""
     spec = read_dataset(paths, dataset)
-    build_feature_file(
+    return build_feature_file(
         paths,
         dataset=dataset,
         sessions=list_sessions(paths, dataset),

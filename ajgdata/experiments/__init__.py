@@ -21,8 +21,9 @@ from pydantic import BaseModel, ValidationError
 
 from ajgdata.experiments.base import Experiment
 from ajgdata.models import model_label
-from ajgdata.store.code_hash import PACKAGE, CodeSource, used_sources, with_own_imports
+from ajgdata.store.code_hash import CodeSource, used_sources, with_own_imports
 from ajgdata.store.files import line_of
+from ajgdata.store.provenance import PACKAGE
 from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec, Kind, describe, location
 from ajgdata.types.registry import PLAIN_MODELS, Registry
 

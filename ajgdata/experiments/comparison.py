@@ -204,6 +204,7 @@ def errors(result: Result, results: TaskResults) -> Table:
     comparison = results.settings.comparisons[result.model]
     levels = {results.dataset: results.level}
     levels |= {name: results.other_sets[name].level for name in comparison.test}
+    scores = result.tables[SCORES].where(metric=results.metric)
     rows = []
     for variant in comparison.all_variants:
         seconds = result.cost[SCORES].where(condition=variant.name, metric=FEATURE_S)
@@ -218,7 +219,6 @@ def errors(result: Result, results: TaskResults) -> Table:
                 "metric": results.metric,
                 "level": level.value if level else None,
             }
-            scores = result.tables[SCORES].where(metric=results.metric)
             table = scores.where(condition=variant.name, test_set=name)
             rows += [row | values for values in _folds(results, table)]
     columns = {

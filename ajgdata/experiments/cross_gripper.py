@@ -101,8 +101,8 @@ def finding(results: TaskResults) -> str:
     home = next(iter(_home_scores(results, label).values()), Score(math.nan, math.nan))
     values = [point.score.mean for point in GRIPPERS.bind(results).points_with(model=label)]
     own = with_unit(number(home.mean), results.shown_unit)
-    elsewhere = value_range(values, results.shown_unit)
-    return f"{label}: {results.metric_title} {own} on its gripper, {elsewhere} on others"
+    range_text = value_range(values, results.shown_unit)
+    return f"{label}: {results.metric_title} {own} on its gripper, {range_text} on others"
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
@@ -111,18 +111,18 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
         return
     label = _first_label(results)
     grippers = GRIPPERS.bind(results)
-    elsewhere = grippers.points_with(model=label, grasps=min(results.settings.grasps))
+    points = grippers.points_with(model=label, grasps=min(results.settings.grasps))
     homes = _home_scores(results, label)
     sign = 1 if results.kind == "classification" else -1
     gaps = [
         Score(sign * (homes[point.panel].mean - point.score.mean), homes[point.panel].sd)
-        for point in elsewhere
+        for point in points
         if point.panel in homes
     ]
-    listed = [f"{mean_sd(point.score, results.shown_unit)} on {point.panel}" for point in elsewhere]
-    home = homes.get(elsewhere[0].panel, Score(math.nan, math.nan))
+    listed = [f"{mean_sd(point.score, results.shown_unit)} on {point.panel}" for point in points]
+    home = homes.get(points[0].panel, Score(math.nan, math.nan))
     chance = float(np.mean(list(grippers.chance.values())))
-    values = [point.score.mean for point in elsewhere]
+    values = [point.score.mean for point in points]
     marks = (
         mark_of("ours", Score(sum(values) / len(values), math.nan)),
         mark_of("chance", Score(chance, 0.0)),

@@ -303,7 +303,7 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
             unit=results.shown_unit,
         )
     for part in dict.fromkeys(part for model in models for part, _ in model.parts[1:]):
-        name = part.removeprefix("on:")
+        name = part_columns(part, results.dataset).test_set
         key, heading = PARTS.get(part) or (name, f"tested on {results.other_sets[name].title}")
         if part in (RANDOM, OVERALL) and key not in results.papers:
             continue

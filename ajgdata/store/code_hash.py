@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import ast
 import functools
-import hashlib
 import inspect
 import json
 from collections.abc import Callable, Iterable, Iterator
@@ -19,10 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from ajgdata.store.files import read_yaml, sha256_of
+from ajgdata.store.provenance import PACKAGE
 from ajgdata.store.syntax import deciding_tree, defined_names, used_statements
 from ajgdata.types.registry import OWN_MODELS
-
-PACKAGE = Path(__file__).resolve().parents[1]
 
 #: Session -> its table and files -> samples, issues and spectra.
 _RECORDINGS = (
@@ -303,7 +301,7 @@ def code_hash(kind: str, *added: CodeSource) -> str:
         "sources": sorted({f"{s.place}:{','.join(s.names)} {_digest(s)}" for s in own}),
         "libraries": {name: version(name) for name in libraries},
     }
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
+    return sha256_of(json.dumps(content, sort_keys=True).encode())[:16]
 
 
 _digest = functools.cache(CodeSource.digest)

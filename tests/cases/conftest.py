@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from recorded import make_features
+from sounds import resonances, write_wav
 
 from ajgdata.cli import main
 from ajgdata.paths import Paths
@@ -77,3 +78,17 @@ def features(paths):
     """Compute the feature file of a data set, as the workflow does."""
 
     return partial(make_features, paths)
+
+
+@pytest.fixture
+def import_balls_and_cubes(src, ajgdata, features):
+    """Import four balls and four cubes as a data set, and compute its features."""
+
+    def imported(dataset: str) -> None:
+        for number, label in enumerate(("ball", "cube")):
+            for grasp in range(1, 5):
+                write_wav(src / f"{grasp + 4 * number}_{label}.wav", resonances(number, grasp))
+        assert ajgdata("import", src, "--dataset", dataset).code == 0
+        features(dataset)
+
+    return imported

@@ -19,17 +19,15 @@ from sounds import resonances, write_wav
 import ajgdata as library
 from ajgdata.acquire.writer import acquire_session
 from ajgdata.paths import Paths, Tree
-from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.pipeline.fetch import fetch
 from ajgdata.pipeline.report import build_report
 from ajgdata.pipeline.train import train_embedding, train_models
-from ajgdata.store.code_hash import code_hash
 from ajgdata.store.features import read_latents, read_store
 from ajgdata.store.files import read_yaml
 from ajgdata.store.findings import read_findings
 from ajgdata.store.freshness import changes_since_features, read_hashes
 from ajgdata.store.publishing.archive import checksums_bytes
-from ajgdata.store.sessions import list_sessions, read_dataset, read_session, write_session
+from ajgdata.store.sessions import read_dataset, read_session, write_session
 from ajgdata.types import DataError, Embedding
 from ajgdata.types.formats import FORMAT_KEY, PACKAGE_KEY, FormatError
 
@@ -41,13 +39,9 @@ OTHER = {2: LATER, None: f"states no format; {READS}", 0: f"format = 0 is not a 
 
 
 @pytest.fixture
-def imported(paths, src, ajgdata) -> Paths:
+def imported(paths, import_balls_and_cubes) -> Paths:
     """A data set of four balls and four cubes, with its features."""
-    for number, label in enumerate(("ball", "cube")):
-        for grasp in range(1, 5):
-            write_wav(src / f"{grasp + 4 * number}_{label}.wav", resonances(number, grasp))
-    assert ajgdata("import", src, "--dataset", NAME).code == 0
-    make_features(paths, NAME)
+    import_balls_and_cubes(NAME)
     return paths
 
 
@@ -235,19 +229,7 @@ def test_features_of_another_version_are_computed_again(imported, ajgdata, versi
     assert str(refused.value) == line
     assert_one_line(ajgdata("publish", NAME), line)
 
-    spec = read_dataset(imported, NAME)
-    computed, reused = build_feature_file(
-        imported,
-        dataset=NAME,
-        sessions=list_sessions(imported, NAME),
-        audio=spec.audio,
-        features=spec.features,
-        targets=spec.targets,
-        code=code_hash("features"),
-        store=file,
-        quarantine=imported.quarantine(NAME),
-        hashes=imported.session_hashes(NAME),
-    )
+    computed, reused = make_features(imported, NAME)
     assert (computed, reused) == (8, 0)
     assert file.read_bytes() == before
 

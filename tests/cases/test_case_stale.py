@@ -26,13 +26,9 @@ NAME = "tones"
 
 
 @pytest.fixture
-def imported(paths, src, ajgdata) -> Paths:
+def imported(paths, import_balls_and_cubes) -> Paths:
     """A data set of four balls and four cubes, with its features."""
-    for number, label in enumerate(("ball", "cube")):
-        for grasp in range(1, 5):
-            write_wav(src / f"{grasp + 4 * number}_{label}.wav", resonances(number, grasp))
-    assert ajgdata("import", src, "--dataset", NAME).code == 0
-    make_features(paths, NAME)
+    import_balls_and_cubes(NAME)
     return paths
 
 
