@@ -118,17 +118,6 @@ wildcard_constraints:
     models="[A-Za-z0-9_-]+",
 
 
-rule all:
-    default_target: True
-    input:
-        PATHS.complete,
-
-
-rule everything:
-    input:
-        PATHS.everything,
-
-
 SUMMARIES = {path: modified_ns(path) for path in (PATHS.complete, PATHS.everything)}
 
 
@@ -154,3 +143,21 @@ include: "workflow/rules/studies.smk"
 include: "workflow/rules/publish.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/complete.smk"
+
+
+# Each result is listed: a job that is up to date does not compute deleted inputs again.
+rule all:
+    default_target: True
+    input:
+        PATHS.complete,
+        rules.complete.input,
+        rules.collect.output,
+        rules.report.input,
+        rules.report.output,
+
+
+rule everything:
+    input:
+        PATHS.everything,
+        rules.complete_everything.input,
+        rules.report_everything.input,

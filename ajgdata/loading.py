@@ -148,6 +148,9 @@ def load_metrics(*names: str, project: Project = None) -> pd.DataFrame:
     from ajgdata.store.metrics import read_metrics
 
     paths = Paths(find_project(project).root, run_name(names))
+    if not paths.metrics_table.is_file():
+        command = f"ajgdata run {' '.join(names)}" if names else "snakemake"
+        raise DataError(paths.metrics_table, "does not exist yet", f"run `{command}` first")
     return read_metrics(paths.metrics_table)
 
 

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+RESULTS_FOLDER = "results"
 DATASET_FILE = "dataset.yaml"
 SOURCE_FILE = "source.yaml"
 SESSION_FILE = "session.yaml"
@@ -48,6 +49,41 @@ def short_name(name: str, longest: int) -> str:
         return name
     digest = hashlib.sha256(name.encode()).hexdigest()[:8]
     return f"{name[: longest - 9]}~{digest}"
+
+
+def command_for(result: Path) -> str:
+    """Return the command that computes a result of a project again, "" if there is no command.
+
+    `result` is its path. The command runs the job of this result, also if the job is up to date,
+    and the jobs that follow from it.
+
+    >>> command_for(Path("results/features/size.nc"))
+    'ajgdata run size --forcerun features'
+    """
+    parts = result.absolute().parts
+    if RESULTS_FOLDER not in parts:
+        return ""  # for example a copy of a result
+    start = len(parts) - 1 - parts[::-1].index(RESULTS_FOLDER)
+    file = "/".join(parts[start:])
+    name = result.name.partition(".")[0]
+    match parts[start + 1 : -1]:
+        case ("features" | "quarantine",):
+            command = f"ajgdata run {name} --forcerun features"
+        case ("embed", dataset, *_):
+            command = f"ajgdata run {dataset} --forcerun embed"
+        case ("models", dataset, *_):
+            command = f"ajgdata run {dataset} --forcerun train"
+        case ("tasks", dataset, *_):
+            command = f"ajgdata run {dataset} --forcerun {file}"
+        case ("gripper" | "ablations",):
+            command = f"snakemake everything --forcerun {file}"
+        case ("runs", run, *_) if "~" not in run:
+            command = f"ajgdata run {run.replace('+', ' ')} --forcerun collect"
+        case ():
+            command = "snakemake --forcerun collect"
+        case _:
+            command = ""
+    return command
 
 
 class Place:
@@ -107,7 +143,7 @@ class Paths:
     events = Places("data/{dataset}/live/{session}/events.jsonl")  #: log of a live run
 
     # Written by the workflow, per data set.
-    results = Place("results")
+    results = Place(RESULTS_FOLDER)
     benchmarks = Place("results/benchmarks")
     acquired = Places("results/acquired/{dataset}/{session}.done")
     features = Places("results/features/{dataset}.nc")  #: features and labels of all sessions

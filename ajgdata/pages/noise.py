@@ -13,6 +13,7 @@ from ajgdata.report.comparison import PaperFigure
 from ajgdata.report.format import Caption, Score, mean_sd, number, with_unit
 from ajgdata.report.report_data import Illustration
 from ajgdata.types import CROSS_VALIDATION
+from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,13 +36,54 @@ def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
     )
     text = (
         f"{first.dataset_title}, {first.source}. {trained(first)}. Lines: {first.metric_title} on "
-        f"held-out grasps with its 95 % interval over grasps. {paper_sentence(results)}"
+        f"held-out grasps with its 95 % interval over grasps, of one cross-validation. "
+        f"{repeated_fits_sentence(results)}{paper_sentence(results)}"
     )
     yield Illustration(
         f"{first.dataset}--against-noise",
         Caption(text, f"{finding}. {listed}."),
         partial(draw_figure, models, finding, published_values(results)),
         finding,
+        score_table(models),
+    )
+
+
+def score_table(models: Sequence[ModelResult]) -> Table:
+    """Return the values of the figure: a row for each model and noise level."""
+    first = models[0].task
+    unit = first.shown_unit
+    rows = [
+        {
+            "model": model.label,
+            "level": level,
+            "value": score.mean,
+            "sd": score.sd,
+            "low": score.low,
+            "high": score.high,
+        }
+        for model in models
+        for level, score in scores(model).items()
+    ]
+    columns = {
+        "model": "Model",
+        "level": f"Noise level, {unit_of(first)}",
+        "value": f"{first.metric_title}, {unit}",
+        "sd": f"Standard deviation over folds, {unit}",
+        "low": f"Low end of the 95 % interval, {unit}",
+        "high": f"High end of the 95 % interval, {unit}",
+    }
+    return table_of(
+        "against-noise", f"{first.metric_title} against the noise level", rows, **columns
+    )
+
+
+def repeated_fits_sentence(results: Sequence[TaskResults]) -> str:
+    """Return why the error of repeated fits differs; empty if models were fitted once."""
+    if not any(task.experiment == REPEATED_FITS for task in results):
+        return ""
+    return (
+        "Other initial weights change the error in noise. The section “Repeated fits” shows the "
+        "median of several fits, which is compared with the paper. "
     )
 
 

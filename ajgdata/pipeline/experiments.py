@@ -74,21 +74,25 @@ def _is_of_paper(spec: DatasetSpec, request: Request) -> bool:
     return name in papers or (bool(papers) and name == CROSS_VALIDATION)
 
 
-def measurements(paths: Paths, requests: Sequence[Request]) -> dict[MeasurementKey, Measurement]:
-    """Return the existing measurements of experiments; files of another version are reported."""
+def measurements(
+    paths: Paths, requests: Sequence[Request]
+) -> tuple[dict[MeasurementKey, Measurement], list[DataError]]:
+    """Return the existing measurements of experiments, and the errors of files that cannot be read,
+    for example because they are of another version."""
     available = {}
+    errors = []
     for job in (job for request in requests for job in request.jobs):
         files = paths.experiment(*job), paths.experiment_cost(*job)
         if all(file.is_file() for file in files):
             try:
                 results, costs = map(read_measurements, files)
             except DataError as error:
-                print(error)
+                errors.append(error)
                 continue
             for (about, tables), (_, cost) in zip(results, costs, strict=True):
                 key = about["dataset"], about["task"], about["experiment"], about["model"]
                 available[key] = Measurement(about, tables, cost)
-    return available
+    return available, errors
 
 
 def computed(requests: Sequence[Request], available: Collection[MeasurementKey]) -> list[Request]:

@@ -29,6 +29,8 @@ def write_exports(report: Report, results: Sequence[TaskResults], folder: Path) 
     tables = {PAPER_TABLE: paper_table(report.comparisons)} if report.comparisons else {}
     for result in results:
         tables |= table_files(result)
+    for page in report.pages:
+        tables |= {shown.name: shown.table for shown in page.figures if shown.table is not None}
     with replacing_folder(folder) as new:
         for name, table in tables.items():
             write_csv(new / f"{name}.csv", table)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -81,12 +81,17 @@ def build_report(
     that the target did not request: they are of an earlier run and may be outdated.
     """
     specs = {name: read_dataset(paths, name) for name in datasets}
-    available = measurements(paths, expected := requests_for(specs, tasks))
+    expected = requests_for(specs, tasks)
+    available, errors = measurements(paths, expected)
     requests = computed(expected, available)
     measured = {key: available[key] for request in requests for key in request.keys}
-    existing = {name: spec for name, spec in specs.items() if _has_features(paths, name)}
+    existing = {}
+    for name, spec in specs.items():
+        if _exists(paths.features(name), _check_features, errors):
+            existing[name] = spec
     present = [name for name in published if paths.published_sums(name).is_file()]
-    pages, paper = _pages(paths, studies, ablations), published_values(paths)
+    pages = _pages(paths, studies, ablations, errors)
+    paper = published_values(paths)
     results, skipped = _read(measured, specs, requests, paper)
     missing = {
         "experiments": sum(len(request.keys) for request in expected) - len(measured),
@@ -102,24 +107,34 @@ def build_report(
         run_cost=tuple(run_cost(paths, [*existing])),
         **_studies(pages),
     )
+    practice = tuple(_practice(paths, report, errors))
+    report = dataclasses.replace(report, practice=practice)
     _write(paths, report, results, pages, present)
-    about = {"datasets": [*existing], "pages": [*pages], "published": present}
+    about: dict[str, Any] = {"datasets": [*existing], "pages": [*pages], "published": present}
+    about["unreadable"] = {error.where: str(error) for error in errors}
     facts = [measurement.about for measurement in measured.values()]
     write_bytes(paths.runs, json_bytes(about | _contents(report, facts)))
 
 
-def _has_features(paths: Paths, dataset: str) -> bool:
-    """Return True if the features of a data set exist. A file of another version is printed, and
-    counts as missing: an earlier run wrote it, and this target does not compute it again."""
-    file = paths.features(dataset)
+def _exists(file: Path, check: Callable[[Path], object], errors: list[DataError]) -> bool:
+    """Return whether a result exists and can be read.
+
+    `check` raises DataError if it cannot, for example because an earlier version of ajgdata wrote
+    it and this target does not compute it again. The error is added to `errors`.
+    """
     if not file.is_file():
         return False
     try:
-        open_store(file).close()
-    except FormatError as error:
-        print(error)
+        check(file)
+    except DataError as error:
+        errors.append(error)
         return False
     return True
+
+
+def _check_features(file: Path) -> None:
+    """Raise DataError if a feature file cannot be read."""
+    open_store(file).close()
 
 
 def _write(
@@ -172,25 +187,20 @@ def build_page(paths: Paths, name: str, files: Sequence[Path], nav: Sequence[Gro
 SUMMARISED = ("dataset", "task", "experiment", "model", "skipped", "left_out", "others")
 
 
-def _pages(paths: Paths, studies: Sequence[str], ablations: Sequence[str]) -> dict[str, list[Path]]:
-    """Return the existing files of tables of each page on studies, and of that on ablations; files
-    of another version are reported."""
+def _pages(
+    paths: Paths, studies: Sequence[str], ablations: Sequence[str], errors: list[DataError]
+) -> dict[str, list[Path]]:
+    """Return the existing files of tables of each page on studies, and of that on ablations.
+
+    The errors of files that cannot be read are added to `errors`.
+    """
     files = {name: [paths.study(name)] for name in studies}
     files[ABLATIONS_PAGE] = [paths.ablation(name) for name in ablations]
-    present = {name: [file for file in some if _is_current(file)] for name, some in files.items()}
+    present = {
+        name: [file for file in some if _exists(file, read_tables, errors)]
+        for name, some in files.items()
+    }
     return {name: some for name, some in present.items() if some}
-
-
-def _is_current(file: Path) -> bool:
-    """Return whether a file of tables exists and can be read; print the reason if it cannot."""
-    if not file.is_file():
-        return False
-    try:
-        read_tables(file)
-    except DataError as error:
-        print(error)
-        return False
-    return True
 
 
 def _contents(report: Report, measured: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -242,9 +252,7 @@ def _assembled(
         opening=_opening(paths.opening, paths.report.parent),
         machine=f"{cpu_name()}, {os.cpu_count()} cores",
     )
-    return dataclasses.replace(
-        report, answer=tuple(answer(report)), practice=tuple(_practice(paths, report))
-    )
+    return dataclasses.replace(report, answer=tuple(answer(report)))
 
 
 def _read(
@@ -300,8 +308,13 @@ def _studies(pages: Mapping[str, Sequence[Path]]) -> dict[str, Any]:
     return {"studies": tuple(lines), "checks": (len(known), sum(known))}
 
 
-def _practice(paths: Paths, report: Report) -> Iterator[tuple[str, str, str]]:
-    """Yield each topic of the first page that has a result, with its link and conclusion."""
+def _practice(
+    paths: Paths, report: Report, errors: list[DataError]
+) -> Iterator[tuple[str, str, str]]:
+    """Yield each topic of the first page that has a result, with its link and conclusion.
+
+    The errors of models that cannot be read are added to `errors`.
+    """
     parts = {
         (section.dataset, section.task, part.experiment): part
         for section in report.sections
@@ -311,22 +324,22 @@ def _practice(paths: Paths, report: Report) -> Iterator[tuple[str, str, str]]:
         part = parts.get((topic["dataset"], topic["task"], topic["experiment"]))
         text = part.headline if part else ""
         if model := topic.get("model"):
-            text = _detection(paths.model(topic["dataset"], topic["task"], model))
+            text = _detection(paths.model(topic["dataset"], topic["task"], model), errors)
         if part and text:
             yield topic["topic"], experiment_link(part.page), text
 
 
-def _detection(model: Path) -> str:
+def _detection(model: Path, errors: list[DataError]) -> str:
     """Return how often a trained model detects novel objects, "" if this was not measured.
 
-    A model of another version is printed, and counts as missing.
+    The error of a model of another version is added to `errors`.
     """
     if not (model / ABOUT_FILE).is_file():
         return ""
     try:
         about = read_about(model)["calibration"]
     except FormatError as error:
-        print(error)
+        errors.append(error)
         return ""
     if about.get("detection_rate") is None:
         return ""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ajgdata.experiments import MeasurementKey, measurement_name
-from ajgdata.paths import Paths
+from ajgdata.paths import Paths, command_for
 from ajgdata.pipeline.machine import machine_line
 from ajgdata.report.comparison import tally_text
 from ajgdata.store.benchmarks import RuleCost, read_costs
@@ -18,6 +18,7 @@ from ajgdata.store.findings import read_findings, unreadable
 from ajgdata.store.models import ABOUT_FILE
 from ajgdata.store.sessions import list_datasets
 from ajgdata.types import WHOLE, Finding, IssueCounts, issue_counts, left_out, many
+from ajgdata.types.formats import FORMAT_KEY, MODEL, FormatError
 
 #: The summary of a run that skipped tasks, or could not read recordings, ends with a line that
 #: begins with this.
@@ -65,15 +66,17 @@ def complete(
     requested: Sequence[MeasurementKey],
     trained: Sequence[str],
     optional: Sequence[str],
+    files: Sequence[Path],
     summary: Path,
 ) -> None:
     """Write the `summary` of a target: its data sets, its measurements `requested`, and the models
-    of the data sets `trained`.
+    of the data sets `trained`. `files` are its measurements and studies.
 
     The last nine lines are the answer: sentences on the results, the number of skipped
     measurements, the report, the cost and the speed of the machine. Reasons are above them.
     `optional` are the tasks that may be skipped, as `data set/task`. If another task was skipped,
-    or a recording could not be read, the last line begins with INCOMPLETE.
+    or a recording or a result could not be read, the last line begins with INCOMPLETE. Results of
+    other targets that could not be read are listed, too.
     """
     about_report = read_json(paths.runs)
     results = [
@@ -83,7 +86,9 @@ def complete(
     ]
     skipped = _skipped(paths, trained, results)
     problems = {name: unreadable(read_findings(paths.quarantine(name))) for name in datasets}
+    unreadable_results = about_report["unreadable"] | _unreadable_models(paths, trained)
     lines = [
+        *(f"left out  {error}" for error in unreadable_results.values()),
         *_excluded_lines(paths, datasets),
         *_unreadable_lines(problems),
         *_rare_class_lines(results),
@@ -99,7 +104,11 @@ def complete(
         lines.append(f"cost without final models: {cost}")
     lines.append(machine_line())
     required = list(dict.fromkeys(task for task, _ in skipped if task not in optional))
-    if incomplete := [*_skipped_end(required), *_unreadable_end(paths, problems)]:
+    own_results = {*map(str, files), *_model_files(paths, trained)}
+    incomplete = [*_skipped_end(required), *_unreadable_end(paths, problems)]
+    if lost := unreadable_results.keys() & own_results:
+        incomplete.append(f"{many(len(lost), 'result')} could not be read (reasons above)")
+    if incomplete:
         lines.append(f"{INCOMPLETE} {'; '.join(incomplete)}")
     write_bytes(summary, "".join(f"{line}\n" for line in lines).encode())
 
@@ -120,12 +129,29 @@ def _skipped(
         reasons |= {f"{part} of {name}": why for part, why in about.get("others", {}).items()}
         for part, reason in reasons.items():
             skipped[task_name(about), str(reason)].append(part)
-    for name in datasets:
-        for file in sorted(paths.models(name).glob(f"*/*/{ABOUT_FILE}")):
-            *_, task, model, _ = file.parts
-            reason = read_json(file).get("skipped", "")
-            skipped[f"{name}/{task}", reason].append(f"training of {model}")
+    for file in _model_files(paths, datasets):
+        *_, name, task, model, _ = Path(file).parts
+        reason = read_json(Path(file)).get("skipped", "")
+        skipped[f"{name}/{task}", reason].append(f"training of {model}")
     return {(task, reason): parts for (task, reason), parts in skipped.items() if reason}
+
+
+def _model_files(paths: Paths, datasets: Sequence[str]) -> list[str]:
+    """Return the descriptions of the final models of data sets."""
+    folders = (paths.models(name) for name in datasets)
+    return [str(file) for folder in folders for file in sorted(folder.glob(f"*/*/{ABOUT_FILE}"))]
+
+
+def _unreadable_models(paths: Paths, datasets: Sequence[str]) -> dict[str, str]:
+    """Return the errors of final models of another version, by file."""
+    errors = {}
+    for file in _model_files(paths, datasets):
+        try:
+            about = read_json(Path(file))
+            MODEL.check(file, about.get(FORMAT_KEY), command_for(Path(file)))
+        except FormatError as error:
+            errors[file] = str(error)
+    return errors
 
 
 def _skipped_lines(

@@ -27,17 +27,21 @@ from ajgdata.types import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ajgdata.types.table import Table
+
 
 class Illustration(NamedTuple):
     """A figure that is not drawn yet: file name without suffix, words, and how to draw it.
 
-    `title` is its conclusion, which is also drawn.
+    `title` is its conclusion, which is also drawn. `table` has its values; the figures of
+    experiments have none, because the tables of the experiments are written.
     """
 
     name: str
     caption: Caption
     draw: Callable[[], Figure]
     title: str = ""
+    table: Table | None = None
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ajgdata.paths import command_for
 from ajgdata.store.files import replacing
 from ajgdata.types import DataError
 from ajgdata.types.formats import FEATURES, FORMAT_KEY, LATENTS, FormatError
@@ -119,7 +120,7 @@ def open_store(path: Path, *, unstated: int | None = None) -> xr.Dataset:
         raise DataError(path, "does not exist yet", f"run `ajgdata run {path.stem}` first")
     dataset = open_netcdf(path)
     try:
-        FEATURES.check(path, _version(dataset, unstated), path.stem)
+        FEATURES.check(path, _version(dataset, unstated), command_for(path))
     except FormatError:
         dataset.close()
         raise
@@ -240,10 +241,8 @@ def write_latents(path: Path, latents: Latents) -> None:
 def read_latents(path: Path) -> Latents:
     """Return the latents in a file. Raises DataError for a file of another kind, FormatError for
     latents of another version."""
-    # results/embed/<data set>/<embedding>/latents.nc
-    dataset_name = path.absolute().parents[1].name
     with open_netcdf(path) as dataset, damage_reported(path):
-        LATENTS.check(path, _version(dataset), dataset_name)
+        LATENTS.check(path, _version(dataset), command_for(path))
         columns = columns_of(dataset)
         fold = columns.pop(VALIDATION_FOLD).values
         latent = {

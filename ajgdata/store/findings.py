@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from ajgdata.paths import command_for
 from ajgdata.store.files import csv_bytes, read_csv, write_bytes
 from ajgdata.types import DataError, Finding
 
@@ -31,7 +32,7 @@ def read_findings(path: Path) -> list[Finding]:
     header, rows = read_csv(path)
     if tuple(header) != FINDING_COLUMNS:
         problem = "its columns are of another version of ajgdata"
-        fix = f"run `ajgdata run {path.stem}`, which writes it again"
+        fix = f"run `{command_for(path)}`, which writes it again"
         raise DataError(path, problem, fix)
     return [Finding(**row) for row in rows]  # type: ignore[arg-type]  # level is checked where it is written
 

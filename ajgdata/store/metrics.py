@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ajgdata.paths import command_for
 from ajgdata.store.files import csv_bytes, read_csv, write_bytes
 from ajgdata.types import DataError
 from ajgdata.types.formats import FORMAT_KEY, METRICS
@@ -70,17 +71,18 @@ def read_metrics(path: Path) -> pd.DataFrame:
     """
     import pandas as pd
 
+    command = command_for(path)
     header, rows = read_csv(path, required=("value",))
     if FORMAT_KEY not in header:
-        METRICS.check(path, None)
+        METRICS.check(path, None, command)
     for version in sorted({row[FORMAT_KEY] for row in rows}):
-        METRICS.check(path, int(version) if version.isdecimal() else version)
+        METRICS.check(path, int(version) if version.isdecimal() else version, command)
     metrics = pd.DataFrame(rows, columns=[*KEYS, *FACTS], dtype=str)
     for name in ("value", *COUNTS):
         try:
             metrics[name] = pd.to_numeric(metrics[name])
         except ValueError as error:
-            raise DataError(path, f"column {name}: {error}", METRICS.renewal) from None
+            raise DataError(path, f"column {name}: {error}", METRICS.fix(command)) from None
     return metrics.astype(dict.fromkeys(COUNTS, "Int64"))
 
 

@@ -11,6 +11,7 @@ from zipfile import ZipFile
 import numpy as np
 from pydantic import ValidationError
 
+from ajgdata.paths import command_for
 from ajgdata.store.files import json_bytes, read_json, replacing, write_bytes
 from ajgdata.types import DataError, describe
 from ajgdata.types.formats import FORMAT_KEY, MODEL
@@ -25,7 +26,6 @@ GUARD_FILE = "guard.safetensors"
 #: attack on the memory.
 _MAX_EXPANSION = 10
 #: One job trains all models of a data set; it runs if their folder is missing.
-_RETRAIN = "delete the folder of all models of its data set (results/models/NAME) and run again"
 
 
 def write_guard(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
@@ -88,12 +88,12 @@ def read_about(folder: Path) -> dict[str, Any]:
 
     Raises DataError if the model could not be trained, FormatError if it is of another version.
     """
-    about = read_json(folder / ABOUT_FILE)
+    file = folder / ABOUT_FILE
+    about = read_json(file)
+    command = command_for(file)
     if not isinstance(about, dict):
-        raise DataError(folder / ABOUT_FILE, "does not describe a model", "train it again")
-    # results/models/<data set>/<task>/<model>
-    dataset = folder.absolute().parents[1].name
-    MODEL.check(folder / ABOUT_FILE, about.pop(FORMAT_KEY, None), dataset)
+        raise DataError(file, "does not describe a model", MODEL.fix(command))
+    MODEL.check(file, about.pop(FORMAT_KEY, None), command)
     if "skipped" in about:
         raise DataError(folder, f"was not trained: {about['skipped']}", "correct the task first")
     return about
@@ -114,9 +114,9 @@ def other_version_reported(folder: Path) -> Iterator[None]:
     else:
         return
     problem = f"was written by another version of ajgdata ({detail})"
-    raise DataError(folder / ABOUT_FILE, problem, _RETRAIN)
+    raise DataError(folder / ABOUT_FILE, problem, MODEL.fix(command_for(folder)))
 
 
 def _unreadable(path: Path, error: Exception) -> DataError:
     first = (str(error).splitlines() or [type(error).__name__])[0]
-    return DataError(path, f"not a readable model ({first})", _RETRAIN)
+    return DataError(path, f"not a readable model ({first})", MODEL.fix(command_for(path)))

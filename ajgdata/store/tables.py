@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ajgdata.paths import command_for
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.types import DataError
 from ajgdata.types.formats import FORMAT_KEY, TABLES
@@ -59,11 +60,11 @@ def _read(path: Path, key: str) -> dict[str, Any]:
     """Return the content of a file that has `key`, without the version of its format."""
     content = read_json(path)
     if not isinstance(content, dict):
-        raise DataError(path, "does not contain tables", TABLES.renewal)
-    TABLES.check(path, content.pop(FORMAT_KEY, None))
+        raise DataError(path, "does not contain tables", TABLES.fix(command_for(path)))
+    TABLES.check(path, content.pop(FORMAT_KEY, None), command_for(path))
     if key not in content:
         problem = f"has no key `{key}`, so another version of ajgdata wrote it"
-        raise DataError(path, problem, TABLES.renewal)
+        raise DataError(path, problem, TABLES.fix(command_for(path)))
     return content
 
 

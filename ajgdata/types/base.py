@@ -24,7 +24,22 @@ NAME = re.compile(rf"^[A-Za-z0-9][A-Za-z0-9_-]{{0,{LONGEST_NAME - 1}}}$")
 _NAME_RULE = (
     f"letters, digits, _ and -, up to {LONGEST_NAME} characters, the first a letter or digit"
 )
-Name = Annotated[str, Field(pattern=NAME.pattern, description="letters, digits, _ and -")]
+#: The same part 20 times at the end of a name: Snakemake refuses to run a job with this name.
+_REPEATED_PART = re.compile(r"(.+)\1{19}$")
+
+
+def without_repeated_part(name: str) -> str:
+    """Return a name. Raises ValueError if it ends with the same part 20 times."""
+    if repeated := _REPEATED_PART.search(name):
+        raise ValueError(f"ends with {repeated[1]!r} 20 times, which Snakemake refuses")
+    return name
+
+
+Name = Annotated[
+    str,
+    Field(pattern=NAME.pattern, description="letters, digits, _ and -"),
+    AfterValidator(without_repeated_part),
+]
 ModelName = Annotated[Name, AfterValidator(MODELS.checked)]
 
 
@@ -65,9 +80,12 @@ def many(count: int, noun: str) -> str:
 
 def checked_name(name: str, what: str = "data set") -> str:
     """Return a name. Raises DataError if no file could have it."""
-    if NAME.fullmatch(name):
+    if NAME.fullmatch(name) and not _REPEATED_PART.search(name):
         return name
-    raise DataError(reprlib.repr(name), f"is not a valid name of a {what}", f"use {_NAME_RULE}")
+    rule = _NAME_RULE
+    if NAME.fullmatch(name):
+        rule = "a name that does not end with the same part 20 times: Snakemake refuses it"
+    raise DataError(reprlib.repr(name), f"is not a valid name of a {what}", f"use {rule}")
 
 
 #: What helps against errors of the operating system.

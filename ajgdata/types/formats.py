@@ -1,8 +1,8 @@
 """Versions of the formats of files, and the error for a file of another version.
 
 A format gets a new version if this package cannot read, or misreads, files of the version before.
-Anyone who changes a format adds a sentence to its history, and names the command that brings older
-files to the new version.
+Anyone who changes a format adds a sentence to its history. Results are computed again; a format of
+other files names the command that brings older files to the new version.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ class FileFormat:
     """The format of some files: their names, the place of the version, and what each version is.
 
     `history` has one sentence per version, that of version 1 first. `renewal` is the clause with
-    the command that brings a file of another version to the last one; `{dataset}` in it is the name
-    of its data set. A run computes a `result` again, whichever version the file has.
+    the command that brings a file of an earlier version to the last one; a result has none, because
+    it is computed again.
     """
 
     files: str
@@ -50,14 +50,24 @@ class FileFormat:
         """
         return None if self.is_result else 1
 
-    def check(self, where: object, stated: object, dataset: str = "NAME") -> None:
+    def fix(self, command: str) -> str:
+        """Return the clause with the command that brings a file to the last version.
+
+        `command` computes a result again; "" if there is no command.
+        """
+        if not self.is_result:
+            return self.renewal
+        if not command:
+            return "compute it again with this version of ajgdata"
+        return f"run `{command}`, which computes it again"
+
+    def check(self, where: object, stated: object, command: str = "") -> None:
         """Raise FormatError unless a file states the version of this package.
 
-        `stated` is the value in the file, or None. `dataset` is the name of the data set in the
-        command for files of another version.
+        `stated` is the value in the file, or None. `command` computes a result again.
         """
         number = self.unstated if stated is None else stated
-        fix = self.renewal.format(dataset=dataset)
+        fix = self.fix(command)
         reads = f"this version of ajgdata reads format {self.version}"
         if number is None:
             raise FormatError(where, f"states no format; {reads}", fix)
@@ -87,21 +97,18 @@ FEATURES = FileFormat(
     files="feature files",
     place="attribute `format`",
     history=("spectra (recording, frequency) and labels along `recording`",),
-    renewal="run `ajgdata run {dataset}`, which computes it again",
     is_result=True,
 )
 LATENTS = FileFormat(
     files="embedding vectors",
     place="attribute `format`",
     history=("vectors (fold, init, recording, dimension) and labels along `recording`",),
-    renewal="run `ajgdata run {dataset}`, which computes it again",
     is_result=True,
 )
 MODEL = FileFormat(
     files="final models",
     place="key `format` of `model.json`",
     history=("model.json, the estimator (skops) and the arrays of the novelty detection",),
-    renewal="run `ajgdata run {dataset}`, which trains it again",
     is_result=True,
 )
 TABLES = FileFormat(
@@ -112,7 +119,6 @@ TABLES = FileFormat(
         "infinity is stored as an object, so a label `inf` stays a text",
         "scores have columns for split, test set and condition instead of codes in `part`",
     ),
-    renewal="run `ajgdata run`, which computes it again",
     is_result=True,
 )
 METRICS = FileFormat(
@@ -122,14 +128,13 @@ METRICS = FileFormat(
         "codes in the columns `part` and `task`, and no version is stated",
         "columns as in docs/comparing.md",
     ),
-    renewal="run `ajgdata run`, which writes it again",
     is_result=True,
 )
 PUBLISHED = FileFormat(
     files="published data sets",
     place="key `ajgdata_format` of `datapackage.json`",
     history=("files as in docs/publishing.md",),
-    renewal="ask its authors to publish it again with `ajgdata publish {dataset}`",
+    renewal="ask its authors to publish it again with this version of ajgdata",
 )
 #: All formats, in the order of the table in docs/data-model.md.
 FORMATS = (DATASET, SESSION, FEATURES, LATENTS, MODEL, TABLES, METRICS, PUBLISHED)

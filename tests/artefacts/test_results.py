@@ -111,7 +111,7 @@ def evaluation(
     dataset: str, task: str, experiment: str, model: str
 ) -> tuple[dict, dict[str, Table]]:
     requests = requested_experiments(read_dataset(PATHS, dataset), task)
-    measurement = measurements(PATHS, requests)[dataset, task, experiment, model]
+    measurement = measurements(PATHS, requests)[0][dataset, task, experiment, model]
     return measurement.about, {table.name: table for table in measurement.tables}
 
 

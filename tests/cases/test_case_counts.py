@@ -16,7 +16,7 @@ from ajgdata.pipeline.run_summary import complete
 def finish_run(paths, name):
     """Write the report and the summary; return the text of the first page, and the summary."""
     build_report(paths, datasets=[name], tasks=[], requested=[])
-    complete(paths, [name], [], [], [], paths.complete)
+    complete(paths, [name], [], [], [], [], paths.complete)
     page = re.sub(r"<[^>]+>", "", paths.report.read_text(encoding="utf-8"))
     return " ".join(page.split()), paths.complete.read_text(encoding="utf-8")
 
@@ -71,7 +71,7 @@ def test_cost_is_the_same_text_in_report_and_summary(ajgdata, paths, src):
     write_benchmark(paths, "collect", 30, 3000)
     build_report(paths, datasets=["mine"], tasks=[], requested=[])
     write_benchmark(paths, "report", 600, 9000)  # known after the report is written
-    complete(paths, ["mine"], [], [], [], paths.complete)
+    complete(paths, ["mine"], [], [], [], [], paths.complete)
     page = " ".join(re.sub(r"<[^>]+>", "", paths.report.read_text(encoding="utf-8")).split())
     cost = "2 jobs, 2.0 min wall time, 2.0 min CPU time, peak memory 3,146 MB"
     assert f"Cost without final models: {cost}" in page

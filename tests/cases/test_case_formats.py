@@ -95,6 +95,12 @@ def contents(root: Path) -> dict[str, bytes]:
     return {str(p.relative_to(root)): p.read_bytes() for p in root.rglob("*") if p.is_file()}
 
 
+def recomputed(file: Path, version: object, rule: str) -> str:
+    """Return the line on a result of another version that a rule computes."""
+    command = f"ajgdata run {NAME} --forcerun {rule}"
+    return f"{file}: {OTHER[version]}. Run `{command}`, which computes it again."
+
+
 def assert_one_line(printed, line: str) -> None:
     """Check that a command stopped with one line."""
     assert printed.code == 1
@@ -220,7 +226,7 @@ def test_features_of_another_version_are_computed_again(imported, ajgdata, versi
     file = imported.features(NAME)
     before = file.read_bytes()
     set_netcdf(file, version)
-    line = f"{file}: {OTHER[version]}. Run `ajgdata run {NAME}`, which computes it again."
+    line = recomputed(file, version, "features")
     with pytest.raises(FormatError) as refused:
         library.load_features(NAME)
     assert str(refused.value) == line
@@ -234,21 +240,22 @@ def test_features_of_another_version_are_computed_again(imported, ajgdata, versi
     assert file.read_bytes() == before
 
 
-def test_features_of_another_version_are_missing_in_the_report_and_printed(imported, capsys):
+def test_features_of_another_version_are_missing_in_the_report_and_listed(imported):
     """A run of other data sets writes the report, and does not compute these features."""
     file = imported.features(NAME)
     set_netcdf(file, None)
     build_report(imported, datasets=[NAME], tasks=[], requested=[])
-    line = f"{file}: {OTHER[None]}. Run `ajgdata run {NAME}`, which computes it again."
-    assert capsys.readouterr().out.splitlines()[1:] == [line]  # after the line on the features
-    assert json.loads(imported.runs.read_text(encoding="utf-8"))["datasets"] == []
+    line = recomputed(file, None, "features")
+    about = json.loads(imported.runs.read_text(encoding="utf-8"))
+    assert about["datasets"] == []
+    assert about["unreadable"] == {str(file): line}
 
 
 @pytest.mark.parametrize("version", OTHER)
 def test_a_model_of_another_version_is_trained_again(trained, ajgdata, version):
     file = trained / "model.json"
     set_json(file, version)
-    line = f"{file}: {OTHER[version]}. Run `ajgdata run {NAME}`, which trains it again."
+    line = recomputed(file, version, "train")
     for load in (library.load_model, library.load_predictor):
         with pytest.raises(FormatError) as refused:
             load(NAME, "label", "knn")
@@ -266,7 +273,7 @@ def test_embedding_vectors_of_another_version_are_computed_again(imported, versi
     set_netcdf(file, version)
     with pytest.raises(FormatError) as refused:
         read_latents(file)
-    line = f"{file}: {OTHER[version]}. Run `ajgdata run {NAME}`, which computes it again."
+    line = recomputed(file, version, "embed")
     assert str(refused.value) == line
 
 
@@ -278,7 +285,9 @@ def test_a_quarantine_of_another_version_is_written_again(imported):
     with pytest.raises(DataError) as refused:
         read_findings(file)
     problem = "its columns are of another version of ajgdata"
-    line = f"{file}: {problem}. Run `ajgdata run {NAME}`, which writes it again."
+    line = (
+        f"{file}: {problem}. Run `ajgdata run {NAME} --forcerun features`, which writes it again."
+    )
     assert str(refused.value) == line
     make_features(imported, NAME)
     assert file.read_bytes() == before

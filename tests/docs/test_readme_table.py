@@ -58,9 +58,9 @@ def test_three_lines_of_the_documentation_give_its_values(tmp_path):
     exec(block, names | {"project": tmp_path}, names)
     table = names["table"]
     assert len(block.splitlines()) == 3
-    size = table.loc["size", "size", "cross_validation", "rmse", "size", "training"]
+    size = table.loc["size", "size", "cross_validation", "grouped", "size", "training", "rmse"]
     assert size[["mean", "grasp low", "grasp high", "chance"]].tolist() == [
         0.7249, 0.6, 0.9, 6.4163,
     ]  # fmt: skip
-    noise = table.loc["size", "noise", "repeated_fits", "rmse", "size_80dba", "training"]
+    noise = table.loc["size", "noise", "repeated_fits", "grouped", "size_80dba", "training", "rmse"]
     assert noise[["median", "low", "high"]].tolist() == [20.6, 17.2, 22.4]

@@ -51,11 +51,8 @@ def documented(path: Path) -> str:
     return "\n".join(texts)
 
 
-def test_readme_and_documentation_are_short():
+def test_the_readme_can_be_read_in_three_minutes():
     assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 600
-    # The list of decisions has an entry for each decision; the other pages are what users read.
-    pages = [path for path in DOCS if path.name != "decisions.md"]
-    assert sum(len(prose(path).split()) for path in pages) <= 15_500
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)

@@ -92,5 +92,5 @@ def test_numbers_of_another_version_are_refused_in_one_line(compare, tmp_path):
     with pytest.raises(DataError) as error:
         read_metrics(old / "metrics.csv")
     problem = "states no format; this version of ajgdata reads format 2"
-    fix = "Run `ajgdata run`, which writes it again."
+    fix = "Compute it again with this version of ajgdata."
     assert str(error.value) == f"{old / 'metrics.csv'}: {problem}. {fix}"

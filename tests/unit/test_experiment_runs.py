@@ -68,18 +68,20 @@ def test_plain_models_share_a_job_and_others_have_one_each():
     assert request.job_settings("plain")["models"] == ["linear", "knn"]
 
 
-def test_results_of_earlier_versions_are_reported_and_not_read(paths, tmp_path, capsys):
+def test_results_of_earlier_versions_are_errors_and_not_read(paths, tmp_path):
     (request,) = requests_for({"d": SPEC}, [("d", "t")])[:1]
     earlier = Paths(tmp_path)
     write_tables(earlier.experiment(*request.jobs[0]), [], model="linear_plain")
     write_tables(earlier.experiment_cost(*request.jobs[0]), [])
-    assert measurements(earlier, [request]) == {}
-    printed = capsys.readouterr().out.splitlines()
-    assert len(printed) == len(request.jobs[:1]) == 1
+    available, (error,) = measurements(earlier, [request])
+    assert available == {}
     file = earlier.experiment(*request.jobs[0])
     problem = "has no key `measurements`, so another version of ajgdata wrote it"
-    assert printed[0] == f"{file}: {problem}. Run `ajgdata run`, which computes it again."
-    assert [*measurements(paths, [request])] == request.keys
+    command = f"ajgdata run d --forcerun {file.relative_to(tmp_path)}"
+    assert str(error) == f"{file}: {problem}. Run `{command}`, which computes it again."
+    available, errors = measurements(paths, [request])
+    assert [*available] == request.keys
+    assert errors == []
 
 
 def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(paths):
@@ -88,7 +90,7 @@ def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(p
         for job in requests_for({"d": SPEC}, [("d", "t")])
         if job.experiment.name == "learning_curve"
     )
-    results, skipped = read_results(measurements(paths, [curve]), curve, {"d": SPEC}, {})
+    results, skipped = read_results(measurements(paths, [curve])[0], curve, {"d": SPEC}, {})
     assert results.results == ()
     ((label, reason),) = skipped
     assert label == "k-NN"
@@ -97,7 +99,7 @@ def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(p
 
 def test_a_refused_test_set_of_a_cross_validation_is_listed_with_the_reason(paths):
     request = requests_for({"d": SPEC}, [("d", "t")])[0]
-    available = measurements(paths, [request])
+    available, _ = measurements(paths, [request])
     key = request.keys[0]
     results, reasons = read_results(available, request, {"d": SPEC}, {})
     refused = {**available[key].about, "others": {"the test on e": "it contains copies"}}

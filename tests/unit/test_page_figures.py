@@ -44,6 +44,9 @@ def test_the_published_value_is_drawn_at_its_level():
     (shown,) = page_figures("noise", [in_noise(), fits])
     assert shown.name == "size--against-noise"
     assert "The paper, on its real gripper: as told." in shown.caption.text
+    assert "shows the median of several fits" in shown.caption.text
+    assert [(row["level"], row["value"]) for row in shown.table.rows] == [(45, 2.2), (80, 9.0)]
+    assert shown.table.columns[2].unit == "mm"
     drawn = shown.draw()
     lines = [line for axes in drawn.axes for line in axes.get_lines()]
     values = {(x, y) for line in lines for x, y in np.transpose(line.get_data()).tolist()}

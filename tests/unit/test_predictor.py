@@ -274,7 +274,7 @@ def test_a_model_of_another_version_is_refused_in_a_line(trained, tmp_path, name
     said = str(refused.value)
     assert said.startswith(f"{file}: was written by another version of ajgdata (")
     assert detail in said and "\n" not in said
-    assert said.endswith("run again.")
+    assert said.endswith(". Compute it again with this version of ajgdata.")
 
 
 @pytest.mark.parametrize(

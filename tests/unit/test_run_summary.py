@@ -11,6 +11,7 @@ from ajgdata.store.benchmarks import cost_text
 from ajgdata.store.features import write_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.findings import write_findings
+from ajgdata.store.models import write_about
 from ajgdata.types import DataError, Finding
 
 MEASUREMENTS = (("cross_validation", "cnn"), ("cross_validation", "my-model"), ("energy", ""))
@@ -36,16 +37,16 @@ def paths(tmp_path, monkeypatch) -> Paths:
         for task in ("t", "u")
         for experiment, model in MEASUREMENTS
     ]
-    about = {"agreements": {"agrees": 3, "worse": 2}, "answer": ["A.", "B."], "cost": ""}
+    about = {"agreements": {"agrees": 3, "worse": 2}, "answer": ["A.", "B."]}
+    about |= {"cost": "", "unreadable": {}}
     write_bytes(folders.runs, json_bytes({**about, "measurements": results}))
-    model = folders.model("d", "t", "cnn") / "model.json"
-    write_bytes(model, json_bytes({"skipped": "one class only"}))
+    write_about(folders.model("d", "t", "cnn"), {"skipped": "one class only"})
     return folders
 
 
-def summary(paths) -> list[str]:
+def summary(paths, optional=("d/x",), files=()) -> list[str]:
     requested = [("d", task, *names) for task in ("t", "u") for names in MEASUREMENTS]
-    complete(paths, ["d"], requested, ["d"], ["d/x"], paths.complete)
+    complete(paths, ["d"], requested, ["d"], optional, files, paths.complete)
     return paths.complete.read_text().splitlines()
 
 
@@ -87,6 +88,26 @@ def test_a_run_that_skipped_a_task_ends_with_a_line_and_reports_it_again(paths, 
     assert not paths.complete.exists()
     said = capsys.readouterr().out
     assert "skipped   d/t, cross_validation of cnn" in said and "incomplete" not in said
+
+
+def test_a_requested_result_that_cannot_be_read_changes_the_exit_code(paths):
+    """A result of another target is only listed."""
+    own, other = paths.study("accuracy"), paths.study("verification")
+    errors = {str(file): f"{file}: format 2 is of an earlier version" for file in (own, other)}
+    write_bytes(paths.runs, json_bytes(read_json(paths.runs) | {"unreadable": errors}))
+    lines = summary(paths, optional=["d/t"], files=[own])
+    assert lines[:2] == [f"left out  {error}" for error in errors.values()]
+    assert lines[-1] == "incomplete: 1 result could not be read (reasons above)"
+    assert summary(paths, optional=["d/t"])[-1] == "machine: fast"
+
+
+def test_a_model_of_another_version_changes_the_exit_code(paths):
+    file = paths.model("d", "t", "cnn") / "model.json"
+    write_bytes(file, json_bytes({"format": 99}))
+    lines = summary(paths, optional=["d/t"])
+    assert lines[0].startswith(f"left out  {file}: format 99 is of a later version of ajgdata")
+    assert lines[0].endswith(". Run `ajgdata run d --forcerun train`, which computes it again.")
+    assert lines[-1] == "incomplete: 1 result could not be read (reasons above)"
 
 
 def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path):

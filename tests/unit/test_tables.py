@@ -61,4 +61,4 @@ def test_a_file_of_another_version_is_refused_by_name(tmp_path, read, content, p
     with pytest.raises(DataError) as refused:
         read(path)
     assert str(refused.value).startswith(f"{path}: {problem}")
-    assert str(refused.value).endswith(". Run `ajgdata run`, which computes it again.")
+    assert str(refused.value).endswith(". Compute it again with this version of ajgdata.")

@@ -73,6 +73,18 @@ def ajgdata(environment, *arguments: str) -> subprocess.CompletedProcess:
     )
 
 
+@pytest.mark.parametrize("name", [20 * "x", 22 * "ab-", "my-" + 21 * "no"])
+def test_a_name_that_snakemake_refuses_is_refused_by_check(environment, name):
+    """Snakemake takes 20 repetitions of a part for an infinite recursion."""
+    paths = Paths(Path(environment["AJGDATA_ROOT"]))
+    paths.dataset(name).parent.mkdir(parents=True)
+    paths.dataset(name).write_text(f"name: {name}\n")
+    checked = ajgdata(environment, "check", name)
+    assert checked.returncode == 1
+    assert checked.stderr.count("\n") == 1
+    assert "20 times" in checked.stderr
+
+
 @pytest.mark.slow
 def test_every_name_that_check_accepts_runs(environment):
     paths = Paths(Path(environment["AJGDATA_ROOT"]))

@@ -50,6 +50,21 @@ def own_features(wildcards):
     return features_of(wildcards.dataset)
 
 
+def measured_files(jobs, studies, ablations=()):
+    """Files of jobs of experiments with the embeddings that they use, of studies, and of ablations."""
+    files = [PATHS.experiment(*key) for key in jobs]
+    files += [PATHS.experiment_cost(*key) for key in jobs]
+    embeddings = {
+        (item.dataset, item.task): None
+        for item in jobs.values()
+        if item.experiment.of_embedding
+    }
+    files += [PATHS.latents(*key) for key in embeddings]
+    files += [PATHS.training_cost(*key) for key in embeddings]
+    files += [PATHS.study(name) for name in studies if name in PAGES]
+    return files + [PATHS.ablation(name) for name in ablations]
+
+
 def requested(wildcards):
     """The experiment of a job and its settings."""
     return REQUESTS[

@@ -1,9 +1,10 @@
 # The last job of a target. If a task was skipped, `end_run` removes the summary and sets exit code 1.
 rule complete:
     input:
-        PATHS.runs,
-        PATHS.metrics_table,
-        [PATHS.models(name) for name in TRAINED if not PAPER],
+        runs=PATHS.runs,
+        metrics=PATHS.metrics_table,
+        models=[PATHS.models(name) for name in TRAINED if not PAPER],
+        files=measured_files(FIRST, REQUESTED_STUDIES),
     output:
         summary=PATHS.complete,
     log:
@@ -30,8 +31,9 @@ rule complete:
 
 use rule complete as complete_everything with:
     input:
-        PATHS.report_on_everything,
-        [PATHS.models(name) for name in TRAINED],
+        report=PATHS.report_on_everything,
+        models=[PATHS.models(name) for name in TRAINED],
+        files=measured_files(REQUESTS, STUDIES, ABLATED),
     output:
         summary=PATHS.everything,
     log:

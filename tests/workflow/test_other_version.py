@@ -1,0 +1,98 @@
+"""A deleted result is computed again, and the command for a result of another version works."""
+
+import json
+import shlex
+import shutil
+import subprocess
+import sys
+
+import pytest
+from conftest import Project
+
+from ajgdata.cli.project import with_datasets
+from ajgdata.paths import Paths, command_for
+
+NAME = "tones"
+ALONE = with_datasets([NAME], [])
+CROSS_VALIDATION = (NAME, "pitch", "cross_validation", "plain")
+
+
+@pytest.fixture(scope="module")
+def whole(finished, tmp_path_factory) -> Project:
+    """The project after `snakemake` and `ajgdata run tones`."""
+    target = tmp_path_factory.mktemp("whole") / "tones"
+    shutil.copytree(finished.root, target, symlinks=True)
+    project = Project(target)
+    project.snakemake()
+    project.snakemake(*ALONE)
+    assert project.planned() == {}
+    assert project.planned(*ALONE) == {}
+    return project
+
+
+@pytest.fixture
+def project(whole, tmp_path) -> Project:
+    target = tmp_path / "copy"
+    shutil.copytree(whole.root, target, symlinks=True)
+    return Project(target)
+
+
+def results(paths: Paths) -> dict[str, tuple[object, list[str]]]:
+    """Return results, by name, with the rules that a run repeats if the result is deleted."""
+    follows = ["experiment", "train", "collect", "report"]
+    return {
+        "features": (paths.features(NAME), ["features", *follows]),
+        "quarantine": (paths.quarantine(NAME), ["features", *follows]),
+        "experiment": (paths.experiment(*CROSS_VALIDATION), ["experiment", "collect", "report"]),
+        "models": (paths.models(NAME), ["train"]),
+        "metrics": (paths.metrics_table, ["collect"]),
+        "predictions": (paths.predictions, ["collect"]),
+        "report": (paths.report, ["report"]),
+        "figures": (paths.report.parent / "figures", ["report"]),
+    }
+
+
+@pytest.mark.parametrize("name", results(Paths()))
+def test_a_deleted_result_is_computed_again(project, name):
+    result, rules = results(project.paths)[name]
+    if result.is_dir():
+        shutil.rmtree(result)
+    else:
+        result.unlink()
+    assert {*project.planned()} == {*rules, "complete", "all"}
+
+
+@pytest.mark.parametrize(
+    ("result", "rule"),
+    [
+        (Paths().features(NAME), "features"),
+        (Paths().quarantine(NAME), "features"),
+        (Paths().experiment(*CROSS_VALIDATION), "experiment"),
+        (Paths().model(NAME, "pitch", "knn") / "model.json", "train"),
+        (Paths(run=NAME).metrics_table, "collect"),
+    ],
+)
+def test_the_command_for_a_result_runs_its_job(project, result, rule):
+    """Also if the job is up to date."""
+    *command, option, target = shlex.split(command_for(result))
+    assert command == ["ajgdata", "run", NAME]
+    jobs = project.planned(*with_datasets([NAME], [option, target]))
+    assert jobs[rule] == 1
+    assert jobs["all"] == 1
+
+
+def test_a_result_of_another_version_changes_the_exit_code_until_its_command_has_run(project):
+    file = project.paths.experiment(*CROSS_VALIDATION)
+    before = file.read_bytes()
+    file.write_text(json.dumps(json.loads(before) | {"format": 99}))
+    command = [sys.executable, "-m", "snakemake", *project.arguments()]
+    for _ in range(2):
+        run = subprocess.run(command, check=False, capture_output=True, text=True)
+        lines = (run.stdout + run.stderr).splitlines()
+        assert run.returncode == 1
+        assert "incomplete: 1 result could not be read (reasons above)" in lines
+        (line,) = (line for line in lines if line.startswith("left out  results/tasks/"))
+    advice = line.split("`")[1]
+    assert advice == command_for(file)
+    project.snakemake(*shlex.split(advice)[-2:])
+    assert file.read_bytes() == before
