@@ -143,7 +143,7 @@ def load_metrics(*names: str, project: Project = None) -> pd.DataFrame:
     >>> metrics = ajgdata.load_metrics()
     >>> errors = metrics.query("metric == 'rmse' and statistic == 'mean'")
     >>> errors.pivot_table("value", "dataset", "model").round(2).to_dict()
-    {'linear': {'size': 1.03}}
+    {'linear': {'size': 1.05}}
     """
     from ajgdata.store.metrics import read_metrics
 

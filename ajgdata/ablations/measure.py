@@ -30,7 +30,7 @@ from ajgdata.types.comparison import WITHHELD, Ablation, AblationVariant, Grasps
 from ajgdata.types.table import Table
 
 #: What is drawn anew for each grasp; the correlation lengths are no amounts.
-NUISANCES = ("roughness_mm", "slope_deg", "packing", "force", "grain_force", "temperature_k")
+NUISANCES = ("roughness_mm", "slope_deg", "packing", "force", "grain_force")
 
 
 def nuisances(factor: float) -> dict[str, JsonValue]:

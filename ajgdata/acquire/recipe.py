@@ -146,15 +146,16 @@ class _Varied(NamedTuple):
     ) -> dict[str, Any]:
         """Return `setup` with what differs, which it says itself excepted.
 
-        `put_down` are names of the placement of its object, `bed` those of the history of the bed,
-        which `before` grasps went through.
+        `put_down` are names of the placement of its object, `bed` those of the history of the bed
+        and of the drift of the air, which `before` grasps went through.
         """
         if self.variation is None:
             return dict(setup)
         grasp = setup["grasp"]
         placed = self.variation.placement(*put_down) if setup["object"] is not None else {}
         nuisance = {"nuisance": self.variation.nuisance(grasp.get("nuisance", {}))}
-        grasp = {**placed, **self.variation.bed(before, *bed), **grasp, **nuisance}
+        state = {**self.variation.bed(before, *bed), **self.variation.air(before, *bed)}
+        grasp = {**placed, **state, **grasp, **nuisance}
         assembly = {**self.assembly, **setup.get("assembly", {})}
         offsets = {**self.offsets, **setup.get("session", {})}
         return {**setup, "grasp": grasp, "assembly": assembly, "session": offsets}

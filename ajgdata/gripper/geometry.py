@@ -7,6 +7,7 @@ solver's grid, so that refining the grid refines the solution and not the scene.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,15 @@ from ajgdata.gripper.relief import RASTER_M, Relief, draped, relief
 from ajgdata.gripper.scene import Scene, as_met, derive_seed
 
 Real = NDArray[np.floating]
+#: Meridians of the membrane, and points on each, for the width that no grains cover.
+MERIDIANS, POINTS = 64, 129
+
+
+class Strip(NamedTuple):
+    """A closed strip of the membrane: mean width (m) and area (m²)."""
+
+    width_m: float
+    area_m2: float
 
 
 @dataclass(frozen=True)
@@ -27,8 +37,9 @@ class Cavity:
     """Heights in m at the positions `axis` x `axis` (y first), and the share of contact.
 
     Between `floor` (membrane) and `roof` there is air above `surface` and grains below it; where
-    `floor` >= `roof` there is nothing. `contact` is 1 where the membrane lies on the object or on
-    the table, `held` where on the object, which `force_n` presses. The table lies at `table_m`.
+    `floor` >= `roof` there is nothing. Where `surface` is below `floor`, the membrane is bare.
+    `contact` is 1 where the membrane lies on the object or on the table, `held` where on the
+    object, which `force_n` presses. The table lies at `table_m`.
     """
 
     axis: Real
@@ -43,14 +54,49 @@ class Cavity:
 
     def at(self, x: Real, y: Real) -> tuple[Real, Real, Real, Real]:
         """Floor, roof, surface, contact on the grid (y, x), by bilinear interpolation."""
-        position = np.meshgrid(
-            (y - self.axis[0]) / RASTER_M, (x - self.axis[0]) / RASTER_M, indexing="ij"
-        )
+        along_y, along_x = np.meshgrid(y, x, indexing="ij")
         floor, roof, surface, contact = (
-            map_coordinates(field, position, order=1, mode="nearest")
+            self._sampled(field, along_x, along_y)
             for field in (self.floor, self.roof, self.surface, self.contact)
         )
         return floor, roof, surface, contact
+
+    def bare_edge(self, rim: float) -> Strip:
+        """Return the membrane between the grains and the rim, whose radius is `rim` (m).
+
+        Its width is the length, along the meridians of the membrane, on which neither grains nor an
+        object lie, averaged over azimuths. Both numbers depend on the shape of the cavity alone, so
+        they are the same on each grid of the solver.
+        """
+        azimuth = np.linspace(0, 2 * np.pi, MERIDIANS, endpoint=False)[:, None]
+        # Points are denser near the rim, where the balloon is steep.
+        radius = rim * np.sin(np.linspace(0, np.pi / 2, POINTS))
+        x = radius * np.cos(azimuth)
+        y = radius * np.sin(azimuth)
+        floor, surface, contact = (
+            self._sampled(field, x, y) for field in (self.floor, self.surface, self.contact)
+        )
+        floor[:, -1] = 0.0  # the rim; the raster is too coarse for the last step up to it
+        length = np.hypot(np.diff(radius), np.diff(floor))
+        touching = (contact[:, 1:] + contact[:, :-1]) / 2
+        bare = length * _negative_share(surface - floor) * (1 - touching)
+        middle = (radius[1:] + radius[:-1]) / 2
+        area = 2 * np.pi * (bare * middle).sum(axis=1).mean()
+        return Strip(float(bare.sum(axis=1).mean()), float(area))
+
+    def _sampled(self, field: Real, x: Real, y: Real) -> Real:
+        """Return `field` at the points (x, y) in m, by bilinear interpolation."""
+        position = (y - self.axis[0]) / RASTER_M, (x - self.axis[0]) / RASTER_M
+        return np.asarray(map_coordinates(field, position, order=1, mode="nearest"))
+
+
+def _negative_share(level: Real) -> Real:
+    """Return the share of each interval on which `level` (…, n), linear in it, is negative,
+    (…, n - 1)."""
+    before, after = level[..., :-1], level[..., 1:]
+    below = np.maximum(-before, 0) + np.maximum(-after, 0)
+    above = np.maximum(before, 0) + np.maximum(after, 0)
+    return np.divide(below, below + above, out=np.zeros_like(below), where=below + above > 0)
 
 
 def cavity(scene: Scene) -> Cavity:
@@ -224,7 +270,10 @@ def _unheld(scene: Scene, force: float, under_roof: float) -> str:
 
 
 def _settle(scene: Scene, axis: Real, roof: Real, floor: Real, free: Real) -> Real:
-    """Free surface of the grains: their volume is kept, imprints heave, no surface is smooth."""
+    """Return the height (m) of the grains' free surface, also where it is below the membrane.
+
+    Their volume is kept, imprints heave, no surface is smooth.
+    """
     medium, nuisance = scene.medium, scene.grasp.nuisance
     if medium.kind == "air":
         return floor
@@ -251,9 +300,9 @@ def _settle(scene: Scene, axis: Real, roof: Real, floor: Real, free: Real) -> Re
             f"or grasp.force_n {scene.grasp.force_n:g}"
         )
     height = brentq(excess, lowest, highest, xtol=1e-9)
-    surface = np.maximum(floor, np.minimum(height + shape, roof))
+    surface = height + shape
     ceiling = (scene.gripper.height_mm - scene.gripper.clearance_mm) * MM
-    if np.max(surface) > ceiling:
+    if np.max(np.minimum(surface, roof)) > ceiling:
         raise SceneError(
             "the grains would bury the speaker and the microphone: lower gripper.bed_depth_mm "
             f"{scene.gripper.bed_depth_mm:g}"

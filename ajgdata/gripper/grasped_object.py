@@ -35,7 +35,7 @@ from ajgdata.gripper.objects import (
     Sphere,
     material_of,
 )
-from ajgdata.gripper.omissions import Part, bounds, omitted
+from ajgdata.gripper.parts import Part, left_out
 from ajgdata.gripper.rest import Footing, lies_on_rim, rest_on, rim_of, section
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.walls import NO_MODES, NO_WALLS, ModeList, WallList
@@ -91,6 +91,7 @@ def imprint(shape: Cavity, cells: Cells) -> Imprint:
     column = np.flatnonzero((held > 1e-6) & open_.any(0))
     lowest = open_.reshape(len(cells.z), -1)[:, column].argmax(0)
     area = held.ravel()[column] * cells.h**2
+    surface = np.maximum(surface, floor)
     return Imprint(column, area, floor.ravel()[column], surface.ravel()[column], lowest)
 
 
@@ -248,11 +249,6 @@ def ringing_list(
     return ModeList(cell.astype(np.int64), weight, np.ones(len(chosen)), resistance, square)
 
 
-#: Faster modes follow the sound as springs that hardly yield: the feature ends at 20 kHz, and has
-#: 95 % of its energy below 14 kHz. Studies measure what is lost.
-FASTEST_HZ = 21_000.0
-
-
 @dataclass(frozen=True)
 class Grasped:
     """The object's parts, and what they are on the grid."""
@@ -272,8 +268,7 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, where: Imprint) -> Graspe
     if held is None:
         return RIGID
     body, footing = held
-    limits = bounds(scene)
-    absent = omitted(scene, limits)
+    absent = left_out(scene)
     grains = None if "frame" in absent else bed_of(scene, where, shape.force_n)
     plate = on_rim(scene, where, cells, body)
     if plate is not None:
@@ -283,11 +278,12 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, where: Imprint) -> Graspe
     # With the grains on it the object's modes are those of both.
     moves, rings = (grains is not None or part not in absent for part in ("motion", "elastic"))
     solved = np.concatenate([[moves], np.repeat(rings, len(stack.square) - 1)])
-    chosen = np.flatnonzero(solved & _audible(stack.square))
+    highest = scene.numerics.modes_hz
+    chosen = np.flatnonzero(solved & _slow(stack.square, highest))
     modes = mode_list(where, cells, stack, chosen) if len(chosen) else NO_MODES
     bent = ringing(scene, where, cells)
     if bent is not None and rings:
-        modes += ringing_list(where, cells, *bent, np.flatnonzero(_audible(bent[0].square)))
+        modes += ringing_list(where, cells, *bent, np.flatnonzero(_slow(bent[0].square, highest)))
     wall, film = _skins(scene, body)
     present: dict[ObjectPart, bool] = {
         "motion": moves,
@@ -299,7 +295,7 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, where: Imprint) -> Graspe
     below = wall if present["compliance"] else None
     yielding = film.over(below) if film is not None and present["film"] else below
     walls = NO_WALLS if yielding is None else skin_walls(where, cells, yielding)
-    parts = [Part(name, solved, limits.get(name)) for name, solved in present.items()]
+    parts = [Part(name, solved) for name, solved in present.items()]
     # The support is felt through the object's motion and bending, and solved with them.
     support = Part("support", scene.support.kind != "rigid" and (moves or rings))
     return Grasped((*parts, support), walls, modes)
@@ -314,9 +310,9 @@ def _skins(scene: Scene, body: Body) -> tuple[Skin, Film | None]:
     return wall, Film(gap, film_spring(gap, Air(air.temperature_c, air.pressure_pa)), membrane)
 
 
-def _audible(square: Real) -> NDArray[np.bool_]:
-    """Modes that are slow enough to be solved, by their ω²."""
-    return square < (2 * np.pi * FASTEST_HZ) ** 2
+def _slow(square: Real, highest_hz: float) -> NDArray[np.bool_]:
+    """Return which modes are solved, by their ω²: faster ones follow the sound as stiff springs."""
+    return square < (2 * np.pi * highest_hz) ** 2
 
 
 def where_grasped(scene: Scene, shape: Cavity, cells: Cells) -> Imprint | None:

@@ -32,7 +32,10 @@ class Columns(Protocol):
 
 @dataclass(frozen=True)
 class Cells:
-    """Open volumes (m³), the grains' part of them, open face areas and wall areas (m²)."""
+    """Open volumes (m³), the grains' part of them, open face areas and wall areas (m²).
+
+    `covered` is the part of the membrane on which grains lie (m²).
+    """
 
     h: float
     x: Real
@@ -44,6 +47,7 @@ class Cells:
     area_y: Real
     area_z: Real
     membrane: Real
+    covered: Real
     housing: Real
 
     @property
@@ -68,7 +72,7 @@ def cut_cells(columns: Columns, h: float, half_width: float, bottom: float, top:
     fine_x, fine_y = (_centred(len(axis) * FINER, spacing) for axis in (x, y))
     heights = columns.at(fine_x, fine_y)
     slopes = _slope(heights[0], spacing), _slope(heights[1], spacing)
-    volume, bed, area_z, above_z, floor, touching = _fill(*heights, *slopes, base, h, nz)
+    volume, bed, area_z, above_z, floor, touching, sunk = _fill(*heights, *slopes, base, h, nz)
     if any(np.any(np.take(volume, (0, -1), axis)) for axis in range(3)):
         raise ValueError("the domain reaches the edge of its grid: enlarge half_width or bottom")
     below, roof, _, _ = columns.at(x + h / 2, fine_y)
@@ -89,7 +93,11 @@ def cut_cells(columns: Columns, h: float, half_width: float, bottom: float, top:
     share[share < SLIGHT], share[share > 1 - SLIGHT] = 0.0, 1.0
     membrane = total * share
     free = 1 - np.divide(touching, floor, out=np.zeros_like(floor), where=floor > 0)
-    arrays = volume, bed, area_x, area_y, area_z, membrane * free, total * (1 - share)
+    # A cell that only the rim of the floor cuts has no sample of it: the grains in the cell decide.
+    grains = np.divide(bed, volume, out=np.zeros_like(bed), where=volume > 0)
+    wet = np.divide(sunk, floor, out=grains, where=floor > 0)
+    membrane *= free
+    arrays = volume, bed, area_x, area_y, area_z, membrane, membrane * wet, total * (1 - share)
     inner = (np.ascontiguousarray(array[:, 1:-1, 1:-1]) for array in arrays)
     return Cells(h, x[1:-1], y[1:-1], z, *inner)
 
@@ -100,10 +108,11 @@ def _centred(count: int, h: float) -> Real:
 
 @njit(cache=True)
 def _fill(floor, roof, surface, contact, below, above, base, h, nz):
-    """Per cell: volume, grains, upper face, that of a domain without a roof, floor, its contact."""
+    """Per cell: volume, grains, upper face, that of a domain without a roof, floor, its contact,
+    and the floor below the surface of the grains."""
     ny, nx = floor.shape[0] // FINER, floor.shape[1] // FINER
-    out = np.zeros((6, nz, ny, nx))
-    volume, bed, area, open_, ground, touching = out
+    out = np.zeros((7, nz, ny, nx))
+    volume, bed, area, open_, ground, touching, wet = out
     tile = (h / FINER) ** 2
     for j in range(floor.shape[0]):
         for i in range(floor.shape[1]):
@@ -126,10 +135,12 @@ def _fill(floor, roof, surface, contact, below, above, base, h, nz):
                 open_[k, y, x] += tile * rising
                 falling = min(max((high - over) / fall + 0.5, 0.0), 1.0)
                 area[k, y, x] += tile * max(0.0, rising + falling - 1)
-                part = min(over, low + rise / 2) - max(under, low - rise / 2)
+                first, last = max(under, low - rise / 2), min(over, low + rise / 2)
+                part = last - first
                 if part > 0:
                     ground[k, y, x] += slant * part / rise
                     touching[k, y, x] += slant * part / rise * contact[j, i]
+                    wet[k, y, x] += slant * max(0.0, min(last, surface[j, i]) - first) / rise
     return out
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 
 from ajgdata.gripper.contact import GRAIN_SOLIDS, GRAVITY, LOOSEST_PA, Pack, Spring
+from ajgdata.gripper.geometry import Cavity
 from ajgdata.gripper.grid import Cells
 from ajgdata.gripper.medium import Air
 from ajgdata.gripper.objects import GAP_UM, MM, Material
@@ -54,7 +55,7 @@ def strip(width: float, tension: float, mass_kg_m2: float) -> MembraneSpan:
     return MembraneSpan(1.2 * mass_kg_m2, 12 * tension / width**2)
 
 
-def membrane_walls(scene: Scene, cells: Cells) -> WallList:
+def membrane_walls(scene: Scene, shape: Cavity, cells: Cells) -> WallList:
     """The membrane where it lies on nothing outside, as locally reacting walls.
 
     With grains it yields in the spans between them, and between their edge and the rim. The grains
@@ -65,16 +66,18 @@ def membrane_walls(scene: Scene, cells: Cells) -> WallList:
     mass, resistance = membrane.mass_kg_m2, membrane.resistance_pa_s_m
     if medium.kind == "air" or not membrane.pinned or not membrane.stiffness_n_m3:
         return WallList.uniform(cells.membrane, mass, resistance, membrane.stiffness_n_m3)
-    covered = np.divide(cells.bed, cells.volume, out=np.zeros(cells.shape), where=cells.volume > 0)
-    under, over = cells.membrane * covered, cells.membrane * (1 - covered)
     pack = Pack(medium.grain_diameter_mm * MM, medium.porosity, GRAIN_SOLIDS[medium.kind])
-    weight, rim = pack.density * scene.gripper.bed_depth_mm * MM, scene.gripper.rim_radius_mm * MM
+    weight = pack.density * scene.gripper.bed_depth_mm * MM
     tension = scene.gripper.tension_n_m
     span = pinned(GRAVITY * weight / 2, pack, tension, mass)
-    edge = strip(max(float(over.sum()) / (2 * np.pi * rim), pack.diameter), tension, mass)
+    between = shape.bare_edge(scene.gripper.rim_radius_mm * MM)
+    edge = strip(max(between.width_m, pack.diameter), tension, mass)
+    bare = cells.membrane - cells.covered
+    if bare.any():
+        bare *= between.area_m2 / bare.sum()  # counted cells miss or add a few per cent of it
     return WallList.uniform(
-        under, span.mass_kg_m2, resistance, span.stiffness_n_m3
-    ) + WallList.uniform(over, edge.mass_kg_m2, resistance, edge.stiffness_n_m3)
+        cells.covered, span.mass_kg_m2, resistance, span.stiffness_n_m3
+    ) + WallList.uniform(bare, edge.mass_kg_m2, resistance, edge.stiffness_n_m3)
 
 
 #: Where a film's stiffness and loss are taken, the middle of the octaves in which it is felt.

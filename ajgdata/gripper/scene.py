@@ -20,7 +20,7 @@ from ajgdata.gripper.object_library import OBJECTS
 from ajgdata.gripper.objects import Object, ObjectPart, SceneModel, Support
 
 #: Raised whenever the same scene would give other numbers; part of every digest.
-PHYSICS_VERSION = 4
+PHYSICS_VERSION = 5
 #: Δt is fixed by the speed of sound at this temperature; warmer scenes take a shorter one.
 HOTTEST_C = 30.0
 #: The local porosity stays within this many standard deviations.
@@ -78,7 +78,6 @@ class Nuisance(SceneModel):
         description="relative, of one grain: the depth at which (object's width / grain)² of them"
         " bear the force scatters by the root less",
     )
-    temperature_k: Annotated[float, Field(ge=0, le=2)] = Field(0.5, description="of the air")
 
 
 class Assembly(SceneModel):
@@ -132,6 +131,9 @@ class Grasp(SceneModel):
     force_n: Annotated[float, Field(gt=0, le=40)] = Field(8.0, description="paper: 8 N")
     placed_mm: Pair = Field((0.0, 0.0), description="x, y added to the offset when it was placed")
     placed_deg: Degrees = Field(0.0, description="added to the angle when it was placed")
+    temperature_k: Annotated[float, Field(ge=-20, le=20)] = Field(
+        0.0, description="drift of the air in the session, added to environment.temperature_c"
+    )
     nuisance: Nuisance = Nuisance()
     history: History | None = Field(
         None, description="of the bed; null: it is newly poured, as `seed` draws it"
@@ -165,13 +167,13 @@ class Numerics(SceneModel):
         50.0, description="stop when the energy in the cavity has fallen by this much"
     )
     max_time_s: Annotated[float, Field(gt=0, le=1)] = Field(0.2, description="stop at the latest")
-    tolerance: Annotated[float, Field(ge=0, le=1)] = Field(
-        0.01,
-        description="parts that were measured to change the sound by less (relative L2) are left"
-        " out; 0 leaves nothing out",
+    modes_hz: Annotated[float, Field(gt=0, le=21_000)] = Field(
+        8_000.0, description="modes of the object up to this frequency are solved"
     )
-    omit: tuple[ObjectPart, ...] = Field(
-        (), description="parts of the object left out, whatever they change"
+    omit: tuple[ObjectPart, ...] | None = Field(
+        None,
+        description="parts of the object left out; null: those of hard blocks that change the sound"
+        " by less than 1 %; []: none",
     )
 
 
@@ -257,8 +259,9 @@ def as_met(scene: Scene) -> Scene:
         "angle_deg": grasp.angle_deg + grasp.placed_deg,
         "placed_mm": neutral.placed_mm,
         "placed_deg": neutral.placed_deg,
+        "temperature_k": neutral.temperature_k,
     }
-    warmth = {"temperature_c": air.temperature_c + session.temperature_k}
+    warmth = {"temperature_c": air.temperature_c + session.temperature_k + grasp.temperature_k}
     fixed = Assembly(askew_mm=assembly.askew_mm, fill_slope_deg=assembly.fill_slope_deg)
     return scene.model_copy(
         update={

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from ajgdata.gripper.geometry import Cavity, cavity
 from ajgdata.gripper.grasped_object import RIGID, grasped, where_grasped
@@ -15,10 +15,10 @@ from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.membrane import membrane_walls
 from ajgdata.gripper.objects import MM, SceneError
-from ajgdata.gripper.omissions import Part
 from ajgdata.gripper.outside import Skin, skin
+from ajgdata.gripper.parts import Part
 from ajgdata.gripper.random_fields import RandomField
-from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, as_met, derive_seed
+from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, as_met
 from ajgdata.gripper.solver import Probe
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import NO_WALLS, ModeList, WallList
@@ -76,15 +76,21 @@ def wide_weight(dx_m: float) -> float:
     return float((half / np.sin(half) - 1) / (3 - np.sin(3 * half) / np.sin(half)))
 
 
+@cache
+def _libraries() -> ThreadpoolController:
+    """Return the libraries with threads; to find them takes as long as a twentieth of a scene."""
+    return ThreadpoolController()
+
+
 def build_plan(scene: Scene) -> Plan:
     """Return geometry, grid, medium, walls and modes of `scene`; raise SceneError (a ValueError).
 
     >>> plan = build_plan(Scene.model_validate({"object": "cube_20p7", "numerics": {"dx_mm": 6}}))
     >>> [part.name for part in plan.parts if part.is_solved]
-    ['bed', 'poles', 'membrane', 'object', 'motion', 'elastic', 'compliance', 'film', 'frame']
+    ['bed', 'poles', 'membrane', 'object', 'compliance', 'film']
     """
     # Threads of BLAS spin on a busy computer, and their number changes how sums round.
-    with threadpool_limits(1, "blas"):
+    with _libraries().limit(limits=1, user_api="blas"):
         return _planned(as_met(scene))
 
 
@@ -99,7 +105,7 @@ def _planned(scene: Scene) -> Plan:
     wide = wide_weight(h)
     per_sample = steps_per_sample(h, scene.numerics.cfl, air.temperature_c, wide)
     parts, object_walls, modes = _parts(scene, shape, cells)
-    membrane = membrane_walls(scene, cells)
+    membrane = membrane_walls(scene, shape, cells)
     system = assemble(
         cells,
         air_fluid(air),
@@ -139,12 +145,8 @@ def _parts(
 
 
 def _air(scene: Scene) -> Air:
-    """The air of this grasp; its scatter takes no scene of up to 30 °C to a shorter time step."""
-    nuisance = scene.grasp.nuisance
-    draw = np.random.default_rng(derive_seed(scene.grasp.seed, "temperature")).standard_normal()
-    temperature = scene.environment.temperature_c + nuisance.temperature_k * float(draw)
-    hottest = HOTTEST_C if scene.environment.temperature_c <= HOTTEST_C else math.inf
-    return Air(min(temperature, hottest), scene.environment.pressure_pa)
+    """Return the air of this grasp."""
+    return Air(scene.environment.temperature_c, scene.environment.pressure_pa)
 
 
 def _grains(scene: Scene, cells: Cells, air: Air) -> Packed | None:

@@ -38,6 +38,12 @@ class SessionVariation(SceneModel):
     )
     jig_mm: Amount = Field(2.5, description="jig and calibrated axis of the gripper, x and y")
     temperature_k: Amount = Field(2.0, description="of the air")
+    drift_k: Annotated[float, Field(ge=0, le=2)] = Field(
+        0.5, description="standard deviation of the air's smooth drift within a session"
+    )
+    drift_grasps: Annotated[float, Field(ge=1, le=10_000)] = Field(
+        70.0, description="n grasps apart, the drift has the correlation exp(-(n/drift_grasps)²/2)"
+    )
     fill_mm: Amount = Field(0.6, description="depth of the bed")
     placement_mm: Amount = Field(
         1.0, description="position of an object: once per session in `order: blocks`"
@@ -100,6 +106,19 @@ class Variation(SceneModel):
             return {}
         seed = derive_seed(*names, "bed")
         return {"history": {"seed": seed, "number": number, "memory": self.grasp.memory}}
+
+    def air(self, number: int, *names: str | int) -> Drawn:
+        """Return the drift of the air at grasp `number` of the session that `names` stand for.
+
+        The drift is a smooth Gaussian process of the number of the grasp.
+        """
+        from ajgdata.gripper.random_fields import RandomField  # Snakemake reads recipes without it
+
+        seed = derive_seed(*names, "session", "drift")
+        # A line through a field of two dimensions: fields have at least two.
+        process = RandomField(seed, "drift", 2, self.session.drift_grasps)
+        drift = process.on_axes(np.array([float(number)]), np.zeros(1))[0, 0]
+        return {"temperature_k": round(self.session.drift_k * float(drift), 4)}
 
     def nuisance(self, own: Mapping[str, Any]) -> Drawn:
         """Return `scene.grasp.nuisance` with what differs between grasps, unless it is in `own`."""

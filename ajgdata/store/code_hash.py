@@ -54,7 +54,7 @@ _SIMILAR = (
     "types/session.py:SIMULATED_SOURCES",
 )
 #: Scene -> impulse response and recording.
-_GRIPPER = ("gripper/*.py", "gripper/omissions.yaml")
+_GRIPPER = ("gripper/*.py",)
 #: Recipe -> grasps -> recordings.
 _SIMULATED = (
     *_GRIPPER,

@@ -97,7 +97,8 @@ def of_scene(parts: dict[str, Any]) -> Build:
             "dx_mm": DX_MM,
             "precision": "float32" if dtype is np.float32 else "float64",
             # An extreme must be stable, not absent.
-            "tolerance": 0.0,
+            "omit": (),
+            "modes_hz": 21_000.0,
             **parts.get("numerics", {}),
         }
         plan = build_plan(Scene.model_validate({**parts, "numerics": numerics}))

@@ -16,7 +16,13 @@ PAGE = Path(__file__).resolve().parents[2] / "docs/parameters.md"
 ROOTS: dict[str, type[BaseModel]] = {"signal": SignalChain, "variation": Variation}
 #: Keys of Scene that are not physical settings: the object, the solver, and amounts that a
 #: variation samples.
-SAMPLED = {"grasp.placed_mm", "grasp.placed_deg", "grasp.history", "grasp.nuisance.grain_force"}
+SAMPLED = {
+    "grasp.placed_mm",
+    "grasp.placed_deg",
+    "grasp.temperature_k",
+    "grasp.history",
+    "grasp.nuisance.grain_force",
+}
 OTHER = {"object", "numerics", "assembly", "session", *SAMPLED}
 ROWS = {
     row[0].strip("`"): row[1:]

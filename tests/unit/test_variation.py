@@ -111,3 +111,28 @@ def test_each_amount_of_a_gripper_has_a_draw_of_its_own():
     expected |= {"speaker_moved_mm": [0, 0], "microphone_moved_mm": [0, 0]}
     assert wider.assembly("default") == expected
     assert drawn == DEFAULT_GRIPPER
+
+
+def test_the_air_drifts_smoothly_within_a_session():
+    """Standard deviation and correlation are those that are declared; sessions are independent."""
+    variation = Variation.model_validate({"session": {"drift_k": 0.5, "drift_grasps": 20}})
+    drifts = np.array(
+        [
+            [variation.air(number, "d", session)["temperature_k"] for number in range(0, 60, 5)]
+            for session in range(300)
+        ]
+    )
+    assert drifts.std() == pytest.approx(0.5, rel=0.1)
+    assert drifts.mean() == pytest.approx(0, abs=0.06)
+    for apart, expected in ((1, np.exp(-(0.25**2) / 2)), (4, np.exp(-0.5)), (8, np.exp(-2.0))):
+        product = (drifts[:, apart:] * drifts[:, :-apart]).mean() / 0.25
+        assert product == pytest.approx(expected, abs=0.12)
+    assert np.abs(np.corrcoef(drifts[0::2, 0], drifts[1::2, 0])[0, 1]) < 0.25
+
+
+def test_grasps_of_a_session_are_in_drifting_air():
+    temperatures = [scene.grasp.temperature_k for scene in scenes(planned(VARIED))]
+    assert len({*temperatures}) > 1
+    assert np.abs(np.diff(temperatures)).max() < 0.1
+    calm = planned(VARIED | {"variation": {"session": {"drift_k": 0}}})
+    assert {scene.grasp.temperature_k for scene in scenes(calm)} == {0.0}

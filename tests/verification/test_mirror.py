@@ -7,7 +7,7 @@ from ajgdata.gripper import (
     simulate,
 )
 
-CALM = {"roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0, "temperature_k": 0}
+CALM = {"roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0}
 
 
 def test_a_symmetric_gripper_gives_mirror_images_the_same_response():

@@ -6,7 +6,7 @@ from ajgdata.gripper.geometry import cavity
 from ajgdata.gripper.random_fields import RandomField
 from ajgdata.gripper.relief import RASTER_M, STEEPEST, relief
 
-CALM = {"roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0, "temperature_k": 0}
+CALM = {"roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0}
 
 
 def _scene(shape, **grasp):

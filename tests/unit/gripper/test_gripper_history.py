@@ -8,7 +8,7 @@ from ajgdata.gripper.random_fields import normals
 from ajgdata.gripper.scene import History, Scene, as_met
 
 CALM = {
-    "roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0, "temperature_k": 0,
+    "roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0,
 }  # fmt: skip
 NUMBERS = 6
 
