@@ -326,7 +326,9 @@ def impedance_tube(folder: Path) -> ImpedanceTube:
     per_band = fit_tube(spectra, BANDS)
     complete = fit_tube(spectra, 1)
     band_sd = combined(per_band, [fit_tube(spectra, BANDS, fit_positions=True)])
-    (fit_sd,) = combined(complete, [fit_tube(spectra, 1, fit_positions=True)])
+    moved = fit_tube(spectra, 1, fit_positions=True)
+    (fit_sd,) = combined(complete, [moved])
+    speed_sd = np.hypot(complete.sound_speed_sd, moved.sound_speed - complete.sound_speed)
     # The bands scatter more than the fit expects: one ratio does not describe all of them.
     scatter = per_band.ratio.std(ddof=1) / np.sqrt(BANDS)
     ratio_sd = np.hypot(fit_sd, scatter)
@@ -338,7 +340,7 @@ def impedance_tube(folder: Path) -> ImpedanceTube:
     return ImpedanceTube(
         source=Source(**TUBE_SOURCE, files="Resources/empty_*.h5"),
         width_mm=1e3 * WIDTH_M,
-        sound_speed_m_s=quantity(complete.sound_speed, complete.sound_speed_sd, 2),
+        sound_speed_m_s=quantity(complete.sound_speed, speed_sd, 1),
         temperature_c=round(air.temperature_c, 1),
         ratio=quantity(complete.ratio[0], ratio_sd, 2),
         bands=tuple(
