@@ -56,8 +56,14 @@ def validation(resonances: Table, attenuation: Table) -> Illustration:
 
 
 def upper_bound(values: np.ndarray) -> str:
-    """Return the largest absolute value, rounded up to one decimal."""
-    return f"{np.ceil(10 * np.abs(values).max()) / 10:.1f}"
+    """Return the largest absolute value, rounded up to one decimal.
+
+    >>> upper_bound(np.array([-2.04, 0.5])), upper_bound(np.array([2.0]))
+    ('2.1', '2.0')
+    """
+    tenths = 10 * np.abs(values).max()
+    # Rounding errors do not count.
+    return f"{np.ceil(tenths - 1e-9) / 10:.1f}"
 
 
 def deviation(resonances: Table, series: str) -> tuple[np.ndarray, np.ndarray]:
