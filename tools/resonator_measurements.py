@@ -105,7 +105,7 @@ def read_sweep(folder: Path, index: int) -> Sweep:
 
 
 def peak_hz(sweep: Sweep, expected_hz: float) -> float:
-    """Return the frequency of the peak near `expected_hz`, with its lag; NaN if there is none."""
+    """Return the frequency of the peak near `expected_hz`, with its lag; NaN without a peak."""
     smooth = np.convolve(sweep.amplitude, np.full(5, 0.2), "same")
     window = np.flatnonzero(np.abs(sweep.frequency_hz - expected_hz) < SEARCH_HZ)
     top = window[smooth[window].argmax()]
