@@ -15,9 +15,9 @@ from ajgdata.types import NotPossibleError
 from ajgdata.types.table import table_of
 
 #: Modules of `ajgdata.studies`, in the order of the report.
-STUDIES: tuple[str, ...] = ("verification", "stability", "accuracy", "omissions")
+STUDIES: tuple[str, ...] = ("verification", "validation", "stability", "accuracy", "omissions")
 #: Studies of the first target: error against run time, stability, and what is left out.
-REQUESTED_STUDIES = STUDIES[1:]
+REQUESTED_STUDIES = STUDIES[2:]
 #: Page on all ablations: why simulation and paper differ.
 ABLATIONS_PAGE = "ablations"
 #: The verification is a folder of the tests, which assert the same claims on coarser grids.

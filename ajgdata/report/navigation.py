@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ajgdata.paths import EXPERIMENT_PAGES, INDEX
+from ajgdata.report.format import Source
 
 
 class Link(NamedTuple):
@@ -17,11 +18,13 @@ class Link(NamedTuple):
 
 
 class Lead(NamedTuple):
-    """Title of a page, the question that it answers, and the group of pages that it belongs to."""
+    """Title of a page, the question that it answers, the group of pages that it belongs to, and the
+    sources of its data."""
 
     title: str
     text: str
     about: str = "The virtual gripper"
+    sources: tuple[Source, ...] = ("simulated",)
 
 
 LEADS = {
@@ -36,6 +39,14 @@ LEADS = {
         "Verification",
         "The solver is compared with identities that must hold to rounding error, and with known"
         " answers that it must approach at a known rate.",
+    ),
+    "validation": Lead(
+        "Validation",
+        "The solver simulates resonators that other groups measured: a sphere, eight tubes and an"
+        " impedance tube. Measured, simulated and analytic values are compared. This does not cover"
+        " grains, the membrane or grasped objects. The impedance tube shows the order of magnitude"
+        " of wall_admittance; it is not a source for a printed housing.",
+        sources=("simulated", "recorded"),
     ),
     "stability": Lead(
         "Stability",

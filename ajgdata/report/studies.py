@@ -1,4 +1,4 @@
-"""Pages of the simulation studies and ablations: their tables, and figures of two studies."""
+"""Pages of the simulation studies and ablations: their tables, and figures of three studies."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from ajgdata.report.navigation import LEADS, Group
 from ajgdata.report.render import Picture as Drawn
 from ajgdata.report.render import render
 from ajgdata.report.report_data import Illustration
+from ajgdata.report.validation import validation
 from ajgdata.types.table import Table, Value
 
 #: Rows of a table that a page shows; its CSV file has all.
@@ -37,6 +38,7 @@ def render_study(
         project=project,
         title=LEADS[name].title,
         lead=LEADS[name].text,
+        sources=LEADS[name].sources,
         provenance=provenance,
         tables=tables,
         numeric=numeric,
@@ -96,11 +98,16 @@ def omitted(table: Table) -> str:
 
 
 def figures_of(study: str, tables: Sequence[Table]) -> Iterator[Illustration]:
-    """Yield the figure of a study that has one, named like its table; nothing is drawn yet."""
-    name, figure = FIGURES.get(study, ("", convergence))
-    for table in tables:
-        if table.name == name and table.rows:
-            yield figure(table)
+    """Yield the figure of a study that has one, named like its first table; nothing is drawn yet.
+
+    A study without rows in one of the tables that its figure shows has no figure.
+    """
+    if study not in FIGURES:
+        return
+    names, figure = FIGURES[study]
+    shown = {table.name: table for table in tables if table.rows}
+    if shown.keys() >= set(names):
+        yield figure(*(shown[name] for name in names))
 
 
 def _illustration(
@@ -161,8 +168,9 @@ def accuracy(table: Table) -> Illustration:
     )  # fmt: skip
 
 
-#: Table and figure of each study.
-FIGURES: dict[str, tuple[str, Callable[[Table], Illustration]]] = {
-    "verification": ("convergence", convergence),
-    "accuracy": ("accuracy", accuracy),
+#: Tables and figure of each study.
+FIGURES: dict[str, tuple[tuple[str, ...], Callable[..., Illustration]]] = {
+    "verification": (("convergence",), convergence),
+    "validation": (("resonances", "attenuation"), validation),
+    "accuracy": (("accuracy",), accuracy),
 }

@@ -14,10 +14,10 @@ from ajgdata.pipeline.report import build_page, build_report
 from ajgdata.pipeline.studies import run_study
 from ajgdata.report.format import DASH
 from ajgdata.report.navigation import LEADS, navigation
-from ajgdata.report.studies import render_study
+from ajgdata.report.studies import figures_of, render_study
 from ajgdata.store.files import read_json
 from ajgdata.store.tables import read_tables, write_tables
-from ajgdata.types.table import Column, Table
+from ajgdata.types.table import Column, Table, table_of
 
 TABLE = Table(
     "convergence",
@@ -114,6 +114,54 @@ def test_figures_are_drawn_linked_and_embedded(tmp_path):
     links = [a["href"] for a in shown.all("a")]
     assert len(links) == 3
     assert all((paths.report.parent / link).is_file() for link in links)
+
+
+RESONANCES = table_of(
+    "resonances",
+    "t",
+    [
+        {"resonance": "tube", "theory_hz": 100, "measured_hz": 98, "simulated_hz": 100.04},
+        {"resonance": "sphere", "theory_hz": 200, "measured_hz": 202, "simulated_hz": 200},
+    ],
+    resonance="Resonance",
+    theory_hz="Theory, Hz",
+    measured_hz="Measured, Hz",
+    simulated_hz="Simulated, Hz",
+)
+ATTENUATION = table_of(
+    "attenuation",
+    "t",
+    [{"frequency_hz": 400, "theory_db_m": 0.1, "measured_db_m": 0.15, "simulated_db_m": 0.6}],
+    frequency_hz="Frequency, Hz",
+    theory_db_m="Theory, dB/m",
+    measured_db_m="Measured, dB/m",
+    simulated_db_m="Simulated, dB/m",
+)
+
+
+def with_uncertainties(table, *keys):
+    """Return the table with a column of uncertainties for each of its columns `keys`."""
+    columns = tuple(Column(key, key) for key in keys)
+    rows = tuple(row | dict.fromkeys(keys, 0.01) for row in table.rows)
+    return dataclasses.replace(table, columns=(*table.columns, *columns), rows=rows)
+
+
+def test_the_page_on_validation_has_a_figure_of_two_tables_and_both_badges(tmp_path):
+    paths = Paths(tmp_path)
+    tables = [
+        with_uncertainties(RESONANCES, "measured_sd_hz", "simulated_sd_hz"),
+        with_uncertainties(ATTENUATION, "measured_sd_db_m", "simulated_sd_db_m"),
+    ]
+    write_tables(paths.study("validation"), tables, **ABOUT | {"study": "validation"})
+    build_page(paths, "validation", [paths.study("validation")], [])
+    page = paths.page("validation").read_text(encoding="utf-8")
+    (image,) = Page(page).all("img")
+    assert image["src"] == "validation/resonances.svg"
+    assert "Resonances: measured within 2.0 %, simulated 0.1 % of theory" in image["alt"]
+    assert "tube: measured -2 %, simulated 0.04 %" in image["alt"]
+    assert 'class="badge simulated"' in page and 'class="badge recorded"' in page
+    assert "does not cover grains, the membrane or grasped objects" in " ".join(Page(page).words)
+    assert list(figures_of("validation", tables[:1])) == []
 
 
 def test_a_study_of_another_version_is_missing_in_the_report_and_listed(tmp_path):

@@ -13,8 +13,9 @@ from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System
 from ajgdata.studies.energy import applied, energies, random_state
 from ajgdata.studies.extreme_cases import AIR, BOWL, bowl
+from ajgdata.studies.rigid_domains import box, closed
 from known_cases.case import EPS, Bound, Identity
-from known_cases.domains import box, closed, lossy_bowl
+from known_cases.domains import lossy_bowl
 
 Real = NDArray[np.floating]
 

@@ -13,8 +13,8 @@ from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import ModeList, WallList
 from ajgdata.studies.energy import energies, random_state
 from ajgdata.studies.extreme_cases import AIR, BOWL, PLASTIC, bowl, time_step, two_probes
+from ajgdata.studies.rigid_domains import box
 from known_cases.case import Identity
-from known_cases.domains import box
 from known_cases.identities import (
     EnergyConstant,
     EnergyNeverGrows,

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System
 from ajgdata.studies.extreme_cases import AIR
+from ajgdata.studies.rigid_domains import box, closed, frequencies
 from known_cases.case import Refinement
-from known_cases.domains import box, closed, frequencies
 
 Real = NDArray[np.floating]
 BOX = (0.120, 0.100, 0.080)

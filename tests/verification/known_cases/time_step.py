@@ -13,8 +13,8 @@ from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import NO_WALLS, WallList
 from ajgdata.studies.extreme_cases import AIR
+from ajgdata.studies.rigid_domains import box
 from known_cases.case import Identity
-from known_cases.domains import box
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]

@@ -13,8 +13,8 @@ from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import Packed, assemble
 from ajgdata.studies.extreme_cases import AIR, PLASTIC, time_step
+from ajgdata.studies.rigid_domains import box
 from known_cases.case import Refinement
-from known_cases.domains import box
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]
