@@ -53,23 +53,41 @@ def stability_figure(tables: Sequence[Table]) -> Illustration | None:
 
 def _title(long_runs: Table, limits: Table, unreached: Table) -> str:
     """Return the conclusion: growth of energy in long runs, and number of limits reached."""
-    growth = float(long_runs.numbers("growth").max())
-    steps = int(long_runs.numbers("steps").max())
+    worst = max(long_runs.rows, key=lambda row: row["growth"])
     reached = sum(holds(row) is True for row in limits.rows)
     count = len(limits.rows) + len(unreached.rows)
-    energy = f"Energy grows by up to {value(growth)}" if growth > 0 else "Energy does not grow"
-    return f"{energy} in {steps:,} steps; {reached} of {count} limits are reached"
+    energy = "Energy does not grow"
+    if worst["growth"] > 0:
+        energy = f"Energy grows by up to {value(100 * worst['growth'])} %"
+    steps = f"{_count(worst['steps'])} steps ({worst['precision']})"
+    return f"{energy} in {steps}; {reached} of {count} limits are reached"
 
 
 def _subtitle(long_runs: Table, limits: Table) -> str:
-    """Return the number of cases, their largest change of energy, and the range of orders."""
+    """Return the number of cases, their largest gain of energy per step, and the range of
+    orders."""
     cases = len(long_runs.split_by("case"))
     orders = np.abs(limits.numbers("measured_order"))
     orders = orders[np.isfinite(orders)]
     low, high = number(float(orders.min()), 4), number(float(orders.max()), 4)
-    changes = long_runs.numbers("growth")
-    largest = value(float(changes[np.argmax(np.abs(changes))]))
-    return f"{cases} worst cases, largest change {largest}; orders from {low} to {high} (theory: 1)"
+    gains = [
+        f"{value(float(rows.numbers('gain').max()))} ({precision})"
+        for precision, rows in long_runs.split_by("precision").items()
+    ]
+    return (
+        f"{cases} worst cases, largest gain per step {' and '.join(gains)};"
+        f" orders from {low} to {high} (theory: 1)"
+    )
+
+
+def _count(steps: int) -> str:
+    """Return a number of steps, as a power of ten if it is one.
+
+    >>> _count(10**6), _count(2_000)
+    ('10⁶', '2,000')
+    """
+    exponent = math.log10(steps)
+    return _power(steps) if exponent == round(exponent) else f"{steps:,}"
 
 
 def _draw(title: str, subtitle: str, tables: dict[str, Table]) -> Figure:

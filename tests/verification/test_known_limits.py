@@ -37,6 +37,13 @@ def test_the_limit_is_reached_at_its_order(kind):
         assert result.distances[-1] > 1e4 * 2.0**-53
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("dx_mm", [3.75, 4.2, 5.2])
+def test_the_limits_do_not_depend_on_the_grid(dx_mm):
+    results = {kind.__name__: kind(dx_mm).run() for kind in LIMITS if kind is not FinePowder}
+    assert [name for name, result in results.items() if not result.passed] == []
+
+
 @pytest.mark.parametrize("kind", UNREACHED)
 def test_the_distance_that_remains_does_not_depend_on_the_parameter(kind):
     """If the model changes so that it reaches the limit, move the class to `LIMITS`."""

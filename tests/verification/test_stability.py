@@ -99,6 +99,10 @@ def test_the_worst_cases_are_those_with_the_largest_growth_in_either_precision()
         for double, single in units
     ]
     assert [trial.name for trial in worst_trials(tested, rows, 2)] == ["b", "c"]
+    same_case = [
+        replace(trial, name="a", dx_mm=dx) for trial, dx in zip(tested, (1, 2, 3), strict=True)
+    ]
+    assert [trial.dx_mm for trial in worst_trials(same_case, rows, 2)] == [2]
 
 
 @pytest.mark.slow
