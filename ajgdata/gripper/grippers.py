@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from ajgdata.gripper.objects import MM, NonNegative, Positive, SceneModel
+from ajgdata.gripper.objects import MM, Positive, SceneModel
 
 #: First root of the Bessel function J0, of a clamped membrane.
 DRUM = 2.405
+#: Smallest stiffness (N/m³) of a membrane with tension: squares of smaller tensions overflow.
+SLACKEST_N_M3 = 1e-6
 Size = Annotated[float, Field(ge=5, le=200)]
 Coordinate = Annotated[float, Field(ge=-200, le=200)]
 
@@ -18,11 +20,13 @@ Coordinate = Annotated[float, Field(ge=-200, le=200)]
 class Membrane(SceneModel):
     """Latex balloon as a locally reacting wall: m dv/dt + r v + k ∫v dt = p."""
 
-    mass_kg_m2: NonNegative = Field(0.3, description="0.3 mm of latex at 1000 kg/m3")
-    resistance_pa_s_m: NonNegative = Field(
+    mass_kg_m2: Annotated[float, Field(ge=0, le=1e9)] = Field(
+        0.3, description="0.3 mm of latex at 1000 kg/m3"
+    )
+    resistance_pa_s_m: Annotated[float, Field(ge=0, le=1e15)] = Field(
         450.0, description="radiation into open air (rho c = 413) and the loss of latex"
     )
-    stiffness_n_m3: NonNegative = Field(
+    stiffness_n_m3: Annotated[float, Field(ge=0, le=1e15)] = Field(
         1e5, description="T (2.4/R)^2 for a tension of about 40 N/m at R = 50 mm; estimate"
     )
     pinned: bool = Field(
@@ -33,6 +37,16 @@ class Membrane(SceneModel):
         description="thickness of the air trapped between it and an object, in units of the middle"
         " for the object's material",
     )
+
+    @field_validator("stiffness_n_m3")
+    @classmethod
+    def _tense_or_limp(cls, value: float) -> float:
+        if 0 < value < SLACKEST_N_M3:
+            raise ValueError(
+                f"membrane.stiffness_n_m3 {value:g} is too small: use 0 for a limp membrane, or at"
+                f" least {SLACKEST_N_M3:g}"
+            )
+        return value
 
 
 class Gripper(SceneModel):
@@ -61,8 +75,10 @@ class Gripper(SceneModel):
         (18.0, 28.0), description="vacuum port on the roof"
     )
     port_bore_mm: Annotated[float, Field(gt=0, le=50)] = 4.0
-    port_length_mm: Positive = Field(10.0, description="inert part of the fitting; hose is matched")
-    wall_admittance: NonNegative = Field(
+    port_length_mm: Annotated[float, Field(gt=0, le=1e6)] = Field(
+        10.0, description="inert part of the fitting; hose is matched"
+    )
+    wall_admittance: Annotated[float, Field(ge=0, le=1e6)] = Field(
         4e-3,
         description="rho c / z of the housing and its flange, at all frequencies; at least the"
         " thermoviscous boundary layer (1.2e-3 at 3 kHz), at most ten times as much",

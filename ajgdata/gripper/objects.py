@@ -131,7 +131,7 @@ def material_of(material: Literal["rigid"] | MaterialName | Material) -> Materia
 #: Narrower footprints fall between the samples of the membrane's raster.
 NARROWEST_MM = 0.5
 Width = Annotated[float, Field(ge=NARROWEST_MM, le=1000)]
-Height = Annotated[float, Field(gt=0, le=1000)]
+Height = Annotated[float, Field(ge=1e-6, le=1000)]
 
 
 def _spelt(material: Any) -> str:

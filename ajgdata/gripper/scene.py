@@ -23,6 +23,8 @@ from ajgdata.gripper.objects import Object, ObjectPart, SceneModel, Support
 PHYSICS_VERSION = 5
 #: Δt is fixed by the speed of sound at this temperature; warmer scenes take a shorter one.
 HOTTEST_C = 30.0
+#: Range of the temperature of the air, which the offset of a session must not leave.
+COLDEST_AIR_C, HOTTEST_AIR_C = -20.0, 60.0
 #: The local porosity stays within this many standard deviations.
 PACKING_SIGMAS = 3.0
 SAMPLE_RATE_HZ = 44_100
@@ -128,7 +130,7 @@ class Grasp(SceneModel):
     angle_deg: float = Field(0.0, description="of the object about z")
     offset_x_mm: float = Field(0.0, description="of the object's centre from the axis")
     offset_y_mm: float = 0.0
-    force_n: Annotated[float, Field(gt=0, le=40)] = Field(8.0, description="paper: 8 N")
+    force_n: Annotated[float, Field(ge=1e-3, le=40)] = Field(8.0, description="paper: 8 N")
     placed_mm: Pair = Field((0.0, 0.0), description="x, y added to the offset when it was placed")
     placed_deg: Degrees = Field(0.0, description="added to the angle when it was placed")
     temperature_k: Annotated[float, Field(ge=-20, le=20)] = Field(
@@ -143,7 +145,7 @@ class Grasp(SceneModel):
 class Environment(SceneModel):
     """The air."""
 
-    temperature_c: Annotated[float, Field(ge=-20, le=60)] = 22.0
+    temperature_c: Annotated[float, Field(ge=COLDEST_AIR_C, le=HOTTEST_AIR_C)] = 22.0
     pressure_pa: Annotated[float, Field(ge=5e4, le=1.1e5)] = 101_325.0
 
 
@@ -159,7 +161,7 @@ class Numerics(SceneModel):
     poles: Literal[0, 1, 2] = Field(
         2, description="relaxation poles in the compressibility of the grains"
     )
-    cfl: Annotated[float, Field(gt=0, lt=1)] = Field(
+    cfl: Annotated[float, Field(ge=0.01, lt=1)] = Field(
         0.99, description="upper bound of the time step in units of its limit at 30 °C"
     )
     precision: Precision = "float32"
@@ -212,6 +214,7 @@ class Scene(SceneModel):
     def _fits(self) -> Scene:
         met = as_met(self)
         _refuse_gripper(met)
+        _refuse_air(met, self.session)
         reach = self.gripper.rim_radius_mm
         if self.object and math.hypot(met.grasp.offset_x_mm, met.grasp.offset_y_mm) > reach:
             raise ValueError(
@@ -289,6 +292,16 @@ def _refuse_gripper(met: Scene) -> None:
         raise ValueError(
             "assembly.askew_mm puts the balloon's tip outside half of the rim's radius, "
             f"{met.gripper.rim_radius_mm / 2:g} mm: reduce it"
+        )
+
+
+def _refuse_air(met: Scene, session: SessionOffsets) -> None:
+    """Raise ValueError for air that the offset of the session takes out of its range."""
+    temperature_c = met.environment.temperature_c
+    if not COLDEST_AIR_C <= temperature_c <= HOTTEST_AIR_C:
+        raise ValueError(
+            f"session.temperature_k {session.temperature_k:g} takes the air to {temperature_c:g} "
+            f"°C: keep it from {COLDEST_AIR_C:g} to {HOTTEST_AIR_C:g} °C"
         )
 
 

@@ -297,7 +297,8 @@ def _opening(path: Path, folder: Path) -> dict[str, str] | None:
 
 def _studies(pages: Mapping[str, Sequence[Path]]) -> dict[str, Any]:
     """Return the conclusions of the simulation studies, and the count of all and passed checks."""
-    from ajgdata.report.studies import conclusions, holds
+    from ajgdata.report.studies import conclusions
+    from ajgdata.report.study_tables import holds
 
     lines, verdicts = [], []
     for name in (name for name in STUDIES if name in pages):

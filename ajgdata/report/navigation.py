@@ -51,7 +51,7 @@ LEADS = {
     "stability": Lead(
         "Stability",
         "The energy of stiff, light, heavy, very small, very large and hot scenes must stay"
-        " bounded.",
+        " bounded, and extreme scenes must approach known limits.",
     ),
     "accuracy": Lead(
         "Error against run time",

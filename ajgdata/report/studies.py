@@ -16,11 +16,10 @@ from ajgdata.report.navigation import LEADS, Group
 from ajgdata.report.render import Picture as Drawn
 from ajgdata.report.render import render
 from ajgdata.report.report_data import Illustration
+from ajgdata.report.stability_figure import stability_figure
+from ajgdata.report.study_tables import holds, numeric, passed, shown_tables
 from ajgdata.report.validation import validation
-from ajgdata.types.table import Table, Value
-
-#: Rows of a table that a page shows; its CSV file has all.
-MAX_ROWS = 30
+from ajgdata.types.table import Table
 
 
 def render_study(
@@ -44,34 +43,10 @@ def render_study(
         numeric=numeric,
         passed=passed,
         holds=holds,
-        shown_rows=shown_rows,
-        max_rows=MAX_ROWS,
+        shown_tables=shown_tables(name, tables),
         nav=nav,
         here=f"{name}.html",
     )
-
-
-def shown_rows(table: Table) -> list[dict[str, Any]]:
-    """Return the rows of a table that a page shows: at most MAX_ROWS, failed checks first."""
-    return sorted(table.rows, key=lambda row: holds(row) is not False)[:MAX_ROWS]
-
-
-def numeric(table: Table, key: str) -> bool:
-    """Return whether a column holds numbers, finite or not, and perhaps gaps: set flush right."""
-    cells = [cell for cell in table.column(key) if cell is not None]
-    return bool(cells) and not any(isinstance(cell, (str, bool)) for cell in cells)
-
-
-def holds(row: Mapping[str, Value]) -> bool | None:
-    """Return whether a row says `passed`; None for a row that does not hold or fail."""
-    passed = row.get("passed")
-    return None if passed is None else bool(passed)
-
-
-def passed(table: Table) -> str:
-    """Return `12 of 13 checks passed.` for a table whose rows are checks, else nothing."""
-    verdicts = [verdict for row in table.rows if (verdict := holds(row)) is not None]
-    return f"{sum(verdicts)} of {len(verdicts)} checks passed." if verdicts else ""
 
 
 def conclusions(study: str, tables: Sequence[Table]) -> str:
@@ -102,6 +77,10 @@ def figures_of(study: str, tables: Sequence[Table]) -> Iterator[Illustration]:
 
     A study without rows in one of the tables that its figure shows has no figure.
     """
+    if study == "stability":
+        figure_of_stability = stability_figure(tables)
+        if figure_of_stability is not None:
+            yield figure_of_stability
     if study not in FIGURES:
         return
     names, figure = FIGURES[study]

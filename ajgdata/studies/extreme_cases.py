@@ -1,4 +1,4 @@
-"""Systems that studies and tests march: a lossy bowl, and the extremes of what a scene can be."""
+"""Systems that studies and tests march: a lossy bowl, and the extremes of scenes."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, build_plan
 from ajgdata.gripper.grid import cut_cells
-from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
-from ajgdata.gripper.objects import MATERIALS
+from ajgdata.gripper.medium import Air, Fluid, Packing, air_fluid, fit_fluid
+from ajgdata.gripper.objects import MATERIALS, MM
+from ajgdata.gripper.scene import Numerics
 from ajgdata.gripper.solver import Probe
 from ajgdata.gripper.solver_plan import steps_per_sample
 from ajgdata.gripper.system import Packed, System, assemble
@@ -69,7 +70,7 @@ def two_probes(system: System) -> tuple[Probe, Probe]:
 #: System, source and receiver; a function that builds them in a precision.
 Ends = tuple[System, Probe, Probe]
 Build = Callable[[type], Ends]
-DX_MM = 5.0
+DX_MM = Numerics().dx_mm
 H = DX_MM * 1e-3
 EXTREME = (0.0, 1e-9, 1e-3, 1.0, 1e3, 1e6)
 STIFF = (0.0, 1.0, 1e5, 1e10, 1e15)
@@ -81,20 +82,21 @@ NEEDLE = {"kind": "cylinder", "diameter_mm": 10.0, "height_mm": 60.0}
 
 @dataclass(frozen=True)
 class Trial:
-    """One extreme."""
+    """An extreme system, its number of steps, and the spacing of its grid (mm)."""
 
     group: str
     name: str
     build: Build
     steps: int
+    dx_mm: float = DX_MM
 
 
-def of_scene(parts: dict[str, Any]) -> Build:
-    """A whole scene, on the grid of this study."""
+def from_scene(parts: dict[str, Any], dx_mm: float = DX_MM) -> Build:
+    """Return the builder of a whole scene on a grid of `dx_mm` (mm)."""
 
     def build(dtype: type) -> Ends:
         numerics = {
-            "dx_mm": DX_MM,
+            "dx_mm": dx_mm,
             "precision": "float32" if dtype is np.float32 else "float64",
             # An extreme must be stable, not absent.
             "omit": (),
@@ -107,24 +109,31 @@ def of_scene(parts: dict[str, Any]) -> Build:
     return build
 
 
-def of_bowl(
+def from_bowl(
     *,
     packing: Packing | None = PLASTIC,
     drag: float = 1.0,
     wall: tuple[float, float, float] | None = None,
     modes: np.ndarray | None = None,
     courant: float | None = None,
+    dt: float | None = None,
+    air: Air = AIR,
+    fluid: Fluid | None = None,
     h: float = H,
 ) -> Build:
-    """The bowl on a grid of `h` (m), half full of grains if there is a packing, with walls (m, r, k
-    per area) or modes (m, r, k each); at the time step of scenes or at a Courant number."""
+    """Return the builder of the bowl on a grid of `h` (m).
+
+    The bowl is half full of grains if there is a `packing`; `fluid` replaces the fluid that is
+    fitted to it. A `wall` has mass, resistance and stiffness per area; `modes` (N, 3) have mass,
+    resistance and stiffness. The time step is that of scenes, `dt` (s), or a Courant number.
+    """
 
     def build(dtype: type) -> Ends:
         cells = cut_cells(bowl(), h, *BOWL)
         grains = None
         if packing is not None:
-            fluid = fit_fluid(packing, AIR)
-            thick = replace(fluid, drag=fluid.drag * drag)
+            medium = fluid or fit_fluid(packing, air)
+            thick = replace(medium, drag=medium.drag * drag)
             grains = Packed(thick, packing.porosity, np.ones(cells.shape))
         walls = NO_WALLS if wall is None else WallList.uniform(cells.membrane, *wall)
         moving = NO_MODES
@@ -132,24 +141,32 @@ def of_bowl(
             cell = np.flatnonzero(cells.bed)
             weight = np.random.default_rng(0).uniform(-1, 1, (len(modes), len(cell))) * h**2
             moving = ModeList(cell, weight, *modes.T)
-        dt = time_step(h) if courant is None else courant * h / (np.sqrt(3) * AIR.sound_speed)
-        system = assemble(cells, air_fluid(AIR), dt, grains, walls, dtype, moving)
+        step = time_step(h) if dt is None else dt
+        if courant is not None:
+            step = courant * h / (np.sqrt(3) * air.sound_speed)
+        system = assemble(cells, air_fluid(air), step, grains, walls, dtype, moving)
         return system, *two_probes(system)
 
     return build
 
 
-def trials(quick: bool = False) -> Iterator[Trial]:
-    """All of them; `quick` marches a twentieth of the steps."""
-    steps = 1_000 if quick else 20_000
+#: Steps of a bowl, of a whole scene, of a quick trial, and of a long run. Scenes have losses, so
+#: their energy falls from the first step on; most bowls have none, and show a slow growth.
+BOWL_STEPS, SCENE_STEPS, QUICK_STEPS, LONG_STEPS = 20_000, 5_000, 1_000, 1_000_000
+
+
+def trials(quick: bool = False, dx_mm: float = DX_MM) -> Iterator[Trial]:
+    """Yield all trials on a grid of `dx_mm` (mm); `quick` marches fewer steps."""
     for group, name, parts in _scenes():
-        yield Trial(group, name, of_scene(parts), steps)
-    for group, name, build in _bowls():
-        yield Trial(group, name, build, steps)
-    yield Trial("long run", "grains, walls and modes", _long(), 10_000 if quick else 1_000_000)
+        steps = QUICK_STEPS if quick else SCENE_STEPS
+        yield Trial(group, name, from_scene(parts, dx_mm), steps, dx_mm)
+    for group, name, build in _bowls(dx_mm * MM):
+        steps = QUICK_STEPS if quick else BOWL_STEPS
+        yield Trial(group, name, build, steps, dx_mm)
 
 
-def _solid(density: float, young: float = 1e9) -> dict[str, float]:
+def solid(density: float, young: float = 1e9) -> dict[str, float]:
+    """Return a material without losses: density (kg/m³) and Young's modulus (Pa)."""
     return {"density_kg_m3": density, "young_pa": young, "poisson": 0.3, "loss": 0.0}
 
 
@@ -163,11 +180,11 @@ def _objects() -> Iterator[tuple[str, dict[str, Any] | None]]:
     for material in ("steel", "wood", "plastic", "styrofoam"):
         yield f"plate of {material}", {**plate, "material": material}
     for mass in (1e-9, 1e6):
-        yield f"cube of {mass:g} kg", {**CUBE, "material": _solid(mass / 20e-3**3)}
+        yield f"cube of {mass:g} kg", {**CUBE, "material": solid(mass / 20e-3**3)}
     for young in (1e-3, 1.0, 1e15):
-        solid = _solid(1_000.0, young)
-        yield f"cube of Young's modulus {young:g} Pa", {**CUBE, "material": solid}
-    yield "cube as heavy as it is soft", {**CUBE, "material": _solid(1e9, 1.0)}
+        soft = solid(1_000.0, young)
+        yield f"cube of Young's modulus {young:g} Pa", {**CUBE, "material": soft}
+    yield "cube as heavy as it is soft", {**CUBE, "material": solid(1e9, 1.0)}
     yield "cube of 1 mm", {"kind": "cube", "edge_mm": 1.0}
     tall = {"kind": "cylinder", "diameter_mm": 30.0, "height_mm": 1_000.0}
     yield "object taller than the cavity", tall
@@ -195,39 +212,41 @@ def _scenes() -> Iterator[tuple[str, str, dict[str, Any]]]:
     yield "time step", "CFL 0.99, scene", {"object": CUBE, "numerics": {"cfl": 0.99}}
 
 
-def _bowls() -> Iterator[tuple[str, str, Build]]:
+def _bowls(h: float) -> Iterator[tuple[str, str, Build]]:
     """Yield group, name and builder of the bowl; walls and modes are around air without losses,
     which would hide a slow growth."""
     for mass in EXTREME:
-        yield "wall", f"mass {mass:g} kg/m²", of_bowl(packing=None, wall=(mass, 0.0, 1e5))
-        yield "mode", f"mass {mass:g} kg", _mode(mass, 1e5)
+        yield "wall", f"mass {mass:g} kg/m²", from_bowl(h=h, packing=None, wall=(mass, 0.0, 1e5))
+        yield "mode", f"mass {mass:g} kg", _mode(mass, 1e5, h)
     for stiffness in STIFF:
         wall = (0.3, 0.0, stiffness)
-        yield "wall", f"stiffness {stiffness:g} N/m³", of_bowl(packing=None, wall=wall)
-        yield "mode", f"stiffness {stiffness:g} N/m", _mode(1e-2, stiffness)
+        yield "wall", f"stiffness {stiffness:g} N/m³", from_bowl(h=h, packing=None, wall=wall)
+        yield "mode", f"stiffness {stiffness:g} N/m", _mode(1e-2, stiffness, h)
     for resistance in (1e-6, 1e15):
         wall = (0.0, resistance, 1e5)
-        yield "wall", f"resistance {resistance:g} Pa s/m", of_bowl(packing=None, wall=wall)
-    yield "wall", "resonance at 1.6 GHz", of_bowl(packing=None, wall=(1e-9, 0.0, 1e11))
-    yield "mode", "resonance at 160 GHz", _mode(1e-9, 1e15)
+        yield "wall", f"resistance {resistance:g} Pa s/m", from_bowl(h=h, packing=None, wall=wall)
+    yield "wall", "resonance at 1.6 GHz", from_bowl(h=h, packing=None, wall=(1e-9, 0.0, 1e11))
+    yield "mode", "resonance at 160 GHz", _mode(1e-9, 1e15, h)
     several = np.array([[m, 0.0, k] for m in (1e-9, 1.0, 1e6) for k in (1.0, 1e7, 1e15)])
-    yield "mode", "nine of them at once", of_bowl(packing=None, modes=several)
+    yield "mode", "nine of them at once", from_bowl(h=h, packing=None, modes=several)
     for factor in (0.0, 1.0, 1e3, 1e6):
-        yield "bed", f"flow resistivity × {factor:g}", of_bowl(drag=factor)
+        yield "bed", f"flow resistivity × {factor:g}", from_bowl(h=h, drag=factor)
     for porosity in (0.01, 0.999):
-        yield "bed", f"porosity {porosity:g}", of_bowl(packing=Packing(6e-3, porosity))
+        yield "bed", f"porosity {porosity:g}", from_bowl(h=h, packing=Packing(6e-3, porosity))
     for courant in (0.99, 1.0, 1.2, 2.0):
         name = f"CFL {courant:g}, cells enlarged for it"
-        yield "time step", name, of_bowl(packing=None, courant=courant)
+        yield "time step", name, from_bowl(h=h, packing=None, courant=courant)
     for drag in (1e2, 1e4):
         name = f"CFL 2, flow resistivity × {drag:g}, cells enlarged for it"
-        yield "time step", name, of_bowl(drag=drag, courant=2.0)
+        yield "time step", name, from_bowl(h=h, drag=drag, courant=2.0)
+    yield "all parts", "grains, walls and modes", _everything(h)
 
 
-def _mode(mass: float, stiffness: float) -> Build:
-    return of_bowl(packing=None, modes=np.array([[mass, 0.0, stiffness]]))
+def _mode(mass: float, stiffness: float, h: float) -> Build:
+    return from_bowl(packing=None, modes=np.array([[mass, 0.0, stiffness]]), h=h)
 
 
-def _long() -> Build:
+def _everything(h: float) -> Build:
+    """Return the bowl with grains, a wall and modes: stiff, heavy and massless."""
     modes = np.array([[1e-2, 0.0, 1e15], [1.0, 0.0, 1e5], [0.0, 0.0, 1e3]])
-    return of_bowl(wall=(0.3, 450.0, 1e5), modes=modes)
+    return from_bowl(wall=(0.3, 450.0, 1e5), modes=modes, h=h)

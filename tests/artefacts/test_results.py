@@ -20,7 +20,7 @@ from ajgdata.experiments import requested_experiments
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.experiments import measurements
 from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
-from ajgdata.report.studies import holds
+from ajgdata.report.study_tables import holds
 from ajgdata.store.audio import read_audio
 from ajgdata.store.features import read_store
 from ajgdata.store.publishing.archive import checksums_bytes

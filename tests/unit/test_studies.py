@@ -15,6 +15,13 @@ from ajgdata.pipeline.studies import run_study
 from ajgdata.report.format import DASH
 from ajgdata.report.navigation import LEADS, navigation
 from ajgdata.report.studies import figures_of, render_study
+from ajgdata.report.study_tables import (
+    FIRST_COLUMNS,
+    MAX_COLUMNS,
+    MAX_ROWS,
+    MAX_UNFOLDED_ROWS,
+    shown_tables,
+)
 from ajgdata.store.files import read_json
 from ajgdata.store.tables import read_tables, write_tables
 from ajgdata.types.table import Column, Table, table_of
@@ -185,3 +192,113 @@ def test_sentences_that_notes_share_are_shown_once(tmp_path):
     tables = [dataclasses.replace(DRAWN, name=note[6], note=note) for note in notes]
     text = " ".join(Page(render_study("verification", ABOUT, tables, {})).words)
     assert text.count("Mean over 5.5 s.") == 1 and text.count("About B.") == 1
+
+
+def checks(name, count, failed=(), columns=8):
+    """A table of checks, of which those numbered `failed` do not hold."""
+    keys = ["case", *(f"value_{number}" for number in range(columns - 2)), "passed"]
+    rows = tuple(
+        {key: number for key in keys} | {"case": f"{name} {number}", "passed": number not in failed}
+        for number in range(count)
+    )
+    return Table(name, f"Checks {name}", "Note.", tuple(Column(key, key) for key in keys), rows)
+
+
+def test_a_page_shows_eight_rows_of_six_columns_and_folds_all_tables():
+    tables = [checks("a", 5), checks("b", 20), checks("c", 3)]
+    first, second, third = shown_tables("pretended", tables)
+    assert [len(shown.rows) for shown in (first, second, third)] == [5, 3, 0]
+    assert sum(len(shown.rows) for shown in (first, second, third)) == MAX_ROWS
+    assert {len(shown.columns) for shown in (first, second, third)} == {MAX_COLUMNS}
+    assert [len(shown.folded) for shown in (first, second, third)] == [5, 20, 3]
+    html = render_study("stability", ABOUT, tables, {})
+    page = Page(html)
+    assert len(page.all("details")) == 3 and "Table (3 rows)" in page.words
+    before, *folded = html.split("<details>")
+    assert Page(html).all("table") and before.count("<tr>") == 1 + 5
+    assert before.count('<th scope="col"') == MAX_COLUMNS
+    assert folded[0].split("</details>")[0].count('<th scope="col"') == 8
+    assert "20 of 20 checks passed." in page.words
+
+
+def test_a_small_table_is_complete_and_not_folded():
+    (shown,) = shown_tables("pretended", [checks("a", 3, columns=4)])
+    assert len(shown.rows) == 3 and shown.folded == []
+    assert "<details" not in render_study("stability", ABOUT, [checks("a", 3, columns=4)], {})
+
+
+def test_a_failed_check_is_never_hidden():
+    ahead, behind = shown_tables("p", [checks("a", 20, failed=[15]), checks("b", 5, failed=[4])])
+    assert ahead.rows[0]["case"] == "a 15" and not ahead.is_open
+    assert behind.rows == [] and behind.is_open
+    html = render_study("stability", ABOUT, [checks("a", 20), checks("b", 5, failed=[4])], {})
+    assert html.count("<details open>") == 1 and html.count('class="fails"') == 1
+
+
+def test_tables_of_ablations_are_not_folded():
+    (shown,) = shown_tables("ablations", [checks("a", 40, columns=9)])
+    assert len(shown.rows) == MAX_UNFOLDED_ROWS and len(shown.columns) == 9
+    assert shown.folded == []
+
+
+def test_first_columns_are_columns_of_the_studies():
+    from ajgdata.studies import accuracy
+
+    assert set(FIRST_COLUMNS["accuracy"]) <= {column.key for column in accuracy._columns()}
+    assert all(len(keys) <= MAX_COLUMNS for keys in FIRST_COLUMNS.values())
+
+
+@pytest.fixture(scope="module")
+def stability():
+    """Tables of the study, with two limits, a limit that is not reached, and one long run."""
+    from ajgdata.studies import stability as study
+    from ajgdata.studies.extreme_cases import Trial, from_bowl
+    from ajgdata.studies.limits import HeavyWall, LightObjectWithCore, Pressure
+
+    trial = Trial("wall", "stiff", from_bowl(packing=None, wall=(0.3, 0.0, 1e10)), 500)
+    limits = [(limit, limit.run()) for limit in (HeavyWall(6.0), Pressure(6.0))]
+    unreached = [(limit, limit.run()) for limit in (LightObjectWithCore(6.0),)]
+    runs = list(study.long_runs([trial], 2_000))
+    return [
+        study.limit_table(limits),
+        study.unreached_table(unreached),
+        study.long_run_table(runs),
+        study.trial_table([study.judge(trial)]),
+        study.energy_table(runs),
+        study.distance_table(limits),
+    ]
+
+
+def test_the_page_on_stability_begins_with_its_figure(stability, tmp_path):
+    paths = Paths(tmp_path)
+    write_tables(paths.study("stability"), stability, **ABOUT)
+    build_page(paths, "stability", [paths.study("stability")], [])
+    html = paths.page("stability").read_text(encoding="utf-8")
+    page = Page(html)
+    (image,) = page.all("img")
+    assert image["src"] == "stability/limits.svg"
+    assert html.index("<img") < html.index("<table")
+    assert "Energy" in image["alt"] and "2 of 3 limits are reached" in image["alt"]
+    for table in stability:
+        file = paths.page_figures("stability") / f"{table.name}.csv"
+        assert len(file.read_text(encoding="utf-8").splitlines()) == 1 + len(table.rows)
+    before = html.split("<details")[0]
+    assert before.count("<tr>") <= 1 + MAX_ROWS
+    assert before.count('<th scope="col"') == MAX_COLUMNS
+
+
+def test_the_figure_of_stability_has_a_conclusion_and_two_logarithmic_panels(stability):
+    (illustration,) = figures_of("stability", stability)
+    assert len(illustration.title) <= 90
+    figure = illustration.draw()
+    left, right = figure.axes
+    assert left.get_xscale() == right.get_xscale() == "log"
+    assert left.get_yscale() == right.get_yscale() == "log"
+    # Two precisions and the allowed growth of both; a limit and its slope.
+    assert len(left.lines) == 4 and len(right.lines) == 2
+    slope = right.lines[-1].get_xydata()
+    assert np.diff(np.log(slope), axis=0)[0] == pytest.approx([np.log(1e4)] * 2)
+
+
+def test_without_its_tables_the_page_on_stability_has_no_figure(stability):
+    assert list(figures_of("stability", stability[:2])) == []
