@@ -7,6 +7,7 @@ an earlier figure can change them.
 from __future__ import annotations
 
 import io
+import math
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
@@ -17,7 +18,7 @@ import matplotlib.style
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 from ajgdata.paths import FIGURE_FORMATS
 from ajgdata.report.format import Source, sentence, value
@@ -148,6 +149,23 @@ def plain_ticks(axis: Axis, at: Sequence[float] = ()) -> None:
         axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(FuncFormatter(lambda number, _: value(float(number))))
     axis.set_minor_formatter(NullFormatter())
+
+
+def power_ticks(axis: Axis) -> None:
+    """Write powers of ten at the ticks of a logarithmic axis."""
+    axis.set_major_locator(LogLocator(numticks=7))
+    axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter(FuncFormatter(lambda tick, _: power(float(tick))))
+
+
+def power(tick: float) -> str:
+    """Return a power of ten with a raised exponent.
+
+    >>> power(1e-6)
+    '10⁻⁶'
+    """
+    raised = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+    return f"10{str(round(math.log10(tick))).translate(raised)}"
 
 
 def encode(figure: Figure, suffix: str) -> bytes:

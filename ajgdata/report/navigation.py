@@ -55,7 +55,8 @@ LEADS = {
     ),
     "accuracy": Lead(
         "Error against run time",
-        "Error of a response compared with a much finer grid, and the run time of each grid.",
+        "Error of the feature by its source (grid, time step, stopping, modes, medium, precision,"
+        " omissions), the run time of each setting, and the error in differences between objects.",
     ),
     "omissions": Lead(
         "Omitted parts",

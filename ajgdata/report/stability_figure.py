@@ -9,11 +9,9 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure
+from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure, power, power_ticks
 from ajgdata.report.format import Caption, number, value
 from ajgdata.report.report_data import Illustration
 from ajgdata.report.study_tables import MAX_ROWS, holds, ordered_rows
@@ -87,7 +85,7 @@ def _count(steps: int) -> str:
     ('10⁶', '2,000')
     """
     exponent = math.log10(steps)
-    return _power(steps) if exponent == round(exponent) else f"{steps:,}"
+    return power(steps) if exponent == round(exponent) else f"{steps:,}"
 
 
 def _draw(title: str, subtitle: str, tables: dict[str, Table]) -> Figure:
@@ -98,7 +96,7 @@ def _draw(title: str, subtitle: str, tables: dict[str, Table]) -> Figure:
     named = [row["title"] for row in ordered_rows(tables["limits"])[:MAX_ROWS]]
     _draw_distances(right, tables["distances"], named)
     for axis in (left.xaxis, left.yaxis, right.xaxis, right.yaxis):
-        _power_ticks(axis)
+        power_ticks(axis)
     return figure
 
 
@@ -139,20 +137,3 @@ def _draw_distances(axes: Axes, distances: Table, named: Sequence[str]) -> None:
     axes.set_ylabel("distance to the limit")
     axes.set_title("Distance to the limit", fontsize=9)
     axes.legend(**LEGEND)
-
-
-def _power_ticks(axis: Axis) -> None:
-    """Write powers of ten at the ticks of a logarithmic axis."""
-    axis.set_major_locator(LogLocator(numticks=7))
-    axis.set_minor_locator(NullLocator())
-    axis.set_major_formatter(FuncFormatter(lambda tick, _: _power(float(tick))))
-
-
-def _power(tick: float) -> str:
-    """Return a power of ten with a raised exponent.
-
-    >>> _power(1e-6)
-    '10⁻⁶'
-    """
-    raised = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-    return f"10{str(round(math.log10(tick))).translate(raised)}"

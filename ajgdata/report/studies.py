@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.gripper.scene import Numerics
 from ajgdata.paths import Paths
+from ajgdata.report.accuracy_figure import accuracy_figure
 from ajgdata.report.format import Score, number, words
 from ajgdata.report.marks import MarkName, Picture, Point, illustration
 from ajgdata.report.navigation import LEADS, Group
+from ajgdata.report.omissions_figure import omissions_figure
 from ajgdata.report.render import Picture as Drawn
 from ajgdata.report.render import render
 from ajgdata.report.report_data import Illustration
@@ -52,21 +53,7 @@ def render_study(
 def conclusions(study: str, tables: Sequence[Table]) -> str:
     """Return how many checks of a study passed, and the titles of its figures, as sentences."""
     texts = [f"{figure.title}." for figure in figures_of(study, tables)]
-    texts += [omitted(table) for table in tables if table.name == "omissions" and table.rows]
     return " ".join(filter(None, [*map(passed, tables), *texts]))
-
-
-def omitted(table: Table) -> str:
-    """Return which omissions are worth it, and the time that they save."""
-    rows = table.where(verdict="leave out").rows
-    if not rows:
-        return "no omission saves time without a change of the sound."
-    saved = [100 * float(row["saved"]) for row in rows]
-    parts = dict.fromkeys(str(row["part"]) for row in rows)
-    return (
-        f"of {len(table.rows)} omissions, {len(rows)} are worth it ({', '.join(parts)}): they save "
-        f"{number(min(saved), 2)} to {number(max(saved), 2)} % of the time."
-    )
 
 
 # Figures
@@ -130,26 +117,10 @@ def convergence(table: Table) -> Illustration:
     )  # fmt: skip
 
 
-def accuracy(table: Table) -> Illustration:
-    """Return the error of the feature against run time: a series per object."""
-    default = table.where(dx_mm=Numerics().dx_mm)
-    title = "A finer grid has a smaller error and takes longer"
-    if default.rows:
-        error, time_s = (number(float(default.numbers(k).mean()), 2) for k in ("error", "time_s"))
-        title = f"Default grid of {Numerics().dx_mm:g} mm: relative error of the feature {error}"
-        title += f", run time {time_s} s"
-    return _illustration(
-        table, "scatter", title, "error against the finest grid; each point is a grid spacing",
-        _points(table, "error", "object", "ratio"), "relative L2 error of the feature",
-        "Error of the feature against the finest grid, and its cost. "
-        "Times belong to the machine that made this page, their ratios less so.",
-        ("run time over that of the default grid", ""),
-    )  # fmt: skip
-
-
 #: Tables and figure of each study.
 FIGURES: dict[str, tuple[tuple[str, ...], Callable[..., Illustration]]] = {
     "verification": (("convergence",), convergence),
     "validation": (("resonances", "attenuation"), validation),
-    "accuracy": (("accuracy",), accuracy),
+    "accuracy": (("accuracy",), accuracy_figure),
+    "omissions": (("omissions",), omissions_figure),
 }

@@ -15,7 +15,8 @@ MAX_FOLDED_ROWS = 300
 UNFOLDED, MAX_UNFOLDED_ROWS = ("ablations",), 30
 #: Keys of the columns that are shown first, for tables that do not begin with them.
 FIRST_COLUMNS: dict[str, tuple[str, ...]] = {
-    "accuracy": ("object", "dx_mm", "error", "time_s", "ratio", "cells"),
+    "accuracy": ("kind", "source", "setting", "error", "ratio", "is_default"),
+    "differences": ("kind", "band", "error_db", "relative", "correlation", "of_scatter"),
     "omissions": ("part", "kind", "saved", "feature", "measured", "verdict"),
     "verification": ("title", "value", "cap", "order", "least_order", "passed"),
 }

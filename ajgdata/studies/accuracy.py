@@ -1,13 +1,18 @@
-"""Error against run time: how far a grid is from the limit of ever finer ones, and what it costs.
+"""Error budget: the error of the feature by its source, against run time, and what is left of it in
+differences between objects.
 
-Errors are those of the feature (`ajgdata.features.spectrum`, unit norm), without noise, relative L2
-against the finest grid. Run times are process times of `simulate`, the best of several.
+An error is that of the noise-free feature (`ajgdata.features.spectrum`, unit norm), relative L2.
+For each source only its own setting varies, and the reference has the best setting of this source.
+The error together is against a reference with the best settings of grid, stopping, modes and
+omissions. Run times are CPU times of planning and marching, the best of several.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,23 +21,62 @@ from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, SignalChain, excitation_sweep, record, simulate
 from ajgdata.gripper.scene import Numerics
 from ajgdata.gripper.solver_plan import build_plan
+from ajgdata.gripper.variation import Variation
 from ajgdata.studies import TIMED
 from ajgdata.types import FeatureSettings
 from ajgdata.types.table import Column, Table, Value
 
 Real = NDArray[np.floating]
+Settings = dict[str, Any]
 #: kHz, as shown.
 BANDS_KHZ = ((0.1, 1.0), (1.0, 3.0), (3.0, 6.0), (6.0, 20.0))
-OBJECTS = {
-    "20 mm cube": {"kind": "cube", "edge_mm": 20},
-    "80 mm sphere": {"kind": "ellipsoid", "diameters_mm": [80, 80, 80]},
-    "80 x 15 x 25 mm bar": {"kind": "box", "length_mm": 80, "width_mm": 15, "height_mm": 25},
+#: Two objects of each class of scenes, which a user wants to tell apart.
+SCENES: dict[str, tuple[Settings, Settings]] = {
+    "hard cubes": ({"object": "cube_20p7"}, {"object": "cube_22p0"}),
+    "soft and hard objects": ({"object": "foam_brick"}, {"object": "banana"}),
+    "balls that move on rubber": (
+        {"object": "sphere80_metal", "support": {"kind": "concave"}},
+        {"object": "sphere80_styrofoam", "support": {"kind": "concave"}},
+    ),
+    "thin plates on rubber": (
+        {"object": "plate_wood", "support": {"kind": "concave"}},
+        {"object": "plate_plastic", "support": {"kind": "concave"}},
+    ),
+    "cubes near the rim": (
+        {"object": "cube_20p7", "grasp": {"offset_x_mm": 20}},
+        {"object": "cube_22p0", "grasp": {"offset_x_mm": 20}},
+    ),
+    "cubes in coffee": (
+        {"object": "cube_20p7", "medium": {"kind": "coffee"}},
+        {"object": "cube_22p0", "medium": {"kind": "coffee"}},
+    ),
 }
 QUIET = SignalChain(noise_db_spl=None)
-#: Grid steps (mm); the finest is the reference, the next finest bounds the error of the reference.
-GRIDS_MM = (5.2, Numerics().dx_mm, 3.75, 3.3, 2.75, 2.0, 1.5)
-QUICK_GRIDS_MM = (6.0, 5.2, Numerics().dx_mm, 3.3)
-REPEATS = 2
+DEFAULT = Numerics()
+#: Grid steps (mm); the finest is the reference.
+GRIDS_MM = (5.2, DEFAULT.dx_mm, 3.75, 3.3, 2.75, 2.0)
+#: Settings of each source of error, the reference last. The CFL numbers give 4, 6, 8 and 15
+#: steps per sample on the default grid.
+SOURCES: dict[str, tuple[Settings, ...]] = {
+    "grid": tuple({"dx_mm": dx_mm} for dx_mm in GRIDS_MM),
+    "time step": tuple({"cfl": cfl} for cfl in (DEFAULT.cfl, 0.75, 0.54, 0.27)),
+    "stopping": tuple({"decay_db": db} for db in (30.0, 40.0, DEFAULT.decay_db, 60.0, 80.0)),
+    "number of modes": tuple({"modes_hz": hz} for hz in (4_000.0, DEFAULT.modes_hz, 21_000.0)),
+    "fitted medium": tuple({"poles": poles} for poles in (1, DEFAULT.poles)),
+    "float32": ({"precision": DEFAULT.precision}, {"precision": "float64"}),
+    "omitted parts": ({"omit": DEFAULT.omit}, {"omit": ()}),
+}
+#: Sources with a reference together: the largest, and those that cost little. All of them together
+#: would take ten times as long.
+TOGETHER = ("grid", "stopping", "number of modes", "omitted parts")
+#: Finest grid (mm) of a quick run.
+QUICK_MM = 3.3
+#: Longer than any response rings.
+LONGEST_S = 0.5
+#: Grasps of one object, of which the scatter is measured.
+GRASPS = 8
+REPEATS = 3
+ALL = "together"
 
 
 @dataclass(frozen=True)
@@ -41,9 +85,6 @@ class Run:
 
     feature: Real
     time_s: float
-    steps: int
-    cells: int
-    memory_mb: float
 
 
 def run(scene: Scene, repeats: int = 1) -> Run:
@@ -51,13 +92,11 @@ def run(scene: Scene, repeats: int = 1) -> Run:
     times = []
     for _ in range(repeats):
         start = time.process_time()
-        response = simulate(scene)
+        response = simulate(build_plan(scene))
         times.append(time.process_time() - start)
-    steps, cells = response.provenance["steps"], response.provenance["cells"]
     samples = record(response, excitation_sweep(), QUIET).samples
     feature = spectrum(samples, SAMPLE_RATE_HZ, FeatureSettings()).astype(np.float64)
-    feature /= np.linalg.norm(feature)
-    return Run(feature, min(times), steps, cells, build_plan(scene).bytes / 1e6)
+    return Run(feature / np.linalg.norm(feature), min(times))
 
 
 def relative_error(feature: Real, reference: Real) -> float:
@@ -65,70 +104,188 @@ def relative_error(feature: Real, reference: Real) -> float:
     return float(np.linalg.norm(feature - reference) / np.linalg.norm(reference))
 
 
+def level_db(feature: Real) -> Real:
+    """Return the level in dB of a feature (1025,)."""
+    return 20 * np.log10(np.maximum(feature, np.finfo(float).tiny))
+
+
+def in_bands(values: Real) -> dict[str, Real]:
+    """Return the parts of values (1025,) that belong to each band, by the key of its column."""
+    khz = frequencies_hz(SAMPLE_RATE_HZ, FeatureSettings()) / 1e3
+    return {f"db_{low:g}_{high:g}": values[(khz >= low) & (khz < high)] for low, high in BANDS_KHZ}
+
+
 def decibels(feature: Real, reference: Real) -> dict[str, float]:
     """Return the root mean square of the error in level (dB) of a feature (1025,), by band."""
-    khz = frequencies_hz(SAMPLE_RATE_HZ, FeatureSettings()) / 1e3
-    level = 20 * np.log10(feature / reference)
+    error = level_db(feature) - level_db(reference)
+    return {key: float(np.sqrt(np.mean(part**2))) for key, part in in_bands(error).items()}
+
+
+def scene_of(settings: Mapping[str, Any], seed: int = 0, **numerics: Any) -> Scene:
+    """Return a scene of SCENES, as grasp `seed` of a session of the default gripper."""
+    variation = Variation()
+    grasp = {
+        **settings.get("grasp", {}),
+        "seed": seed,
+        "nuisance": variation.nuisance({}),
+        **variation.bed(seed, "accuracy"),
+        **variation.air(seed, "accuracy"),
+    }
+    varied = {"grasp": grasp, "assembly": variation.assembly("default"), "numerics": numerics}
+    return Scene.model_validate({**settings, **varied})
+
+
+def best_settings(sources: Mapping[str, Sequence[Settings]]) -> Settings:
+    """Return the best settings of the sources TOGETHER."""
+    best = {key: value for source in TOGETHER for key, value in sources[source][-1].items()}
+    return {**best, "max_time_s": LONGEST_S}
+
+
+def budget_rows(
+    kind: str, settings: Settings, sources: Mapping[str, Sequence[Settings]], repeats: int
+) -> list[dict[str, Value]]:
+    """Return a row for each setting of each source of error of a scene, and one for the default
+    against the best settings of the sources TOGETHER."""
+    default = run(scene_of(settings), repeats)
+    best = run(scene_of(settings, **best_settings(sources)))
+    rows = [_row(kind, ALL, "default", default, best, default.time_s, is_default=True)]
+    for source, options in sources.items():
+        limits: Settings = {"max_time_s": LONGEST_S} if source == "stopping" else {}
+        reference = run(scene_of(settings, **options[-1], **limits))
+        for option in options[:-1]:
+            ((key, value),) = option.items()
+            is_default = value == getattr(DEFAULT, key)
+            result = default if is_default else run(scene_of(settings, **option, **limits), repeats)
+            label = f"{key} {'default' if value is None else value}"
+            rows.append(
+                _row(kind, source, label, result, reference, default.time_s, is_default=is_default)
+            )
+    return rows
+
+
+def _row(
+    kind: str,
+    source: str,
+    setting: str,
+    result: Run,
+    reference: Run,
+    default_s: float,
+    *,
+    is_default: bool,
+) -> dict[str, Value]:
     return {
-        f"db_{low:g}_{high:g}": float(np.sqrt(np.mean(level[(khz >= low) & (khz < high)] ** 2)))
-        for low, high in BANDS_KHZ
+        "kind": kind,
+        "source": source,
+        "setting": setting,
+        "error": relative_error(result.feature, reference.feature),
+        "time_s": result.time_s,
+        "ratio": result.time_s / default_s,
+        "is_default": is_default,
+        **decibels(result.feature, reference.feature),
     }
 
 
-def tables(quick: bool = False) -> tuple[Table, ...]:
-    """Return the errors and costs of all grids but the finest.
+def difference_rows(
+    kind: str, pair: tuple[Settings, Settings], best: Settings
+) -> list[dict[str, Value]]:
+    """Return a row per band: the error of the default settings in the difference between the levels
+    of two objects in the same grasp, and the scatter between grasps of the first object.
 
-    A minute and a half on one core; `quick` takes seconds and shows only that all of it works.
+    `best` are the settings of the reference.
     """
-    grids = QUICK_GRIDS_MM if quick else GRIDS_MM
-    objects = tuple(OBJECTS)[: 1 if quick else None]
-    simulate(Scene.model_validate({"object": OBJECTS[objects[0]], "numerics": {"dx_mm": 6.0}}))
-    rows = tuple(row for name in objects for row in _grid_rows(name, grids, quick))
-    note = (
-        f"Against a grid of {grids[-1]:g} mm; the error of the next finest grid bounds that of the"
-        f" reference. {TIMED}"
-    )
-    return (Table("accuracy", "Error against run time", note, _columns(), rows),)
-
-
-def _grid_rows(name: str, grids: tuple[float, ...], quick: bool) -> list[dict[str, Value]]:
-    """Return one row per grid but the last, which all are compared with."""
-    *runs, reference = (
-        run(
-            Scene.model_validate({"object": OBJECTS[name], "numerics": {"dx_mm": dx_mm}}),
-            1 if quick or dx_mm == grids[-1] else REPEATS,
+    first, second = (run(scene_of(settings)).feature for settings in pair)
+    computed = level_db(first) - level_db(second)
+    reference = [run(scene_of(settings, **best)).feature for settings in pair]
+    true = level_db(reference[0]) - level_db(reference[1])
+    grasps = [level_db(run(scene_of(pair[0], seed)).feature) for seed in range(1, GRASPS + 1)]
+    scatter = in_bands(np.std(grasps, axis=0, ddof=1))
+    rows: list[dict[str, Value]] = []
+    for (low, high), key in zip(BANDS_KHZ, scatter, strict=True):
+        own, exact = in_bands(computed)[key], in_bands(true)[key]
+        error = float(np.sqrt(np.mean((own - exact) ** 2)))
+        size = float(np.sqrt(np.mean(exact**2)))
+        between = float(np.sqrt(np.mean(scatter[key] ** 2)))
+        rows.append(
+            {
+                "kind": kind,
+                "band": f"{low:g} to {high:g}",
+                "error_db": error,
+                "difference_db": size,
+                "relative": error / size,
+                "correlation": float(np.corrcoef(own, exact)[0, 1]),
+                "scatter_db": between,
+                "of_scatter": error / between,
+            }
         )
-        for dx_mm in grids
+    return rows
+
+
+def tables(quick: bool = False) -> tuple[Table, ...]:
+    """Return the budget, and the errors in differences between objects.
+
+    Two minutes on one core; `quick` shows one class of scenes without the finest grid.
+    """
+    kinds = list(SCENES)[: 1 if quick else None]
+    sources = dict(SOURCES)
+    if quick:
+        sources["grid"] = tuple({"dx_mm": dx_mm} for dx_mm in GRIDS_MM if dx_mm >= QUICK_MM)
+    best = best_settings(sources)
+    repeats = 1 if quick else REPEATS
+    simulate(scene_of(SCENES[kinds[0]][0], dx_mm=6.0))  # compiled kernels, before anything is timed
+    budget = [row for kind in kinds for row in budget_rows(kind, SCENES[kind][0], sources, repeats)]
+    # The page shows the first rows: the totals, then the sources at the default settings.
+    budget.sort(key=lambda row: (row["source"] != ALL, not row["is_default"]))
+    differences = [row for kind in kinds for row in difference_rows(kind, SCENES[kind], best)]
+    note = (
+        "Only the setting of the source varies; its reference has the best setting: a grid of"
+        f" {best['dx_mm']:g} mm, 15 steps per sample, a decay of 80 dB, modes up to 21 kHz, two"
+        " poles, float64, no omission. Two poles of the medium have an error of their own that no"
+        f" setting removes. Together: {', '.join(TOGETHER)}. {TIMED}"
     )
-    default_s = runs[grids.index(Numerics().dx_mm)].time_s
+    about = (
+        "Difference between two objects in the same grasp, default settings against the best ones."
+        f" Scatter: standard deviation over {GRASPS} grasps of the first object in one pose."
+    )
+    return (
+        Table("accuracy", "Error by source", note, _budget_columns(), tuple(budget)),
+        Table(
+            "differences",
+            "Error in differences between objects",
+            about,
+            _difference_columns(),
+            tuple(differences),
+        ),
+    )
+
+
+def _budget_columns() -> tuple[Column, ...]:
+    return (
+        Column("kind", "Scenes"),
+        Column("source", "Source of the error"),
+        Column("setting", "Setting"),
+        Column("error", "Error of the feature"),
+        Column("ratio", "Run time over the default's"),
+        Column("is_default", "Default"),
+        Column("time_s", "Run time", "s"),
+        *_band_columns(),
+    )
+
+
+def _band_columns() -> Sequence[Column]:
     return [
-        {
-            "object": name,
-            "dx_mm": dx_mm,
-            "error": relative_error(result.feature, reference.feature),
-            **decibels(result.feature, reference.feature),
-            "time_s": result.time_s,
-            "ratio": result.time_s / default_s,
-            "steps": result.steps,
-            "cells": result.cells,
-            "memory_mb": result.memory_mb,
-        }
-        for dx_mm, result in zip(grids, runs, strict=False)
+        Column(f"db_{low:g}_{high:g}", f"Level, {low:g} to {high:g} kHz", "dB rms")
+        for low, high in BANDS_KHZ
     ]
 
 
-def _columns() -> tuple[Column, ...]:
+def _difference_columns() -> tuple[Column, ...]:
     return (
-        Column("object", "Object"),
-        Column("dx_mm", "Grid", "mm"),
-        Column("error", "Error of the feature"),
-        *(
-            Column(f"db_{low:g}_{high:g}", f"Level, {low:g} to {high:g} kHz", "dB rms")
-            for low, high in BANDS_KHZ
-        ),
-        Column("time_s", "Run time", "s"),
-        Column("ratio", "Run time over the default grid's"),
-        Column("steps", "Steps"),
-        Column("cells", "Open cells"),
-        Column("memory_mb", "Arrays of the kernel", "MB"),
+        Column("kind", "Scenes"),
+        Column("band", "Band", "kHz"),
+        Column("error_db", "Error of the difference", "dB rms"),
+        Column("relative", "Error over the difference"),
+        Column("correlation", "Correlation"),
+        Column("of_scatter", "Error over the scatter between grasps"),
+        Column("difference_db", "Difference", "dB rms"),
+        Column("scatter_db", "Scatter between grasps", "dB"),
     )

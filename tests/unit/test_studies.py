@@ -241,10 +241,56 @@ def test_tables_of_ablations_are_not_folded():
     assert shown.folded == []
 
 
-def test_first_columns_are_columns_of_the_studies():
+@pytest.fixture(scope="module")
+def accuracy_tables():
     from ajgdata.studies import accuracy
 
-    assert set(FIRST_COLUMNS["accuracy"]) <= {column.key for column in accuracy._columns()}
+    return accuracy.tables(quick=True)
+
+
+def test_each_source_of_error_shrinks_as_its_setting_gets_better(accuracy_tables):
+    budget, differences = accuracy_tables
+    (kind,) = budget.split_by("kind")
+    for source, key in (("grid", "dx_mm"), ("stopping", "decay_db"), ("time step", "cfl")):
+        rows = budget.where(source=source).rows
+        by_setting = {float(row["setting"].removeprefix(f"{key} ")): row["error"] for row in rows}
+        errors = [by_setting[setting] for setting in sorted(by_setting)]
+        assert len(errors) >= 3
+        assert errors == sorted(errors, reverse=source == "stopping"), source
+    (total,) = budget.where(source="together").rows
+    largest = max(row["error"] for row in budget.where(is_default=True, kind=kind).rows)
+    assert 0.9 * largest <= total["error"] <= 3 * largest
+    assert differences.numbers("correlation")[:3].min() > 0.9
+
+
+def test_the_figure_of_the_error_budget_marks_the_default(accuracy_tables):
+    (shown,) = figures_of("accuracy", accuracy_tables)
+    assert shown.title.startswith("Default settings: relative error of the feature 0.0")
+    assert shown.title.endswith("mostly from the grid")
+    (axes,) = shown.draw().axes
+    labels = axes.get_legend_handles_labels()[1]
+    assert {"grid", "stopping", "default", "together"} <= {*labels}
+    star = next(line for line in axes.get_lines() if line.get_label() == "together")
+    assert star.get_xdata().tolist() == [1.0]
+
+
+def test_the_figure_of_omissions_fills_those_that_are_used():
+    keys = {"part": "Part", "kind": "Scenes", "saved": "Saved", "feature": "F", "verdict": "V"}
+    rows = [
+        {"part": "frame", "kind": "cubes", "saved": 0.2, "feature": 0.001, "verdict": "leave out"},
+        {"part": "film", "kind": "cubes", "saved": 0.0, "feature": 0.0, "verdict": "keep"},
+    ]
+    (shown,) = figures_of("omissions", [table_of("omissions", "T", rows, **keys)])
+    assert shown.title == (
+        "1 of 2 omissions are worth it: they save 20 to 20 % of the time and change the feature by"
+        " up to 0.001"
+    )
+    shown.draw()
+
+
+def test_first_columns_are_columns_of_the_studies(accuracy_tables):
+    for table in accuracy_tables:
+        assert set(FIRST_COLUMNS[table.name]) <= {column.key for column in table.columns}
     assert all(len(keys) <= MAX_COLUMNS for keys in FIRST_COLUMNS.values())
 
 

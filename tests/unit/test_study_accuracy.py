@@ -1,22 +1,22 @@
-"""The study of error against run time, on grids too coarse to be quoted."""
+"""Measures of the study of error against run time."""
 
 import numpy as np
 import pytest
 
-from ajgdata.studies.accuracy import QUICK_GRIDS_MM, decibels, relative_error, tables
-
-
-def test_a_finer_grid_has_a_smaller_error():
-    (sweep,) = tables(quick=True)
-    keys = [column.key for column in sweep.columns]
-    assert all(list(row) == keys for row in sweep.rows)
-    assert tuple(sweep.column("dx_mm")) == QUICK_GRIDS_MM[:-1]
-    assert np.all(np.diff(sweep.column("error")) < 0)
-    assert all(time > 0 for time in sweep.column("time_s")) and 1.0 in sweep.column("ratio")
+from ajgdata.studies.accuracy import BANDS_KHZ, decibels, in_bands, relative_error
 
 
 def test_errors_are_relative_and_levels_are_decibels():
     reference = np.linspace(1.0, 2.0, 1025)
     assert relative_error(1.1 * reference, reference) == pytest.approx(0.1)
     levels = list(decibels(2 * reference, reference).values())
-    assert levels == pytest.approx([20 * np.log10(2)] * 4)
+    assert levels == pytest.approx([20 * np.log10(2)] * len(BANDS_KHZ))
+
+
+def test_bands_are_parts_of_the_spectrum():
+    """A bin of 44.1 kHz over 2,048 samples is 21.5 Hz wide."""
+    bands = list(in_bands(np.arange(1025.0)).values())
+    for (low, high), band in zip(BANDS_KHZ, bands, strict=True):
+        hertz = band * 44_100 / 2048
+        assert low * 1e3 <= hertz[0] < low * 1e3 + 21.6
+        assert high * 1e3 - 21.6 <= hertz[-1] < high * 1e3
