@@ -15,23 +15,23 @@ from ajgdata.types.table import Table
 HEIGHT_IN = 4.2
 #: A change that is exactly zero is drawn here, because a logarithmic axis has no zero.
 SMALLEST = 1e-6
-LEAVE_OUT = "leave out"
+LEFT_OUT = "left out"
 
 
 def omissions_figure(table: Table) -> Illustration:
     """Return the figure of the omissions, named like its table."""
-    used = table.where(verdict=LEAVE_OUT)
-    title = "No omission saves time without a change of the sound"
+    used = table.where(verdict=LEFT_OUT)
+    title = "The simulation leaves nothing out"
     if used.rows:
         saved, change = 100 * used.numbers("saved"), used.numbers("feature")
         title = (
-            f"{len(used.rows)} of {len(table.rows)} omissions are worth it: they save"
-            f" {number(saved.min(), 2)} to {number(saved.max(), 2)} % of the time and change the"
-            f" feature by up to {number(change.max(), 2)}"
+            f"The simulation uses {len(used.rows)} of {len(table.rows)} omissions: they save up to"
+            f" {number(saved.max(), 2)} % of the time and change the feature by up to"
+            f" {number(change.max(), 2)}"
         )
     text = (
-        "Each point is a part that is left out in a class of scenes. Filled: the omission saves"
-        " time and hardly changes the sound; open: the part is solved."
+        "Each point is a part that is left out in a class of scenes. Filled: the simulation"
+        " leaves the part out; open: the part is solved."
     )
     points = "; ".join(
         f"{row['part']}, {row['kind']}: {number(100 * float(row['saved']), 2)} %,"
@@ -48,7 +48,7 @@ def _draw(title: str, table: Table) -> Figure:
     for index, (part, rows) in enumerate(table.split_by("part").items()):
         saved = 100 * rows.numbers("saved")
         change = np.maximum(rows.numbers("feature"), SMALLEST)
-        is_used = np.array([verdict == LEAVE_OUT for verdict in rows.column("verdict")])
+        is_used = np.array([verdict == LEFT_OUT for verdict in rows.column("verdict")])
         style = line_style(index) | {"ls": ""}
         axes.plot(saved[~is_used], change[~is_used], **style | {"mfc": "none"})
         axes.plot(saved[is_used], change[is_used], label=part, **style)

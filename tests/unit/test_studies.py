@@ -277,13 +277,13 @@ def test_the_figure_of_the_error_budget_marks_the_default(accuracy_tables):
 def test_the_figure_of_omissions_fills_those_that_are_used():
     keys = {"part": "Part", "kind": "Scenes", "saved": "Saved", "feature": "F", "verdict": "V"}
     rows = [
-        {"part": "frame", "kind": "cubes", "saved": 0.2, "feature": 0.001, "verdict": "leave out"},
+        {"part": "frame", "kind": "cubes", "saved": 0.2, "feature": 0.001, "verdict": "left out"},
         {"part": "film", "kind": "cubes", "saved": 0.0, "feature": 0.0, "verdict": "keep"},
     ]
     (shown,) = figures_of("omissions", [table_of("omissions", "T", rows, **keys)])
     assert shown.title == (
-        "1 of 2 omissions are worth it: they save 20 to 20 % of the time and change the feature by"
-        " up to 0.001"
+        "The simulation uses 1 of 2 omissions: they save up to 20 % of the time and change the"
+        " feature by up to 0.001"
     )
     shown.draw()
 
