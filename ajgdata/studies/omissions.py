@@ -279,8 +279,8 @@ def tables(quick: bool = False) -> tuple[Table, ...]:
         " noise-free sweep, and of the amplitude in any third octave from 63 Hz to 12.5 kHz. Motion"
         " and elasticity are judged without the frame of the grains, with which the object moves."
         f" An omission must save {100 * LEAST_SAVING:g} % of the time, and change the feature by"
-        f" at most {LARGEST_CHANGE:g}, any third octave by {LARGEST_BAND_CHANGE:g}. Scenes vary: the"
-        f" class is wider than the measured scenes, so the part is solved. {TIMED}"
+        f" at most {LARGEST_CHANGE:g}, any third octave by {LARGEST_BAND_CHANGE:g}. Scenes vary:"
+        f" the class is wider than the measured scenes, so the part is solved. {TIMED}"
     )
     columns = (
         Column("part", "Left out"),
