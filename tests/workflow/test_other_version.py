@@ -86,12 +86,11 @@ def test_a_result_of_another_version_changes_the_exit_code_until_its_command_has
     before = file.read_bytes()
     file.write_text(json.dumps(json.loads(before) | {"format": 99}))
     command = [sys.executable, "-m", "snakemake", *project.arguments()]
-    for _ in range(2):
-        run = subprocess.run(command, check=False, capture_output=True, text=True)
-        lines = (run.stdout + run.stderr).splitlines()
-        assert run.returncode == 1
-        assert "incomplete: 1 result could not be read (reasons above)" in lines
-        (line,) = (line for line in lines if line.startswith("left out  results/tasks/"))
+    run = subprocess.run(command, check=False, capture_output=True, text=True)
+    lines = (run.stdout + run.stderr).splitlines()
+    assert run.returncode == 1
+    assert "incomplete: 1 result could not be read (reasons above)" in lines
+    (line,) = (line for line in lines if line.startswith("left out  results/tasks/"))
     advice = line.split("`")[1]
     assert advice == command_for(file)
     project.snakemake(*shlex.split(advice)[-2:])
