@@ -149,8 +149,10 @@ def load_metrics(*names: str, project: Project = None) -> pd.DataFrame:
 
     paths = Paths(find_project(project).root, run_name(names))
     if not paths.metrics_table.is_file():
-        command = f"ajgdata run {' '.join(names)}" if names else "snakemake"
-        raise DataError(paths.metrics_table, "does not exist yet", f"run `{command}` first")
+        fix = "run `snakemake` first, or name the data sets of an `ajgdata run`"
+        if names:
+            fix = f"run `ajgdata run {' '.join(names)}` first"
+        raise DataError(paths.metrics_table, "does not exist yet", fix)
     return read_metrics(paths.metrics_table)
 
 

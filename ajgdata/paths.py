@@ -15,6 +15,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 RESULTS_FOLDER = "results"
+#: Folders in it with results that a command computes again.
+RESULT_FOLDERS = (
+    "ablations",
+    "embed",
+    "features",
+    "gripper",
+    "models",
+    "quarantine",
+    "runs",
+    "tasks",
+)
 DATASET_FILE = "dataset.yaml"
 SOURCE_FILE = "source.yaml"
 SESSION_FILE = "session.yaml"
@@ -54,16 +65,21 @@ def short_name(name: str, longest: int) -> str:
 def command_for(result: Path) -> str:
     """Return the command that computes a result of a project again, "" if there is no command.
 
-    `result` is its path. The command runs the job of this result, also if the job is up to date,
-    and the jobs that follow from it.
+    `result` is its path. The command runs the job of this result, also if the job is up to date. A
+    command with `--forcerun` also runs the jobs that follow from it.
 
     >>> command_for(Path("results/features/size.nc"))
     'ajgdata run size --forcerun features'
     """
     parts = result.absolute().parts
-    if RESULTS_FOLDER not in parts:
+    starts = (
+        place
+        for place, folder in enumerate(parts[:-1])
+        if folder == RESULTS_FOLDER and parts[place + 1] in (*RESULT_FOLDERS, "metrics.csv")
+    )
+    start = next(starts, None)
+    if start is None:
         return ""  # for example a copy of a result
-    start = len(parts) - 1 - parts[::-1].index(RESULTS_FOLDER)
     file = "/".join(parts[start:])
     name = result.name.partition(".")[0]
     match parts[start + 1 : -1]:
@@ -76,7 +92,7 @@ def command_for(result: Path) -> str:
         case ("tasks", dataset, *_):
             command = f"ajgdata run {dataset} --forcerun {file}"
         case ("gripper" | "ablations",):
-            command = f"snakemake everything --forcerun {file}"
+            command = f"snakemake --force {file}"
         case ("runs", run, *_) if "~" not in run:
             command = f"ajgdata run {run.replace('+', ' ')} --forcerun collect"
         case ():

@@ -176,6 +176,8 @@ def changed_setup(
     merged = overridden(dict(setup), changes)
     held = merged["grasp"]
     nearer = {key: change.pose * held[key] for key in (*varied, "placed_deg") if key in held}
+    if change.scatter is not None and "temperature_k" in held:
+        nearer["temperature_k"] = change.scatter * held["temperature_k"]
     if "placed_mm" in held:
         nearer["placed_mm"] = [change.pose * offset for offset in held["placed_mm"]]
     return {**merged, "grasp": {**held, **nearer}}

@@ -148,7 +148,8 @@ def run(arguments: Arguments) -> None:
 
     Computes features, models, experiments and the report. Prints the equivalent `snakemake`
     command first, and a summary at the end. Exit code 1 if a task was skipped that is not declared
-    optional, if recordings could not be read, or if tables changed during the run.
+    optional, if recordings or requested results could not be read, or if tables changed during the
+    run.
     """
     from ajgdata.store.sessions import read_dataset
 

@@ -214,7 +214,7 @@ class Scene(SceneModel):
     def _fits(self) -> Scene:
         met = as_met(self)
         _refuse_gripper(met)
-        _refuse_air(met, self.session)
+        _refuse_air(met, self)
         reach = self.gripper.rim_radius_mm
         if self.object and math.hypot(met.grasp.offset_x_mm, met.grasp.offset_y_mm) > reach:
             raise ValueError(
@@ -295,13 +295,14 @@ def _refuse_gripper(met: Scene) -> None:
         )
 
 
-def _refuse_air(met: Scene, session: SessionOffsets) -> None:
-    """Raise ValueError for air that the offset of the session takes out of its range."""
+def _refuse_air(met: Scene, scene: Scene) -> None:
+    """Raise ValueError for air that session and drift take out of its range."""
     temperature_c = met.environment.temperature_c
     if not COLDEST_AIR_C <= temperature_c <= HOTTEST_AIR_C:
         raise ValueError(
-            f"session.temperature_k {session.temperature_k:g} takes the air to {temperature_c:g} "
-            f"°C: keep it from {COLDEST_AIR_C:g} to {HOTTEST_AIR_C:g} °C"
+            f"session.temperature_k {scene.session.temperature_k:g} and grasp.temperature_k "
+            f"{scene.grasp.temperature_k:g} take the air to {temperature_c:g} °C: keep it from "
+            f"{COLDEST_AIR_C:g} to {HOTTEST_AIR_C:g} °C"
         )
 
 

@@ -42,7 +42,7 @@ from ajgdata.report.navigation import LEADS, Group, Link, experiment_link, navig
 from ajgdata.report.report_data import Illustration, Part, Report, TaskSection
 from ajgdata.store.features import open_store, read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
-from ajgdata.store.models import ABOUT_FILE, read_about
+from ajgdata.store.models import ABOUT_FILE, read_about, why_not_trained
 from ajgdata.store.provenance import environment, software
 from ajgdata.store.report_files import (
     read_experiment_text,
@@ -53,7 +53,6 @@ from ajgdata.store.report_files import (
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
 from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec
-from ajgdata.types.formats import FormatError
 
 #: Title of the report of a project whose results are compared with the paper.
 TITLE = "Recognising objects by sound in a soft gripper"
@@ -333,13 +332,15 @@ def _practice(
 def _detection(model: Path, errors: list[DataError]) -> str:
     """Return how often a trained model detects novel objects, "" if this was not measured.
 
-    The error of a model of another version is added to `errors`.
+    The error of a model that cannot be read is added to `errors`.
     """
     if not (model / ABOUT_FILE).is_file():
         return ""
     try:
+        if why_not_trained(model):
+            return ""
         about = read_about(model)["calibration"]
-    except FormatError as error:
+    except DataError as error:
         errors.append(error)
         return ""
     if about.get("detection_rate") is None:

@@ -8,20 +8,19 @@ from pathlib import Path
 from typing import Any
 
 from ajgdata.experiments import MeasurementKey, measurement_name
-from ajgdata.paths import Paths, command_for
+from ajgdata.paths import Paths
 from ajgdata.pipeline.machine import machine_line
 from ajgdata.report.comparison import tally_text
 from ajgdata.store.benchmarks import RuleCost, read_costs
 from ajgdata.store.features import open_store
 from ajgdata.store.files import read_json, write_bytes
 from ajgdata.store.findings import read_findings, unreadable
-from ajgdata.store.models import ABOUT_FILE
+from ajgdata.store.models import ABOUT_FILE, why_not_trained
 from ajgdata.store.sessions import list_datasets
-from ajgdata.types import WHOLE, Finding, IssueCounts, issue_counts, left_out, many
-from ajgdata.types.formats import FORMAT_KEY, MODEL, FormatError
+from ajgdata.types import WHOLE, DataError, Finding, IssueCounts, issue_counts, left_out, many
 
-#: The summary of a run that skipped tasks, or could not read recordings, ends with a line that
-#: begins with this.
+#: The summary of a run that skipped tasks, or could not read recordings or requested results, ends
+#: with a line that begins with this.
 INCOMPLETE = "incomplete:"
 #: Rule that trains the final models.
 FINAL_MODELS = "train"
@@ -84,9 +83,11 @@ def complete(
         for about in about_report["measurements"]
         if tuple(about[key] for key in ("dataset", "task", "experiment", "model")) in requested
     ]
-    skipped = _skipped(paths, trained, results)
+    unreadable_models = _unreadable_models(paths, trained)
+    models = [file for file in _model_files(paths, trained) if file not in unreadable_models]
+    skipped = _skipped(models, results)
     problems = {name: unreadable(read_findings(paths.quarantine(name))) for name in datasets}
-    unreadable_results = about_report["unreadable"] | _unreadable_models(paths, trained)
+    unreadable_results = about_report["unreadable"] | unreadable_models
     lines = [
         *(f"left out  {error}" for error in unreadable_results.values()),
         *_excluded_lines(paths, datasets),
@@ -119,9 +120,12 @@ def task_name(about: Mapping[str, Any]) -> str:
 
 
 def _skipped(
-    paths: Paths, datasets: Sequence[str], results: Sequence[Mapping[str, Any]]
+    models: Sequence[str], results: Sequence[Mapping[str, Any]]
 ) -> dict[tuple[str, str], list[str]]:
-    """Return skipped measurements, models and parts, by task and reason."""
+    """Return skipped measurements, models and parts, by task and reason.
+
+    `models` are the descriptions of the final models.
+    """
     skipped = defaultdict(list)
     for about in results:
         name = measurement_name(about["experiment"], about["model"])
@@ -129,9 +133,9 @@ def _skipped(
         reasons |= {f"{part} of {name}": why for part, why in about.get("others", {}).items()}
         for part, reason in reasons.items():
             skipped[task_name(about), str(reason)].append(part)
-    for file in _model_files(paths, datasets):
+    for file in models:
         *_, name, task, model, _ = Path(file).parts
-        reason = read_json(Path(file)).get("skipped", "")
+        reason = why_not_trained(Path(file).parent)
         skipped[f"{name}/{task}", reason].append(f"training of {model}")
     return {(task, reason): parts for (task, reason), parts in skipped.items() if reason}
 
@@ -143,13 +147,12 @@ def _model_files(paths: Paths, datasets: Sequence[str]) -> list[str]:
 
 
 def _unreadable_models(paths: Paths, datasets: Sequence[str]) -> dict[str, str]:
-    """Return the errors of final models of another version, by file."""
+    """Return the errors of final models that cannot be read, by file."""
     errors = {}
     for file in _model_files(paths, datasets):
         try:
-            about = read_json(Path(file))
-            MODEL.check(file, about.get(FORMAT_KEY), command_for(Path(file)))
-        except FormatError as error:
+            why_not_trained(Path(file).parent)
+        except DataError as error:
             errors[file] = str(error)
     return errors
 

@@ -25,7 +25,6 @@ GUARD_FILE = "guard.safetensors"
 #: `write_estimator` compresses nothing; a file that unpacks to more than this times its size is an
 #: attack on the memory.
 _MAX_EXPANSION = 10
-#: One job trains all models of a data set; it runs if their folder is missing.
 
 
 def write_guard(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
@@ -88,14 +87,28 @@ def read_about(folder: Path) -> dict[str, Any]:
 
     Raises DataError if the model could not be trained, FormatError if it is of another version.
     """
+    about = _description(folder)
+    if "skipped" in about:
+        raise DataError(folder, f"was not trained: {about['skipped']}", "correct the task first")
+    return about
+
+
+def why_not_trained(folder: Path) -> str:
+    """Return why a model could not be trained, "" if it was trained.
+
+    Raises DataError for a description that cannot be read.
+    """
+    return str(_description(folder).get("skipped", ""))
+
+
+def _description(folder: Path) -> dict[str, Any]:
+    """Return the description of a model, whether it was trained or not."""
     file = folder / ABOUT_FILE
     about = read_json(file)
     command = command_for(file)
     if not isinstance(about, dict):
         raise DataError(file, "does not describe a model", MODEL.fix(command))
     MODEL.check(file, about.pop(FORMAT_KEY, None), command)
-    if "skipped" in about:
-        raise DataError(folder, f"was not trained: {about['skipped']}", "correct the task first")
     return about
 
 

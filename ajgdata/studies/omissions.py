@@ -52,6 +52,8 @@ SOLVER: dict[str, dict[str, Any]] = {
     "second relaxation pole of the grains": {"poles": 1},
     "both relaxation poles": {"poles": 0},
 }
+#: What the default leaves out under hard blocks: all of it together.
+BLOCK_PARTS = "frame, motion and elastic"
 #: The settings of a complete plan.
 COMPLETE: dict[str, Any] = {"modes_hz": 21_000.0, "poles": 2}
 #: Least share of the time that an omission has to save.
@@ -62,7 +64,7 @@ LARGEST_CHANGE = 0.01
 LARGEST_BAND_CHANGE = 0.05
 LEFT_OUT = "left out"
 #: Runs of which the shortest time counts.
-REPEATS = 2
+REPEATS = 3
 QUICK = ("14 mm cube of PLA", "67 mm sphere of wood", "plate of wood")
 
 
@@ -87,8 +89,9 @@ class Case:
         return build_plan(self.scene(omit))
 
     def used_omissions(self) -> set[str]:
-        """Return what the default plan of the scene leaves out."""
-        return {*left_out(self.scene(None)), DEFAULT_MODES}
+        """Return what the default plan of the scene leaves out, by the names of `changes`."""
+        blocks = {BLOCK_PARTS} if left_out(self.scene(None)) else set()
+        return {DEFAULT_MODES, *blocks}
 
     def scene(self, omit: Sequence[ObjectPart] | None) -> Scene:
         """Return the scene without the parts `omit`; None: without those of the default."""
@@ -166,12 +169,13 @@ def changes(case: Case) -> dict[str, dict[str, float]]:
     """Return what leaving out each part saves and changes, by the name of the part.
 
     With the grains' frame the object moves, so its motion and its elasticity are judged without the
-    frame. Parts that the scene does not have are absent.
+    frame. Parts that the scene does not have, or that have no mode, are absent.
     """
     complete = case.plan()
     present = {part.name for part in complete.parts if part.is_solved}
     full = sound(complete)
-    free = sound(case.plan(("frame",)))
+    plan_without_frame = case.plan(("frame",))
+    free = sound(plan_without_frame)
     measured: dict[str, dict[str, float]] = {}
     for part in PARTS:
         if part not in present:
@@ -179,17 +183,23 @@ def changes(case: Case) -> dict[str, dict[str, float]]:
         if part == "frame":
             measured[part] = full.change(free)
         elif part in WITH_FRAME:
-            measured[part] = free.change(sound(case.plan(("frame", part))))
+            plan = case.plan(("frame", part))
+            if has_less(plan, plan_without_frame):
+                measured[part] = free.change(sound(plan))
         else:
             measured[part] = full.change(sound(case.plan((part,))))
+    if left_out(case.scene(None)):
+        measured[BLOCK_PARTS] = full.change(sound(case.plan(("frame", *WITH_FRAME))))
     for name, settings in SOLVER.items():
         plan = replace(case, solver=COMPLETE | settings).plan()
-        if (
-            plan.system.modes.inertia.size < complete.system.modes.inertia.size
-            or "poles" in settings
-        ):
+        if has_less(plan, complete) or "poles" in settings:
             measured[name] = full.change(sound(plan))
     return measured
+
+
+def has_less(plan: Plan, other: Plan) -> bool:
+    """Return whether a plan has fewer modes than another."""
+    return bool(plan.system.modes.inertia.size < other.system.modes.inertia.size)
 
 
 def sphere(diameter_mm: float, material: str) -> Shape:

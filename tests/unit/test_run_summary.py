@@ -138,3 +138,12 @@ def test_a_run_of_some_data_sets_is_named_after_them(tmp_path):
         assert own == getattr(whole, name).relative_to(tmp_path / "results")
     of_one = ("features", "quarantine")  # made once, for all runs
     assert all(getattr(alone, name)("a") == getattr(whole, name)("a") for name in of_one)
+
+
+def test_a_damaged_model_is_listed_and_changes_the_exit_code(paths):
+    file = paths.model("d", "t", "cnn") / "model.json"
+    for damage in (b"{", b"[]"):
+        write_bytes(file, damage)
+        lines = summary(paths, optional=["d/t"])
+        assert lines[0].startswith(f"left out  {file}")
+        assert lines[-1] == "incomplete: 1 result could not be read (reasons above)"

@@ -179,7 +179,7 @@ def test_a_study_of_another_version_is_missing_in_the_report_and_listed(tmp_path
     build_report(paths, datasets=[], tasks=[], requested=[], studies=studies)
     file = paths.study("accuracy")
     problem = "states no format; this version of ajgdata reads format 3"
-    command = "snakemake everything --forcerun results/gripper/accuracy.json"
+    command = "snakemake --force results/gripper/accuracy.json"
     line = f"{file}: {problem}. Run `{command}`, which computes it again."
     assert read_json(paths.runs)["unreadable"] == {str(file): line}
     assert paths.page("verification").is_file() and not paths.page("accuracy").exists()

@@ -5,6 +5,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from conftest import Project
@@ -79,6 +80,27 @@ def test_the_command_for_a_result_runs_its_job(project, result, rule):
     jobs = project.planned(*with_datasets([NAME], [option, target]))
     assert jobs[rule] == 1
     assert jobs["all"] == 1
+
+
+@pytest.mark.parametrize(
+    ("result", "command"),
+    [
+        (Paths().metrics_table, "snakemake --forcerun collect"),
+        (Paths().study("stability"), "snakemake --force results/gripper/stability.json"),
+        (Paths().ablation("noise"), "snakemake --force results/ablations/noise.json"),
+        (Paths().latents("ycb", "grasps"), "ajgdata run ycb --forcerun embed"),
+        (Paths().latents("results", "results"), "ajgdata run results --forcerun embed"),
+        (
+            Paths().experiment("results", "tasks", "e", "m"),
+            "ajgdata run results --forcerun results/tasks/results/tasks/e.m.json",
+        ),
+        (Paths(run="a+b").metrics_table, "ajgdata run a b --forcerun collect"),
+        (Path("copied/metrics.csv"), ""),
+    ],
+)
+def test_each_result_has_a_command(tmp_path, result, command):
+    """Also if the folder of the project, or a data set, has the name of the results folder."""
+    assert command_for(tmp_path / "results" / "project" / result) == command
 
 
 def test_a_result_of_another_version_changes_the_exit_code_until_its_command_has_run(project):

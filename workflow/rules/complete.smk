@@ -1,4 +1,5 @@
-# The last job of a target. If a task was skipped, `end_run` removes the summary and sets exit code 1.
+# The last job of a target. If a task was skipped or a result could not be read, `end_run` removes
+# the summary and sets exit code 1.
 rule complete:
     input:
         runs=PATHS.runs,
