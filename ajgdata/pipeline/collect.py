@@ -32,7 +32,7 @@ def collect(paths: Paths, *, datasets: Sequence[str], tasks: Sequence[TaskKey]) 
     specs = {name: read_dataset(paths, name) for name in datasets}
     requests = requests_for(specs, tasks)
     available, errors = measurements(paths, requests)
-    for error in errors:
+    for error in errors.values():
         print(error)  # the summary of the run repeats it
     keys = [key for request in computed(requests, available) for key in request.keys]
     collected = [available[key] for key in keys]

@@ -76,19 +76,23 @@ def _is_of_paper(spec: DatasetSpec, request: Request) -> bool:
 
 def measurements(
     paths: Paths, requests: Sequence[Request]
-) -> tuple[dict[MeasurementKey, Measurement], list[DataError]]:
+) -> tuple[dict[MeasurementKey, Measurement], dict[Path, DataError]]:
     """Return the existing measurements of experiments, and the errors of files that cannot be read,
-    for example because they are of another version."""
+    for example because they are of another version, by file."""
     available = {}
-    errors = []
+    errors = {}
     for job in (job for request in requests for job in request.jobs):
         files = paths.experiment(*job), paths.experiment_cost(*job)
         if all(file.is_file() for file in files):
-            try:
-                results, costs = map(read_measurements, files)
-            except DataError as error:
-                errors.append(error)
+            contents = []
+            for file in files:
+                try:
+                    contents.append(read_measurements(file))
+                except DataError as error:
+                    errors[file] = error
+            if len(contents) < len(files):
                 continue
+            results, costs = contents
             for (about, tables), (_, cost) in zip(results, costs, strict=True):
                 key = about["dataset"], about["task"], about["experiment"], about["model"]
                 available[key] = Measurement(about, tables, cost)

@@ -92,8 +92,15 @@ def build_report(
     pages = _pages(paths, studies, ablations, errors)
     paper = published_values(paths)
     results, skipped = _read(measured, specs, requests, paper)
+    unread = {
+        key
+        for request in expected
+        for job in request.jobs
+        if {paths.experiment(*job), paths.experiment_cost(*job)} & errors.keys()
+        for key in request.keys
+    } - measured.keys()
     missing = {
-        "experiments": sum(len(request.keys) for request in expected) - len(measured),
+        "experiments": sum(len(request.keys) for request in expected) - len(measured) - len(unread),
         "simulation studies": len({*studies} - pages.keys()),
         "ablations": len(ablations) - len(pages.get(ABLATIONS_PAGE, [])),
         "published data sets": len(published) - len(present),
@@ -110,12 +117,12 @@ def build_report(
     report = dataclasses.replace(report, practice=practice)
     _write(paths, report, results, pages, present)
     about: dict[str, Any] = {"datasets": [*existing], "pages": [*pages], "published": present}
-    about["unreadable"] = {error.where: str(error) for error in errors}
+    about["unreadable"] = {str(file): str(error) for file, error in errors.items()}
     facts = [measurement.about for measurement in measured.values()]
     write_bytes(paths.runs, json_bytes(about | _contents(report, facts)))
 
 
-def _exists(file: Path, check: Callable[[Path], object], errors: list[DataError]) -> bool:
+def _exists(file: Path, check: Callable[[Path], object], errors: dict[Path, DataError]) -> bool:
     """Return whether a result exists and can be read.
 
     `check` raises DataError if it cannot, for example because an earlier version of ajgdata wrote
@@ -126,7 +133,7 @@ def _exists(file: Path, check: Callable[[Path], object], errors: list[DataError]
     try:
         check(file)
     except DataError as error:
-        errors.append(error)
+        errors[file] = error
         return False
     return True
 
@@ -187,7 +194,7 @@ SUMMARISED = ("dataset", "task", "experiment", "model", "skipped", "left_out", "
 
 
 def _pages(
-    paths: Paths, studies: Sequence[str], ablations: Sequence[str], errors: list[DataError]
+    paths: Paths, studies: Sequence[str], ablations: Sequence[str], errors: dict[Path, DataError]
 ) -> dict[str, list[Path]]:
     """Return the existing files of tables of each page on studies, and of that on ablations.
 
@@ -309,7 +316,7 @@ def _studies(pages: Mapping[str, Sequence[Path]]) -> dict[str, Any]:
 
 
 def _practice(
-    paths: Paths, report: Report, errors: list[DataError]
+    paths: Paths, report: Report, errors: dict[Path, DataError]
 ) -> Iterator[tuple[str, str, str]]:
     """Yield each topic of the first page that has a result, with its link and conclusion.
 
@@ -329,7 +336,7 @@ def _practice(
             yield topic["topic"], experiment_link(part.page), text
 
 
-def _detection(model: Path, errors: list[DataError]) -> str:
+def _detection(model: Path, errors: dict[Path, DataError]) -> str:
     """Return how often a trained model detects novel objects, "" if this was not measured.
 
     The error of a model that cannot be read is added to `errors`.
@@ -341,7 +348,7 @@ def _detection(model: Path, errors: list[DataError]) -> str:
             return ""
         about = read_about(model)["calibration"]
     except DataError as error:
-        errors.append(error)
+        errors[model / ABOUT_FILE] = error
         return ""
     if about.get("detection_rate") is None:
         return ""

@@ -73,15 +73,16 @@ def test_results_of_earlier_versions_are_errors_and_not_read(paths, tmp_path):
     earlier = Paths(tmp_path)
     write_tables(earlier.experiment(*request.jobs[0]), [], model="linear_plain")
     write_tables(earlier.experiment_cost(*request.jobs[0]), [])
-    available, (error,) = measurements(earlier, [request])
+    available, errors = measurements(earlier, [request])
     assert available == {}
     file = earlier.experiment(*request.jobs[0])
+    assert {*errors} == {file, earlier.experiment_cost(*request.jobs[0])}
     problem = "has no key `measurements`, so another version of ajgdata wrote it"
     command = f"ajgdata run d --forcerun {file.relative_to(tmp_path)}"
-    assert str(error) == f"{file}: {problem}. Run `{command}`, which computes it again."
+    assert str(errors[file]) == f"{file}: {problem}. Run `{command}`, which computes it again."
     available, errors = measurements(paths, [request])
     assert [*available] == request.keys
-    assert errors == []
+    assert errors == {}
 
 
 def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(paths):

@@ -11,7 +11,10 @@ import pytest
 from conftest import Project
 
 from ajgdata.cli.project import with_datasets
+from ajgdata.experiments import Request
 from ajgdata.paths import Paths, command_for
+from ajgdata.pipeline.experiments import measurements, requests_for
+from ajgdata.store.sessions import read_dataset
 
 NAME = "tones"
 ALONE = with_datasets([NAME], [])
@@ -36,6 +39,12 @@ def project(whole, tmp_path) -> Project:
     target = tmp_path / "copy"
     shutil.copytree(whole.root, target, symlinks=True)
     return Project(target)
+
+
+def requests_of(project: Project) -> list[Request]:
+    """Return the experiments of the project."""
+    spec = read_dataset(project.paths, NAME)
+    return requests_for({NAME: spec}, [(NAME, "pitch")])
 
 
 def results(paths: Paths) -> dict[str, tuple[object, list[str]]]:
@@ -101,6 +110,16 @@ def test_the_command_for_a_result_runs_its_job(project, result, rule):
 def test_each_result_has_a_command(tmp_path, result, command):
     """Also if the folder of the project, or a data set, has the name of the results folder."""
     assert command_for(tmp_path / "results" / "project" / result) == command
+
+
+def test_a_damaged_result_is_listed_by_its_file(project):
+    """Also if the line on it has the place of the damage."""
+    file = project.paths.experiment(*CROSS_VALIDATION)
+    file.write_bytes(file.read_bytes()[:1000])
+    request = next(iter(requests_of(project)))
+    _, errors = measurements(project.paths, [request])
+    assert [*errors] == [file]
+    assert errors[file].where.startswith(f"{file}:")
 
 
 def test_a_result_of_another_version_changes_the_exit_code_until_its_command_has_run(project):
