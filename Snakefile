@@ -154,6 +154,7 @@ rule all:
         rules.collect.output,
         rules.report.input,
         rules.report.output,
+        embedding_files(FIRST),
 
 
 rule everything:
@@ -161,3 +162,4 @@ rule everything:
         PATHS.everything,
         rules.complete_everything.input,
         rules.report_everything.input,
+        embedding_files(REQUESTS),

@@ -21,8 +21,9 @@ from ajgdata.gripper.relief import RASTER_M, Relief, draped, relief
 from ajgdata.gripper.scene import Scene, as_met, derive_seed
 
 Real = NDArray[np.floating]
-#: Meridians of the membrane, and points on each, for the width that no grains cover.
-MERIDIANS, POINTS = 64, 129
+#: Meridians of the membrane, for the width that no grains cover, and points on each.
+MERIDIANS = 64
+POINTS = 129
 
 
 class Strip(NamedTuple):
@@ -56,7 +57,7 @@ class Cavity:
         """Floor, roof, surface, contact on the grid (y, x), by bilinear interpolation."""
         along_y, along_x = np.meshgrid(y, x, indexing="ij")
         floor, roof, surface, contact = (
-            self._sampled(field, along_x, along_y)
+            self.sampled(field, along_x, along_y)
             for field in (self.floor, self.roof, self.surface, self.contact)
         )
         return floor, roof, surface, contact
@@ -74,7 +75,7 @@ class Cavity:
         x = radius * np.cos(azimuth)
         y = radius * np.sin(azimuth)
         floor, surface, contact = (
-            self._sampled(field, x, y) for field in (self.floor, self.surface, self.contact)
+            self.sampled(field, x, y) for field in (self.floor, self.surface, self.contact)
         )
         floor[:, -1] = 0.0  # the rim; the raster is too coarse for the last step up to it
         length = np.hypot(np.diff(radius), np.diff(floor))
@@ -84,7 +85,7 @@ class Cavity:
         area = 2 * np.pi * (bare * middle).sum(axis=1).mean()
         return Strip(float(bare.sum(axis=1).mean()), float(area))
 
-    def _sampled(self, field: Real, x: Real, y: Real) -> Real:
+    def sampled(self, field: Real, x: Real, y: Real) -> Real:
         """Return `field` at the points (x, y) in m, by bilinear interpolation."""
         position = (y - self.axis[0]) / RASTER_M, (x - self.axis[0]) / RASTER_M
         return np.asarray(map_coordinates(field, position, order=1, mode="nearest"))

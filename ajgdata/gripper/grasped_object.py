@@ -15,12 +15,11 @@ from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
 
 from ajgdata.gripper.bending import Load, Plate, PlateModes, ShellModes, ring_modes, shell_modes
 from ajgdata.gripper.column import Bed, Body, Stack, StackModes, bent_modes, skin, solve, stack
 from ajgdata.gripper.contact import GRAIN_SOLIDS, GRAVITY, Latex, Pack, seat
-from ajgdata.gripper.geometry import RASTER_M, Cavity
+from ajgdata.gripper.geometry import Cavity
 from ajgdata.gripper.grid import FINER, Cells
 from ajgdata.gripper.medium import Air
 from ajgdata.gripper.membrane import Film, Skin, film_spring, gap_m
@@ -82,10 +81,9 @@ def imprint(shape: Cavity, cells: Cells) -> Imprint:
         (np.arange(len(axis) * FINER) + 0.5) * cells.h / FINER + axis[0] - cells.h / 2
         for axis in (cells.y, cells.x)
     ]
-    at = np.meshgrid(*((axis - shape.axis[0]) / RASTER_M for axis in fine), indexing="ij")
+    y, x = np.meshgrid(*fine, indexing="ij")
     held, floor, surface = (
-        _mean(map_coordinates(field, at, order=1, mode="nearest"))
-        for field in (shape.held, shape.floor, shape.surface)
+        _mean(shape.sampled(field, x, y)) for field in (shape.held, shape.floor, shape.surface)
     )
     open_ = (cells.volume > 0) & (cells.area_z + np.roll(cells.area_z, 1, 0) > 0)
     column = np.flatnonzero((held > 1e-6) & open_.any(0))

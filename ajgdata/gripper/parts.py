@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ajgdata.gripper.objects import MATERIALS, Material, ObjectPart, PartName
+from ajgdata.gripper.objects import ObjectPart, PartName, material_of
 from ajgdata.gripper.scene import Scene
 
 #: Parts that the frame of the grains needs: with grains on it, the object moves.
 WITH_FRAME: frozenset[ObjectPart] = frozenset({"motion", "elastic"})
-#: Young's modulus (Pa) from which a block is hard, and its least size (mm): PLA and wood are hard.
-HARD_PA, BLOCK_MM = 1e9, 10.0
+#: Young's modulus (Pa) from which a block is hard: PLA and wood are.
+HARD_PA = 1e9
+#: Least size of a block (mm).
+BLOCK_MM = 10.0
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ def is_hard_block(scene: Scene) -> bool:
     held = scene.object
     if held is None or held.kind not in ("cube", "box") or held.shell_mm is not None:
         return False
-    if held.material == "rigid" or scene.support.kind != "rigid":
+    material = material_of(held.material)
+    if material is None or scene.support.kind != "rigid":
         return False
-    material = held.material if isinstance(held.material, Material) else MATERIALS[held.material]
     return material.young_pa >= HARD_PA and min(held.size_mm) >= BLOCK_MM

@@ -24,7 +24,8 @@ PHYSICS_VERSION = 5
 #: Δt is fixed by the speed of sound at this temperature; warmer scenes take a shorter one.
 HOTTEST_C = 30.0
 #: Range of the temperature of the air, which the offset of a session must not leave.
-COLDEST_AIR_C, HOTTEST_AIR_C = -20.0, 60.0
+COLDEST_AIR_C = -20.0
+HOTTEST_AIR_C = 60.0
 #: The local porosity stays within this many standard deviations.
 PACKING_SIGMAS = 3.0
 SAMPLE_RATE_HZ = 44_100

@@ -42,7 +42,7 @@ from ajgdata.report.navigation import LEADS, Group, Link, experiment_link, navig
 from ajgdata.report.report_data import Illustration, Part, Report, TaskSection
 from ajgdata.store.features import open_store, read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
-from ajgdata.store.models import ABOUT_FILE, read_about, why_not_trained
+from ajgdata.store.models import ABOUT_FILE, read_description
 from ajgdata.store.provenance import environment, software
 from ajgdata.store.report_files import (
     read_experiment_text,
@@ -344,12 +344,13 @@ def _detection(model: Path, errors: dict[Path, DataError]) -> str:
     if not (model / ABOUT_FILE).is_file():
         return ""
     try:
-        if why_not_trained(model):
-            return ""
-        about = read_about(model)["calibration"]
+        description = read_description(model)
     except DataError as error:
         errors[model / ABOUT_FILE] = error
         return ""
+    if "skipped" in description:
+        return ""
+    about = description["calibration"]
     if about.get("detection_rate") is None:
         return ""
     rate, alarms = (number(100 * about[key], 2) for key in ("detection_rate", "false_alarm"))

@@ -15,7 +15,7 @@ from ajgdata.store.benchmarks import RuleCost, read_costs
 from ajgdata.store.features import open_store
 from ajgdata.store.files import read_json, write_bytes
 from ajgdata.store.findings import read_findings, unreadable
-from ajgdata.store.models import ABOUT_FILE, why_not_trained
+from ajgdata.store.models import ABOUT_FILE, read_description
 from ajgdata.store.sessions import list_datasets
 from ajgdata.types import WHOLE, DataError, Finding, IssueCounts, issue_counts, left_out, many
 
@@ -83,8 +83,7 @@ def complete(
         for about in about_report["measurements"]
         if tuple(about[key] for key in ("dataset", "task", "experiment", "model")) in requested
     ]
-    unreadable_models = _unreadable_models(paths, trained)
-    models = [file for file in _model_files(paths, trained) if file not in unreadable_models]
+    models, unreadable_models = _final_models(paths, trained)
     skipped = _skipped(models, results)
     problems = {name: unreadable(read_findings(paths.quarantine(name))) for name in datasets}
     unreadable_results = about_report["unreadable"] | unreadable_models
@@ -105,7 +104,7 @@ def complete(
         lines.append(f"cost without final models: {cost}")
     lines.append(machine_line())
     required = list(dict.fromkeys(task for task, _ in skipped if task not in optional))
-    own_results = {*map(str, files), *_model_files(paths, trained)}
+    own_results = {*map(str, files), *unreadable_models}
     incomplete = [*_skipped_end(required), *_unreadable_end(paths, problems)]
     if lost := unreadable_results.keys() & own_results:
         incomplete.append(f"{many(len(lost), 'result')} could not be read (reasons above)")
@@ -120,11 +119,11 @@ def task_name(about: Mapping[str, Any]) -> str:
 
 
 def _skipped(
-    models: Sequence[str], results: Sequence[Mapping[str, Any]]
+    models: Mapping[str, Mapping[str, Any]], results: Sequence[Mapping[str, Any]]
 ) -> dict[tuple[str, str], list[str]]:
     """Return skipped measurements, models and parts, by task and reason.
 
-    `models` are the descriptions of the final models.
+    `models` are the descriptions of the final models, by file.
     """
     skipped = defaultdict(list)
     for about in results:
@@ -133,28 +132,27 @@ def _skipped(
         reasons |= {f"{part} of {name}": why for part, why in about.get("others", {}).items()}
         for part, reason in reasons.items():
             skipped[task_name(about), str(reason)].append(part)
-    for file in models:
+    for file, description in models.items():
         *_, name, task, model, _ = Path(file).parts
-        reason = why_not_trained(Path(file).parent)
+        reason = str(description.get("skipped", ""))
         skipped[f"{name}/{task}", reason].append(f"training of {model}")
     return {(task, reason): parts for (task, reason), parts in skipped.items() if reason}
 
 
-def _model_files(paths: Paths, datasets: Sequence[str]) -> list[str]:
-    """Return the descriptions of the final models of data sets."""
-    folders = (paths.models(name) for name in datasets)
-    return [str(file) for folder in folders for file in sorted(folder.glob(f"*/*/{ABOUT_FILE}"))]
-
-
-def _unreadable_models(paths: Paths, datasets: Sequence[str]) -> dict[str, str]:
-    """Return the errors of final models that cannot be read, by file."""
+def _final_models(
+    paths: Paths, datasets: Sequence[str]
+) -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
+    """Return the descriptions of the final models of data sets, and the errors of descriptions that
+    cannot be read, both by file."""
+    models = {}
     errors = {}
-    for file in _model_files(paths, datasets):
-        try:
-            why_not_trained(Path(file).parent)
-        except DataError as error:
-            errors[file] = str(error)
-    return errors
+    for name in datasets:
+        for file in sorted(paths.models(name).glob(f"*/*/{ABOUT_FILE}")):
+            try:
+                models[str(file)] = read_description(file.parent)
+            except DataError as error:
+                errors[str(file)] = str(error)
+    return models, errors
 
 
 def _skipped_lines(

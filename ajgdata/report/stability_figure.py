@@ -18,8 +18,6 @@ from ajgdata.report.study_tables import MAX_ROWS, holds, ordered_rows
 from ajgdata.types.table import Table
 
 HEIGHT_IN = 5.2
-#: Tables that the figure is drawn from.
-TABLES = ("limits", "unreached", "long_runs", "energy", "distances")
 SLOPE: dict[str, Any] = {"color": GREY, "ls": ":", "lw": 1.2}
 BACKGROUND: dict[str, Any] = {"color": "#c9c9c9", "lw": 0.8, "zorder": 1}
 LEGEND: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (-0.2, -0.17), "fontsize": 7}
@@ -27,13 +25,11 @@ LEGEND: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (-0.2, -0.17), 
 SMALLEST_CHANGE = 1e-17
 
 
-def stability_figure(tables: Sequence[Table]) -> Illustration | None:
-    """Return the figure of the study, named like its first table; None if a table is absent."""
-    by_name = {table.name: table for table in tables if table.rows}
-    if not by_name.keys() >= set(TABLES):
-        return None
-    limits, long_runs = by_name["limits"], by_name["long_runs"]
-    title = _title(long_runs, limits, by_name["unreached"])
+def stability_figure(
+    limits: Table, unreached: Table, long_runs: Table, energy: Table, distances: Table
+) -> Illustration:
+    """Return the figure of the study, named like its first table."""
+    title = _title(long_runs, limits, unreached)
     text = (
         "Left: relative change of the discrete energy after a pulse (absolute value), for the cases"
         " whose energy grew most; the dotted lines are half an ulp per step."
@@ -45,7 +41,8 @@ def stability_figure(tables: Sequence[Table]) -> Illustration | None:
         for row in limits.rows
     ]
     caption = Caption(text, f"{title}. {'; '.join(ends)}.")
-    draw = partial(_draw, title, _subtitle(long_runs, limits), by_name)
+    subtitle = _subtitle(long_runs, limits)
+    draw = partial(_draw, title, subtitle, limits, long_runs, energy, distances)
     return Illustration(limits.name, caption, draw, title)
 
 
@@ -88,13 +85,15 @@ def _count(steps: int) -> str:
     return power(steps) if exponent == round(exponent) else f"{steps:,}"
 
 
-def _draw(title: str, subtitle: str, tables: dict[str, Table]) -> Figure:
+def _draw(
+    title: str, subtitle: str, limits: Table, long_runs: Table, energy: Table, distances: Table
+) -> Figure:
     """Draw both panels."""
     figure = new_figure((WIDTH_IN, HEIGHT_IN), title, subtitle, ("simulated",))
     left, right = figure.subplots(1, 2)
-    _draw_energy(left, tables["energy"], tables["long_runs"])
-    named = [row["title"] for row in ordered_rows(tables["limits"])[:MAX_ROWS]]
-    _draw_distances(right, tables["distances"], named)
+    _draw_energy(left, energy, long_runs)
+    named = [row["title"] for row in ordered_rows(limits)[:MAX_ROWS]]
+    _draw_distances(right, distances, named)
     for axis in (left.xaxis, left.yaxis, right.xaxis, right.yaxis):
         power_ticks(axis)
     return figure

@@ -1,4 +1,4 @@
-"""Pages of the simulation studies and ablations: their tables, and figures of three studies."""
+"""Pages of the simulation studies and ablations: their tables and figures."""
 
 from __future__ import annotations
 
@@ -64,10 +64,6 @@ def figures_of(study: str, tables: Sequence[Table]) -> Iterator[Illustration]:
 
     A study without rows in one of the tables that its figure shows has no figure.
     """
-    if study == "stability":
-        figure_of_stability = stability_figure(tables)
-        if figure_of_stability is not None:
-            yield figure_of_stability
     if study not in FIGURES:
         return
     names, figure = FIGURES[study]
@@ -121,6 +117,10 @@ def convergence(table: Table) -> Illustration:
 FIGURES: dict[str, tuple[tuple[str, ...], Callable[..., Illustration]]] = {
     "verification": (("convergence",), convergence),
     "validation": (("resonances", "attenuation"), validation),
+    "stability": (
+        ("limits", "unreached", "long_runs", "energy", "distances"),
+        stability_figure,
+    ),
     "accuracy": (("accuracy",), accuracy_figure),
     "omissions": (("omissions",), omissions_figure),
 }

@@ -7,8 +7,10 @@ from typing import Any, NamedTuple
 
 from ajgdata.types.table import Column, Table, Value
 
-#: Rows that a page shows first, in all its tables, and columns of each table.
-MAX_ROWS, MAX_COLUMNS = 8, 6
+#: Rows that a page shows first, in all its tables.
+MAX_ROWS = 8
+#: Columns of each table that a page shows first.
+MAX_COLUMNS = 6
 #: Rows of a complete table; its CSV file has all.
 MAX_FOLDED_ROWS = 300
 #: Pages whose tables are complete and not folded, and their rows per table.

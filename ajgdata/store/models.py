@@ -87,22 +87,17 @@ def read_about(folder: Path) -> dict[str, Any]:
 
     Raises DataError if the model could not be trained, FormatError if it is of another version.
     """
-    about = _description(folder)
+    about = read_description(folder)
     if "skipped" in about:
         raise DataError(folder, f"was not trained: {about['skipped']}", "correct the task first")
     return about
 
 
-def why_not_trained(folder: Path) -> str:
-    """Return why a model could not be trained, "" if it was trained.
+def read_description(folder: Path) -> dict[str, Any]:
+    """Return the description of a model, whether it was trained or not (key `skipped`: why not).
 
-    Raises DataError for a description that cannot be read.
+    Raises DataError if it cannot be read, FormatError if it is of another version.
     """
-    return str(_description(folder).get("skipped", ""))
-
-
-def _description(folder: Path) -> dict[str, Any]:
-    """Return the description of a model, whether it was trained or not."""
     file = folder / ABOUT_FILE
     about = read_json(file)
     command = command_for(file)

@@ -9,20 +9,20 @@ omissions. Run times are CPU times of planning and marching, the best of several
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.features.spectrum import frequencies_hz, spectrum
-from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, SignalChain, excitation_sweep, record, simulate
+from ajgdata.features.spectrum import frequencies_hz
+from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, simulate
 from ajgdata.gripper.scene import Numerics
-from ajgdata.gripper.solver_plan import build_plan
 from ajgdata.gripper.variation import Variation
 from ajgdata.studies import TIMED
+from ajgdata.studies.noise_free import noise_free, relative_error, timed, unit_feature
 from ajgdata.types import FeatureSettings
 from ajgdata.types.table import Column, Table, Value
 
@@ -51,7 +51,6 @@ SCENES: dict[str, tuple[Settings, Settings]] = {
         {"object": "cube_22p0", "medium": {"kind": "coffee"}},
     ),
 }
-QUIET = SignalChain(noise_db_spl=None)
 DEFAULT = Numerics()
 #: Grid steps (mm); the finest is the reference.
 GRIDS_MM = (5.2, DEFAULT.dx_mm, 3.75, 3.3, 2.75, 2.0)
@@ -89,19 +88,8 @@ class Run:
 
 def run(scene: Scene, repeats: int = 1) -> Run:
     """Simulate a scene `repeats` times; the time is the shortest."""
-    times = []
-    for _ in range(repeats):
-        start = time.process_time()
-        response = simulate(build_plan(scene))
-        times.append(time.process_time() - start)
-    samples = record(response, excitation_sweep(), QUIET).samples
-    feature = spectrum(samples, SAMPLE_RATE_HZ, FeatureSettings()).astype(np.float64)
-    return Run(feature / np.linalg.norm(feature), min(times))
-
-
-def relative_error(feature: Real, reference: Real) -> float:
-    """Return the relative L2 difference of two features (1025,)."""
-    return float(np.linalg.norm(feature - reference) / np.linalg.norm(reference))
+    response, time_s = timed(partial(simulate, scene), repeats)
+    return Run(unit_feature(noise_free(response)), time_s)
 
 
 def level_db(feature: Real) -> Real:
@@ -142,12 +130,18 @@ def best_settings(sources: Mapping[str, Sequence[Settings]]) -> Settings:
 
 
 def budget_rows(
-    kind: str, settings: Settings, sources: Mapping[str, Sequence[Settings]], repeats: int
+    kind: str,
+    settings: Settings,
+    sources: Mapping[str, Sequence[Settings]],
+    default: Run,
+    best: Run,
+    repeats: int,
 ) -> list[dict[str, Value]]:
     """Return a row for each setting of each source of error of a scene, and one for the default
-    against the best settings of the sources TOGETHER."""
-    default = run(scene_of(settings), repeats)
-    best = run(scene_of(settings, **best_settings(sources)))
+    against the best settings of the sources TOGETHER.
+
+    `default` and `best` are the runs of the scene with these settings.
+    """
     rows = [_row(kind, ALL, "default", default, best, default.time_s, is_default=True)]
     for source, options in sources.items():
         limits: Settings = {"max_time_s": LONGEST_S} if source == "stopping" else {}
@@ -186,18 +180,17 @@ def _row(
 
 
 def difference_rows(
-    kind: str, pair: tuple[Settings, Settings], best: Settings
+    kind: str, settings: Settings, defaults: Sequence[Run], bests: Sequence[Run]
 ) -> list[dict[str, Value]]:
     """Return a row per band: the error of the default settings in the difference between the levels
     of two objects in the same grasp, and the scatter between grasps of the first object.
 
-    `best` are the settings of the reference.
+    `defaults` and `bests` are the runs of both objects; `settings` are those of the first object.
     """
-    first, second = (run(scene_of(settings)).feature for settings in pair)
-    computed = level_db(first) - level_db(second)
-    reference = [run(scene_of(settings, **best)).feature for settings in pair]
-    true = level_db(reference[0]) - level_db(reference[1])
-    grasps = [level_db(run(scene_of(pair[0], seed)).feature) for seed in range(1, GRASPS + 1)]
+    computed, true = (
+        level_db(first.feature) - level_db(second.feature) for first, second in (defaults, bests)
+    )
+    grasps = [level_db(run(scene_of(settings, seed)).feature) for seed in range(1, GRASPS + 1)]
     scatter = in_bands(np.std(grasps, axis=0, ddof=1))
     rows: list[dict[str, Value]] = []
     for (low, high), key in zip(BANDS_KHZ, scatter, strict=True):
@@ -232,10 +225,16 @@ def tables(quick: bool = False) -> tuple[Table, ...]:
     best = best_settings(sources)
     repeats = 1 if quick else REPEATS
     simulate(scene_of(SCENES[kinds[0]][0], dx_mm=6.0))  # compiled kernels, before anything is timed
-    budget = [row for kind in kinds for row in budget_rows(kind, SCENES[kind][0], sources, repeats)]
+    budget: list[dict[str, Value]] = []
+    differences: list[dict[str, Value]] = []
+    for kind in kinds:
+        first = SCENES[kind][0]
+        defaults = [run(scene_of(settings), repeats) for settings in SCENES[kind]]
+        bests = [run(scene_of(settings, **best)) for settings in SCENES[kind]]
+        budget += budget_rows(kind, first, sources, defaults[0], bests[0], repeats)
+        differences += difference_rows(kind, first, defaults, bests)
     # The page shows the first rows: the totals, then the sources at the default settings.
     budget.sort(key=lambda row: (row["source"] != ALL, not row["is_default"]))
-    differences = [row for kind in kinds for row in difference_rows(kind, SCENES[kind], best)]
     note = (
         "Only the setting of the source varies; its reference has the best setting: a grid of"
         f" {best['dx_mm']:g} mm, 15 steps per sample, a decay of 80 dB, modes up to 21 kHz, two"

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, build_plan
-from ajgdata.gripper.grid import cut_cells
+from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Fluid, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.objects import MATERIALS, MM
 from ajgdata.gripper.scene import Numerics
@@ -49,6 +49,11 @@ def bowl() -> Region:
 
 
 BOWL = (0.031, -0.031, 0.036)
+
+
+def bowl_cells(h: float) -> Cells:
+    """Return the cells of the bowl on a grid of `h` (m)."""
+    return cut_cells(bowl(), h, *BOWL)
 
 
 def time_step(h: float, wide: float = 0.0) -> float:
@@ -129,7 +134,7 @@ def from_bowl(
     """
 
     def build(dtype: type) -> Ends:
-        cells = cut_cells(bowl(), h, *BOWL)
+        cells = bowl_cells(h)
         grains = None
         if packing is not None:
             medium = fluid or fit_fluid(packing, air)
@@ -152,7 +157,10 @@ def from_bowl(
 
 #: Steps of a bowl, of a whole scene, of a quick trial, and of a long run. Scenes have losses, so
 #: their energy falls from the first step on; most bowls have none, and show a slow growth.
-BOWL_STEPS, SCENE_STEPS, QUICK_STEPS, LONG_STEPS = 20_000, 5_000, 1_000, 1_000_000
+BOWL_STEPS = 20_000
+SCENE_STEPS = 5_000
+QUICK_STEPS = 1_000
+LONG_STEPS = 1_000_000
 
 
 def trials(quick: bool = False, dx_mm: float = DX_MM) -> Iterator[Trial]:

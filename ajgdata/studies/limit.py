@@ -29,6 +29,7 @@ from ajgdata.gripper.scene import Numerics
 from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.system import System
 from ajgdata.studies.extreme_cases import Ends, at_cell, from_bowl
+from ajgdata.studies.noise_free import relative_error
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]
@@ -52,11 +53,6 @@ def pulse_response(ends: Ends, steps: int) -> Real:
     """Return the pressure at the receiver after a pulse at the source, (steps,)."""
     system, source, receiver = ends
     return march(system, at_rest(system), source, receiver, np.ones(1), steps)
-
-
-def relative_distance(values: NDArray[Any], expected: NDArray[Any]) -> float:
-    """Return the relative L2 distance of two arrays of one shape."""
-    return float(np.linalg.norm(values - expected) / np.linalg.norm(expected))
 
 
 def powers(first: float, last: float, count: int = 5) -> tuple[float, ...]:
@@ -138,7 +134,7 @@ class Limit(ABC):
     def distance(self, value: float) -> float:
         """Return the relative L2 distance of the responses in `BAND_HZ`."""
         expected = response(self.expected(value), self.steps)
-        return relative_distance(response(self.system(value), self.steps), expected)
+        return relative_error(response(self.system(value), self.steps), expected)
 
     def small(self, value: float) -> float:
         """Return the small parameter ε at a value, over that of the first value."""

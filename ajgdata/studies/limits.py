@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -17,14 +18,13 @@ from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import NO_MODES, ModeList, WallList
 from ajgdata.studies.extreme_cases import (
     AIR,
-    BOWL,
     CUBE,
     PLASTIC,
     Ends,
     Heights,
     Region,
     at_cell,
-    bowl,
+    bowl_cells,
     from_bowl,
     solid,
     time_step,
@@ -39,8 +39,8 @@ from ajgdata.studies.limit import (
     powers,
     probes_apart_from,
     pulse_response,
-    relative_distance,
 )
+from ajgdata.studies.noise_free import relative_error
 
 Real = NDArray[np.floating]
 #: Share of a face that stays open if it is closed. The cell behind it remains a part of the system,
@@ -55,7 +55,8 @@ class HeavyObject(FromBowl):
     """A body that moves as a whole: without motion, it is a rigid part of the boundary."""
 
     title = "object, mass → ∞: rigid object"
-    parameter, unit = "mass", "kg"
+    parameter = "mass"
+    unit = "kg"
     values = powers(1.0, 1e4)
     order = -1.0
     reason = IMPEDANCE
@@ -69,7 +70,8 @@ class StiffObject(FromBowl):
     """A body on a spring: a spring that does not yield holds it."""
 
     title = "object, stiffness → ∞: rigid object"
-    parameter, unit = "stiffness", "N/m"
+    parameter = "stiffness"
+    unit = "N/m"
     values = powers(1e9, 1e13)
     order = -1.0
     reason = IMPEDANCE
@@ -83,7 +85,8 @@ class HeavyWall(FromBowl):
     """A locally reacting wall that is too heavy to move."""
 
     title = "wall, mass → ∞: rigid wall"
-    parameter, unit = "mass", "kg/m²"
+    parameter = "mass"
+    unit = "kg/m²"
     values = powers(1e2, 1e6)
     order = -1.0
     reason = IMPEDANCE
@@ -97,7 +100,8 @@ class StiffWall(FromBowl):
     """A locally reacting wall that is too stiff to move, with its resonance above the band."""
 
     title = "wall, stiffness → ∞: rigid wall"
-    parameter, unit = "stiffness", "N/m³"
+    parameter = "stiffness"
+    unit = "N/m³"
     values = powers(1e11, 1e15)
     order = -1.0
     reason = IMPEDANCE
@@ -111,7 +115,8 @@ class ResistiveWall(FromBowl):
     """A porous wall that lets nothing through."""
 
     title = "wall, resistance → ∞: rigid wall"
-    parameter, unit = "resistance", "Pa s/m"
+    parameter = "resistance"
+    unit = "Pa s/m"
     values = powers(1e5, 1e9)
     order = -1.0
     reason = IMPEDANCE
@@ -127,7 +132,8 @@ class LightObject(FromBowl):
     (from 0.1 GPa)."""
 
     title = "object, mass and stiffness → 0: membrane without object"
-    parameter, unit = "factor", ""
+    parameter = "factor"
+    unit = ""
     values = powers(1e-6, 1e-9, 4)
     order = 1.0
     reason = "mass and stiffness add to those of the membrane, and are proportional to the factor"
@@ -151,7 +157,8 @@ class LightWall(PowerLimit):
     """
 
     title = "wall, mass → 0: no wall (pressure 0)"
-    parameter, unit = "mass", "kg/m²"
+    parameter = "mass"
+    unit = "kg/m²"
     values = powers(1e-6, 1e-10)
     order = 1.0
     reason = "the pressure at the wall is Z times the velocity, and Z is proportional to the mass"
@@ -164,18 +171,15 @@ class LightWall(PowerLimit):
     def expected(self, value: float) -> Ends:
         """See Limit."""
         system = bowl_ends(self.h)[0]
-        at_wall = self._cells().membrane.ravel() > 0
+        at_wall = bowl_cells(self.h).membrane.ravel() > 0
         capacities = system.capacities._replace(
             yield_=np.where(at_wall, 0.0, system.capacities.yield_),
             keep=np.where(at_wall, 0.0, system.capacities.keep),
         )
         return replace(system, capacities=capacities), *self._inside(system)
 
-    def _cells(self) -> Cells:
-        return cut_cells(bowl(), self.h, *BOWL)
-
     def _inside(self, system: System) -> tuple[Probe, Probe]:
-        return probes_apart_from(system, self._cells().membrane)
+        return probes_apart_from(system, bowl_cells(self.h).membrane)
 
 
 class HeavyStiffCube(FromScene):
@@ -185,7 +189,8 @@ class HeavyStiffCube(FromScene):
     """
 
     title = "cube, density and Young's modulus → ∞: rigid cube"
-    parameter, unit = "factor", ""
+    parameter = "factor"
+    unit = ""
     values = powers(1.0, 1e4)
     order = -1.0
     reason = "mobilities of skin and modes are proportional to 1 over the factor"
@@ -201,7 +206,8 @@ class StiffCube(FromScene):
     """A cube whose Young's modulus grows alone: the modes leave the band, the skin stiffens."""
 
     title = "cube, Young's modulus → ∞: rigid cube"
-    parameter, unit = "Young's modulus", "Pa"
+    parameter = "Young's modulus"
+    unit = "Pa"
     values = powers(1e9, 1e13)
     order = -1.0
     reason = "mobilities of skin and contact are proportional to 1 over the modulus"
@@ -217,7 +223,8 @@ class SlackMembrane(FromScene):
     """A membrane without tension is only a mass and a resistance. The gripper has no grains."""
 
     title = "membrane, tension → 0: limp membrane"
-    parameter, unit = "stiffness", "N/m³"
+    parameter = "stiffness"
+    unit = "N/m³"
     values = powers(1e4, 1.0)
     order = 1.0
     reason = "the impedance of the tension is k/iω, added to that of mass and resistance"
@@ -235,7 +242,8 @@ class ThinFilm(FromScene):
     """The film of air between membrane and object, in units of its usual thickness."""
 
     title = "film of air, thickness → 0: membrane on the object"
-    parameter, unit = "thickness", "of the default"
+    parameter = "thickness"
+    unit = "of the default"
     values = powers(1.0, 1e-4)
     order = 1.0
     reason = "the flexibility of a film is proportional to its thickness"
@@ -253,7 +261,8 @@ class RigidHousing(FromScene):
     """The housing and its admittance ρc/z."""
 
     title = "housing, admittance → 0: rigid housing"
-    parameter, unit = "admittance", ""
+    parameter = "admittance"
+    unit = ""
     values = powers(1e-2, 1e-6)
     order = 1.0
     reason = "the housing takes the volume velocity p S times its admittance"
@@ -272,7 +281,8 @@ class LoosePacking(FromBowl):
     """
 
     title = "grains, porosity → 1: air"
-    parameter, unit = "1 - porosity", ""
+    parameter = "1 - porosity"
+    unit = ""
     values = powers(0.1, 0.001)
     order = 1.0
     reason = "tortuosity and boundary layers of Johnson, Champoux and Allard are linear in 1 - φ"
@@ -286,7 +296,8 @@ class NoDrag(FromBowl):
     """The bed's drag, in units of that of plastic grains."""
 
     title = "grains, drag → 0: fluid without drag"
-    parameter, unit = "drag", "of plastic grains"
+    parameter = "drag"
+    unit = "of plastic grains"
     values = powers(0.1, 1e-5)
     order = 1.0
     reason = "the drag σ'/iω is added to the density of the fluid"
@@ -306,7 +317,8 @@ class DenseDrag(PowerLimit):
     """
 
     title = "grains, drag → ∞: wall"
-    parameter, unit = "drag", "of plastic grains"
+    parameter = "drag"
+    unit = "of plastic grains"
     values = powers(1e7, 1e11)
     order = -1.0
     reason = "the flow through a face is the pressure difference over drag, if cells exceed δ"
@@ -318,7 +330,7 @@ class DenseDrag(PowerLimit):
 
     def expected(self, value: float) -> Ends:
         """See Limit."""
-        cells = self._cells()
+        cells = bowl_cells(self.h)
         decays = bowl_ends(self.h, packing=PLASTIC)[0].faces[:3]
         areas = (
             np.where(decay.reshape(cells.shape) < 1, PINHOLE * area, area)
@@ -330,11 +342,8 @@ class DenseDrag(PowerLimit):
         system = assemble(closed, air_fluid(AIR), time_step(self.h), grains)
         return system, *self._above(system)
 
-    def _cells(self) -> Cells:
-        return cut_cells(bowl(), self.h, *BOWL)
-
     def _above(self, system: System) -> tuple[Probe, Probe]:
-        return probes_apart_from(system, self._cells().bed)
+        return probes_apart_from(system, bowl_cells(self.h).bed)
 
 
 class FinePowder(PowerLimit):
@@ -345,13 +354,17 @@ class FinePowder(PowerLimit):
     """
 
     title = "grains, diameter → 0 (very fine powder): wall"
-    parameter, unit = "diameter", "mm"
+    parameter = "diameter"
+    unit = "mm"
     values = powers(0.04, 0.005, 4)
     order = 1.0
     reason = "the admittance of a deep layer is √(iωC/σ'), and σ' is proportional to d⁻²"
     steps = 32_768
-    #: Spacing of the grid, and depth of powder and height of air (m).
-    spacing, depth, height = 5e-5, 5e-3, 5e-3
+    #: Spacing of the grid (m).
+    spacing = 5e-5
+    #: Depth of the powder, and height of the air above it (m).
+    depth = 5e-3
+    height = 5e-3
 
     def system(self, value: float) -> Ends:
         """See Limit."""
@@ -380,7 +393,8 @@ class ThinAir(PowerLimit):
     """The pressure of the air against a wall of mass and stiffness: thin air does not move it."""
 
     title = "air, pressure → 0: rigid walls"
-    parameter, unit = "pressure", "Pa"
+    parameter = "pressure"
+    unit = "Pa"
     values = powers(1e3, 0.1)
     order = 1.0
     reason = "the stiffness of the air is γP; that of walls and masses does not depend on P"
@@ -405,9 +419,9 @@ class Similarity(Limit):
 
     reason = "similarity: the discrete equations contain only ratios; rounding of 2π ε per step"
 
+    @abstractmethod
     def air(self, value: float) -> Air:
         """Return the air at a value of the parameter."""
-        raise NotImplementedError
 
     def system(self, value: float) -> Ends:
         """See Limit."""
@@ -423,7 +437,7 @@ class Similarity(Limit):
         for ends, air in ((self.system(value), self.air(value)), (self.expected(value), AIR)):
             unit = ends[0].dt / air.compressibility
             responses.append(pulse_response(ends, self.steps) / unit)
-        return relative_distance(*responses)
+        return relative_error(*responses)
 
     def run(self) -> LimitResult:
         """Measure the distance at each value."""
@@ -456,7 +470,8 @@ class Temperature(Similarity):
     """The valid range of temperatures."""
 
     title = "air of -20 to 60 °C: scaled response at 22 °C"
-    parameter, unit = "temperature", "°C"
+    parameter = "temperature"
+    unit = "°C"
     values = (-20.0, 0.0, 60.0)
 
     def air(self, value: float) -> Air:
@@ -468,7 +483,8 @@ class Pressure(Similarity):
     """The valid range of pressures."""
 
     title = "air of 0.5 to 1.1 bar: scaled response at 1.013 bar"
-    parameter, unit = "pressure", "Pa"
+    parameter = "pressure"
+    unit = "Pa"
     values = (5e4, 8e4, 1.1e5)
 
     def air(self, value: float) -> Air:
@@ -505,14 +521,15 @@ class LightObjectWithCore(PowerLimit):
     to the core, so two membranes move side by side where there should be one."""
 
     title = "object with core modes, mass and stiffness → 0: membrane without object"
-    parameter, unit = "factor", ""
+    parameter = "factor"
+    unit = ""
     values = powers(1e-6, 1e-9, 4)
     order = 1.0
     reason = "the membrane's mass is in the skin and again in the modes of the core"
 
     def system(self, value: float) -> Ends:
         """See Limit."""
-        cells = cut_cells(bowl(), self.h, *BOWL)
+        cells = bowl_cells(self.h)
         body = _cube_body(value, float(cells.membrane.sum()))
         core = solve(stack(body, MEMBRANE[0]))
         cell = np.flatnonzero(cells.membrane)
@@ -522,7 +539,7 @@ class LightObjectWithCore(PowerLimit):
 
     def expected(self, value: float) -> Ends:
         """See Limit."""
-        cells = cut_cells(bowl(), self.h, *BOWL)
+        cells = bowl_cells(self.h)
         return self._assembled(cells, (MEMBRANE[0], 0.0, 0.0), NO_MODES)
 
     def _assembled(self, cells: Cells, wall: tuple[float, float, float], modes: ModeList) -> Ends:
@@ -543,7 +560,8 @@ class SlackPinnedMembrane(FromScene):
     """A membrane that grains hold, as long as it has any tension."""
 
     title = "membrane under grains, tension → 0: limp membrane"
-    parameter, unit = "stiffness", "N/m³"
+    parameter = "stiffness"
+    unit = "N/m³"
     values = powers(1e2, 1e-2)
     order = 1.0
     reason = "grains pin a membrane of any tension, and do not pin a membrane without tension"

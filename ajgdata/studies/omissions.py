@@ -6,23 +6,19 @@ third octave from 63 Hz up, because the feature hides what a narrow band loses.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.features.spectrum import spectrum
 from ajgdata.gripper import (
     SAMPLE_RATE_HZ,
     Plan,
     Scene,
-    SignalChain,
     build_plan,
-    excitation_sweep,
-    record,
     simulate,
 )
 from ajgdata.gripper.object_library import MATERIAL_SET, OBJECTS, PLATE_MM
@@ -31,7 +27,7 @@ from ajgdata.gripper.parts import WITH_FRAME, left_out
 from ajgdata.gripper.scene import Numerics
 from ajgdata.gripper.variation import Variation
 from ajgdata.studies import TIMED
-from ajgdata.types import FeatureSettings
+from ajgdata.studies.noise_free import noise_free, relative_error, timed, unit_feature
 from ajgdata.types.table import Column, Table, Value
 
 Real = NDArray[np.floating]
@@ -137,9 +133,9 @@ class Sound:
 
     def change(self, other: Sound) -> dict[str, float]:
         """Return the change to `other`: the largest, its third octave, and that of the feature."""
-        feature = float(np.linalg.norm(self.feature - other.feature))
+        feature = relative_error(other.feature, self.feature)
         pairs = zip(self.bands, other.bands, strict=True)
-        changes = [float(np.linalg.norm(a - b) / np.linalg.norm(a)) for a, b in pairs]
+        changes = [relative_error(changed, own) for own, changed in pairs]
         worst = int(np.argmax(changes))
         return {
             "measured": max(feature, changes[worst]),
@@ -151,18 +147,13 @@ class Sound:
 
 def sound(plan: Plan) -> Sound:
     """Record the response of `plan` without noise; the time is the shortest of REPEATS."""
-    times = []
-    for _ in range(REPEATS):
-        begin = time.process_time()
-        response = simulate(plan)
-        times.append(time.process_time() - begin)
-    recording = record(response, excitation_sweep(), SignalChain(noise_db_spl=None), seed=0)
-    feature = spectrum(recording.samples, SAMPLE_RATE_HZ, FeatureSettings()).astype(np.float64)
-    amplitude = np.abs(np.fft.rfft(recording.samples))
-    frequency = np.fft.rfftfreq(len(recording.samples), 1 / SAMPLE_RATE_HZ)
+    response, seconds = timed(partial(simulate, plan), REPEATS)
+    samples = noise_free(response)
+    amplitude = np.abs(np.fft.rfft(samples))
+    frequency = np.fft.rfftfreq(len(samples), 1 / SAMPLE_RATE_HZ)
     limits = np.searchsorted(frequency, np.multiply.outer(BANDS_HZ, EDGES))
     bands = tuple(amplitude[low:high] for low, high in limits)
-    return Sound(feature / np.linalg.norm(feature), bands, min(times))
+    return Sound(unit_feature(samples), bands, seconds)
 
 
 def changes(case: Case) -> dict[str, dict[str, float]]:

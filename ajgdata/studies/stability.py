@@ -28,8 +28,10 @@ Row = dict[str, Any]
 ROUNDING = {np.float64: 2.0**-53, np.float32: 2.0**-24}
 #: Steps between two energies, at least: their own rounding, a few ulp, is then small per step.
 INTERVAL = 100
-#: Number of cases that are marched for a long time, and the steps of a quick run.
-LONG_RUNS, QUICK_LONG_STEPS = 3, 10_000
+#: Number of cases that are marched for a long time.
+LONG_RUNS = 3
+#: Steps of a long run in a quick run of the study.
+QUICK_LONG_STEPS = 10_000
 #: Spacing of the grid of limits in a quick run, mm.
 QUICK_DX_MM = 6.0
 

@@ -18,6 +18,7 @@ from scipy.special import eval_legendre, spherical_jn
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, air_fluid
 from ajgdata.gripper.scene import Numerics, Scene
+from ajgdata.gripper.simulation import ricker_wavelet
 from ajgdata.gripper.solver import Patches, Probe, at_rest, march
 from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System, assemble
@@ -40,8 +41,10 @@ from ajgdata.studies.rigid_domains import ball, box, closed, resonances, upright
 from ajgdata.types.table import Table, table_of
 
 Real = NDArray[np.floating]
-#: Grid spacing (mm) that the default grid is compared with; the coarser one in a quick run.
-FINER_MM, COARSER_MM = 3.0, 6.0
+#: Grid spacing (mm) that the default grid is compared with.
+FINER_MM = 3.0
+#: The same in a quick run.
+COARSER_MM = 6.0
 MM = 1e-3
 #: A sphere has 58 resonances up to the sixth measured one, which is 13-fold; two are spare.
 SPHERE_MODES = 60
@@ -53,8 +56,8 @@ TUBE_RADIUS_M = 0.0125
 LENGTH_M = 2.0
 RECEIVERS_M = (0.3, 1.3)
 END_S = 7.5e-3
-#: Width (s) of the pulse: its spectrum is largest at √2 times 700 Hz.
-PULSE_S = 1 / (2 * np.pi * 700)
+#: Frequency at which the spectrum of the pulse is largest.
+PEAK_HZ = np.sqrt(2) * 700.0
 #: `wall_admittance` of the gripper.
 DEFAULT_ADMITTANCE = Scene().gripper.wall_admittance
 DECIBELS = 20 / np.log(10)
@@ -272,7 +275,8 @@ def simulated_attenuation(frequency_hz: Real, width: float, admittance: float, h
     steps = int(END_S / system.dt)
     patches = Patches(lower.cell, np.zeros(len(lower.cell), np.int64), lower.weight)
     felt = np.zeros((1, steps))
-    drive = _pulse(system.dt)
+    # Lossy walls let a net volume leak away slowly, after the simulated time: this pulse has none.
+    drive = ricker_wavelet(system.dt, PEAK_HZ)
     out = march(system, at_rest(system), source, upper, drive, steps, patches, felt)
     omega = 2 / system.dt * np.arcsin(np.pi * frequency_hz * system.dt)
     kernel = np.exp(-1j * omega[:, None] * np.arange(steps) * system.dt)
@@ -286,16 +290,6 @@ def _slab_probe(cells: Cells, system: System, slab: int) -> Probe:
     inside = np.flatnonzero(volume)
     first = slab * volume.size
     return Probe((first + inside).astype(np.uint64), volume[inside] / volume.sum())
-
-
-def _pulse(dt: float) -> Real:
-    """Return the second derivative of a Gaussian, (steps,).
-
-    Lossy walls let a net volume leak away slowly, after the simulated time. This pulse has none.
-    """
-    half = int(np.ceil(7 * PULSE_S / dt))
-    place = np.arange(-half, half + 1) * dt / PULSE_S
-    return (1 - place**2) * np.exp(-(place**2) / 2)
 
 
 def lossy_tube_attenuation(frequency_hz: Real, width: float, admittance: float, air: Air) -> Real:

@@ -37,8 +37,12 @@ def paths(tmp_path, monkeypatch) -> Paths:
         for task in ("t", "u")
         for experiment, model in MEASUREMENTS
     ]
-    about = {"agreements": {"agrees": 3, "worse": 2}, "answer": ["A.", "B."]}
-    about |= {"cost": "", "unreadable": {}}
+    about = {
+        "agreements": {"agrees": 3, "worse": 2},
+        "answer": ["A.", "B."],
+        "cost": "",
+        "unreadable": {},
+    }
     write_bytes(folders.runs, json_bytes({**about, "measurements": results}))
     write_about(folders.model("d", "t", "cnn"), {"skipped": "one class only"})
     return folders

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from ajgdata.studies.accuracy import BANDS_KHZ, decibels, in_bands, relative_error
+from ajgdata.studies.accuracy import BANDS_KHZ, decibels, in_bands
+from ajgdata.studies.noise_free import relative_error
 
 
 def test_errors_are_relative_and_levels_are_decibels():

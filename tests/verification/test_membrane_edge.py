@@ -55,7 +55,7 @@ def test_the_edge_has_the_same_stiffness_and_area_on_each_grid():
 
 
 def test_low_frequencies_converge():
-    """With a width that was counted in cells, the error was .2 to .4 dB on each of these grids."""
+    """With a width that was counted in cells, the error was .05 to .4 dB on GRIDS_MM."""
     reference = run(scene(FINEST_MM)).feature
     errors = [decibels(run(scene(dx_mm)).feature, reference)["db_0.1_1"] for dx_mm in GRIDS_MM]
     assert errors[1] < 0.06

@@ -137,6 +137,11 @@ class Project:
         """Count the jobs of a dry run by rule."""
         return rules_of(self.jobs_of(*arguments))
 
+    def copied(self, target: Path) -> "Project":
+        """Copy the project, with its times, to `target`."""
+        shutil.copytree(self.root, target, symlinks=True)
+        return Project(target)
+
     def folder(self, session: str) -> Path:
         return self.paths.session("tones", session)
 
@@ -204,6 +209,4 @@ def make_tones(root: Path) -> Project:
 @pytest.fixture
 def project(finished, tmp_path) -> Project:
     """A copy that a test may change; copying keeps times."""
-    target = tmp_path / "copy"
-    shutil.copytree(finished.root, target, symlinks=True)
-    return Project(target)
+    return finished.copied(tmp_path / "copy")

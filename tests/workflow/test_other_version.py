@@ -24,9 +24,7 @@ CROSS_VALIDATION = (NAME, "pitch", "cross_validation", "plain")
 @pytest.fixture(scope="module")
 def whole(finished, tmp_path_factory) -> Project:
     """The project after `snakemake` and `ajgdata run tones`."""
-    target = tmp_path_factory.mktemp("whole") / "tones"
-    shutil.copytree(finished.root, target, symlinks=True)
-    project = Project(target)
+    project = finished.copied(tmp_path_factory.mktemp("whole") / "tones")
     project.snakemake()
     project.snakemake(*ALONE)
     assert project.planned() == {}
@@ -36,9 +34,7 @@ def whole(finished, tmp_path_factory) -> Project:
 
 @pytest.fixture
 def project(whole, tmp_path) -> Project:
-    target = tmp_path / "copy"
-    shutil.copytree(whole.root, target, symlinks=True)
-    return Project(target)
+    return whole.copied(tmp_path / "copy")
 
 
 def requests_of(project: Project) -> list[Request]:

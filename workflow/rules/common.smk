@@ -50,19 +50,15 @@ def own_features(wildcards):
     return features_of(wildcards.dataset)
 
 
-def measured_files(jobs, studies, ablations=()):
-    """Files of jobs of experiments with the embeddings that they use, of studies, and of ablations."""
-    files = [PATHS.experiment(*key) for key in jobs]
-    files += [PATHS.experiment_cost(*key) for key in jobs]
+def embedding_files(jobs):
+    """Latents and training cost of the embeddings that jobs of experiments use."""
     embeddings = {
         (item.dataset, item.task): None
         for item in jobs.values()
         if item.experiment.of_embedding
     }
-    files += [PATHS.latents(*key) for key in embeddings]
-    files += [PATHS.training_cost(*key) for key in embeddings]
-    files += [PATHS.study(name) for name in studies if name in PAGES]
-    return files + [PATHS.ablation(name) for name in ablations]
+    files = [PATHS.latents(*key) for key in embeddings]
+    return files + [PATHS.training_cost(*key) for key in embeddings]
 
 
 def requested(wildcards):

@@ -5,7 +5,11 @@ rule complete:
         runs=PATHS.runs,
         metrics=PATHS.metrics_table,
         models=[PATHS.models(name) for name in TRAINED if not PAPER],
-        files=measured_files(FIRST, REQUESTED_STUDIES),
+        files=[
+            *rules.report.input.tables,
+            *rules.report.input.costs,
+            *rules.report.input.studies,
+        ],
     output:
         summary=PATHS.complete,
     log:
@@ -34,7 +38,12 @@ use rule complete as complete_everything with:
     input:
         report=PATHS.report_on_everything,
         models=[PATHS.models(name) for name in TRAINED],
-        files=measured_files(REQUESTS, STUDIES, ABLATED),
+        files=[
+            *rules.report_everything.input.tables,
+            *rules.report_everything.input.costs,
+            *rules.report_everything.input.studies,
+            *rules.report_everything.input.ablations,
+        ],
     output:
         summary=PATHS.everything,
     log:

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from ajgdata.gripper.grid import cut_cells
 from ajgdata.gripper.medium import air_fluid, fit_fluid
 from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import WallList
-from ajgdata.studies.extreme_cases import AIR, BOWL, PLASTIC, bowl, time_step
+from ajgdata.studies.extreme_cases import AIR, PLASTIC, bowl_cells, time_step
 
 
 def lossy_bowl(h: float, dtype: type = np.float64) -> System:
     """Grains with varying packing, light, stiff, heavy and resistive walls."""
-    cells = cut_cells(bowl(), h, *BOWL)
+    cells = bowl_cells(h)
     ratio = 1 + 0.1 * np.sin(np.arange(np.prod(cells.shape))).reshape(cells.shape)
     walls = (
         WallList.uniform(cells.membrane, 0.3, 450.0, 1e5)

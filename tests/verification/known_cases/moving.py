@@ -12,7 +12,7 @@ from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import ModeList, WallList
 from ajgdata.studies.energy import energies, random_state
-from ajgdata.studies.extreme_cases import AIR, BOWL, PLASTIC, bowl, time_step, two_probes
+from ajgdata.studies.extreme_cases import AIR, PLASTIC, bowl_cells, time_step, two_probes
 from ajgdata.studies.rigid_domains import box
 from known_cases.case import Identity
 from known_cases.identities import (
@@ -41,7 +41,7 @@ H = 4e-3
 def moving_bowl(modes: Real, lossy: bool) -> System:
     """The bowl with `modes` (N, 3) of m (kg), r (kg/s), k (N/m) on the cells where grains would be;
     grains and walls if `lossy`."""
-    cells, weight = cut_cells(bowl(), H, *BOWL), wide_weight(H)
+    cells, weight = bowl_cells(H), wide_weight(H)
     grains = Packed(fit_fluid(PLASTIC, AIR), PLASTIC.porosity, np.ones(cells.shape))
     cell = np.flatnonzero(cells.bed)
     moved = np.random.default_rng(0).uniform(-1, 1, (len(modes), len(cell))) * H**2
