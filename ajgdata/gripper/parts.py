@@ -27,7 +27,7 @@ def left_out(scene: Scene) -> set[ObjectPart]:
     """Return the parts of the object that the plan of a scene leaves out.
 
     If the scene names none, they are the frame of the grains, and with it the object's motion and
-    elasticity, for hard blocks: that saves 11 to 17 % of the time and changes the feature by less
+    elasticity, for hard blocks: that saves 11 to 18 % of the time and changes the feature by less
     than 0.01 (page *Omitted parts* of the report).
     """
     if scene.numerics.omit is None:

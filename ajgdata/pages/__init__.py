@@ -1,7 +1,8 @@
 """Figures of pages of the report: a page can begin with a figure of its own.
 
-A figure of a page is a plain function of all results of the page, in a module of this package. It
-has no roles of columns, because it draws results of several tasks or experiments.
+A figure of a page is a plain function of all results of the report, in a module of this package. It
+selects the results that it draws, and has no roles of columns, because it draws results of several
+tasks or experiments.
 """
 
 from __future__ import annotations
@@ -9,16 +10,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 
 from ajgdata.experiments.base import TaskResults
-from ajgdata.pages import noise
+from ajgdata.pages import models, noise
 from ajgdata.report.report_data import Illustration
 
-#: Function of the results of a page, by the name of the page.
+#: Function of the results of the report, by the name of the page.
 PAGE_FIGURES: dict[str, Callable[[Sequence[TaskResults]], Iterable[Illustration]]] = {
+    "baselines": models.figures,
     "noise": noise.figures,
 }
 
 
 def page_figures(page: str, results: Sequence[TaskResults]) -> tuple[Illustration, ...]:
-    """Return the figures of a page from its results; none for a page without its own figure."""
+    """Return the figures of a page from all results; none for a page without its own figure."""
     figures = PAGE_FIGURES.get(page)
     return tuple(figures(results)) if figures else ()

@@ -18,11 +18,13 @@ from ajgdata.types.table import Table, table_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+PAGE = "noise"
 REPEATED_FITS = "repeated_fits"
 
 
 def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
-    """Yield the error against the noise level, if models were tested at two levels or more."""
+    """Yield the error against the noise level, if models of the page were tested at two levels."""
+    results = [task for task in results if task.page == PAGE]
     models = [model for task in results for model in models_in_noise(task)]
     if not models:
         return

@@ -19,6 +19,7 @@ from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.acquire.writer import Acquired, acquire_session
 from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
+from ajgdata.pipeline.progress import tell
 from ajgdata.store.code_hash import code_hash
 from ajgdata.store.files import line_of
 from ajgdata.store.responses import ResponseStore
@@ -92,9 +93,21 @@ def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
     done = acquire_session(paths.session(dataset, session), source, grasps)
     counts = f"{done.recorded} recorded, {done.unchanged} already there"
     print(f"{counts}, {done.solved} scenes solved")
+    if done.solved:
+        show_savings(f"{dataset}/{session}", grasps[0])
     for grasp, reason in done.skipped.items():
         print(f"skipped {grasp}: {reason}")
     return done
+
+
+def show_savings(session: str, grasp: Grasp) -> None:
+    """Print what the plan of a grasp leaves out, the time that this saves, and its error."""
+    try:
+        savings = gripper.measured_savings(gripper.Scene.model_validate(grasp.setup))
+    except gripper.SceneError:
+        return  # the grasp was skipped, and its reason is printed
+    if savings is not None:
+        tell(f"          {session}: {savings} (measured on {grasp.grasp_id})")
 
 
 def renderer(paths: Paths, dataset: str) -> Render:

@@ -39,7 +39,7 @@ from ajgdata.report.comparison import (
 )
 from ajgdata.report.format import number, words
 from ajgdata.report.navigation import LEADS, Group, Link, experiment_link, navigation
-from ajgdata.report.report_data import Illustration, Part, Report, TaskSection
+from ajgdata.report.report_data import Part, Report, TaskSection
 from ajgdata.store.features import open_store, read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.models import ABOUT_FILE, read_description
@@ -250,7 +250,7 @@ def _assembled(
         ),
         sections=tuple(_sections(paths, results)),
         pages=tuple(
-            dataclasses.replace(page, figures=_page_figures(page.name, results))
+            dataclasses.replace(page, figures=page_figures(page.name, results))
             for page in pages_of(paths, specs, requests)
         ),
         comparisons=rows,
@@ -283,11 +283,6 @@ def _read(
         dataclasses.replace(result, same_page=tuple(pages[result.experiment, result.page]))
         for result in shown
     ], tuple(skipped)
-
-
-def _page_figures(page: str, results: Sequence[TaskResults]) -> tuple[Illustration, ...]:
-    """Return the figures of a page that are functions of all its results."""
-    return page_figures(page, [result for result in results if result.page == page])
 
 
 def _opening(path: Path, folder: Path) -> dict[str, str] | None:

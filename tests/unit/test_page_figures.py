@@ -1,11 +1,11 @@
 """Figures of pages: functions of all results of a page."""
 
 import numpy as np
-from result_samples import RMSE, SIZES, paper_figure, size_result, sizes
+from result_samples import RMSE, SIZES, kinds, paper_figure, size_result, sizes
 
 from ajgdata.experiments.base import Other
 from ajgdata.experiments.cross_validation import Settings
-from ajgdata.pages import PAGE_FIGURES, noise, page_figures
+from ajgdata.pages import models, noise, page_figures
 from ajgdata.report.format import Score
 from ajgdata.types import Level
 
@@ -23,6 +23,7 @@ def in_noise(**changes):
         "settings": Settings(test_on=("loud",)),
         "other_sets": NOISE,
         "level": QUIET,
+        "page": "noise",
     }
     return sizes(result, **(given | changes))
 
@@ -54,15 +55,17 @@ def test_the_published_value_is_drawn_at_its_level():
 
 
 def test_tasks_without_levels_and_pages_without_a_figure_have_none():
-    assert page_figures("noise", [sizes()]) == ()
+    assert page_figures("noise", [sizes(page="noise")]) == ()
+    assert page_figures("noise", [in_noise(page="size")]) == ()
     assert page_figures("size", [in_noise()]) == ()
     one_level = in_noise(other_sets={"loud": Other("In noise", None)})
     assert page_figures("noise", [one_level]) == ()
-    assert set(PAGE_FIGURES) == {"noise"}
 
 
 def test_a_test_set_that_was_refused_or_has_the_level_of_the_training_is_not_drawn():
-    refused = sizes(settings=Settings(test_on=("loud",)), level=QUIET, other_sets=NOISE)
+    refused = sizes(
+        settings=Settings(test_on=("loud",)), level=QUIET, other_sets=NOISE, page="noise"
+    )
     assert page_figures("noise", [refused]) == ()
     same_level = {"loud": Other("Second microphone", QUIET)}
     assert noise.levels(in_noise(other_sets=same_level)) == {"grouped": 45}
@@ -75,3 +78,45 @@ def test_the_caption_names_the_level_of_the_training():
     (shown,) = page_figures("noise", [in_noise(level=LOUD, other_sets=trained_loud)])
     assert "Models are trained at 80 dB(A)." in shown.caption.text
     assert shown.title == "CNN: RMSE 9 mm at 45 dB(A), 2.2 mm at 80 dB(A) (chance 8.2 mm)"
+
+
+def three_models(**changes):
+    """Return a task with errors of 1, 2 and 4 mm in 10, 1 and 5 s; the error of a guess is 8 mm."""
+    quick = {"cnn": (1.0, 10.0, 0.1), "linear": (2.0, 1.0, 0.2), "forest": (4.0, 5.0, 0.05)}
+    return sizes(
+        *(
+            size_result(
+                name,
+                name,
+                scores={"rmse": Score(error, 0.1)},
+                chance=8.0,
+                cost=(train_s, prediction_ms, 100.0),
+            )
+            for name, (error, train_s, prediction_ms) in quick.items()
+        ),
+        **changes,
+    )
+
+
+def test_the_fronts_of_error_and_time_are_those_of_each_task():
+    (shown,) = page_figures("baselines", [three_models(), kinds()])
+    by_model = {row["model"]: row for row in shown.table.rows}
+    assert [row["error"] for row in by_model.values()] == [1 / 8, 2 / 8, 4 / 8]
+    assert [by_model["cnn"][key] for key in ("train_cpu_s", "prediction_ms")] == [10, 0.1]
+    training = {name for name, row in by_model.items() if row["on_training_front"]}
+    prediction = {name for name, row in by_model.items() if row["on_prediction_front"]}
+    assert training == {"cnn", "linear"}  # the forest is less accurate and slower than linear
+    assert prediction == {"cnn", "forest"}  # linear is less accurate and slower than the network
+    assert shown.title.startswith("cnn: lowest error in 1 of 1 tasks")
+    marks = [line for line in shown.draw().axes[0].get_lines() if line.get_marker() != "None"]
+    assert {tuple(np.ravel(line.get_data())) for line in marks} == {
+        (10, 1 / 8),
+        (1, 2 / 8),
+        (5, 4 / 8),
+    }
+
+
+def test_equal_questions_are_shown_once_and_single_models_not_at_all():
+    small = three_models(task="small", results=three_models().results[:2])
+    assert [len(task.results) for task in models.compared_tasks([small, three_models()])] == [3]
+    assert page_figures("baselines", [kinds()]) == ()

@@ -17,7 +17,11 @@ RECIPE = {
     "grasps_per_object": 1,
     "scene": {"numerics": {"dx_mm": 6, "max_time_s": 0.004}},
     "objects": [
-        {"name": "cube", "shape": {"kind": "cube", "edge_mm": 20}, "targets": {"edge_mm": 20}},
+        {
+            "name": "cube",
+            "shape": {"kind": "cube", "edge_mm": 20, "material": "pla"},
+            "targets": {"edge_mm": 20},
+        },
         {
             "name": "rod",  # pinches the cavity where it stands
             "shape": {"kind": "cylinder", "diameter_mm": 5, "height_mm": 140},
@@ -41,8 +45,10 @@ def simulation(tmp_path) -> Project:
 def test_sessions_are_recorded_once_and_a_changed_recipe_records_what_it_concerns(simulation):
     wanted = [str(Paths().features("made"))]
     assert simulation.planned(*wanted) == {"acquire": 2, "features": 1}
-    simulation.snakemake(*wanted)
+    console = simulation.snakemake(*wanted)
     for session in ("virtual-01", "virtual-02"):
+        saved = rf"made/{session}: left out: elastic, frame, motion; time [+-]\d+ %; error \S+ \("
+        assert re.search(rf"{saved}measured on {session}_cube_01\)", console)
         log = (simulation.root / f"results/logs/acquire/made.{session}.log").read_text()
         *_, first, second = log.splitlines()
         assert first == "1 recorded, 0 already there, 1 scenes solved"
