@@ -12,7 +12,7 @@ from ajgdata.acquire.card import Capture, CardError, TakeError
 from ajgdata.acquire.live_session import REJECTED, LiveSession
 from ajgdata.acquire.operator import Choice, Decision, Operator
 from ajgdata.acquire.protocol import DOUBT, REFERENCE, PlannedGrasp, grasp_id, remaining
-from ajgdata.acquire.robot import Placement, Robot, RobotError, grasp_once
+from ajgdata.acquire.robot import Robot, RobotError, RobotGrasp, grasp_once
 from ajgdata.acquire.virtual import Card
 from ajgdata.features.band import reaching_hz
 from ajgdata.features.checks import check_samples
@@ -97,7 +97,7 @@ class GuidedAcquisition:
     def _record(self, grasp: PlannedGrasp, attempt: int) -> TakeError | RobotError | None:
         """Record one attempt; return an error about which the operator can decide."""
         protocol = self.protocol
-        place = Placement(grasp_id(grasp, attempt), grasp.object, grasp.number, protocol.force_n)
+        place = RobotGrasp(grasp_id(grasp, attempt), grasp.object, grasp.number, protocol.force_n)
 
         def sense(force_n: float | None) -> None:
             for sample in range(grasp.samples):

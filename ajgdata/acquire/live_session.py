@@ -172,6 +172,7 @@ class LiveSession:
                 recording_id=f"{name}_{sample + 1}",
                 file=f"{AUDIO_FOLDER}/{name}_{sample + 1}.wav",
                 grasp_id=name,
+                placement_id=grasp.name if grasp.object else "",
                 sample=sample,
                 object=grasp.object,
                 labels=labels,

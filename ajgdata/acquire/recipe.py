@@ -23,11 +23,13 @@ NEW = "new"
 class Grasp:
     """One grasp of one object, and how often it is recorded.
 
+    `placement_id` is "" for a reference, for which no object is placed.
     `setup` is its scene, as keys of gripper.Scene; `digest` identifies what its recordings follow
     from, so that no recording is simulated twice.
     """
 
     grasp_id: str
+    placement_id: str
     object: str
     samples: int
     targets: Mapping[str, float | str]
@@ -95,10 +97,13 @@ def plan_session(
         setup = _setup(scene, recipe, held, seed)
         grasp = setup["grasp"]
         drawn = {key: grasp[key] for key in sorted(recipe.vary)} if held else {}
-        put_down = () if recipe.order == "blocks" else (number,)
+        placement = placement_number(recipe, number)
+        # The draw of a single placement has no number.
+        put_down = () if placements(recipe) == 1 else (placement,)
         setup = varied.setup(setup, (*names, name, *put_down), names, before)
         return Grasp(
             grasp_id=f"{session}_{name or EMPTY}_{number:02d}",
+            placement_id=f"{session}_{name}_placement_{placement:02d}" if held else "",
             object=name,
             samples=recipe.samples_per_grasp,
             targets={**drawn, **held.targets} if held else {},
@@ -109,14 +114,26 @@ def plan_session(
     return [planned(*item, before) for before, item in enumerate(_in_order(recipe))]
 
 
+def placements(recipe: Recipe) -> int:
+    """Return how often each object is placed in a session."""
+    return recipe.placements if recipe.order == "blocks" else recipe.grasps_per_object
+
+
+def placement_number(recipe: Recipe, number: int) -> int:
+    """Return the placement, from 1, of an object's grasp `number` of a session, from 1.
+
+    The grasps of an object are divided among its placements as evenly as possible, in order.
+    """
+    return (number - 1) * placements(recipe) // recipe.grasps_per_object + 1
+
+
 def _in_order(recipe: Recipe) -> Iterator[tuple[RecipeObject | None, int]]:
     """What is grasped, and for which time, from first to last; None is nothing."""
     yield from ((None, number) for number in range(1, recipe.references + 1))
     numbers = range(1, recipe.grasps_per_object + 1)
-    if recipe.order == "blocks":
-        yield from ((item, number) for item in recipe.objects for number in numbers)
-    else:
-        yield from ((item, number) for number in numbers for item in recipe.objects)
+    for placement in range(1, placements(recipe) + 1):
+        block = [number for number in numbers if placement_number(recipe, number) == placement]
+        yield from ((item, number) for item in recipe.objects for number in block)
 
 
 class _Varied(NamedTuple):

@@ -17,14 +17,14 @@ from pydantic import FiniteFloat, TypeAdapter, ValidationError
 from ajgdata.types import DataError
 from ajgdata.types.protocol import RobotProgram, Step
 
-#: Object of a placement whose name is not known.
+#: Object of a grasp whose name is not known.
 UNNAMED = "object"
 #: Prints a request and returns when the person has confirmed it.
 Confirm = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Placement:
+class RobotGrasp:
     """One grasp for a robot. `object` is "" for the empty gripper, UNNAMED if it is not known."""
 
     grasp_id: str
@@ -44,7 +44,7 @@ class Robot(Protocol):
         """Make one step, and return when it is done. Raises RobotError if it is impossible.
 
         - `loosen`: make the grains flow again, away from any object.
-        - `approach` (with the fields of a `Placement`): press the gripper onto the object until
+        - `approach` (with the fields of a `RobotGrasp`): press the gripper onto the object until
           `force_n`, and return the measured force (N), None if nothing measures it. Touch nothing
           if `object` is "".
         - `hold` (`seconds`): keep still. `jam`: evacuate the gripper. `lift`: lift the object.
@@ -58,7 +58,7 @@ class Robot(Protocol):
 
 def grasp_once(
     robot: Robot,
-    placement: Placement,
+    grasp: RobotGrasp,
     sequence: Sequence[Step],
     wait_s: float,
     sense: Callable[[float | None], None],
@@ -74,7 +74,7 @@ def grasp_once(
             pressing = step == "approach" or (pressing and step != "release")
             match step:
                 case "approach":
-                    force = robot.move("approach", **vars(placement))
+                    force = robot.move("approach", **vars(grasp))
                 case "wait":
                     robot.move("hold", seconds=wait_s)
                 case "sense":

@@ -139,6 +139,7 @@ def _row(grasp: Grasp, sample: int) -> Recording:
         recording_id=name,
         file=f"{AUDIO_FOLDER}/{name}.wav",
         grasp_id=grasp.grasp_id,
+        placement_id=grasp.placement_id,
         sample=sample,
         object=grasp.object,
         labels={**targets, SETUP_COLUMN: grasp.digest},

@@ -68,6 +68,9 @@ def import_command(
     table: TableOption = "",
     file: Annotated[str, typer.Option(help="template of a row's file, e.g. 'wav/{name}.wav'")] = "",
     grasp: Annotated[str, typer.Option(help="template of grasp_id, e.g. '{stone}'")] = "",
+    placement: Annotated[
+        str, typer.Option(help="template of placement_id, e.g. '{object}/{round}'")
+    ] = "",
     session: Annotated[str, typer.Option(help="session, or its template, e.g. '{day}'")] = "",
     object_: ObjectOption = "",
     target: TargetOption = None,
@@ -82,9 +85,9 @@ def import_command(
 ) -> None:
     """Import a folder of recordings as sessions of a data set.
 
-    Groups of a pattern, and columns of a table, are labels, or session, grasp, object, sample and
-    quality. Importing again adds new recordings and lists differences. Exit code 3 if recordings
-    of the data set were skipped or cannot be used, or if there are warnings.
+    Groups of a pattern, and columns of a table, are labels, or session, placement, grasp, object,
+    sample and quality. Importing again adds new recordings and lists differences. Exit code 3 if
+    recordings of the data set were skipped or cannot be used, or if there are warnings.
     """
     from ajgdata.paths import find_project
     from ajgdata.pipeline.importing import import_folder
@@ -95,7 +98,13 @@ def import_command(
     if not (known or pattern or table):
         show_file_names(folder)
     settings = _import_settings(
-        pattern=pattern, table=table, file=file, grasp=grasp, session=session, object=object_
+        pattern=pattern,
+        table=table,
+        file=file,
+        grasp=grasp,
+        placement=placement,
+        session=session,
+        object=object_,
     )
     spec, result = import_folder(
         paths,

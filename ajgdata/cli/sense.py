@@ -148,11 +148,11 @@ def _sense_once(
     played: NDArray[np.float32],
 ) -> None:
     """Grasp the simulated object `name` ("": unknown), play (n,), record, predict and print."""
-    from ajgdata.acquire.robot import Placement
+    from ajgdata.acquire.robot import RobotGrasp
 
     if name:
         held = "" if name == "empty" else name
-        robot.move("approach", **vars(Placement(f"sense_{number}", held, number, 8.0)))
+        robot.move("approach", **vars(RobotGrasp(f"sense_{number}", held, number, 8.0)))
     begin = time.perf_counter()
     capture = card.take(played)
     prediction = predictor.predict(capture.samples, predictor.sample_rate_hz)

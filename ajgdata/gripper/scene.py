@@ -125,7 +125,7 @@ class History(SceneModel):
 
 
 class Grasp(SceneModel):
-    """One placement of the object under the gripper."""
+    """One closing of the gripper on the object."""
 
     seed: Annotated[int, Field(ge=0, lt=2**63)] = Field(0, description="of every nuisance")
     angle_deg: float = Field(0.0, description="of the object about z")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ajgdata.acquire.card import Capture
 from ajgdata.acquire.live_session import REJECTED, LiveSession
 from ajgdata.acquire.protocol import PlannedGrasp
-from ajgdata.acquire.robot import UNNAMED, Placement, Robot
+from ajgdata.acquire.robot import UNNAMED, Robot, RobotGrasp
 from ajgdata.acquire.virtual import Card
 from ajgdata.evaluate.sorting import decide
 from ajgdata.live.events import EventLog, RunState
@@ -188,7 +188,7 @@ class Sorter:
         reference = NOTHING if name == NOTHING else ""
         grasp = PlannedGrasp(f"sort_{number:04d}", held, number, 1, targets, reference)
         touched = "" if name == NOTHING else name or UNNAMED
-        force = self._steps.grasp(Placement(grasp.name, touched, number, self.plan.force_n))
+        force = self._steps.grasp(RobotGrasp(grasp.name, touched, number, self.plan.force_n))
         begin = time.perf_counter()
         capture = self.card.take(self.played)
         seconds = time.perf_counter() - begin
@@ -212,7 +212,7 @@ class Sorter:
     def _refer(self, number: int) -> None:
         """Record the empty gripper; warn if the model has references and does not recognise it."""
         grasp = PlannedGrasp(f"{NOTHING}_{number:04d}", "", number, 1, {}, NOTHING)
-        self._steps.grasp(Placement(grasp.name, "", number, self.plan.force_n))
+        self._steps.grasp(RobotGrasp(grasp.name, "", number, self.plan.force_n))
         capture = self.card.take(self.played)
         recording = self._store(grasp, capture, {}, known=True)
         self._steps.let_go()

@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from ajgdata.acquire.robot import UNNAMED, Placement, Robot
+from ajgdata.acquire.robot import UNNAMED, Robot, RobotGrasp
 from ajgdata.acquire.signals import undisturbed
 from ajgdata.live.events import EventLog
 
@@ -67,10 +67,10 @@ class Steps:
     pressing: bool = False
     _halted: bool = False
 
-    def grasp(self, placement: Placement) -> float | None:
+    def grasp(self, grasp: RobotGrasp) -> float | None:
         """Loosen, approach and wait; return the force (N) that was reached."""
         self._step("loosen")
-        force = self._step("approach", placement)
+        force = self._step("approach", grasp)
         self.wait()
         return force
 

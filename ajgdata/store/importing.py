@@ -38,7 +38,7 @@ from ajgdata.types import DataError, Excitation, OnChange, Recording, Session, d
 #: Digits of the sha256 in the name of a copy whose path another recording has.
 DIGEST_DIGITS = 12
 #: Columns of recordings.csv that a folder specifies, in addition to the labels.
-CELLS = ("grasp_id", "sample", "object", "quality")
+CELLS = ("grasp_id", "placement_id", "sample", "object", "quality")
 #: sha256 and header of each file; None if it is not usable audio.
 Contents = dict[Path, tuple[str, AudioInfo | None]]
 OTHER_BYTES = (

@@ -13,14 +13,15 @@ from ajgdata.store.features import Column, FeatureRows, text_column
 from ajgdata.types import Finding, Target
 
 #: Columns of the table of labels that identify rows; all others become coordinates as they are.
-IDENTITY = ("recording_id", "grasp_id", "sample")
+IDENTITY = ("recording_id", "grasp_id", "placement_id", "sample")
 #: Column of the levels of all channels of a file.
 CHANNEL_LEVELS = "channel_levels"
 #: What the columns that every store has mean, for whoever opens one without this library.
 MEANINGS = {
     "recording": "recording: session/recording_id",
     "session_id": "uninterrupted acquisition with one gripper",
-    "grasp_id": "placement of the object: session/grasp_id",
+    "grasp_id": "one closing of the gripper on an object: session/grasp_id",
+    "placement_id": "one placing of an object: session/placement_id; empty if unknown",
     "sample": "number of the repeat within the grasp",
     "object": "what was held",
     "quality": "ok or clipped",
@@ -111,8 +112,8 @@ def label_columns(
 ) -> dict[str, Column]:
     """Return the columns of recordings (n,), of which each has a row of labels with `session_id`.
 
-    `recording` and `grasp_id` become unique in the data set by putting the session before them. A
-    row that lacks a column of `names` has a missing value.
+    `recording`, `grasp_id` and `placement_id` become unique in the data set by putting the session
+    before them. A row that lacks a column of `names` has a missing value.
     """
     samples = np.asarray([int(row["sample"]) for row in rows], np.int32)
     columns = {
@@ -120,6 +121,8 @@ def label_columns(
         "grasp_id": [f"{row['session_id']}/{row['grasp_id']}" for row in rows],
         "session_id": [row["session_id"] for row in rows],
     }
+    if "placement_id" in names:
+        columns["placement_id"] = [placement_name(row) for row in rows]
     columns |= {
         name: [row.get(name, "") for row in rows]
         for name in names
@@ -134,6 +137,12 @@ def label_columns(
         },
         "sample": Column(samples, {"long_name": MEANINGS["sample"], "units": "1"}),
     }
+
+
+def placement_name(row: Mapping[str, str]) -> str:
+    """Return the placement of a row of labels, unique in its data set; "" if it is unknown."""
+    placement = row.get("placement_id", "")
+    return f"{row['session_id']}/{placement}" if placement else ""
 
 
 def _standard(name: str, values: Sequence[str]) -> Column:

@@ -34,6 +34,7 @@ AUDIO_SUFFIXES = {
 #: Column or group in lower case -> its role; every other column or group is a label.
 ROLES = {
     **{name: name for name in ("recording_id", "grasp", "grasp_id", "object", "sample")},
+    **{"placement": "placement", "placement_id": "placement_id"},
     **{"quality": "quality", "session": "session", "session_id": "session"},
 }
 UNUSED_PART = (
@@ -49,10 +50,10 @@ Rows = dict[Path, dict[str, str]]
 class ScannedFile:
     """One recording in the folder: its path relative to the folder, session, cells and labels.
 
-    `cells` are texts of `grasp_id`, `object`, `recording_id`, `sample` and `quality`; "" if the
-    folder does not specify them. `has_grasp` is True if it specifies the grasp, `has_grasp_number`
-    if this is a number within the object, and `has_grasp_parts` if the texts between `/` are of
-    several columns.
+    `cells` are texts of `grasp_id`, `placement_id`, `object`, `recording_id`, `sample` and
+    `quality`; "" if the folder does not specify them. `has_grasp` is True if it specifies the
+    grasp, `has_grasp_number` if this is a number within the object, and `has_grasp_parts` if the
+    texts between `/` are of several columns.
     """
 
     path: Path
@@ -341,7 +342,11 @@ def _scanned(
     labels = {column: text for column, text in named.items() if column not in ROLES.values()}
     label = next((text for column, text in labels.items() if column.lower() == "label"), "")
     counters = {columns[column]: text for column, text in numbered.items() if column in columns}
-    templates = {"object": settings.object, "session": settings.session}
+    templates = {
+        "object": settings.object,
+        "session": settings.session,
+        "placement_id": settings.placement,
+    }
     filled = {role: _filled(role, text, texts) for role, text in templates.items() if text}
     if settings.grasp:
         filled["grasp"] = _filled_grasp(settings.grasp, numbered)
@@ -351,6 +356,7 @@ def _scanned(
     grasp_id = filled.get("grasp") or ("" if settings.grasp else counters.get("grasp_id", ""))
     cells = {
         "grasp_id": grasp_id or grasp or file_id(path),
+        "placement_id": filled.get("placement_id") or _placement(named, object_name),
         "object": object_name,
         "recording_id": named.get("recording_id", ""),
         "sample": counters.get("sample", ""),
@@ -368,6 +374,13 @@ def _scanned(
         has_grasp_number=has_grasp_number,
         has_grasp_parts=has_grasp_number or (has_template and "/" in settings.grasp),
     )
+
+
+def _placement(named: Mapping[str, str], object_name: str) -> str:
+    """Return the placement of a row by role; a number in `placement` counts within its object."""
+    number = named.get("placement", "")
+    own = f"{object_name}/{number}" if object_name and number else number
+    return named.get("placement_id", "") or own
 
 
 def template_columns(template: str) -> list[str]:

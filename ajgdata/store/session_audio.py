@@ -107,8 +107,10 @@ def checked_sha256(path: Path, declared: str, dataset: str = "NAME") -> str:
 def label_rows(session: Session, recordings: Sequence[Recording]) -> list[dict[str, str]]:
     """Return a row of labels for each recording of a session, all as text."""
     columns = sorted({column for r in recordings for column in r.labels})
+    has_placements = any(r.placement_id for r in recordings)
+    standard = [*LABEL_COLUMNS, *(["placement_id"] if has_placements else [])]
     return [
-        {c: str(getattr(r, c)) for c in LABEL_COLUMNS}
+        {c: str(getattr(r, c)) for c in standard}
         | {c: str(getattr(session, c)) for c in SESSION_COLUMNS}
         | {c: r.labels.get(c, "") for c in columns}
         for r in recordings

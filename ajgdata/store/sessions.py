@@ -38,7 +38,7 @@ from ajgdata.types import (
 from ajgdata.types.formats import DATASET, FORMAT_KEY, SESSION
 
 #: Columns whose text is compared, as labels are.
-_TEXTS = ("grasp_id", "object", "quality")
+_TEXTS = ("grasp_id", "placement_id", "object", "quality")
 
 
 def list_datasets(paths: Paths) -> list[str]:
@@ -285,10 +285,16 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
 
 
 def write_recordings(folder: Path, recordings: Sequence[Recording]) -> None:
-    """Write recordings.csv if its content changed."""
+    """Write recordings.csv if its content changed.
+
+    A session whose placements are unknown has no column for them.
+    """
+    has_placements = any(r.placement_id for r in recordings)
+    absent = set() if has_placements else {"placement_id"}
+    standard = [name for name in RECORDING_COLUMNS if name not in absent]
     columns = sorted({column for r in recordings for column in r.labels})
-    rows = ({**r.model_dump(exclude={"labels"}), **r.labels} for r in recordings)
-    write_if_changed(folder / RECORDINGS_FILE, csv_bytes([*RECORDING_COLUMNS, *columns], rows))
+    rows = ({**r.model_dump(exclude={"labels", *absent}), **r.labels} for r in recordings)
+    write_if_changed(folder / RECORDINGS_FILE, csv_bytes([*standard, *columns], rows))
 
 
 def write_session(folder: Path, session: Session, recordings: Sequence[Recording]) -> None:

@@ -38,6 +38,11 @@ class ImportSettings(Strict):
         description="template of grasp_id, e.g. '{stone}'; default: the column or group "
         "`grasp_id`, else object and `grasp`, else the file",
     )
+    placement: str = Field(
+        "",
+        description="template of placement_id, e.g. '{object}/{round}'; default: the column or "
+        "group `placement_id`, else object and `placement`, else unknown",
+    )
     object: str = Field("", description="template of object, e.g. '{label}'; default: the label")
     session: str = Field("", description="template of the session; default: the folder")
 

@@ -38,6 +38,12 @@ class Recipe(Strict):
         description="blocks: all grasps of an object in a row, which is placed once per session;"
         " rounds: the objects in turn, placed again for each grasp",
     )
+    placements: int = Field(
+        1,
+        ge=1,
+        description="in `order: blocks`, placings of each object per session: the block of each "
+        "object is recorded as often, with its share of the grasps",
+    )
     samples_per_grasp: int = Field(1, ge=1, description="recordings of each grasp")
     scene: dict[str, JsonValue] = Field({}, description="overrides of the gripper's default scene")
     variants: dict[Name, dict[str, JsonValue]] = Field(
@@ -82,6 +88,15 @@ class Recipe(Strict):
                 raise ValueError(f"vary.{key} = [{low:g}, {high:g}] must be [low, high]")
         if self.references and any(item.name == EMPTY for item in self.objects):
             raise ValueError(f"an object is called {EMPTY}, as references are: rename it")
+        if self.order == "rounds" and self.placements > 1:
+            raise ValueError(
+                "placements needs `order: blocks`: in rounds, each grasp is a placement"
+            )
+        if self.placements > self.grasps_per_object:
+            raise ValueError(
+                f"placements {self.placements} needs as many grasps_per_object: it is "
+                f"{self.grasps_per_object}"
+            )
         for scene in (self.scene, *self.variants.values()):
             if not isinstance(scene.get("grasp", {}), dict):
                 raise ValueError("scene.grasp must hold keys")

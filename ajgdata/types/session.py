@@ -11,7 +11,16 @@ from ajgdata.types.base import Name, Strict
 
 #: Columns of recordings.csv that mean the same in every data set; all others are declared targets
 #: or free columns.
-RECORDING_COLUMNS = ("recording_id", "file", "sha256", "grasp_id", "sample", "object", "quality")
+RECORDING_COLUMNS = (
+    "recording_id",
+    "file",
+    "sha256",
+    "grasp_id",
+    "placement_id",
+    "sample",
+    "object",
+    "quality",
+)
 #: Values of the column `quality`.
 QUALITIES = ("ok", "reject", "clipped")
 #: The feature file stores `sample` as a 32-bit integer.
@@ -109,7 +118,12 @@ class Recording(Strict):
         "`ajgdata check NAME --accept` stores it",
     )
     grasp_id: Annotated[str, Field(min_length=1)] = Field(
-        description="placement of the object; the default group of cross-validation"
+        description="one closing of the gripper on an object; the default group of cross-validation"
+    )
+    placement_id: str = Field(
+        "",
+        description="one placing of an object, which several grasps can share; empty if unknown, "
+        "and for the empty gripper",
     )
     sample: int = Field(
         0, ge=0, le=HIGHEST_SAMPLE, description="number of the repeat within the grasp"

@@ -13,7 +13,7 @@ from live_events import read_events
 from ajgdata.acquire.card import CardSettings
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.live_session import live_session
-from ajgdata.acquire.robot import Placement, RobotError
+from ajgdata.acquire.robot import RobotError, RobotGrasp
 from ajgdata.live.events import EventLog
 from ajgdata.live.predictor import Prediction, Verdict
 from ajgdata.live.sort import Sorter
@@ -80,7 +80,7 @@ class Robot:
 
     def move(self, step, **about):
         number = len(self.steps)
-        details = [Placement(**about)] if step == "approach" else about.values()
+        details = [RobotGrasp(**about)] if step == "approach" else about.values()
         self.steps.append((step, *details))
         if number in self.at:
             self.at[number]()

@@ -40,7 +40,8 @@ class Tones:
 
 
 def grasp(name, hz, samples=2):
-    return Grasp(name, f"object {name}", samples, {"hz": hz}, {"hz": hz}, f"digest of {hz}")
+    placement, digest = f"placement {name}", f"digest of {hz}"
+    return Grasp(name, placement, f"object {name}", samples, {"hz": hz}, {"hz": hz}, digest)
 
 
 GRASPS = [grasp("g1", 500), grasp("g2", 600), grasp("g3", 700)]

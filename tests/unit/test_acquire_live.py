@@ -267,6 +267,9 @@ def test_references_are_recorded_without_labels(lab):
     _, done = lab.acquire(Scripted())
     assert (done.recorded, done.left) == (6, 0)
     empty = [r for r in rows(lab) if r.labels["reference"] == "empty"]
+    assert {row.placement_id for row in empty} == {""}
+    held = [row for row in rows(lab) if row.object]
+    assert [row.placement_id for row in held] == [row.labels["planned"] for row in held]
     assert [(r.grasp_id, r.quality) for r in empty] == [("empty_01", "ok"), ("empty_02", "ok")]
     assert {(r.object, r.labels["label"]) for r in empty} == {("", "")}
     assert problems(lab) == []

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from ajgdata.store.labels import bad_labels, copies, parse_label
+from ajgdata.store.labels import bad_labels, copies, label_columns, parse_label
 from ajgdata.types import Target
 
 SIZE = Target(kind="regression", unit="mm", missing=("0", "n/a"))
@@ -50,3 +50,13 @@ def test_copies():
     }
     assert findings[2].problem == "the same bytes as s1/a (2 recordings); left out"
     assert findings[3].problem == "the same bytes as s2/c (2 recordings), labelled otherwise"
+
+
+def test_placements_are_unique_in_a_data_set_and_unknown_ones_stay_empty():
+    rows = [
+        {"session_id": session, "recording_id": "1", "grasp_id": "g", "sample": "0", **more}
+        for session, more in [("x", {"placement_id": "p"}), ("y", {"placement_id": "p"}), ("z", {})]
+    ]
+    columns = label_columns(rows, {"placement_id"}, {})
+    assert columns["placement_id"].values.tolist() == ["x/p", "y/p", ""]
+    assert "placement_id" not in label_columns(rows, set(), {})

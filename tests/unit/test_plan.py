@@ -65,6 +65,44 @@ def test_variants_are_sessions_of_the_same_grasps(tmp_path):
     assert len({grasp.grasp_id for grasp in grasps}) == 4
 
 
+def test_blocks_of_one_object_share_a_placement_and_rounds_do_not(tmp_path):
+    """The draws of one placement are those of recipes without the key."""
+    paths = Paths(tmp_path)
+    two = [{"name": name, "shape": {"kind": "cube", "edge_mm": 10}} for name in "ab"]
+    recipe = {**RECIPE, "objects": two, "grasps_per_object": 4, "variation": {}}
+
+    def planned(**keys):
+        declare(paths, "made", recipe={**recipe, **keys})
+        grasps = scenes(paths, "virtual-01")
+        order = "".join(grasp.object for grasp in grasps)
+        own = [grasp for grasp in grasps if grasp.object == "a"]
+        placed = [tuple(grasp.setup["grasp"]["placed_mm"]) for grasp in own]
+        names = [grasp.placement_id for grasp in own]
+        # one name for one draw
+        assert len(set(zip(names, placed, strict=True))) == len(set(names)) == len(set(placed))
+        return order, names, placed
+
+    once = planned(order="blocks")
+    assert once[:2] == ("aaaabbbb", ["virtual-01_a_placement_01"] * 4)
+    twice = planned(order="blocks", placements=2)
+    assert (twice[0], len(set(twice[1]))) == ("aabbaabb", 2)
+    uneven = planned(order="blocks", placements=3)
+    assert [uneven[1].count(name) for name in dict.fromkeys(uneven[1])] == [2, 1, 1]
+    rounds = planned(order="rounds")
+    assert (rounds[0], len(set(rounds[1]))) == ("abababab", 4)
+    assert planned(order="blocks", placements=4) == rounds
+
+
+def test_more_placements_than_grasps_are_refused(tmp_path):
+    paths = Paths(tmp_path)
+    declare(paths, "made", recipe={**RECIPE, "order": "blocks", "placements": 2})
+    with pytest.raises(DataError, match="placements 2 needs as many grasps_per_object: it is 1"):
+        read_dataset(paths, "made")
+    declare(paths, "made", recipe={**RECIPE, "grasps_per_object": 2, "placements": 2})
+    with pytest.raises(DataError, match="placements needs `order: blocks`"):
+        read_dataset(paths, "made")
+
+
 def test_simulated_and_recorded_sessions_do_not_meet_in_one_data_set(tmp_path):
     """The features of both would be labelled simulated."""
     paths = Paths(tmp_path)

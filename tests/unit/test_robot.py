@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from ajgdata.acquire.robot import Placement, RobotError, grasp_once, make_robot
+from ajgdata.acquire.robot import RobotError, RobotGrasp, grasp_once, make_robot
 from ajgdata.types.protocol import PAPER_SEQUENCE, RobotProgram
 
-PLACE = Placement("cube_01", "cube", 1, 8.0)
+PLACE = RobotGrasp("cube_01", "cube", 1, 8.0)
 
 
 class Logging:

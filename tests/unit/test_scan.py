@@ -58,7 +58,8 @@ def test_regular_expression_with_roles(tmp_path):
         object="{label}!",
     )
     dog, rain = result.files
-    assert (dog.session, *list(dog.cells.values())[:2]) == ("fold_1", "clip 2", "Dog bark!")
+    assert dog.session == "fold_1"
+    assert (dog.cells["grasp_id"], dog.cells["object"]) == ("clip 2", "Dog bark!")
     assert rain.labels == {"label": "Rain", "fold": "5", "clip": "77", "take": "B"}
     assert result.remarks["not used"] == [("README.wav", "does not match the pattern")]
 
@@ -84,10 +85,10 @@ def test_table(tmp_path):
     result = scanned(
         tmp_path, table="t.csv", file="wav/{name}.wav", grasp="{source}", object="o {name}"
     )
-    assert [(f.path.name, f.session, *f.cells.values()) for f in result.files] == [
-        ("a.wav", "d", "y", "o a", "", "0", ""),
-        ("b.wav", "d", "x", "o b", "", "0", "Clipped"),
-    ]
+    columns = ("grasp_id", "placement_id", "object", "recording_id", "sample", "quality")
+    cells = [[file.cells[column] for column in columns] for file in result.files]
+    assert cells == [["y", "", "o a", "", "0", ""], ["x", "", "o b", "", "0", "Clipped"]]
+    assert [(f.path.name, f.session) for f in result.files] == [("a.wav", "d"), ("b.wav", "d")]
     # names are fit for every reader; a standard name is used by a template only
     assert result.files[1].labels == {"name": "b", "mass_g": "12.5"}
     assert result.files[0].labels["mass_g"] == ""
@@ -96,6 +97,23 @@ def test_table(tmp_path):
         "not used": [("wav/c.wav", "no row in t.csv")],
         "note": [("not stored, because no label can have these names", "source")],
     }
+
+
+@pytest.mark.parametrize(
+    ("columns", "row", "options", "placement"),
+    [
+        ("object,placement", "cube,2", {}, "cube/2"),  # counted within its object
+        ("placement", "2", {}, "2"),
+        ("object,placement_id", "cube,p7", {}, "p7"),
+        ("object,round", "cube,3", {"placement": "{object} of {round}"}, "cube of 3"),
+        ("object,round", "cube,3", {}, ""),
+    ],
+)
+def test_placements_by_column_and_template(tmp_path, columns, row, options, placement):
+    table(files(tmp_path, "a.wav"), f"name,{columns}\na,{row}\n")
+    (file,) = scanned(tmp_path, table="t.csv", file="{name}.wav", **options).files
+    assert file.cells["placement_id"] == placement
+    assert "placement" not in file.labels
 
 
 @pytest.mark.parametrize("mark", [",", ";", "\t"])

@@ -12,6 +12,7 @@ from ajgdata.store.sessions import (
     read_dataset,
     read_recordings,
     read_session,
+    write_recordings,
 )
 from ajgdata.types import DataError, Recording, Session
 
@@ -167,3 +168,12 @@ def test_session_folders(project):
     project.folder("day 1").mkdir()
     with pytest.raises(DataError, match=r"day 1: a session cannot have this name. Rename it"):
         list_sessions(project.paths, "d")
+
+
+def test_unknown_placements_have_no_column_and_known_ones_come_back(tmp_path):
+    rows = [Recording(recording_id=name, file=f"{name}.wav", grasp_id=name) for name in "ab"]
+    write_recordings(tmp_path, rows)
+    assert "placement_id" not in (tmp_path / "recordings.csv").read_text()
+    placed = [rows[0].model_copy(update={"placement_id": "cube 1"}), rows[1]]
+    write_recordings(tmp_path, placed)
+    assert read_recordings(tmp_path) == (placed, [])

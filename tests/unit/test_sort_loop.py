@@ -21,7 +21,7 @@ from sorting_lab import (
 )
 
 from ajgdata.acquire.card import CardError
-from ajgdata.acquire.robot import Placement, RobotError
+from ajgdata.acquire.robot import RobotError, RobotGrasp
 from ajgdata.live.sort import arrivals
 from ajgdata.store.sessions import read_recordings, read_session
 
@@ -41,7 +41,7 @@ def test_the_paper_s_sequence_object_by_object(cell):
     assert done.stopped["finished"]
     assert cell.robot.names == ONE_SORT * 3
     assert [step[1] for step in cell.robot.steps if step[0] == "place"] == ["A", "B", "C"]
-    assert cell.robot.steps[1] == ("approach", Placement("sort_0001", "ball", 1, 8.0))
+    assert cell.robot.steps[1] == ("approach", RobotGrasp("sort_0001", "ball", 1, 8.0))
     kinds = [event["event"] for event in cell.events()]
     once = ["grasp", *["step"] * 3, "take", "prediction", "decision", *["step"] * 4, "placed"]
     assert kinds == ["start", *once * 3, "stopped"]

@@ -19,7 +19,7 @@ from ajgdata.types import DataError
 
 FILE_NAME = "file_name"
 #: Columns that lead, in this order; targets follow, then the others by name.
-FIRST = ("recording", "session_id", "grasp_id", "sample", "object")
+FIRST = ("recording", "session_id", "placement_id", "grasp_id", "sample", "object")
 LAST = ("flags", "sha256")
 MEANING = MEANINGS | {
     FILE_NAME: "recording, relative to this table",
