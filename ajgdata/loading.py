@@ -312,7 +312,7 @@ class Dataset:
         >>> set(train.groups) & set(test.groups)  # grasps on both sides
         set()
         """
-        from ajgdata.evaluate.splits import grouped_folds
+        from ajgdata.evaluate.splits import column_folds
 
         rows, classes = self._rows(task)
         known, _ = self._split_withheld(task, rows)
@@ -320,7 +320,7 @@ class Dataset:
         number = min(settings.folds, len(set(known.group.tolist())))
         kind = self.spec.targets[settings.target].kind
         with self._possible(task):
-            pairs = grouped_folds(known.value, known.group, kind, number, seed)
+            pairs = column_folds(known.value, known.group, settings.groups, kind, number, seed)
         return [
             (_part(known.where(train), classes), _part(known.where(test), classes))
             for train, test in pairs
@@ -338,7 +338,7 @@ class Dataset:
             if settings.min_groups:
                 frequent = frequent_classes(table, target, groups, classes, settings.min_groups)
                 classes = tuple(frequent[0])
-            rows = task_data(table, target, kind, groups, classes)
+            rows = task_data(table, target, kind, groups, classes, self.spec.placebo)
         present = sorted(set(rows.value.tolist())) if kind == "classification" else []
         return rows, tuple(present)
 

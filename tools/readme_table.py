@@ -29,26 +29,42 @@ README = PROJECT.root / "README.md"
 BEGIN, END = "<!-- results -->\n", "<!-- /results -->\n"
 #: Statistics of repeated fits: value, and ends of the interval.
 REPEATED = ("median", "low", "high")
-HEAD = ("CNN", "simulated (95 % interval)", "paper", "chance level", "verdict")
+HEAD = (
+    "CNN",
+    "simulated (95 % interval)",
+    "held-out sessions",
+    "placebo",
+    "chance level",
+    "paper",
+    "verdict",
+)
 
 
 class Row(NamedTuple):
-    """Scores of the CNN on a task, which `query` selects, and the name of the published value."""
+    """Scores of the CNN on a task, which `query` selects, and the name of the published value.
+
+    `sessions` selects the scores with held-out sessions.
+    """
 
     title: str
     dataset: str
     task: str
     query: str
     paper: str
+    sessions: str = ""
 
 
 _CROSS_VALIDATION = "experiment == 'cross_validation' and split == 'grouped'"
 _HELD_OUT = f"{_CROSS_VALIDATION} and target_values == 'training'"
 _WITHHELD = f"{_CROSS_VALIDATION} and target_values == 'withheld'"
+_SESSIONS = "experiment == 'cross_validation' and split == 'session'"
+_IN_SESSIONS = f"{_SESSIONS} and target_values == 'training'"
+_WITHHELD_IN_SESSIONS = f"{_SESSIONS} and target_values == 'withheld'"
+_PLACEBO = f"{_CROSS_VALIDATION} and target_values == 'placebo'"
 _IN_NOISE = "experiment == 'repeated_fits' and test_set == 'size_80dba'"
 #: Each title is understandable without the other rows.
 ROWS = (
-    Row("Edge length of a cube, RMSE", "size", "size", _HELD_OUT, "size-known"),
+    Row("Edge length of a cube, RMSE", "size", "size", _HELD_OUT, "size-known", _IN_SESSIONS),
     Row(
         "Edge length in noise of 80 dB(A), training at 45 dB(A), RMSE",
         "size",
@@ -56,13 +72,14 @@ ROWS = (
         _IN_NOISE,
         "noise",
     ),
-    Row("Household object, 16 classes, accuracy", "ycb", "object", _HELD_OUT, "ycb"),
+    Row("Household object, 16 classes, accuracy", "ycb", "object", _HELD_OUT, "ycb", _IN_SESSIONS),
     Row(
         "Material of an 80 mm sphere, 4 classes, accuracy",
         "sphere80",
         "material",
         _HELD_OUT,
         "materials-sphere80",
+        _IN_SESSIONS,
     ),
     Row(
         "Angle of a bar, angles withheld from training, RMSE",
@@ -70,6 +87,7 @@ ROWS = (
         "angle",
         _WITHHELD,
         "orientation",
+        _WITHHELD_IN_SESSIONS,
     ),
 )
 
@@ -98,10 +116,10 @@ def readme_table(metrics: Path) -> str:
 
 def _cells(row: Row, metrics: pd.DataFrame, paper: PaperFigure) -> tuple[str, ...]:
     """Return the cells of a row; a dash for values that the run does not have."""
-    values = _values(row, metrics)
+    values = _values(row, metrics, row.query)
     published = paper.text if paper.value is None else with_unit(number(paper.value), paper.unit)
     if values is None:
-        return row.title, DASH, published, DASH, DASH
+        return row.title, DASH, DASH, DASH, DASH, published, DASH
     value, interval, chance, perfect, unit, scale = values
     low, high = (number(scale * end) for end in interval)
     result = f"{with_unit(number(scale * value), unit)} ({low} to {high})"
@@ -113,17 +131,25 @@ def _cells(row: Row, metrics: pd.DataFrame, paper: PaperFigure) -> tuple[str, ..
         verdict, _ = judged(
             paper, value, interval, reference, scale=scale, chance=chance, perfect=perfect
         )
-    return row.title, result, published, with_unit(number(scale * chance), unit), verdict
+    level = with_unit(number(scale * chance), unit)
+    controls = (_control(row, metrics, query) for query in (row.sessions, _PLACEBO))
+    return row.title, result, *controls, level, published, verdict
 
 
-def _values(row: Row, metrics: pd.DataFrame) -> Values | None:
-    """Return the values of a row; None if the run has none."""
+def _control(row: Row, metrics: pd.DataFrame, query: str) -> str:
+    """Return a control of a row with its unit; a dash if there is none."""
+    values = _values(row, metrics, query) if query else None
+    return with_unit(number(values.scale * values.value), values.unit) if values else DASH
+
+
+def _values(row: Row, metrics: pd.DataFrame, query: str) -> Values | None:
+    """Return the values of a row that `query` selects; None if the run has none."""
     spec = read_dataset(PROJECT, row.dataset)
     target = spec.targets[spec.tasks[row.task].target]
     is_class = target.kind == "classification"
     metric, unit, scale = ("accuracy", "%", 100) if is_class else ("rmse", target.unit, 1)
     task = f"dataset == '{row.dataset}' and task == '{row.task}' and model == 'cnn'"
-    scores = metrics.query(f"{task} and metric == '{metric}' and {row.query}")
+    scores = metrics.query(f"{task} and metric == '{metric}' and {query}")
     values = scores.set_index("statistic")["value"]
     names = REPEATED if "median" in values else ("mean", *GRASP_INTERVAL)
     if names[0] not in values:

@@ -111,7 +111,14 @@ class VariantData:
     def _stored(self, dataset: str) -> TaskData:
         """Return the recordings of a data set in the order of their names."""
         table, task = read_store(self.paths.features(dataset)), self.task
-        rows = task_data(table, task["target"], task["kind"], task["groups"], task["classes"])
+        rows = task_data(
+            table,
+            task["target"],
+            task["kind"],
+            task["groups"],
+            task["classes"],
+            task["placebo_objects"],
+        )
         rows = rows.where(np.argsort(rows.name))
         if self.ablation.exclude:
             rows = rows.where(~np.isin(rows.value, self.ablation.exclude))

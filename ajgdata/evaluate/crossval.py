@@ -25,7 +25,7 @@ from sklearn.utils.validation import check_consistent_length, check_X_y
 from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate import metrics
-from ajgdata.evaluate.splits import grouped_folds, random_folds
+from ajgdata.evaluate.splits import column_folds, random_folds
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.models import fit_model, make_model
 from ajgdata.types import MODELS, Kind, NotPossibleError
@@ -141,12 +141,17 @@ def cross_validate(
     seed: int = 0,
     period: float | None = None,
     extra_tests: Mapping[str, TaskData] | None = None,
+    column: str = "",
+    grasps: np.ndarray | Sequence | None = None,
 ) -> CrossValidation:
     """Train on all folds but one, predict that one and the `extra_tests`; so for each fold.
 
     `features` (n, n_features); `target` (n,) numbers or class labels; `groups` (n,) labels that
     never straddle folds, or None for a random split, which is optimistic. Targets y and
     y + `period` are equal. A fold predicts the extra rows whose group has no training row.
+    `column` is that of the groups: with placements, each fold holds out one of every class.
+    `grasps` (n,) divide the training part for a choice of settings if it has a single group, e.g.
+    one session of two.
     `model` is a name in `models.MODELS` (tuned by grouped inner folds) or an unfitted estimator.
     BLAS and OpenMP get one thread: results do not depend on the number of cores.
 
@@ -155,16 +160,19 @@ def cross_validate(
     """
     group = np.arange(len(target)) if groups is None else np.asarray(groups)
     own = TaskData(*_validated(features, target, kind), group, group)
+    inner = group if grasps is None else np.asarray(grasps)
     tests = _checked_tests(extra_tests or {}, kind, own, is_grouped=groups is not None)
     if groups is None:
         split, pairs = "random", random_folds(own.value, kind, folds, seed)
     else:
-        split, pairs = "grouped", grouped_folds(own.value, group, kind, folds, seed)
+        split, pairs = "grouped", column_folds(own.value, group, column, kind, folds, seed)
     unfitted, limit = model, None
     if isinstance(model, str):
         unfitted, limit = make_model(model, kind, seed, period), MODELS[model].most_recordings
     with threadpool_limits(limits=1):
-        results = [_run(n, *pair, own, tests, unfitted, limit) for n, pair in enumerate(pairs)]
+        results = [
+            _run(n, *pair, own, inner, tests, unfitted, limit) for n, pair in enumerate(pairs)
+        ]
     return _collected(results, own, tests, kind, period, split)
 
 
@@ -173,12 +181,15 @@ def _run(
     train: np.ndarray,
     test: np.ndarray,
     own: TaskData,
+    inner: np.ndarray,
     tests: Mapping[str, TaskData],
     model: BaseEstimator,
     limit: int | None,
 ) -> _Fold:
     """Train a fold's model, and predict its test part and the extra rows of unknown groups."""
-    fitted, cost = _fitted(model, own, train, test, limit)
+    is_divided = len(np.unique(own.group[train])) > 1
+    divided = own if is_divided else own._replace(group=inner)
+    fitted, cost = _fitted(model, divided, train, test, limit)
     y_train = own.value[train]
     parts = {"": _predict(fitted, own.feature, test, number, y_train)}
     for name, rows in tests.items():

@@ -7,9 +7,30 @@ from typing import NamedTuple
 GROUPED, RANDOM = "grouped", "random"  #: splits that keep groups together, and that ignore them
 WITHHELD = "withheld"  #: recordings whose values no fold trains on
 OVERALL = "overall"  #: recordings with training values and with withheld values together
+#: The same three with sessions held out instead of the groups of the task.
+SESSIONS, SESSIONS_WITHHELD, SESSIONS_OVERALL = "sessions", "sessions withheld", "sessions overall"
+#: Value of the column `split` of these parts.
+SESSION_SPLIT = "session"
 #: Target values of the test recordings of each part.
 TRAINING_VALUES, WITHHELD_VALUES, ALL_VALUES = "training", "withheld", "all"
+#: Of the recordings of one object under several names.
+PLACEBO_VALUES = "placebo"
 _ELSEWHERE = "on:"
+_PLACEBO, _PLACEBO_SESSIONS = "placebo:", "placebo in sessions:"
+
+
+class ValueParts(NamedTuple):
+    """Parts of one split: training values, withheld values, and both together."""
+
+    training: str
+    withheld: str
+    overall: str
+
+
+BY_GROUP = ValueParts(GROUPED, WITHHELD, OVERALL)
+BY_SESSION = ValueParts(SESSIONS, SESSIONS_WITHHELD, SESSIONS_OVERALL)
+#: The part with held-out sessions, by the part with held-out groups.
+IN_SESSIONS = dict(zip(BY_GROUP, BY_SESSION, strict=True))
 
 
 class PartColumns(NamedTuple):
@@ -25,6 +46,16 @@ def elsewhere(dataset: str) -> str:
     return f"{_ELSEWHERE}{dataset}"
 
 
+def placebo(dataset: str) -> str:
+    """Return the part of the placebo in a data set, with the split of the task."""
+    return f"{_PLACEBO}{dataset}"
+
+
+def placebo_in_sessions(dataset: str) -> str:
+    """Return the part of the placebo in a data set, with held-out sessions."""
+    return f"{_PLACEBO_SESSIONS}{dataset}"
+
+
 def part_columns(part: str, dataset: str) -> PartColumns:
     """Return the cells of a part; `dataset` is the data set of the task.
 
@@ -32,11 +63,21 @@ def part_columns(part: str, dataset: str) -> PartColumns:
     PartColumns(split='grouped', test_set='size', target_values='withheld')
     >>> part_columns("on:size_80dba", "size")
     PartColumns(split='grouped', test_set='size_80dba', target_values='training')
+    >>> part_columns("sessions withheld", "size")
+    PartColumns(split='session', test_set='size', target_values='withheld')
+    >>> part_columns("placebo in sessions:placebo_plate", "plate")
+    PartColumns(split='session', test_set='placebo_plate', target_values='placebo')
     """
-    values = {WITHHELD: WITHHELD_VALUES, OVERALL: ALL_VALUES}
-    is_elsewhere = part.startswith(_ELSEWHERE)
-    return PartColumns(
-        split=RANDOM if part == RANDOM else GROUPED,
-        test_set=part.removeprefix(_ELSEWHERE) if is_elsewhere else dataset,
-        target_values=values.get(part, TRAINING_VALUES),
-    )
+    for prefix, split in ((_PLACEBO, GROUPED), (_PLACEBO_SESSIONS, SESSION_SPLIT)):
+        if part.startswith(prefix):
+            return PartColumns(split, part.removeprefix(prefix), PLACEBO_VALUES)
+    if part.startswith(_ELSEWHERE):
+        return PartColumns(GROUPED, part.removeprefix(_ELSEWHERE), TRAINING_VALUES)
+    values = {
+        WITHHELD: WITHHELD_VALUES,
+        OVERALL: ALL_VALUES,
+        SESSIONS_WITHHELD: WITHHELD_VALUES,
+        SESSIONS_OVERALL: ALL_VALUES,
+    }
+    splits = {RANDOM: RANDOM, **dict.fromkeys(BY_SESSION, SESSION_SPLIT)}
+    return PartColumns(splits.get(part, GROUPED), dataset, values.get(part, TRAINING_VALUES))

@@ -15,6 +15,24 @@ from sklearn.model_selection import KFold, LeaveOneGroupOut, StratifiedKFold
 from ajgdata.models.tuning import Folds, whole_groups
 from ajgdata.types import Kind, NotPossibleError
 
+#: Column of placements, whose folds hold out one placement of every class.
+PLACEMENTS = "placement_id"
+
+
+def column_folds(
+    y: Sequence | np.ndarray,
+    groups: Sequence | np.ndarray,
+    column: str,
+    kind: Kind,
+    folds: int,
+    seed: int,
+) -> Folds:
+    """Return the folds of a task whose groups are in `column`: `placement_folds` for placements,
+    else `grouped_folds`."""
+    if column == PLACEMENTS:
+        return placement_folds(y, groups, kind, folds)
+    return grouped_folds(y, groups, kind, folds, seed)
+
 
 def grouped_folds(
     y: Sequence | np.ndarray, groups: Sequence | np.ndarray, kind: Kind, folds: int, seed: int
@@ -50,6 +68,47 @@ def grouped_folds(
     else:
         pairs = whole_groups(y, group, folds, kind == "classification", seed)
     return _checked(pairs, y, kind, group)
+
+
+def placement_folds(
+    y: Sequence | np.ndarray, placements: Sequence | np.ndarray, kind: Kind, folds: int
+) -> Folds:
+    """Return folds that hold out one placement of every class, or value, at a time.
+
+    `y` (n,) holds the targets, `placements` (n,) names that sort by session. A placement that is
+    held out alone leaves the other classes of its session in the training part, and a model then
+    avoids the class that is missing: such a score is too low. Placements of a class are dealt to
+    the folds in sorted order, so that one placement per class and session gives the folds of
+    held-out sessions. The number of folds is that of the class with the fewest placements, at most
+    `folds`.
+
+    Raises NotPossibleError if a placement has several values, or a class has one placement.
+
+    >>> from ajgdata.evaluate.splits import placement_folds
+    >>> objects = ["a", "a", "b", "b"]
+    >>> placements = ["1/a", "2/a", "1/b", "2/b"]
+    >>> [test.tolist() for _, test in placement_folds(objects, placements, "classification", 5)]
+    [[0, 2], [1, 3]]
+    """
+    y = np.asarray(y)
+    placement = np.asarray(placements).astype(str)
+    names_of = {value: np.unique(placement[y == value]) for value in np.unique(y).tolist()}
+    if sum(map(len, names_of.values())) > len(np.unique(placement)):
+        raise NotPossibleError(
+            "a placement has recordings of several values: split by grasp, or by session"
+        )
+    fewest = min(names_of, key=lambda value: len(names_of[value]))
+    count = min(folds, len(names_of[fewest]))
+    if count < 2:
+        raise NotPossibleError(
+            f"{fewest!r} has one placement: record it in another placement, or split by grasp"
+        )
+    fold = np.zeros(len(y), int)
+    for value, names in names_of.items():
+        own = y == value
+        fold[own] = np.searchsorted(names, placement[own]) % count
+    pairs = [(np.flatnonzero(fold != n), np.flatnonzero(fold == n)) for n in range(count)]
+    return _checked(pairs, y, kind, placement)
 
 
 def random_folds(y: Sequence | np.ndarray, kind: Kind, folds: int, seed: int) -> Folds:

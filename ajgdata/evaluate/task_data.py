@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ajgdata.store.features import FeatureRows
 from ajgdata.types import Kind, NotPossibleError
@@ -25,19 +26,29 @@ class TaskData(NamedTuple):
             return self
         return TaskData(*(column[chosen] for column in self))
 
+    def by_session(self) -> TaskData:
+        """Return the same recordings, grouped by session, with which their names begin."""
+        sessions = [str(name).partition("/")[0] for name in self.name]
+        return self._replace(group=np.array(sessions))
+
     def joined(self, other: TaskData) -> TaskData:
         """Return the recordings of both, these first."""
         return TaskData(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
 
 
 def task_data(
-    table: FeatureRows, target: str, kind: Kind, groups: str, classes: Sequence[str] = ()
+    table: FeatureRows,
+    target: str,
+    kind: Kind,
+    groups: str,
+    classes: Sequence[str] = (),
+    without: Collection[str] = (),
 ) -> TaskData:
     """Return the recordings of `table` whose `target` is not missing, grouped by column `groups`.
 
-    Of `classes` alone, if there are any. Raises ValueError when the store lacks rows or a column,
-    for a class that no recording has, when all values or all groups are the same, and when a
-    recording belongs to no group.
+    Of `classes` alone, if there are any, and not of the objects `without`, which are a placebo.
+    Raises ValueError when the store lacks rows or a column, for a class that no recording has, when
+    all values or all groups are the same, and when a recording belongs to no group.
     """
     if not len(table.feature):
         raise NotPossibleError("no recording can be used: see the quarantine table")
@@ -45,14 +56,10 @@ def task_data(
         if column not in table.columns:
             raise NotPossibleError(f"there is no column {column!r}: add it to recordings.csv")
     values = table.columns[target].values
-    present = np.isfinite(values) if kind == "regression" else values != ""
-    if not present.any():
-        raise NotPossibleError(f"no recording has a value of {target!r}")
-    if classes:
-        if missing := sorted(set(classes) - set(values.tolist())):
-            raise NotPossibleError(f"classes: no recording has the {target} {missing[0]!r}")
-        present = np.isin(values, classes)
-    if (values[present] == values[present][0]).all():
+    present = _present(values, target, kind, classes)
+    if without:
+        present &= ~np.isin(table.columns["object"].values, [*without])
+    if (values[present] == values[present][:1]).all():
         raise NotPossibleError(
             f"every recording has the same {target!r}: at least two values are required"
         )
@@ -65,6 +72,20 @@ def task_data(
     if len(np.unique(group[present])) < 2:
         raise NotPossibleError(f"all recordings have the same {groups!r}: folds need at least two")
     return TaskData(table.feature, values, group, names).where(present)
+
+
+def _present(
+    values: np.ndarray, target: str, kind: Kind, classes: Sequence[str]
+) -> NDArray[np.bool_]:
+    """Return which recordings have a value (n,) of the target, of `classes` alone if given."""
+    present = np.isfinite(values) if kind == "regression" else values != ""
+    if not present.any():
+        raise NotPossibleError(f"no recording has a value of {target!r}")
+    if classes:
+        if missing := sorted(set(classes) - set(values.tolist())):
+            raise NotPossibleError(f"classes: no recording has the {target} {missing[0]!r}")
+        present &= np.isin(values, classes)
+    return np.asarray(present)
 
 
 def frequent_classes(

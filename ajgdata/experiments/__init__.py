@@ -75,7 +75,8 @@ class Request:
     @property
     def other_sets(self) -> tuple[str, ...]:
         """Return the data sets that it needs in addition to its own."""
-        return tuple(getattr(self.settings, "test_on", ()))
+        placebo = getattr(self.settings, "placebo", None)
+        return (*getattr(self.settings, "test_on", ()), *([placebo] if placebo else []))
 
     def label(self, model: str, kind: Kind) -> str:
         """Return the name of a measurement for people: a model, or a comparison."""

@@ -49,7 +49,8 @@ class Inputs:
     """Inputs of a measurement: a task, its features and recordings.
 
     `store` are the features of the data set; `others` those of the data sets in `test_on` of the
-    settings, or of the `base` of an embedding. `recordings` reads recordings if the experiment
+    settings, or of the `base` of an embedding, or the `placebo`; `placebo_objects` are one object
+    of the store under several names. `recordings` reads recordings if the experiment
     `reads_recordings`; `render` simulates other sounds if it `renders`. For an embedding, `task` is
     its name, `latents` and `training_cost` are of its encoders, and `kinds` those of all targets.
     """
@@ -68,6 +69,7 @@ class Inputs:
     withhold: Sequence[float] = ()
     classes: Sequence[str] = ()
     min_groups: int = 0
+    placebo_objects: Sequence[str] = ()
     audio: AudioSettings = field(default_factory=AudioSettings)
     features: FeatureSettings = field(default_factory=FeatureSettings)
     recordings: Recordings | None = None
@@ -76,15 +78,27 @@ class Inputs:
     training_cost: Mapping[str, float] = field(default_factory=dict)
     kinds: Mapping[str, Kind] = field(default_factory=dict)
 
-    def all_data(self, other: str = "") -> TaskData:
+    def all_data(self, other: str = "", groups: str = "") -> TaskData:
         """Return every recording that has the target, of the store or of that of `other`; with
         `classes`, only of the named classes.
 
-        Raises ValueError without recordings; see `task_data`.
+        `groups` is a column, by default that of the task. Raises ValueError without recordings; see
+        `task_data`.
         """
         table = self.other_sets[other] if other else self.store
         classes = self.classes_of_task[0]
-        return task_data(table, self.target, self.kind, self.groups, classes)
+        column = groups or self.groups
+        return task_data(table, self.target, self.kind, column, classes, self.placebo_objects)
+
+    def placebo_data(self, other: str | None) -> TaskData:
+        """Return the recordings of one object under several names.
+
+        They are in the data set `other`, with the values of the target, or else the placebo
+        objects of the store, with their names as values.
+        """
+        if other is not None:
+            return task_data(self.other_sets[other], self.target, self.kind, self.groups)
+        return task_data(self.store, "object", "classification", self.groups, self.placebo_objects)
 
     @property
     def classes_of_task(self) -> tuple[Sequence[str], Mapping[str, int]]:

@@ -14,13 +14,20 @@ import numpy as np
 from pydantic import Field
 
 from ajgdata.evaluate.parts import (
+    BY_GROUP,
+    BY_SESSION,
     GROUPED,
-    OVERALL,
+    PLACEBO_VALUES,
     RANDOM,
+    SESSIONS,
+    SESSIONS_WITHHELD,
     WITHHELD,
     PartColumns,
+    ValueParts,
     elsewhere,
     part_columns,
+    placebo,
+    placebo_in_sessions,
 )
 from ajgdata.evaluate.task_data import TaskData, is_among, split_withheld
 from ajgdata.experiments import cross_validation_results as shown
@@ -58,16 +65,25 @@ class Settings(Strict):
     compare_random: bool = Field(
         False, description="also evaluate a split that ignores groups, to show its optimistic bias"
     )
+    compare_sessions: bool = Field(
+        True, description="also evaluate held-out sessions, if there are two or more"
+    )
     test_on: tuple[Name, ...] = Field(
         (), description="data sets whose recordings the folds' models are tested on as well"
+    )
+    placebo: Name | None = Field(
+        None, description="data set of one object under the names of the classes"
     )
 
 
 class Evaluation(NamedTuple):
-    """Cross-validations by split, and the recordings of their parts by name."""
+    """Cross-validations by their part, and the recordings of all parts by name."""
 
     splits: dict[str, CrossValidation]
     data: dict[str, TaskData]
+
+
+PLACEMENT_COLUMN, SESSION_COLUMN = "placement_id", "session_id"
 
 
 def evaluate(
@@ -88,20 +104,109 @@ def evaluate(
     for name in test_on:
         other = inputs.all_data(name)
         data[elsewhere(name)] = other.where(~is_among(other.value, inputs.withhold))
-    options = inputs.split | {"folds": min(inputs.folds, len(np.unique(known.group)))}
-    splits = {}
-    for split in (GROUPED, RANDOM) if compare_random else (GROUPED,):
-        grouped = split == GROUPED
-        splits[split] = cross_validate(
-            known.feature, known.value, known.group if grouped else None,
-            model=model, extra_tests=data if grouped else None, **options,
-        )  # fmt: skip
+    options = inputs.split | {"model": model}
+    options["folds"] = min(inputs.folds, len(np.unique(known.group)))
+    splits = {
+        GROUPED: cross_validate(
+            known.feature,
+            known.value,
+            known.group,
+            extra_tests=data,
+            column=inputs.groups,
+            grasps=known_grasps(inputs),
+            **options,
+        )
+    }
+    if compare_random:
+        splits[RANDOM] = cross_validate(known.feature, known.value, None, **options)
     return Evaluation(splits, {**dict.fromkeys(splits, known), **data})
+
+
+def known_grasps(inputs: Inputs) -> np.ndarray:
+    """Return the grasp (n,) of each recording whose value is not withheld."""
+    return split_withheld(inputs.all_data(groups="grasp_id"), inputs.withhold)[0].group
+
+
+def evaluate_sessions(inputs: Inputs, model: str) -> Evaluation | None:
+    """Cross-validate `model` with sessions held out; None if it would repeat the task's own split.
+
+    It would, with a single session, if sessions are the groups of the task, and if placements are
+    and each class has one per session. Withheld values are tested in the sessions that a fold
+    holds out. Settings are chosen by sessions, or by grasps if one session is left to train on.
+    """
+    from ajgdata.evaluate.crossval import cross_validate
+
+    known, withheld = split_withheld(inputs.all_data(), inputs.withhold)
+    in_sessions = known.by_session()
+    count = len(np.unique(in_sessions.group))
+    if count < 2 or inputs.groups == SESSION_COLUMN:
+        return None
+    if inputs.groups == PLACEMENT_COLUMN and have_one_placement(known, in_sessions.group):
+        return None
+    data = {SESSIONS_WITHHELD: withheld} if inputs.withhold else {}
+    result = cross_validate(
+        known.feature,
+        known.value,
+        in_sessions.group,
+        model=model,
+        extra_tests={part: rows.by_session() for part, rows in data.items()},
+        grasps=known_grasps(inputs),
+        **(inputs.split | {"folds": min(inputs.folds, count)}),
+    )
+    return Evaluation({SESSIONS: result}, {SESSIONS: known, **data})
+
+
+def have_one_placement(data: TaskData, sessions: np.ndarray) -> bool:
+    """Return whether each value has one placement, the groups of `data`, in each of its sessions.
+
+    `sessions` (n,) are those of the recordings.
+    """
+    units = {*zip(data.value.tolist(), sessions.tolist(), strict=True)}
+    return len(np.unique(data.group)) == len(units)
+
+
+def evaluate_placebo(inputs: Inputs, model: str, other: str | None) -> Evaluation | None:
+    """Cross-validate `model` on one object under several names, by the splits of the task.
+
+    The recordings are in the data set `other`, or else in that of the task: None if it has none,
+    and for a regression, because names are no numbers.
+    """
+    from ajgdata.evaluate.crossval import cross_validate
+
+    has_own = bool(inputs.placebo_objects) and inputs.kind == "classification"
+    if other is None and not has_own:
+        return None
+    data = inputs.placebo_data(other)
+    options = inputs.split | {"model": model}
+    options["folds"] = min(inputs.folds, len(np.unique(data.group)))
+    name = other or inputs.dataset
+    splits = {
+        placebo(name): cross_validate(
+            data.feature,
+            data.value,
+            data.group,
+            column=inputs.groups,
+            **options,
+        )
+    }
+    in_sessions = data.by_session()
+    count = len(np.unique(in_sessions.group))
+    if count > 1 and inputs.groups != SESSION_COLUMN:
+        options["folds"] = min(inputs.folds, count)
+        splits[placebo_in_sessions(name)] = cross_validate(
+            data.feature, data.value, in_sessions.group, grasps=data.group, **options
+        )
+    return Evaluation(splits, dict.fromkeys(splits, data))
 
 
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return errors, predictions and cost of `model` on the folds of a task."""
     splits, data = evaluate(inputs, model, settings.test_on, settings.compare_random)
+    in_sessions = evaluate_sessions(inputs, model) if settings.compare_sessions else None
+    for further in (in_sessions, evaluate_placebo(inputs, model, settings.placebo)):
+        if further is not None:
+            splits = {**splits, **further.splits}
+            data = {**data, **further.data}
     parts: dict[str, CrossValidation | Tested] = {}
     for split, folds in splits.items():
         parts |= {split: folds, **folds.extra_tests}
@@ -113,16 +218,17 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     for split, folds in splits.items():  # empty if a model learned from all recordings
         for name, counts in zip(TRAINED_ON, zip(*folds.thinned, strict=True), strict=False):
             count = float(np.mean(counts))
-            scores.append(ScoreRow(name, "mean", count, ScoreKey(model, split)))
-    if inputs.kind == "regression" and WITHHELD in data:
-        scores += _overall_scores(model, splits[GROUPED], data, inputs)
+            scores.append(ScoreRow(name, "mean", count, _cost_key(model, split, inputs)))
+    for split_parts in (BY_GROUP, BY_SESSION):
+        if inputs.kind == "regression" and split_parts.withheld in data:
+            scores += _overall_scores(model, split_parts, splits, data, inputs)
     predicted = (
         row
         for part, result in parts.items()
         for row in _rows(data[part], part_columns(part, inputs.dataset), result.predictions)
     )
     costs = (
-        ScoreRow(name, COST, value, ScoreKey(model, split))
+        ScoreRow(name, COST, value, _cost_key(model, split, inputs))
         for split, folds in splits.items()
         for name, value in dataclasses.asdict(folds.cost).items()
     )
@@ -138,15 +244,27 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     )
 
 
+def _cost_key(model: str, part: str, inputs: Inputs) -> ScoreKey:
+    """Return the key of what training on a part cost; a placebo is named by its data set."""
+    columns = part_columns(part, inputs.dataset)
+    is_placebo = columns.target_values == PLACEBO_VALUES
+    return ScoreKey(model, columns.split, columns.test_set if is_placebo else "")
+
+
 def _overall_scores(
-    model: str, result: CrossValidation, data: Mapping[str, TaskData], inputs: Inputs
+    model: str,
+    parts: ValueParts,
+    splits: Mapping[str, CrossValidation],
+    data: Mapping[str, TaskData],
+    inputs: Inputs,
 ) -> Iterator[ScoreRow]:
-    """Yield rows of scores of known and withheld recordings together."""
+    """Yield rows of scores of known and withheld recordings together, for the parts of a split."""
     from ajgdata.evaluate.crossval import deviation, overall, overall_chance
 
-    known, withheld = result.predictions, result.extra_tests[WITHHELD].predictions
+    result = splits[parts.training]
+    known, withheld = result.predictions, result.extra_tests[parts.withheld].predictions
     chance = overall_chance(known, withheld, inputs.period_deg)
-    key = ScoreKey(model, *part_columns(OVERALL, inputs.dataset))
+    key = ScoreKey(model, *part_columns(parts.overall, inputs.dataset))
     for metric, values in overall(known, withheld, inputs.period_deg).items():
         statistics = {f"fold {fold}": value for fold, value in enumerate(values)}
         statistics["mean"] = float(np.mean(values))
@@ -154,8 +272,8 @@ def _overall_scores(
         statistics["chance"] = float(np.mean(chance[metric]))
         for statistic, value in statistics.items():
             yield ScoreRow(metric, statistic, value, key)
-    tests = [(known, data[GROUPED]), (withheld, data[WITHHELD])]
-    yield from _interval_scores(model, OVERALL, tests, inputs)
+    tests = [(known, data[parts.training]), (withheld, data[parts.withheld])]
+    yield from _interval_scores(model, parts.overall, tests, inputs)
 
 
 def _interval_scores(

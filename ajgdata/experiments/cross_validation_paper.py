@@ -14,6 +14,7 @@ from ajgdata.experiments.cross_validation_results import (
     PAPER_MODEL,
     ModelResult,
     best_of,
+    controls,
     marks_of,
     models_of,
 )
@@ -78,7 +79,7 @@ def _compared(
     label = ", ".join(filter(None, (paper.row, split))) if split else ""
     return model.task.compared(
         paper, text, model.label, verdict, cost=model.cost, marks=marks_of(models, model, part),
-        split=split, label=label, shown_unit=model.task.shown_unit,
+        split=split, label=label, shown_unit=model.task.shown_unit, controls=controls(model, part),
     )  # fmt: skip
 
 

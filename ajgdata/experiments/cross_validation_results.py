@@ -15,7 +15,21 @@ from ajgdata.evaluate.agreement import (
     Interval,
     is_better_than_chance,
 )
-from ajgdata.evaluate.parts import GROUPED, OVERALL, RANDOM, WITHHELD, elsewhere, part_columns
+from ajgdata.evaluate.parts import (
+    BY_SESSION,
+    GROUPED,
+    IN_SESSIONS,
+    OVERALL,
+    RANDOM,
+    SESSIONS,
+    SESSIONS_OVERALL,
+    SESSIONS_WITHHELD,
+    WITHHELD,
+    elsewhere,
+    part_columns,
+    placebo,
+    placebo_in_sessions,
+)
 from ajgdata.experiments.base import Result, TaskResults
 from ajgdata.experiments.plots import Plot, binned
 from ajgdata.experiments.scores import SCORES
@@ -36,6 +50,14 @@ PARTS = {
     WITHHELD: ("unknown", "values withheld from training"),
     OVERALL: ("overall", "known and withheld values together"),
 }
+#: The same with sessions held out: what is evaluated, and heading in the table of results.
+SESSION_PARTS = {
+    SESSIONS: ("held-out sessions", "held-out sessions"),
+    SESSIONS_WITHHELD: ("held-out sessions, withheld", "values withheld, held-out sessions"),
+    SESSIONS_OVERALL: ("held-out sessions, overall", "all values, held-out sessions"),
+}
+#: Heading of the placebo in the table of results.
+PLACEBO_HEADING = "placebo: one object under several names"
 #: The paper's model, and its baseline with a number.
 PAPER_MODEL, BASELINE = "cnn", "knn_plain"
 #: Share from which two classes count as confused, and the number of pairs that are listed.
@@ -62,7 +84,8 @@ class ModelResult:
     @cached_property
     def _values(self) -> Mapping[str, Mapping[str, float]]:
         """Return values of the metric that is read first, by part and statistic; missing: NaN."""
-        parts = [*PARTS, *(elsewhere(name) for name in self.task.settings.test_on)]
+        parts = [*PARTS, *SESSION_PARTS, *self.placebo_parts]
+        parts += [elsewhere(name) for name in self.task.settings.test_on]
         scores = self.result.tables[SCORES].where(metric=self.task.metric)
         tables = {part: scores.where(**self._columns(part)) for part in parts}
         return {
@@ -96,6 +119,26 @@ class ModelResult:
         return self._values[part].get("chance", math.nan)
 
     @property
+    def placebo_parts(self) -> tuple[str, str]:
+        """Parts of the placebo, with the split of the task and with held-out sessions."""
+        dataset = self.task.settings.placebo or self.task.dataset
+        return placebo(dataset), placebo_in_sessions(dataset)
+
+    def placebo(self, part: str = GROUPED) -> Score | None:
+        """Return the metric of the placebo by the split of a part; None if it was not recorded.
+
+        Its mean is the chance level of the protocol.
+        """
+        by_group, by_session = self.placebo_parts
+        own = by_session if part in BY_SESSION else by_group
+        return self.with_interval(own) if self.has(own) else None
+
+    def in_sessions(self, part: str = GROUPED) -> Score | None:
+        """Return the metric of a part with held-out sessions and its interval, if evaluated."""
+        own = IN_SESSIONS.get(part, "")
+        return self.with_interval(own) if self.has(own) else None
+
+    @property
     def perfect(self) -> float:
         """Return the best possible value of the metric that is read first."""
         return 0.0 if self.task.kind == "regression" else 1.0
@@ -105,14 +148,18 @@ class ModelResult:
         return abs(self.score(part).mean - self.perfect)
 
     def beats_chance(self, part: str = GROUPED) -> bool:
-        """Return whether the interval over grasps is better than chance."""
+        """Return whether the interval over grasps is better than chance, and than the placebo."""
+        levels = [self.chance(part)]
+        score = self.placebo(part)
+        if score is not None:
+            levels.append(score.mean)
         mean, interval = self.score(part).mean, self.interval(part)
-        return is_better_than_chance(mean, interval, self.chance(part), self.perfect)
+        return all(is_better_than_chance(mean, interval, x, self.perfect) for x in levels)
 
     @cached_property
     def measured(self) -> Mapping[str, float]:
         """Return the cost on the grouped split, by the name of what was measured."""
-        rows = self.result.cost[SCORES].where(split=GROUPED).rows
+        rows = self.result.cost[SCORES].where(split=GROUPED, test_set="").rows
         return {str(row["metric"]): float(row["value"] or 0) for row in rows}
 
     @property
@@ -301,7 +348,10 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
             answer=model.shown(model.with_interval(), GROUPED) if model is top else "",
             marks=marks_of([model], model, GROUPED),
             unit=results.shown_unit,
+            controls=controls(model),
         )
+    yield from session_rows(models)
+    yield from placebo_rows(models)
     for part in dict.fromkeys(part for model in models for part, _ in model.parts[1:]):
         name = part_columns(part, results.dataset).test_set
         key, heading = PARTS.get(part) or (name, f"tested on {results.other_sets[name].title}")
@@ -316,6 +366,51 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
                 part=heading,
                 paper=results.papers.get(key),
             )
+
+
+def session_rows(models: Sequence[ModelResult]) -> Iterator[ResultRow]:
+    """Yield a row for each model and part with held-out sessions."""
+    for part, (name, heading) in SESSION_PARTS.items():
+        for model in models:
+            if model.has(part):
+                yield ResultRow(
+                    model.label,
+                    f"{model.task.metric_title}, {name}",
+                    model.shown(model.score(part), part),
+                    model.shown(Score(model.chance(part), 0.0)),
+                    part=heading,
+                )
+
+
+def placebo_rows(models: Sequence[ModelResult]) -> Iterator[ResultRow]:
+    """Yield a row for each model and split of the placebo."""
+    for name, place in (("placebo", 0), ("placebo, held-out sessions", 1)):
+        for model in models:
+            part = model.placebo_parts[place]
+            if model.has(part):
+                yield ResultRow(
+                    model.label,
+                    f"{model.task.metric_title}, {name}",
+                    model.shown(model.with_interval(part)),
+                    model.shown(Score(model.chance(part), 0.0)),
+                    part=PLACEBO_HEADING,
+                )
+
+
+def controls(model: ModelResult, part: str = GROUPED) -> str:
+    """Return the result with held-out sessions and the placebo of a part, in words; "" without."""
+    texts = []
+    sessions = model.in_sessions(part)
+    if sessions is not None:
+        texts.append(f"held-out sessions {model.shown(sessions)}")
+    level = model.placebo(part)
+    if level is not None:
+        text = f"placebo {model.shown(level)}"
+        in_sessions = model.placebo(SESSIONS)
+        if in_sessions is not None:
+            text += f", in held-out sessions {model.shown(in_sessions)}"
+        texts.append(text)
+    return "; ".join(texts)
 
 
 def summary(results: TaskResults) -> str:
@@ -350,6 +445,12 @@ def marks_of(models: Sequence[ModelResult], first: ModelResult, part: str) -> tu
     if compared := [m for m in models if m.result.model != first.result.model and m.has(part)]:
         best = min(compared, key=lambda model: model.error(part))
         marks.append(mark_of("baseline", best.with_interval(part), scale))
-    if math.isfinite(chance := first.chance(part)):
+    chance = first.chance(part)
+    if math.isfinite(chance):
         marks.append(mark_of("chance", Score(chance, 0.0), scale))
+    sessions, level = first.in_sessions(part), first.placebo(part)
+    if sessions is not None:
+        marks.append(mark_of("sessions", sessions, scale))
+    if level is not None:
+        marks.append(mark_of("placebo", level, scale))
     return tuple(marks)

@@ -62,6 +62,7 @@ def train_model(
     classes: Sequence[str] = (),
     min_groups: int = 0,
     period_deg: float | None = None,
+    placebo_objects: Sequence[str] = (),
     task: str = "",
 ) -> None:
     """Fit `model` on all recordings of `table` that have `target` and write it into `folder`, with
@@ -76,7 +77,7 @@ def train_model(
     try:
         if min_groups:
             classes, _ = frequent_classes(table, target, groups, classes, min_groups)
-        data = task_data(table, target, kind, groups, classes)
+        data = task_data(table, target, kind, groups, classes, placebo_objects)
         about |= _train(table, data, about, folder)
     except NotPossibleError as error:
         about["skipped"] = str(error)

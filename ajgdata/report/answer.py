@@ -40,8 +40,14 @@ def compared_sentence(row: PaperComparison) -> str:
     result = f"{row.paper.metric.replace('rmse', 'RMSE')} {with_unit(value, row.unit)}"
     return (
         f"{row.name} ({row.model}, {row.source}): {result} (95 % interval {low} to {high}, chance "
-        f"level {chance}); the paper reports {published}. {VERDICT_TEXTS[row.agrees]}{cause(row)}"
+        f"level {chance}){_controls(row)}; the paper reports {published}."
+        f" {VERDICT_TEXTS[row.agrees]}{cause(row)}"
     )
+
+
+def _controls(row: PaperComparison) -> str:
+    """Return the result with held-out sessions and the placebo, after a comma; "" without them."""
+    return f", {row.controls.replace('; ', ', ')}" if row.controls else ""
 
 
 def cause(row: PaperComparison) -> str:

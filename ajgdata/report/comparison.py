@@ -99,7 +99,7 @@ def parse_paper(
     return figures
 
 
-Role = Literal["ours", "baseline", "chance", "paper"]
+Role = Literal["ours", "sessions", "placebo", "baseline", "chance", "paper"]
 
 
 class Mark(NamedTuple):
@@ -158,7 +158,8 @@ class PaperComparison:
     the page gives that of training the paper's model on the task. `marks` are drawn, in `unit`
     (default: the paper's), if chance is among them. `label` names the
     row among others of one figure, `page` has the details. Where the
-    same values stand there by several splits, `split` says by which.
+    same values stand there by several splits, `split` says by which. `controls` are the result with
+    held-out sessions and the placebo, in words.
     """
 
     paper: PaperFigure
@@ -176,6 +177,7 @@ class PaperComparison:
     shown_unit: str | None = None
     page: str = ""
     experiment: str = ""
+    controls: str = ""
 
     @property
     def unit(self) -> str:

@@ -22,6 +22,8 @@ PERFECT_PER_CENT = 100.0
 MARK_NAMES: dict[Role, str] = {
     "paper": "published value",
     "baseline": "best other model",
+    "sessions": "our result in held-out sessions",
+    "placebo": "placebo: one object under several names",
     "ours": "our result",
 }
 #: Ticks of the axis, with their labels.
@@ -39,7 +41,10 @@ class Position(NamedTuple):
 
 
 class ForestRow(NamedTuple):
-    """A result: name, marks, two texts (published value or chance level, and our value)."""
+    """A result: name, marks, two texts (published value or chance level, and our value).
+
+    `controls` are the result with held-out sessions and the placebo, in words.
+    """
 
     name: str
     link: str
@@ -50,6 +55,7 @@ class ForestRow(NamedTuple):
     details: str
     verdict: Verdict | None = None
     alt: str = ""
+    controls: str = ""
 
 
 def paper_rows(comparisons: Sequence[PaperComparison]) -> list[ForestRow]:
@@ -61,7 +67,11 @@ def paper_rows(comparisons: Sequence[PaperComparison]) -> list[ForestRow]:
             marks["paper"] = Mark("paper", *[row.paper.value] * 3)
         positions, alt = _placed(marks, row.unit)
         texts = row.paper.published, row.short_result, row.result
-        rows.append(ForestRow(row.name, row.page, row.source, positions, *texts, row.agrees, alt))
+        rows.append(
+            ForestRow(
+                row.name, row.page, row.source, positions, *texts, row.agrees, alt, row.controls
+            )
+        )
     return rows
 
 
@@ -73,7 +83,9 @@ def model_rows(sections: Sequence[TaskSection]) -> list[ForestRow]:
             positions, alt = _placed({mark.role: mark for mark in row.marks}, row.unit)
             name, texts = f"{section.title}: {row.label}", (row.chance, row.value, row.metric)
             link = experiment_link(section.parts[0].page)
-            rows.append(ForestRow(name, link, section.source, positions, *texts, None, alt))
+            rows.append(
+                ForestRow(name, link, section.source, positions, *texts, None, alt, row.controls)
+            )
     return rows
 
 

@@ -63,6 +63,7 @@ class ResultRow:
     answer: str = ""
     marks: tuple[Mark, ...] = ()  #: for a forest plot, in `unit`
     unit: str = ""
+    controls: str = ""  #: result with held-out sessions and the placebo, in words
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from enum import StrEnum
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from ajgdata.types.base import Name, Strict
+from ajgdata.types.base import Distinct, Name, Strict
 from ajgdata.types.excitation import DEFAULT_EXCITATION, ExcitationSpec
 from ajgdata.types.protocol import ACQUIRED_COLUMNS, GraspProtocol
 from ajgdata.types.recipe import Recipe
@@ -55,7 +55,16 @@ class ImportSettings(Strict):
         return self
 
 
-TRAINING = (*("target", "classes", "min_groups", "kind", "unit", "groups", "period_deg"),)
+TRAINING = (
+    "target",
+    "classes",
+    "min_groups",
+    "kind",
+    "unit",
+    "groups",
+    "period_deg",
+    "placebo_objects",
+)
 
 
 #: Keys of a task that its kind has no use for.
@@ -92,6 +101,11 @@ class DatasetSpec(Strict):
     tasks: dict[Name, Task] = Field({}, description="what is learnt and evaluated, by name")
     embeddings: dict[Name, Embedding] = Field(
         {}, description="what is embedded by contrast, by name"
+    )
+    placebo: Annotated[tuple[Name, ...], Distinct] = Field(
+        (),
+        description="objects that are one physical object, recorded under each of these names: the "
+        "score of telling them apart is the chance level; no other evaluation uses them",
     )
     final_models: bool = Field(
         True, description="train models for new recordings; false if it only tests a hypothesis"
@@ -166,7 +180,12 @@ class DatasetSpec(Strict):
         settings = self.tasks[task]
         target = self.targets[settings.target]
         own = settings.model_dump(mode="json", include={*TRAINING, "folds", "withhold"})
-        return {**own, "kind": target.kind, "unit": target.unit}
+        return {
+            **own,
+            "kind": target.kind,
+            "unit": target.unit,
+            "placebo_objects": list(self.placebo),
+        }
 
     @property
     def kinds(self) -> dict[str, Kind]:

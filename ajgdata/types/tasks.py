@@ -11,7 +11,7 @@ from ajgdata.types.base import Distinct, ModelName, Name, Strict
 #: The experiment whose settings are the task's own.
 CROSS_VALIDATION = "cross_validation"
 #: Settings of cross-validation among those of a task.
-OWN = ("models", "compare_random", "test_on")
+OWN = ("models", "compare_random", "compare_sessions", "test_on", "placebo")
 
 
 class Task(Strict):
@@ -21,13 +21,25 @@ class Task(Strict):
     classes: Annotated[tuple[str, ...], Distinct] = Field(
         (), description="classes that the task is about, at least two; default: all of the target"
     )
-    groups: str = Field("grasp_id", description="column whose values never straddle folds")
+    groups: str = Field(
+        "grasp_id",
+        description="column whose values never straddle folds: grasp_id, placement_id (each fold "
+        "holds out one placement of every class), session_id, or a label",
+    )
     folds: int = Field(5, ge=2, description="of the cross-validation; at most one a group")
     models: Annotated[tuple[ModelName, ...], Distinct] = Field(
         ("cnn", "linear", "knn"), description="models that are trained and evaluated"
     )
     compare_random: bool = Field(
         False, description="also evaluate a split that ignores groups, to show its optimistic bias"
+    )
+    compare_sessions: bool = Field(
+        True, description="also evaluate held-out sessions, if there are two or more"
+    )
+    placebo: Name | None = Field(
+        None,
+        description="data set of one object under the names of the classes, recorded by the same "
+        "protocol: its score is the chance level; null: `placebo` of the data set, if it has any",
     )
     withhold: Annotated[tuple[float, ...], Distinct] = Field(
         (), description="target values that no fold trains on; every fold's model is tested on them"
@@ -72,10 +84,12 @@ class Task(Strict):
 
     @property
     def other_sets(self) -> tuple[str, ...]:
-        """Return the other data sets that its experiments need, from `test_on`."""
+        """Return the other data sets that its experiments need: `placebo`, and all `test_on`."""
+        placebo = [self.placebo] if self.placebo and self.models else []
         named = [settings.get("test_on", ()) for settings in self.requested.values()]
         listed = (names for names in named if isinstance(names, (list, tuple)))
-        return tuple(dict.fromkeys(str(name) for names in listed for name in names))
+        tested = [str(name) for names in listed for name in names]
+        return tuple(dict.fromkeys([*tested, *placebo]))
 
     @property
     def papers(self) -> dict[str, str]:

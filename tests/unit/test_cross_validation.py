@@ -5,12 +5,14 @@ import re
 import numpy as np
 import pytest
 
+from ajgdata.evaluate import crossval
 from ajgdata.evaluate.agreement import GRASP_INTERVAL
 from ajgdata.evaluate.intervals import metric_interval
 from ajgdata.evaluate.parts import part_columns
 from ajgdata.experiments import cross_validation
 from ajgdata.experiments.base import Inputs
 from ajgdata.experiments.cross_validation import Settings
+from ajgdata.models import fit_model
 from ajgdata.store.features import Column, FeatureRows, text_column
 
 
@@ -179,3 +181,124 @@ def test_other_data_sets_are_tested_without_a_grasp_on_both_sides():
     # without the missing, and the withheld value
     assert about["parts"]["on:copy"]["recordings"] == 32
     assert len(tables["predictions"].where(**columns("on:new")).rows) == 3 * 32
+
+
+def placed(*, sessions=4, seed=0, bins=6, effect=0.0) -> FeatureRows:
+    """Recordings of three classes in sessions of five grasps, each recorded twice.
+
+    A bin tells the placement exactly, whatever is placed; another one tells the class, by `effect`.
+    """
+    generator = np.random.default_rng(seed)
+    names = [
+        (session, kind, grasp, sample)
+        for session in range(sessions)
+        for kind in "abc"
+        for grasp in range(5)
+        for sample in range(2)
+    ]
+    placement = {key: generator.normal() for key in {(s, k) for s, k, _, _ in names}}
+    feature = generator.normal(0, 0.01, (len(names), bins)).astype(np.float32)
+    feature[:, 0] += [placement[s, k] for s, k, _, _ in names]
+    feature[:, 1] += [effect * "abc".index(k) for _, k, _, _ in names]
+    given = {
+        "recording": text_column([f"s{s}/{k}{g}_{n}" for s, k, g, n in names]),
+        "session_id": text_column([f"s{s}" for s, _, _, _ in names]),
+        "grasp_id": text_column([f"s{s}/{k}{g}" for s, k, g, _ in names]),
+        "placement_id": text_column([f"s{s}/{k}" for s, k, _, _ in names]),
+        "object": text_column([k for _, k, _, _ in names]),
+        "kind": text_column([k for _, k, _, _ in names]),
+    }
+    return FeatureRows(feature, np.arange(float(bins)), given, {"source": "recorded"})
+
+
+def accuracy(tables, part, statistic="pooled"):
+    return score(tables, part, "accuracy", statistic)
+
+
+def test_a_placement_is_recognised_within_a_session_and_not_in_another():
+    tables, _, about = measured("knn_plain", store=placed(), **KINDS)
+    assert accuracy(tables, "grouped") > 0.75
+    assert accuracy(tables, "sessions") < 0.6
+    assert about["parts"]["sessions"]["folds"] == 3  # the folds of the task, of four sessions
+    real, _, _ = measured("knn_plain", store=placed(effect=10.0), **KINDS)
+    assert accuracy(real, "sessions") == 1.0
+
+
+def test_one_placement_per_session_is_the_split_by_session():
+    by_placement, _, about = measured(
+        "knn_plain", store=placed(), groups="placement_id", folds=9, **KINDS
+    )
+    by_session, _, _ = measured("knn_plain", store=placed(), groups="session_id", folds=9, **KINDS)
+    assert accuracy(by_placement, "grouped") == accuracy(by_session, "grouped")
+    assert list(about["parts"]) == ["grouped"]  # one value, and not the same one twice
+
+
+def test_a_single_session_and_a_declined_comparison_have_no_split_by_session():
+    _, _, one = measured("knn_plain", store=placed(sessions=1), **KINDS)
+    assert list(one["parts"]) == ["grouped"]
+    _, _, declined = measured(
+        "knn_plain", Settings(compare_sessions=False), store=placed(), **KINDS
+    )
+    assert list(declined["parts"]) == ["grouped"]
+
+
+def test_settings_are_chosen_by_grasp_if_one_session_is_left_to_train_on(monkeypatch):
+    """With two sessions, the training part is one group: a choice by session is impossible."""
+    chosen = []
+
+    def fitted(model, features, target, groups, limit=None):
+        chosen.append(len(np.unique(groups)))
+        return fit_model(model, features, target, groups, limit)
+
+    monkeypatch.setattr(crossval, "fit_model", fitted)
+    measured("knn", store=placed(sessions=2), folds=2, **KINDS)
+    assert chosen == [15, 15, 15, 15]  # grasps: half of thirty, in both splits
+    chosen.clear()
+    measured("knn", store=placed(), groups="session_id", folds=4, **KINDS)
+    assert chosen == [3] * 4  # sessions, because there are several
+
+
+def test_a_placebo_in_another_data_set_is_measured_by_the_same_splits():
+    settings = Settings(placebo="nothing")
+    tables, cost, about = measured(
+        "knn_plain",
+        settings,
+        store=placed(effect=10.0),
+        other_sets={"nothing": placed(seed=1)},
+        **KINDS,
+    )
+    assert accuracy(tables, "grouped") == 1.0
+    assert accuracy(tables, "placebo:nothing") > 0.75  # the protocol gives the placement away
+    assert accuracy(tables, "placebo in sessions:nothing") < 0.6
+    assert accuracy(tables, "placebo:nothing", "chance") == pytest.approx(1 / 3)
+    assert about["parts"]["placebo:nothing"]["groups"] == 60
+    own = cost["scores"].where(split="grouped", test_set="", metric="train_cpu_s").rows
+    assert len(own) == 1
+
+
+def test_placebo_objects_of_a_data_set_belong_to_no_other_evaluation():
+    recorded = placed(effect=10.0)
+    placebo = placed(seed=1)
+    renamed = {"object": {"a": "x", "b": "y", "c": "z"}}
+    prefixes = {"grasp_id": "p", "placement_id": "p", "recording": "p"}
+    columns = {}
+    for name, column in placebo.columns.items():
+        names = renamed.get(name, {})
+        own = [prefixes.get(name, "") + names.get(text, text) for text in column.values.tolist()]
+        columns[name] = text_column([*recorded.columns[name].values.tolist(), *own])
+    columns["kind"] = text_column([*recorded.columns["kind"].values, *[""] * 120])
+    both = FeatureRows(
+        np.concatenate([recorded.feature, placebo.feature]),
+        recorded.frequency_hz,
+        columns,
+        {"source": "recorded"},
+    )
+    own = {"store": both, "target": "object", "kind": "classification", "unit": ""}
+    tables, _, about = measured("knn_plain", placebo_objects=["x", "y", "z"], **own)
+    assert about["classes"] == ["a", "b", "c"]
+    assert about["parts"]["grouped"]["recordings"] == 120
+    assert accuracy(tables, "grouped") == 1.0
+    assert accuracy(tables, "placebo:d") > 0.75
+    assert accuracy(tables, "placebo in sessions:d") < 0.6
+    _, _, numbers = measured(placebo_objects=["x"], store=store(object=text_column(["a"] * 40)))
+    assert list(numbers["parts"]) == ["grouped"]  # names are no values of a regression

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ajgdata.evaluate.splits import grouped_folds, random_folds
+from ajgdata.evaluate.splits import grouped_folds, placement_folds, random_folds
+from ajgdata.types import NotPossibleError
 
 KINDS = ("regression", "classification")
 
@@ -83,3 +84,39 @@ def test_impossible_folds_are_refused_with_the_reason():
         grouped_folds(y, groups, "classification", 5, 0)
     with pytest.raises(ValueError, match=r"every training part: 'rare' \(1\)"):
         random_folds(["rare"] + ["a"] * 9, "classification", 5, 0)
+
+
+def test_a_fold_holds_out_one_placement_of_every_class():
+    """Two placements in each of three sessions; a class that was placed five times only."""
+    names = [(kind, f"{s}/{kind}{p}") for kind in "ab" for s in range(3) for p in range(2)]
+    names = names[:-1]
+    y = np.repeat([kind for kind, _ in names], 4)
+    placement = np.repeat([name for _, name in names], 4)
+    folds = placement_folds(y, placement, "classification", 9)
+    assert len(folds) == 5  # of the class with the fewest
+    for train, test in folds:
+        assert not set(placement[train]) & set(placement[test])
+        assert set(y[test]) == {"a", "b"}
+    held = [sorted(set(placement[test]) - set(placement[y == "b"])) for _, test in folds]
+    assert sorted(map(len, held)) == [1, 1, 1, 1, 2]
+    assert np.concatenate([test for _, test in folds]).tolist() != sorted(range(len(y)))
+    assert sorted(np.concatenate([test for _, test in folds]).tolist()) == list(range(len(y)))
+
+
+def test_placements_of_one_value_each_work_for_numbers_too():
+    y = np.repeat([10.0, 20.0], 4)
+    placement = np.repeat(["1/a", "2/a", "1/b", "2/b"], 2)
+    pairs = placement_folds(y, placement, "regression", 5)
+    assert [test.tolist() for _, test in pairs] == [[0, 1, 4, 5], [2, 3, 6, 7]]
+
+
+@pytest.mark.parametrize(
+    ("y", "placement", "reason"),
+    [
+        (["a", "a", "b", "b"], ["1", "2", "3", "3"], "'b' has one placement"),
+        ([1.0, 2.0, 1.0, 2.0], ["1", "1", "2", "2"], "recordings of several values"),
+    ],
+)
+def test_placements_that_make_no_folds_are_refused(y, placement, reason):
+    with pytest.raises(NotPossibleError, match=reason):
+        placement_folds(y, placement, "classification", 5)
