@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from ajgdata.evaluate.design import Design, recording_design
 from ajgdata.evaluate.parts import (
     BY_GROUP,
     BY_SESSION,
@@ -234,14 +235,34 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     )
     counts = ("recordings", "groups", "folds")
     about = {part: {c: getattr(r.scores, c) for c in counts} for part, r in parts.items()}
+    design = design_of(inputs, data[GROUPED])
     return Outcome(
         (
             score_table(scores, "Errors"),
             table_of(PREDICTIONS, "Held-out predictions", predicted, **PREDICTION_COLUMNS),
         ),
         (score_table(costs, "Cost"),),
-        {"parts": about, "classes": list(splits[GROUPED].scores.classes)},
+        {
+            "parts": about,
+            "classes": list(splits[GROUPED].scores.classes),
+            "design": design._asdict(),
+        },
     )
+
+
+def design_of(inputs: Inputs, data: TaskData) -> Design:
+    """Return the design of the recordings of a task."""
+    sessions = data.by_session().group.tolist()
+    placements = None
+    if PLACEMENT_COLUMN in inputs.store.columns:
+        named = zip(
+            inputs.store.columns["recording"].values.tolist(),
+            inputs.store.columns[PLACEMENT_COLUMN].values.tolist(),
+            strict=True,
+        )
+        by_recording = dict(named)
+        placements = [by_recording[name] for name in data.name.tolist()]
+    return recording_design(data.value.tolist(), sessions, placements)
 
 
 def _cost_key(model: str, part: str, inputs: Inputs) -> ScoreKey:

@@ -15,6 +15,7 @@ from ajgdata.evaluate.agreement import (
     Interval,
     is_better_than_chance,
 )
+from ajgdata.evaluate.design import Design
 from ajgdata.evaluate.parts import (
     BY_SESSION,
     GROUPED,
@@ -39,7 +40,7 @@ from ajgdata.report.comparison import (
     PaperFigure,
     mark_of,
 )
-from ajgdata.report.format import Score, column_title, mean_sd, number, words
+from ajgdata.report.format import Score, column_title, mean_sd, number, sentence, words
 from ajgdata.report.report_data import ResultRow
 from ajgdata.types.table import Table, table_of
 
@@ -423,11 +424,43 @@ def summary(results: TaskResults) -> str:
         f"{counts['recordings']:,} recordings in {counts['groups']:,} groups ({results.groups}), "
         f"{counts['folds']} folds. "
         f"Lowest error: {top.label}, {results.metric_title} {top.shown(top.score())}."
+        f"{placement_sentence(results, top)}"
     )
 
 
+def placement_sentence(results: TaskResults, model: ModelResult) -> str:
+    """Return what the design of a classification cannot distinguish, next to its scores."""
+    design = design_of(results)
+    if design is None or not design.problem:
+        return ""
+    scores = controls(model)
+    text = f" Note: {design.problem}"
+    return f"{text} ({scores})." if scores else f"{text}."
+
+
+def design_of(results: TaskResults) -> Design | None:
+    """Return the design of the recordings of a classification; None for a regression."""
+    stored = results.results[0].about.get("design")
+    return Design(**stored) if stored and results.kind == "classification" else None
+
+
 def advice(results: TaskResults) -> Iterator[str]:
-    """Yield the pairs of classes that are confused most."""
+    """Yield what to record next: what the design lacks, then the classes that are confused most.
+
+    More grasps are no advice if the score in held-out sessions is below that of held-out grasps:
+    the model then recognises placements or sessions.
+    """
+    design = design_of(results)
+    if design is not None and design.problem:
+        yield f"{sentence(design.problem)}: {design.fix}."
+    model = shown_model(results)
+    sessions = model.in_sessions()
+    if sessions is not None and falls(model, sessions):
+        yield (
+            f"Accuracy falls from {model.shown(model.score())} to {model.shown(sessions)} in "
+            f"held-out sessions: record more placements and sessions, not more grasps."
+        )
+        return
     rows = class_shares(results).rows
     wrong = [row for row in rows if row["true"] != row["predicted"] and row["share"] >= CONFUSED]
     for row in sorted(wrong, key=lambda row: -row["share"])[:MAX_CONFUSED]:
@@ -436,6 +469,12 @@ def advice(results: TaskResults) -> Iterator[str]:
             f"{share} % of the recordings of {row['true']} are predicted as {row['predicted']}: "
             "record more grasps of both, in more poses."
         )
+
+
+def falls(model: ModelResult, sessions: Score) -> bool:
+    """Return whether the interval with held-out sessions is below the value of held-out grasps."""
+    is_class = model.task.kind == "classification"
+    return is_class and sessions.has_interval and sessions.high < model.score().mean
 
 
 def marks_of(models: Sequence[ModelResult], first: ModelResult, part: str) -> tuple[Mark, ...]:

@@ -314,7 +314,7 @@ def _stored(path: Path, spec: DatasetSpec) -> dict[str, np.ndarray]:
 
 def tested_on(spec: DatasetSpec) -> list[str]:
     """Return the data sets that the tasks of a data set are tested on, without itself."""
-    names = [name for task in spec.tasks.values() for name in task.other_sets]
+    names = [name for task in spec.tasks.values() for name in task.test_sets]
     return [name for name in dict.fromkeys(names) if name != spec.name]
 
 

@@ -6,6 +6,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 
 from ajgdata.acquire.protocol import REFERENCE
+from ajgdata.evaluate.design import recording_design
 from ajgdata.experiments import all_requests
 from ajgdata.paths import DATASET_FILE, Paths
 from ajgdata.pipeline.plan import config_problems
@@ -141,7 +142,7 @@ def label_tables(paths: Paths, dataset: str) -> dict[str, list[dict[str, str]]]:
 def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
     """Return a warning for grasps with two objects or target values, for several recordings of one
     grasp with one number of a sample, for classes that differ only in spelling, and for impossible
-    tasks."""
+    tasks; and a note for each task whose classes cannot be told from placements."""
     mixed_fix = "give each grasp of a session its own grasp_id"
     columns = dict.fromkeys(("object", *spec.targets))
     problems = [_mixed_grasps(tables, column, spec.targets.get(column)) for column in columns]
@@ -158,7 +159,35 @@ def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
     issues += [("similar_classes", problem, class_fix) for problem in spellings]
     task_fix = "record or import another class"
     issues += [("no_task", problem, task_fix) for problem in impossible_tasks(tables, spec)]
-    return [Finding(WHOLE, WHOLE, "", "warning", *issue) for issue in issues]
+    warnings = [Finding(WHOLE, WHOLE, "", "warning", *issue) for issue in issues]
+    return [*warnings, *placement_notes(tables, spec)]
+
+
+def placement_notes(tables: Tables, spec: DatasetSpec) -> list[Finding]:
+    """Return a note for each classification whose classes cannot be told from their placements."""
+    rows = [(name, row) for name, table in tables.items() for row in table if not is_rejected(row)]
+    notes = []
+    for name, task in spec.tasks.items():
+        target = spec.targets[task.target]
+        if target.kind != "classification":
+            continue
+        present = [
+            (session, row)
+            for session, row in rows
+            if row.get(task.target, "") not in _missing(target)
+            and row.get("object", "") not in spec.placebo
+            and (not task.classes or row[task.target] in task.classes)
+        ]
+        values = [row[task.target] for _, row in present]
+        if len(set(values)) < CLASSES_NEEDED:
+            continue  # reported as an impossible task
+        sessions = [session for session, _ in present]
+        placements = [row.get("placement_id", "") for _, row in present]
+        design = recording_design(values, sessions, placements)
+        if design.problem:
+            problem = f"task {name}: {design.problem}"
+            notes.append(Finding(WHOLE, WHOLE, "", "note", "placement", problem, design.fix))
+    return notes
 
 
 def _mixed_grasps(tables: Tables, column: str, target: Target | None) -> str:

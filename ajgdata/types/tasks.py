@@ -84,12 +84,16 @@ class Task(Strict):
 
     @property
     def other_sets(self) -> tuple[str, ...]:
-        """Return the other data sets that its experiments need: `placebo`, and all `test_on`."""
+        """Return the other data sets that its experiments need: `test_on`, and the placebo."""
         placebo = [self.placebo] if self.placebo and self.models else []
+        return tuple(dict.fromkeys([*self.test_sets, *placebo]))
+
+    @property
+    def test_sets(self) -> tuple[str, ...]:
+        """Return the other data sets that its experiments test on, from `test_on`."""
         named = [settings.get("test_on", ()) for settings in self.requested.values()]
         listed = (names for names in named if isinstance(names, (list, tuple)))
-        tested = [str(name) for names in listed for name in names]
-        return tuple(dict.fromkeys([*tested, *placebo]))
+        return tuple(dict.fromkeys(str(name) for names in listed for name in names))
 
     @property
     def papers(self) -> dict[str, str]:

@@ -234,8 +234,8 @@ def test_one_placement_per_session_is_the_split_by_session():
 
 
 def test_a_single_session_and_a_declined_comparison_have_no_split_by_session():
-    _, _, one = measured("knn_plain", store=placed(sessions=1), **KINDS)
-    assert list(one["parts"]) == ["grouped"]
+    _, _, about = measured("knn_plain", store=placed(sessions=1), **KINDS)
+    assert list(about["parts"]) == ["grouped"]
     _, _, declined = measured(
         "knn_plain", Settings(compare_sessions=False), store=placed(), **KINDS
     )
@@ -302,3 +302,13 @@ def test_placebo_objects_of_a_data_set_belong_to_no_other_evaluation():
     assert accuracy(tables, "placebo in sessions:d") < 0.6
     _, _, numbers = measured(placebo_objects=["x"], store=store(object=text_column(["a"] * 40)))
     assert list(numbers["parts"]) == ["grouped"]  # names are no values of a regression
+
+
+def test_the_design_of_a_recording_is_stored_with_its_scores():
+    _, _, about = measured("knn_plain", store=placed(sessions=2), **KINDS)
+    assert about["design"] == {"sessions": 2, "placements": 1, "fewest_recordings": 20}
+    without = placed(sessions=1)
+    columns = {name: c for name, c in without.columns.items() if name != "placement_id"}
+    unknown = FeatureRows(without.feature, without.frequency_hz, columns, without.attrs)
+    _, _, about = measured("knn_plain", store=unknown, **KINDS)
+    assert about["design"] == {"sessions": 1, "placements": None, "fewest_recordings": 10}

@@ -4,8 +4,9 @@ import numpy as np
 from worlds import assert_one_line
 
 import ajgdata as library
-from ajgdata.pipeline.validate import counts, label_tables, validate_dataset
+from ajgdata.pipeline.validate import counts, label_issues, label_tables, validate_dataset
 from ajgdata.store.audio import file_sha256
+from ajgdata.types import DatasetSpec
 
 
 def check(project):
@@ -83,3 +84,33 @@ def test_references_are_not_grasps(project):
     project.write([rows[0].model_copy(update={"labels": labels}), *rows[1:]])
     facts = counts(label_tables(project.paths, "d"), {})
     assert (facts["recordings"], facts["grasps"], facts["references"]) == ("2", "2", "1")
+
+
+def test_classes_that_are_placements_are_a_note_with_what_to_record():
+    targets = {"kind": {"kind": "classification"}, "edge": {"kind": "regression"}}
+    tasks = {"kind": {"target": "kind"}, "edge": {"target": "edge"}}
+    content = {"name": "d", "targets": targets, "tasks": tasks, "placebo": ["x"]}
+    spec = DatasetSpec.model_validate(content)
+
+    def row(name, kind, placement, held="cube"):
+        return {
+            "recording_id": name,
+            "grasp_id": name,
+            "placement_id": placement,
+            "sample": "0",
+            "object": held,
+            "quality": "ok",
+            "kind": kind,
+            "edge": "1",
+        }
+
+    rows = [row("1", "a", "p"), row("2", "a", "p"), row("3", "b", "q"), row("4", "b", "q")]
+    (note,) = label_issues({"s": rows, "t": rows}, spec)
+    assert (note.level, note.code) == ("note", "placement")
+    assert note.problem.startswith("task kind: each class has one placement per session")
+    assert "in rounds" in note.fix
+    more = [row("5", "a", "p2"), row("6", "b", "q2")]
+    assert label_issues({"s": [*rows, *more], "t": rows}, spec) == []
+    # placements of the placebo are not those of a class
+    other = [row("5", "a", "p2", "x"), row("6", "b", "q2", "x")]
+    assert len(label_issues({"s": [*rows, *other], "t": rows}, spec)) == 1

@@ -1,0 +1,79 @@
+"""Design of a recording: can a model recognise the placement or the session instead of the class?
+
+Grasps of one placement share the pose of the object and the state of the granulate. If each class
+was placed once per session, a score on held-out grasps also counts how well placements are told
+apart. If there is one session, no score shows what a new session costs.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import NamedTuple
+
+#: What to record if a class cannot be told from its placement.
+MORE_PLACEMENTS = "record the objects in rounds (`order: rounds`), or place each several times"
+MORE_SESSIONS = "record another session, on another day if possible"
+
+
+class Design(NamedTuple):
+    """Numbers of sessions, and of placements of a class in a session.
+
+    `placements` is the largest number of placements of any class in any session, None if they are
+    unknown. `fewest_recordings` is that of the class with the fewest.
+    """
+
+    sessions: int
+    placements: int | None
+    fewest_recordings: int
+
+    @property
+    def problem(self) -> str:
+        """What cannot be distinguished, as a sentence without a stop; "" if nothing."""
+        if self.fewest_recordings == 1:
+            return "a class has one recording, so its sound cannot be told from this recording's"
+        if self.placements is None:
+            return (
+                "placements are unknown (no `placement_id`), so a model may recognise the"
+                " placement instead of the class"
+            )
+        if self.placements == 1:
+            return (
+                "each class has one placement per session, so a model may recognise the placement"
+                " instead of the class"
+            )
+        if self.sessions == 1:
+            return "all recordings are of one session, so no score shows the cost of a new session"
+        return ""
+
+    @property
+    def fix(self) -> str:
+        """What to record next; "" if nothing is missing."""
+        if not self.problem:
+            return ""
+        fixes = []
+        if self.placements is None:
+            fixes.append("add the column `placement_id`")
+        if self.placements in (None, 1):
+            fixes.append(MORE_PLACEMENTS)
+        if self.sessions == 1:
+            fixes.append(MORE_SESSIONS)
+        return "; ".join(fixes) or "record the class again"
+
+
+def recording_design(
+    values: Sequence[object], sessions: Sequence[str], placements: Sequence[str] | None
+) -> Design:
+    """Return the design of recordings (n,): values of the target, sessions, and placements.
+
+    `placements` are unique in their session; None, or an empty name, if they are unknown.
+
+    >>> recording_design("aabb", ["1", "2"] * 2, ["p", "p", "q", "q"]).placements
+    1
+    """
+    counts = Counter(values)
+    number = None
+    if placements is not None and all(placements):
+        places = {*zip(values, sessions, placements, strict=True)}
+        number = max(Counter((value, session) for value, session, _ in places).values())
+    return Design(len(set(sessions)), number, min(counts.values()))
