@@ -102,7 +102,7 @@ def _print_pilot(pilot: Pilot, components: Sequence[Component], *, new_objects: 
     for line in aligned([header, *rows]):
         say(escape(line))
     if not pilot.has_placements:
-        say("There is no placement_id: the grasps of an object in a session are one placement.")
+        say("Without placement_id, the grasps of an object in a session count as one placement.")
     if any(component.is_joined for component in components):
         say("The data cannot separate levels that are joined by =.")
     say("")

@@ -29,7 +29,7 @@ class Pilot(NamedTuple):
     split: str  #: name of the split, and the column whose values a grouped split holds out
     source: str  #: simulated or recorded
     file: Path  #: of the predictions
-    has_placements: bool  #: whether the labels name placements
+    has_placements: bool  #: whether the placement of each recording is known
     has_one_object_per_class: bool
 
     @property
@@ -81,7 +81,7 @@ def read_pilot(paths: Paths, dataset: str, task: str, model: str, split: str) ->
         split=f"{split} by {settings.groups}" if split == GROUPED else split,
         source=source,
         file=file,
-        has_placements=bool((labels[PLACEMENT_COLUMN] != "").any()),
+        has_placements=bool((labels[PLACEMENT_COLUMN] != "").all()),
         has_one_object_per_class=is_class and len(pairs) == len(np.unique(y_true)),
     )
 

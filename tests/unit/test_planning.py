@@ -317,7 +317,7 @@ def test_without_placement_ids_an_object_in_a_session_is_one_placement(ajgdata, 
     assert code == 0
     rows = rows_of_tables(out)
     assert rows["object in session = placement"][0] == "6"
-    assert "There is no placement_id: the grasps of an object in a session" in out
+    assert "Without placement_id, the grasps of an object in a session" in out
     assert "The data cannot separate levels that are joined by =." in out
 
 
