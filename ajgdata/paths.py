@@ -26,6 +26,8 @@ RESULT_FOLDERS = (
     "runs",
     "tasks",
 )
+#: Tables of a whole run in it.
+RUN_TABLES = ("metrics.csv", "predictions.csv")
 DATASET_FILE = "dataset.yaml"
 SOURCE_FILE = "source.yaml"
 SESSION_FILE = "session.yaml"
@@ -75,7 +77,7 @@ def command_for(result: Path) -> str:
     starts = (
         place
         for place, folder in enumerate(parts[:-1])
-        if folder == RESULTS_FOLDER and parts[place + 1] in (*RESULT_FOLDERS, "metrics.csv")
+        if folder == RESULTS_FOLDER and parts[place + 1] in (*RESULT_FOLDERS, *RUN_TABLES)
     )
     start = next(starts, None)
     if start is None:

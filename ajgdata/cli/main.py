@@ -13,6 +13,7 @@ from ajgdata.cli.console import warn
 from ajgdata.cli.device import device, record
 from ajgdata.cli.export import export, scene
 from ajgdata.cli.importing import check, import_command
+from ajgdata.cli.plan import plan
 from ajgdata.cli.project import doctor, run, simulate, status
 from ajgdata.cli.publish import fetch, publish
 from ajgdata.cli.sense import sense
@@ -35,7 +36,7 @@ app = typer.Typer(
 #: Commands by panel of the help, in its order.
 PANELS = {
     "Data": (import_command, record, simulate, check, publish, fetch),
-    "Run": (run, status, compare),
+    "Run": (run, status, compare, plan),
     "Use": (export, sense, sort),
     "Tools": (scene, doctor),
 }

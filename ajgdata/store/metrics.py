@@ -71,18 +71,14 @@ def read_metrics(path: Path) -> pd.DataFrame:
     """
     import pandas as pd
 
-    command = command_for(path)
-    header, rows = read_csv(path, required=("value",))
-    if FORMAT_KEY not in header:
-        METRICS.check(path, None, command)
-    for version in sorted({row[FORMAT_KEY] for row in rows}):
-        METRICS.check(path, int(version) if version.isdecimal() else version, command)
+    rows = _rows_of_this_version(path, required=("value",))
     metrics = pd.DataFrame(rows, columns=[*KEYS, *FACTS], dtype=str)
     for name in ("value", *COUNTS):
         try:
             metrics[name] = pd.to_numeric(metrics[name])
         except ValueError as error:
-            raise DataError(path, f"column {name}: {error}", METRICS.fix(command)) from None
+            fix = METRICS.fix(command_for(path))
+            raise DataError(path, f"column {name}: {error}", fix) from None
     return metrics.astype(dict.fromkeys(COUNTS, "Int64"))
 
 
@@ -90,3 +86,22 @@ def write_predictions(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
     """Write predictions; a row has PREDICTION_COLUMNS without `format`."""
     cells = ({**row, FORMAT_KEY: METRICS.version} for row in rows)
     write_bytes(path, csv_bytes(PREDICTION_COLUMNS, cells))
+
+
+def read_predictions(path: Path) -> list[dict[str, str]]:
+    """Return the predictions in `path`: rows of PREDICTION_COLUMNS, as text.
+
+    Raises DataError as `read_metrics` does.
+    """
+    return _rows_of_this_version(path, required=("y_true", "y_pred"))
+
+
+def _rows_of_this_version(path: Path, required: Iterable[str]) -> list[dict[str, str]]:
+    """Return the rows of a file of METRICS. Raises DataError for a file of another version."""
+    command = command_for(path)
+    header, rows = read_csv(path, required)
+    if FORMAT_KEY not in header:
+        METRICS.check(path, None, command)
+    for version in sorted({row[FORMAT_KEY] for row in rows}):
+        METRICS.check(path, int(version) if version.isdecimal() else version, command)
+    return rows

@@ -100,6 +100,7 @@ def test_the_command_for_a_result_runs_its_job(project, result, rule):
             "ajgdata run results --forcerun results/tasks/results/tasks/e.m.json",
         ),
         (Paths(run="a+b").metrics_table, "ajgdata run a b --forcerun collect"),
+        (Paths().predictions, "snakemake --forcerun collect"),
         (Path("copied/metrics.csv"), ""),
     ],
 )

@@ -1,0 +1,144 @@
+"""Held-out scores of the last run with the labels of their recordings, to plan a data set."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ajgdata.evaluate.parts import GROUPED, TRAINING_VALUES
+from ajgdata.evaluate.planning import DesignLevel, design_units, recording_scores
+from ajgdata.paths import Paths
+from ajgdata.store.features import open_store
+from ajgdata.store.metrics import read_predictions
+from ajgdata.store.sessions import read_dataset
+from ajgdata.types import DataError, Kind
+
+PLACEMENT_COLUMN = "placement_id"
+
+
+class Pilot(NamedTuple):
+    """Scores of n held-out recordings of one model on one task, and what the recordings share."""
+
+    score: np.ndarray  #: (n,), see `evaluate.planning.recording_scores`
+    units: Mapping[DesignLevel, np.ndarray]  #: each (n,), see `evaluate.planning.design_units`
+    kind: Kind
+    unit: str  #: of the score and of a half width
+    split: str  #: name of the split, and the column whose values a grouped split holds out
+    source: str  #: simulated or recorded
+    file: Path  #: of the predictions
+    has_placements: bool  #: whether the placement of each recording is known
+    has_one_object_per_class: bool
+
+    @property
+    def summary(self) -> str:
+        """Return the metric over all recordings, with its name and unit."""
+        mean = float(np.mean(self.score))
+        if self.kind == "classification":
+            return f"accuracy {mean:.1f} %"
+        return f"RMSE {2 * mean:.3g} {self.unit}".rstrip()  # the mean score is half the RMSE
+
+
+def read_pilot(paths: Paths, dataset: str, task: str, model: str, split: str) -> Pilot:
+    """Return the scores of the last run of a data set, for its recordings with training values.
+
+    The score of a recording that several folds predicted is the mean over these folds. Raises
+    DataError if there is no such data set or task, and if there are no predictions.
+    """
+    spec = read_dataset(paths, dataset)
+    if task not in spec.tasks:
+        fix = f"use {', '.join(spec.tasks)}" if spec.tasks else "add it to `tasks`"
+        raise DataError(paths.dataset(dataset), f"there is no task {task!r}", fix)
+    settings = spec.tasks[task]
+    target = spec.targets[settings.target]
+    is_class = target.kind == "classification"
+
+    file, rows = _last_predictions(paths, dataset)
+    rows = _predictions_of(rows, file, task, model, split)
+    columns = ("y_true", "y_pred")
+    kind_of_value = str if is_class else float
+    y_true, y_pred = (np.array([kind_of_value(row[name]) for row in rows]) for name in columns)
+    scores = recording_scores(y_true, y_pred, target.kind, settings.period_deg)
+    names, first, member = np.unique(
+        [row["recording"] for row in rows], return_index=True, return_inverse=True
+    )
+    score = np.bincount(member, weights=scores) / np.bincount(member)
+
+    labels, source = _read_labels(paths, dataset, names)
+    pairs = set(zip(y_true[first].tolist(), labels["object"].tolist(), strict=True))
+    return Pilot(
+        score=score,
+        units=design_units(
+            session=labels["session_id"],
+            object_name=labels["object"],
+            placement=labels[PLACEMENT_COLUMN],
+            grasp=labels["grasp_id"],
+        ),
+        kind=target.kind,
+        unit="%" if is_class else target.unit,
+        split=f"{split} by {settings.groups}" if split == GROUPED else split,
+        source=source,
+        file=file,
+        has_placements=bool((labels[PLACEMENT_COLUMN] != "").all()),
+        has_one_object_per_class=is_class and len(pairs) == len(np.unique(y_true)),
+    )
+
+
+def _last_predictions(paths: Paths, dataset: str) -> tuple[Path, list[dict[str, str]]]:
+    """Return the newest file with predictions for a data set, and its rows for this data set."""
+    of_runs = paths.results.glob(f"runs/*/{paths.predictions.name}")
+    files = [file for file in (paths.predictions, *of_runs) if file.is_file()]
+    for file in sorted(files, key=lambda file: file.stat().st_mtime_ns, reverse=True):
+        rows = [row for row in read_predictions(file) if row["dataset"] == dataset]
+        if rows:
+            return file, rows
+    problem = f"there are no predictions for {dataset}"
+    raise DataError(paths.predictions, problem, f"run `ajgdata run {dataset}` first")
+
+
+def _predictions_of(
+    rows: Sequence[dict[str, str]], file: Path, task: str, model: str, split: str
+) -> list[dict[str, str]]:
+    """Return the rows of a task, model and split. Raises DataError, which lists them, if there are
+    no such rows."""
+    tested = [
+        row
+        for row in rows
+        if row["test_set"] == row["dataset"] and row["target_values"] == TRAINING_VALUES
+    ]
+    columns = ("task", "model", "split")
+    requested = (task, model, split)
+    chosen = [row for row in tested if tuple(row[name] for name in columns) == requested]
+    if not chosen:
+        combinations = sorted({" ".join(row[name] for name in columns) for row in tested})
+        problem = f"there are no predictions of task, model and split {' '.join(requested)!r}"
+        raise DataError(file, problem, f"use one of: {', '.join(combinations)}")
+    return chosen
+
+
+def _read_labels(
+    paths: Paths, dataset: str, recordings: np.ndarray
+) -> tuple[dict[str, np.ndarray], str]:
+    """Return the labels (n,) of `recordings` (n,) by column, "" for a missing column; and whether
+    these are simulated or recorded.
+
+    Raises DataError if the features lack a recording.
+    """
+    file = paths.features(dataset)
+    columns = ("session_id", "object", PLACEMENT_COLUMN, "grasp_id")
+    with open_store(file) as features:
+        row_of = {name: row for row, name in enumerate(features["recording"].values.tolist())}
+        missing = [name for name in recordings.tolist() if name not in row_of]
+        if missing:
+            problem = f"has no recording {missing[0]!r}, which the run predicted"
+            raise DataError(file, problem, f"run `ajgdata run {dataset}` again")
+        rows = [row_of[name] for name in recordings.tolist()]
+        labels = {
+            name: features[name].values[rows].astype(str)
+            if name in features.coords
+            else np.full(len(rows), "")
+            for name in columns
+        }
+        return labels, str(features.attrs["source"])
