@@ -16,7 +16,7 @@ TRAINING_VALUES, WITHHELD_VALUES, ALL_VALUES = "training", "withheld", "all"
 #: Of the recordings of one object under several names.
 PLACEBO_VALUES = "placebo"
 _ELSEWHERE = "on:"
-_PLACEBO, _PLACEBO_SESSIONS = "placebo:", "placebo in sessions:"
+_PLACEBO = "placebo "
 
 
 class ValueParts(NamedTuple):
@@ -46,14 +46,10 @@ def elsewhere(dataset: str) -> str:
     return f"{_ELSEWHERE}{dataset}"
 
 
-def placebo(dataset: str) -> str:
-    """Return the part of the placebo in a data set, with the split of the task."""
-    return f"{_PLACEBO}{dataset}"
-
-
-def placebo_in_sessions(dataset: str) -> str:
-    """Return the part of the placebo in a data set, with held-out sessions."""
-    return f"{_PLACEBO_SESSIONS}{dataset}"
+def placebo(dataset: str, split: str = GROUPED) -> str:
+    """Return the part of the placebo in a data set, with a split: GROUPED, RANDOM or
+    SESSION_SPLIT."""
+    return f"{_PLACEBO}{split}:{dataset}"
 
 
 def part_columns(part: str, dataset: str) -> PartColumns:
@@ -65,12 +61,12 @@ def part_columns(part: str, dataset: str) -> PartColumns:
     PartColumns(split='grouped', test_set='size_80dba', target_values='training')
     >>> part_columns("sessions withheld", "size")
     PartColumns(split='session', test_set='size', target_values='withheld')
-    >>> part_columns("placebo in sessions:placebo_plate", "plate")
+    >>> part_columns(placebo("placebo_plate", "session"), "plate")
     PartColumns(split='session', test_set='placebo_plate', target_values='placebo')
     """
-    for prefix, split in ((_PLACEBO, GROUPED), (_PLACEBO_SESSIONS, SESSION_SPLIT)):
-        if part.startswith(prefix):
-            return PartColumns(split, part.removeprefix(prefix), PLACEBO_VALUES)
+    if part.startswith(_PLACEBO):
+        split, _, name = part.removeprefix(_PLACEBO).partition(":")
+        return PartColumns(split, name, PLACEBO_VALUES)
     if part.startswith(_ELSEWHERE):
         return PartColumns(GROUPED, part.removeprefix(_ELSEWHERE), TRAINING_VALUES)
     values = {

@@ -20,6 +20,7 @@ from ajgdata.evaluate.parts import (
     GROUPED,
     PLACEBO_VALUES,
     RANDOM,
+    SESSION_SPLIT,
     SESSIONS,
     SESSIONS_WITHHELD,
     WITHHELD,
@@ -28,7 +29,6 @@ from ajgdata.evaluate.parts import (
     elsewhere,
     part_columns,
     placebo,
-    placebo_in_sessions,
 )
 from ajgdata.evaluate.task_data import TaskData, is_among, split_withheld
 from ajgdata.experiments import cross_validation_results as shown
@@ -166,7 +166,9 @@ def have_one_placement(data: TaskData, sessions: np.ndarray) -> bool:
     return len(np.unique(data.group)) == len(units)
 
 
-def evaluate_placebo(inputs: Inputs, model: str, other: str | None) -> Evaluation | None:
+def evaluate_placebo(
+    inputs: Inputs, model: str, other: str | None, compare_random: bool = False
+) -> Evaluation | None:
     """Cross-validate `model` on one object under several names, by the splits of the task.
 
     The recordings are in the data set `other`, or else in that of the task: None if it has none,
@@ -190,11 +192,13 @@ def evaluate_placebo(inputs: Inputs, model: str, other: str | None) -> Evaluatio
             **options,
         )
     }
+    if compare_random:
+        splits[placebo(name, RANDOM)] = cross_validate(data.feature, data.value, None, **options)
     in_sessions = data.by_session()
     count = len(np.unique(in_sessions.group))
     if count > 1 and inputs.groups != SESSION_COLUMN:
         options["folds"] = min(inputs.folds, count)
-        splits[placebo_in_sessions(name)] = cross_validate(
+        splits[placebo(name, SESSION_SPLIT)] = cross_validate(
             data.feature, data.value, in_sessions.group, grasps=data.group, **options
         )
     return Evaluation(splits, dict.fromkeys(splits, data))
@@ -204,7 +208,8 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return errors, predictions and cost of `model` on the folds of a task."""
     splits, data = evaluate(inputs, model, settings.test_on, settings.compare_random)
     in_sessions = evaluate_sessions(inputs, model) if settings.compare_sessions else None
-    for further in (in_sessions, evaluate_placebo(inputs, model, settings.placebo)):
+    one_object = evaluate_placebo(inputs, model, settings.placebo, settings.compare_random)
+    for further in (in_sessions, one_object):
         if further is not None:
             splits = {**splits, **further.splits}
             data = {**data, **further.data}

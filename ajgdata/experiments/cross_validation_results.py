@@ -22,6 +22,7 @@ from ajgdata.evaluate.parts import (
     IN_SESSIONS,
     OVERALL,
     RANDOM,
+    SESSION_SPLIT,
     SESSIONS,
     SESSIONS_OVERALL,
     SESSIONS_WITHHELD,
@@ -29,7 +30,6 @@ from ajgdata.evaluate.parts import (
     elsewhere,
     part_columns,
     placebo,
-    placebo_in_sessions,
 )
 from ajgdata.experiments.base import Result, TaskResults
 from ajgdata.experiments.plots import Plot, binned
@@ -56,6 +56,12 @@ SESSION_PARTS = {
     SESSIONS: ("held-out sessions", "held-out sessions"),
     SESSIONS_WITHHELD: ("held-out sessions, withheld", "values withheld, held-out sessions"),
     SESSIONS_OVERALL: ("held-out sessions, overall", "all values, held-out sessions"),
+}
+#: Splits of the placebo, and what is evaluated.
+PLACEBO_SPLITS = {
+    GROUPED: "placebo",
+    RANDOM: "placebo, random split",
+    SESSION_SPLIT: "placebo, held-out sessions",
 }
 #: Heading of the placebo in the table of results.
 PLACEBO_HEADING = "placebo: one object under several names"
@@ -85,7 +91,7 @@ class ModelResult:
     @cached_property
     def _values(self) -> Mapping[str, Mapping[str, float]]:
         """Return values of the metric that is read first, by part and statistic; missing: NaN."""
-        parts = [*PARTS, *SESSION_PARTS, *self.placebo_parts]
+        parts = [*PARTS, *SESSION_PARTS, *map(self.placebo_part, PLACEBO_SPLITS)]
         parts += [elsewhere(name) for name in self.task.settings.test_on]
         scores = self.result.tables[SCORES].where(metric=self.task.metric)
         tables = {part: scores.where(**self._columns(part)) for part in parts}
@@ -119,19 +125,17 @@ class ModelResult:
         """Return the metric of a guess that ignores the sound; NaN if it is unknown."""
         return self._values[part].get("chance", math.nan)
 
-    @property
-    def placebo_parts(self) -> tuple[str, str]:
-        """Parts of the placebo, with the split of the task and with held-out sessions."""
-        dataset = self.task.settings.placebo or self.task.dataset
-        return placebo(dataset), placebo_in_sessions(dataset)
+    def placebo_part(self, split: str) -> str:
+        """Return the part of the placebo with a split, a key of PLACEBO_SPLITS."""
+        return placebo(self.task.settings.placebo or self.task.dataset, split)
 
     def placebo(self, part: str = GROUPED) -> Score | None:
         """Return the metric of the placebo by the split of a part; None if it was not recorded.
 
         Its mean is the chance level of the protocol.
         """
-        by_group, by_session = self.placebo_parts
-        own = by_session if part in BY_SESSION else by_group
+        split = SESSION_SPLIT if part in BY_SESSION else RANDOM if part == RANDOM else GROUPED
+        own = self.placebo_part(split)
         return self.with_interval(own) if self.has(own) else None
 
     def in_sessions(self, part: str = GROUPED) -> Score | None:
@@ -385,9 +389,9 @@ def session_rows(models: Sequence[ModelResult]) -> Iterator[ResultRow]:
 
 def placebo_rows(models: Sequence[ModelResult]) -> Iterator[ResultRow]:
     """Yield a row for each model and split of the placebo."""
-    for name, place in (("placebo", 0), ("placebo, held-out sessions", 1)):
+    for split, name in PLACEBO_SPLITS.items():
         for model in models:
-            part = model.placebo_parts[place]
+            part = model.placebo_part(split)
             if model.has(part):
                 yield ResultRow(
                     model.label,

@@ -10,13 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 
 from ajgdata.experiments.base import TaskResults
-from ajgdata.pages import models, noise
+from ajgdata.pages import models, noise, placement
 from ajgdata.report.report_data import Illustration
 
 #: Function of the results of the report, by the name of the page.
 PAGE_FIGURES: dict[str, Callable[[Sequence[TaskResults]], Iterable[Illustration]]] = {
     "baselines": models.figures,
     "noise": noise.figures,
+    "placement": placement.figures,
 }
 
 

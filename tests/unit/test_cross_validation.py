@@ -268,10 +268,12 @@ def test_a_placebo_in_another_data_set_is_measured_by_the_same_splits():
         **KINDS,
     )
     assert accuracy(tables, "grouped") == 1.0
-    assert accuracy(tables, "placebo:nothing") > 0.75  # the protocol gives the placement away
-    assert accuracy(tables, "placebo in sessions:nothing") < 0.6
-    assert accuracy(tables, "placebo:nothing", "chance") == pytest.approx(1 / 3)
-    assert about["parts"]["placebo:nothing"]["groups"] == 60
+    assert (
+        accuracy(tables, "placebo grouped:nothing") > 0.75
+    )  # the protocol gives the placement away
+    assert accuracy(tables, "placebo session:nothing") < 0.6
+    assert accuracy(tables, "placebo grouped:nothing", "chance") == pytest.approx(1 / 3)
+    assert about["parts"]["placebo grouped:nothing"]["groups"] == 60
     own = cost["scores"].where(split="grouped", test_set="", metric="train_cpu_s").rows
     assert len(own) == 1
 
@@ -298,8 +300,8 @@ def test_placebo_objects_of_a_data_set_belong_to_no_other_evaluation():
     assert about["classes"] == ["a", "b", "c"]
     assert about["parts"]["grouped"]["recordings"] == 120
     assert accuracy(tables, "grouped") == 1.0
-    assert accuracy(tables, "placebo:d") > 0.75
-    assert accuracy(tables, "placebo in sessions:d") < 0.6
+    assert accuracy(tables, "placebo grouped:d") > 0.75
+    assert accuracy(tables, "placebo session:d") < 0.6
     _, _, numbers = measured(placebo_objects=["x"], store=store(object=text_column(["a"] * 40)))
     assert list(numbers["parts"]) == ["grouped"]  # names are no values of a regression
 

@@ -1,8 +1,9 @@
 """Figures of pages: functions of all results of a page."""
 
 import numpy as np
-from result_samples import RMSE, SIZES, kinds, paper_figure, size_result, sizes
+from result_samples import RMSE, SIZES, kind_result, kinds, paper_figure, size_result, sizes
 
+from ajgdata.evaluate.parts import GROUPED, SESSIONS, placebo
 from ajgdata.experiments.base import Other
 from ajgdata.experiments.cross_validation import Settings
 from ajgdata.pages import models, noise, page_figures
@@ -120,3 +121,39 @@ def test_equal_questions_are_shown_once_and_single_models_not_at_all():
     small = three_models(task="small", results=three_models().results[:2])
     assert [len(task.results) for task in models.compared_tasks([small, three_models()])] == [3]
     assert page_figures("baselines", [kinds()]) == ()
+
+
+def placed(placements: int, real, one_object):
+    """Return materials of objects and placebo: accuracy on held-out grasps and sessions."""
+
+    def parts(dataset, values):
+        names = {"grouped": GROUPED, "session": SESSIONS}
+        return {
+            (placebo(dataset, split) if dataset else part): ({"accuracy": Score(value, 0.1)}, 0.25)
+            for (split, part), value in zip(names.items(), values, strict=True)
+        }
+
+    dataset = f"stones{placements}"
+    scores = {**parts("", real), **parts("nothing", one_object)}
+    result = kind_result(parts=scores, dataset=dataset)
+    result.about["design"] = {"sessions": 4, "placements": placements, "fewest_recordings": 9}
+    settings = Settings(placebo="nothing")
+    return kinds(result, settings=settings, page="placement", dataset=dataset)
+
+
+def test_the_placebo_stands_next_to_the_objects_by_number_of_placements():
+    tasks = [placed(5, (0.7, 0.6), (0.3, 0.26)), placed(1, (0.8, 0.6), (0.6, 0.29))]
+    (shown,) = page_figures("placement", tasks)
+    values = {
+        (row["order"], row["split"], row["recordings"]): row["value"] for row in shown.table.rows
+    }
+    assert values["1 placement per session", "held-out grasps", "placebo"] == 60
+    assert values["5 placements per session", "held-out sessions", "objects"] == 60
+    assert len(values) == 8
+    assert shown.title == (
+        "Identical objects are “recognised”: 60 % with 1 placement per session, "
+        "30 % with 5 placements per session (chance 25 %)"
+    )
+    drawn = [text.get_text() for axes in shown.draw().axes for text in axes.get_yticklabels()]
+    assert "held-out sessions" in drawn
+    assert page_figures("placement", [kinds(page="placement")]) == ()
