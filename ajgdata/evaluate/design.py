@@ -1,8 +1,8 @@
 """Design of a recording: can a model recognise the placement or the session instead of the class?
 
 Grasps of one placement share the pose of the object and the state of the granulate. If each class
-was placed once per session, a score on held-out grasps also counts how well placements are told
-apart. If there is one session, no score shows what a new session costs.
+was placed once per session, a score on held-out grasps also counts how well the model separates
+placements. If there is one session, no score shows what a new session costs.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
-#: What to record if a class cannot be told from its placement.
+#: What to record if class and placement cannot be distinguished.
 MORE_PLACEMENTS = "record the objects in rounds (`order: rounds`), or place each several times"
 MORE_SESSIONS = "record another session, on another day if possible"
 
@@ -31,7 +31,7 @@ class Design(NamedTuple):
     def problem(self) -> str:
         """What cannot be distinguished, as a sentence without a stop; "" if nothing."""
         if self.fewest_recordings == 1:
-            return "a class has one recording, so its sound cannot be told from this recording's"
+            return "a class has one recording, so class and recording cannot be distinguished"
         if self.placements is None:
             return (
                 "placements are unknown (no `placement_id`), so a model may recognise the"

@@ -142,7 +142,7 @@ def label_tables(paths: Paths, dataset: str) -> dict[str, list[dict[str, str]]]:
 def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
     """Return a warning for grasps with two objects or target values, for several recordings of one
     grasp with one number of a sample, for classes that differ only in spelling, and for impossible
-    tasks; and a note for each task whose classes cannot be told from placements."""
+    tasks; and a note for each task whose classes and placements cannot be distinguished."""
     mixed_fix = "give each grasp of a session its own grasp_id"
     columns = dict.fromkeys(("object", *spec.targets))
     problems = [_mixed_grasps(tables, column, spec.targets.get(column)) for column in columns]
@@ -164,7 +164,7 @@ def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
 
 
 def placement_notes(tables: Tables, spec: DatasetSpec) -> list[Finding]:
-    """Return a note for each classification whose classes cannot be told from their placements."""
+    """Return a note for each classification whose classes and placements are one."""
     rows = [(name, row) for name, table in tables.items() for row in table if not is_rejected(row)]
     notes = []
     for name, task in spec.tasks.items():

@@ -105,7 +105,7 @@ class DatasetSpec(Strict):
     placebo: Annotated[tuple[Name, ...], Distinct] = Field(
         (),
         description="objects that are one physical object, recorded under each of the names: the "
-        "score of telling them apart is the chance level; no other evaluation uses them",
+        "score of distinguishing them is the chance level; no other evaluation uses them",
     )
     final_models: bool = Field(
         True, description="train models for new recordings; false if it only tests a hypothesis"

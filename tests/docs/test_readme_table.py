@@ -12,6 +12,7 @@ SIZE = {"task": "size", "experiment": "cross_validation", "test_set": "size"}
 NOISE = {"task": "noise", "experiment": "repeated_fits", "test_set": "size_80dba"}
 VALUES = (
     (SIZE, {"mean": 0.7249, "chance": 6.4163, "grasp low": 0.6, "grasp high": 0.9}),
+    (SIZE | {"split": "session"}, {"mean": 1.1, "chance": 6.5, "grasp low": 1, "grasp high": 2}),
     (NOISE, {"median": 20.6, "low": 17.2, "high": 22.4, "chance": 6.4163}),
 )
 
@@ -40,11 +41,12 @@ def test_five_results_next_to_the_published_values(tmp_path):
     write_results(tmp_path / "metrics.csv")
     lines = readme_table(tmp_path / "metrics.csv").splitlines()
     assert lines[3:5] == [
-        "| Edge length of a cube, RMSE | 0.725 mm (0.6 to 0.9) | 2.7 mm | 6.42 mm | better |",
+        "| Edge length of a cube, RMSE | 0.725 mm (0.6 to 0.9) | 1.1 mm | — | 6.42 mm |"
+        " 2.7 mm | better |",
         "| Edge length in noise of 80 dB(A), training at 45 dB(A), RMSE | 20.6 mm (17.2 to 22.4),"
-        " not better than chance | 3.5 mm | 6.42 mm | worse |",
+        " not better than chance | — | — | 6.42 mm | 3.5 mm | worse |",
     ]
-    assert len(lines[3:-3]) == 5 and lines[5].endswith("| — | 85.6 % | — | — |")
+    assert len(lines[3:-3]) == 5 and lines[5].endswith("| — | — | — | — | 85.6 % | — |")
     assert re.fullmatch(r"Commit c0ffee1234; SHA-256 of `metrics.csv`: [0-9a-f]{10}\.", lines[-2])
 
 
