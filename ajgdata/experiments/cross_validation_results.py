@@ -443,9 +443,13 @@ def placement_sentence(results: TaskResults, model: ModelResult) -> str:
 
 
 def design_of(results: TaskResults) -> Design | None:
-    """Return the design of the recordings of a classification; None for a regression."""
+    """Return the design of the recordings of a classification that is split by grasp.
+
+    None for a regression, and for a task that holds out sessions, or groups of a label.
+    """
     stored = results.results[0].about.get("design")
-    return Design(**stored) if stored and results.kind == "classification" else None
+    is_by_grasp = results.kind == "classification" and results.groups == "grasp_id"
+    return Design(**stored) if stored and is_by_grasp else None
 
 
 def advice(results: TaskResults) -> Iterator[str]:

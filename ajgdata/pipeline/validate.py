@@ -35,6 +35,8 @@ Row = Mapping[str, str]
 #: Rows of labels by session.
 Tables = Mapping[str, Sequence[Row]]
 CLASSES_NEEDED = 2
+#: Column that groups recordings if a task names no other.
+GRASPS = "grasp_id"
 #: Texts listed in an issue or a line of counts.
 _MAX_LISTED = 5
 
@@ -64,7 +66,9 @@ def validate_dataset(paths: Paths, dataset: str) -> tuple[int, list[Finding]]:
             if (name := file.recording_id) not in unusable
         ]
     issues += played_sound_issues(paths, spec, names)
-    issues += label_issues({session.session_id: session.labels for session in sessions}, spec)
+    tables = {session.session_id: session.labels for session in sessions}
+    issues += label_issues(tables, spec)
+    issues += placement_notes(tables, spec)
     issues += _check_copies(paths, spec, used, prints)
     return sum(len(session.labels) for session in sessions), sorted(issues)
 
@@ -142,7 +146,7 @@ def label_tables(paths: Paths, dataset: str) -> dict[str, list[dict[str, str]]]:
 def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
     """Return a warning for grasps with two objects or target values, for several recordings of one
     grasp with one number of a sample, for classes that differ only in spelling, and for impossible
-    tasks; and a note for each task whose classes and placements cannot be distinguished."""
+    tasks."""
     mixed_fix = "give each grasp of a session its own grasp_id"
     columns = dict.fromkeys(("object", *spec.targets))
     problems = [_mixed_grasps(tables, column, spec.targets.get(column)) for column in columns]
@@ -159,17 +163,19 @@ def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
     issues += [("similar_classes", problem, class_fix) for problem in spellings]
     task_fix = "record or import another class"
     issues += [("no_task", problem, task_fix) for problem in impossible_tasks(tables, spec)]
-    warnings = [Finding(WHOLE, WHOLE, "", "warning", *issue) for issue in issues]
-    return [*warnings, *placement_notes(tables, spec)]
+    return [Finding(WHOLE, WHOLE, "", "warning", *issue) for issue in issues]
 
 
 def placement_notes(tables: Tables, spec: DatasetSpec) -> list[Finding]:
-    """Return a note for each classification whose classes and placements are one."""
+    """Return a note for each classification whose classes and placements cannot be distinguished.
+
+    Tasks that hold out sessions, or groups of a label, are not concerned.
+    """
     rows = [(name, row) for name, table in tables.items() for row in table if not is_rejected(row)]
     notes = []
     for name, task in spec.tasks.items():
         target = spec.targets[task.target]
-        if target.kind != "classification":
+        if target.kind != "classification" or task.groups != GRASPS:
             continue
         present = [
             (session, row)

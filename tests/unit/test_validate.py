@@ -4,7 +4,7 @@ import numpy as np
 from worlds import assert_one_line
 
 import ajgdata as library
-from ajgdata.pipeline.validate import counts, label_issues, label_tables, validate_dataset
+from ajgdata.pipeline.validate import counts, label_tables, placement_notes, validate_dataset
 from ajgdata.store.audio import file_sha256
 from ajgdata.types import DatasetSpec
 
@@ -105,12 +105,14 @@ def test_classes_that_are_placements_are_a_note_with_what_to_record():
         }
 
     rows = [row("1", "a", "p"), row("2", "a", "p"), row("3", "b", "q"), row("4", "b", "q")]
-    (note,) = label_issues({"s": rows, "t": rows}, spec)
+    (note,) = placement_notes({"s": rows, "t": rows}, spec)
     assert (note.level, note.code) == ("note", "placement")
     assert note.problem.startswith("task kind: each class has one placement per session")
     assert "in rounds" in note.fix
     more = [row("5", "a", "p2"), row("6", "b", "q2")]
-    assert label_issues({"s": [*rows, *more], "t": rows}, spec) == []
+    assert placement_notes({"s": [*rows, *more], "t": rows}, spec) == []
     # placements of the placebo are not those of a class
     other = [row("5", "a", "p2", "x"), row("6", "b", "q2", "x")]
-    assert len(label_issues({"s": [*rows, *other], "t": rows}, spec)) == 1
+    assert len(placement_notes({"s": [*rows, *other], "t": rows}, spec)) == 1
+    in_sessions = {**content, "tasks": {"kind": {"target": "kind", "groups": "session_id"}}}
+    assert placement_notes({"s": rows}, DatasetSpec.model_validate(in_sessions)) == []
