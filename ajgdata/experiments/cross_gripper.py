@@ -21,6 +21,9 @@ from ajgdata.report.format import Score, mean_sd, number, with_unit, words
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import table_of
 
+#: Share of the skill on its own gripper above which a model counts as transferred.
+TRANSFERRED_SKILL = 0.5
+
 
 class Settings(Strict):
     """The task on other grippers, with a few of their grasps added to the training."""
@@ -136,7 +139,40 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
         marks=marks,
         label=words(results.dataset),
         shown_unit=results.shown_unit,
+        note=reason(results, label),
     )
+
+
+def reason(results: TaskResults, label: str) -> str:
+    """Return which other models keep more than half of their skill on a gripper; "" if none does.
+
+    Skill is 0 at the chance level and 1 at the score on the model's own gripper. The verdict is
+    only about the model `label`.
+    """
+    grippers = GRIPPERS.bind(results)
+    sign = 1 if results.kind == "classification" else -1
+    texts = []
+    for result in results.results:
+        if result.label == label:
+            continue
+        homes = _home_scores(results, result.label)
+        points = grippers.points_with(model=result.label, grasps=min(results.settings.grasps))
+        for point in points:
+            home = homes.get(point.panel, Score(math.nan, math.nan)).mean
+            chance = grippers.chance[point.panel]
+            own_gain = sign * (home - chance)
+            gain = sign * (point.score.mean - chance)
+            if own_gain > 0 and gain > TRANSFERRED_SKILL * own_gain:
+                value = mean_sd(point.score, results.shown_unit)
+                own = with_unit(number(home), results.shown_unit)
+                level = with_unit(number(chance), results.shown_unit)
+                texts.append(
+                    f"{result.label} has {value} on {point.panel} ({own} where it was trained,"
+                    f" chance {level})"
+                )
+    if not texts:
+        return ""
+    return f"The verdict is about the paper's model, {label}. In contrast, {'; '.join(texts)}"
 
 
 def _home_scores(results: TaskResults, label: str) -> dict[str, Score]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ajgdata.evaluate.agreement import together
+from ajgdata.evaluate.agreement import Verdict, together
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,
@@ -113,7 +113,7 @@ def finding(results: TaskResults) -> str:
         gaps = [category.gap for category in categories_of(results, space).values()]
         near = sum(gap is not None and gap.mean > 0 for gap in gaps)
         counts.append(f"{near} of {len(gaps)} in {SPACES[space]}")
-    return f"Categories whose members lie nearer to one another than to others: {', '.join(counts)}"
+    return f"Distance within categories smaller than between: {', '.join(counts)}"
 
 
 def by_pair(results: TaskResults) -> Table:
@@ -126,23 +126,70 @@ def by_pair(results: TaskResults) -> Table:
     return table_of("pairs", TITLE, rows, **columns)
 
 
-def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
-    """Yield which categories lie together, and whether the one that the paper names is widest."""
+class Claim(NamedTuple):
+    """A statement of the paper: it holds if the difference, over runs, is above 0."""
+
+    text: str
+    difference: Score
+
+    @property
+    def verdict(self) -> Verdict:
+        """Return whether the difference is above 0 by two standard deviations."""
+        return holds(self.difference)
+
+
+def claims_of(results: TaskResults) -> list[Claim]:
+    """Return the statements of the paper on distances in the latent.
+
+    Empty if one of its categories is missing, or has distances in fewer than two runs.
+    """
     latent = categories_of(results, "latent")
     gaps = {name: category.gap for name, category in latent.items() if category.gap}
-    if results.paper is None or not {*TOGETHER, SPREAD} <= set(gaps):
-        return
-    within = {name: float(np.nanmean(latent[name].within)) for name in gaps}
-    text = [
-        f"{words(name)} {number(within[name])} within, {mean_sd(gaps[name])} more to others"
-        for name in (*TOGETHER, SPREAD)
+    if not {*TOGETHER, SPREAD} <= set(gaps):
+        return []
+    claims = [
+        Claim(f"{words(name)} has a smaller distance within than between", gaps[name])
+        for name in TOGETHER
     ]
     widest = np.max([latent[name].within for name in TOGETHER], axis=0)
     wider = latent[SPREAD].within - widest
-    verdicts = {holds(gaps[name]) for name in TOGETHER}
-    verdicts.add(holds(Score(float(wider.mean()), float(wider.std(ddof=1)))))
-    cost = encoder_cost(results, lookup)
-    yield results.compared(results.paper, "; ".join(text), "latent", together(verdicts), cost=cost)
+    difference = Score(float(wider.mean()), float(wider.std(ddof=1)))
+    claims.append(Claim(f"{words(SPREAD)} has the largest distance within", difference))
+    return claims
+
+
+def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
+    """Yield which categories lie together, and whether the one that the paper names is widest."""
+    claims = claims_of(results)
+    if results.paper is None or not claims:
+        return
+    latent = categories_of(results, "latent")
+    text = []
+    for name, claim in zip((*TOGETHER, SPREAD), claims, strict=True):
+        within = float(np.nanmean(latent[name].within))
+        gap = latent[name].gap or claim.difference
+        text.append(f"{words(name)} {number(within)} within, {mean_sd(gap)} more to others")
+    yield results.compared(
+        results.paper,
+        "; ".join(text),
+        "latent",
+        together({claim.verdict for claim in claims}),
+        cost=encoder_cost(results, lookup),
+        note=reason(claims),
+    )
+
+
+def reason(claims: Sequence[Claim]) -> str:
+    """Return the verdict on each statement that does not agree; "" if all agree."""
+    texts = [
+        f"“{claim.text}” {claim.verdict.replace('inconclusive', 'is inconclusive')}"
+        f" (difference {mean_sd(claim.difference)}, over folds and initialisations)"
+        for claim in claims
+        if claim.verdict != "agrees"
+    ]
+    count = len(claims) - len(texts)
+    agree = f"{count} of {len(claims)} statements of the paper agree"
+    return f"{agree}, but {'; '.join(texts)}" if texts else ""
 
 
 DISTANCES = Plot(

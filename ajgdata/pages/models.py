@@ -140,8 +140,8 @@ def conclusion(table: Table) -> str:
     (accurate, wins), (frequent, times) = best.most_common(1)[0], front.most_common(1)[0]
     count = len(tasks)
     return (
-        f"{accurate}: lowest error in {wins} of {count} tasks; {frequent}: on the Pareto front of"
-        f" error and training time in {times}"
+        f"Lowest error: {accurate} ({wins} of {count} tasks);"
+        f" on the Pareto front of error and time: {frequent} ({times})"
     )
 
 

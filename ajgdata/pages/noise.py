@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ajgdata.evaluate.parts import GROUPED, elsewhere
 from ajgdata.experiments.base import TaskResults
-from ajgdata.experiments.cross_validation_results import ModelResult, models_of
+from ajgdata.experiments.cross_validation_results import PARTS, ModelResult, models_of
+from ajgdata.experiments.repeated_fits import statistics
+from ajgdata.pages.direct_labels import LineLabel, label_right
+from ajgdata.pages.selection import alternative, paper_sentence
 from ajgdata.report.comparison import PaperFigure
 from ajgdata.report.format import Caption, Score, mean_sd, number, with_unit
 from ajgdata.report.report_data import Illustration
@@ -20,34 +27,72 @@ if TYPE_CHECKING:
 
 PAGE = "noise"
 REPEATED_FITS = "repeated_fits"
+#: Published value of the same models in quiet: that on training values.
+IN_QUIET, _ = PARTS[GROUPED]
 
 
 def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
     """Yield the error against the noise level, if models of the page were tested at two levels."""
-    results = [task for task in results if task.page == PAGE]
-    models = [model for task in results for model in models_in_noise(task)]
+    own = [task for task in results if task.page == PAGE]
+    models = [model for task in own for model in models_in_noise(task)]
     if not models:
         return
     first = models[0].task
     models = [model for model in models if model.task.shown_unit == first.shown_unit]
-    finding = conclusion(models[0])
-    listed = "; ".join(
+    known = published_values(results)
+    fits = fitted_medians(own)
+    title = conclusion(models[0], known, fits)
+    listed = [
         f"{model.label} at {number(level)} {unit_of(first)}: {mean_sd(score, first.shown_unit)}"
         for model in models
         for level, score in scores(model).items()
-    )
+    ]
+    listed += [
+        f"{fit.label}, median of repeated fits at {number(fit.level)} {unit_of(first)}:"
+        f" {mean_sd(fit.score, first.shown_unit)}"
+        for fit in fits
+    ]
     text = (
-        f"{first.dataset_title}, {first.source}. {trained(first)}. Lines: {first.metric_title} on "
-        f"held-out grasps with its 95 % interval over grasps, of one cross-validation. "
-        f"{repeated_fits_sentence(results)}{paper_sentence(results)}"
+        f"{first.dataset_title}, {first.source}. {trained(first)}. Lines: {first.metric_title} on"
+        f" held-out grasps with its 95 % interval over grasps, of one cross-validation."
+        f" {repeated_fits_sentence(fits)}{paper_sentence([paper_of(task) for task in own])}"
     )
     yield Illustration(
         f"{first.dataset}--against-noise",
-        Caption(text, f"{finding}. {listed}."),
-        partial(draw_figure, models, finding, published_values(results)),
-        finding,
+        Caption(text, alternative(title, listed)),
+        partial(draw_figure, models, fits, known, title),
+        title,
         score_table(models),
     )
+
+
+@dataclass(frozen=True)
+class FittedMedian:
+    """Median error of repeated fits of a model at a noise level, with its interval, as shown."""
+
+    model: str
+    label: str
+    level: float
+    score: Score
+
+
+def fitted_medians(results: Sequence[TaskResults]) -> list[FittedMedian]:
+    """Return the median of repeated fits of each model at the level that the paper reports."""
+    medians = []
+    for task in results:
+        if task.experiment != REPEATED_FITS:
+            continue
+        name = task.settings.test_on[0]
+        level = task.other_sets[name].level
+        if level is None:
+            continue
+        for result in task.results:
+            values = statistics(result, name)
+            if not {"median", "low", "high"} <= values.keys():
+                continue
+            score = Score(values["median"], math.nan, (), values["low"], values["high"])
+            medians.append(FittedMedian(result.model, result.label, level.value, score))
+    return medians
 
 
 def score_table(models: Sequence[ModelResult]) -> Table:
@@ -79,13 +124,13 @@ def score_table(models: Sequence[ModelResult]) -> Table:
     )
 
 
-def repeated_fits_sentence(results: Sequence[TaskResults]) -> str:
+def repeated_fits_sentence(fits: Sequence[FittedMedian]) -> str:
     """Return why the error of repeated fits differs; empty if models were fitted once."""
-    if not any(task.experiment == REPEATED_FITS for task in results):
+    if not fits:
         return ""
     return (
-        "Other initial weights change the error in noise. The section “Repeated fits” shows the "
-        "median of several fits, which is compared with the paper. "
+        "Open diamonds: median of several fits with other initial weights, which is compared with"
+        " the paper. "
     )
 
 
@@ -134,27 +179,53 @@ def scores(model: ModelResult) -> Mapping[float, Score]:
     return errors
 
 
-def conclusion(model: ModelResult) -> str:
-    """Return the value of a model at the lowest and at the highest level, with chance."""
+def conclusion(
+    model: ModelResult, known: Mapping[float, float], fits: Sequence[FittedMedian] = ()
+) -> str:
+    """Return the error of a model at the published levels, else at the lowest and the highest.
+
+    At a level with repeated fits of the model, the error is their median.
+    """
     unit = model.task.shown_unit
-    by_level = scores(model)
-    ends = ", ".join(
-        f"{with_unit(number(by_level[level].mean), unit)} at {number(level)} {unit_of(model.task)}"
-        for level in (min(by_level), max(by_level))
+    errors = {level: score.mean for level, score in scores(model).items()}
+    errors |= {fit.level: fit.score.mean for fit in fits if fit.model == model.result.model}
+    levels_shown = [level for level in known if level in errors]
+    if len(levels_shown) < 2:
+        levels_shown = [min(errors), max(errors)]
+    listed = ", ".join(
+        f"{with_unit(number(errors[level]), unit)} at {number(level)} {unit_of(model.task)}"
+        for level in levels_shown
     )
+    text = f"{model.label}: {model.task.metric_title} {listed}"
+    published = [number(known[level]) for level in levels_shown if level in known]
+    if published:
+        return f"{text} (published {with_unit(', '.join(published), unit)})"
     chance = with_unit(number(model.task.scale * model.chance()), unit)
-    return f"{model.label}: {model.task.metric_title} {ends} (chance {chance})"
+    return f"{text} (chance {chance})"
 
 
-def published_values(results: Sequence[TaskResults]) -> tuple[float, ...]:
-    """Return noise level and error of the published value, one after the other; empty without."""
+def published_values(results: Sequence[TaskResults]) -> dict[float, float]:
+    """Return the published error by noise level, the lowest level first.
+
+    The error in noise is that of repeated fits. The error in quiet is published for the same models
+    on the training values of the same data set.
+    """
+    known: dict[float, float] = {}
     for task in results:
         paper = paper_of(task)
-        if paper is not None and paper.value is not None:
-            level = task.other_sets[task.settings.test_on[0]].level
-            if level is not None:
-                return (level.value, float(paper.value))
-    return ()
+        if task.page != PAGE or paper is None or paper.value is None:
+            continue
+        level = task.other_sets[task.settings.test_on[0]].level
+        if level is not None:
+            known[level.value] = float(paper.value)
+        quiet = [
+            other.papers[IN_QUIET].value
+            for other in results
+            if other.dataset == task.dataset and IN_QUIET in other.papers
+        ]
+        if task.level is not None and quiet and quiet[0] is not None:
+            known[task.level.value] = float(quiet[0])
+    return dict(sorted(known.items()))
 
 
 def paper_of(task: TaskResults) -> PaperFigure | None:
@@ -162,31 +233,62 @@ def paper_of(task: TaskResults) -> PaperFigure | None:
     return task.paper if task.experiment == REPEATED_FITS else None
 
 
-def paper_sentence(results: Sequence[TaskResults]) -> str:
-    """Return the published value as a sentence; empty without."""
-    papers = [paper for paper in map(paper_of, results) if paper is not None]
-    return f"The paper, on its real gripper: {papers[0].text}." if papers else ""
-
-
-def draw_figure(models: Sequence[ModelResult], title: str, published: tuple[float, ...]) -> Figure:
-    """Draw a line per model over the noise level."""
-    from ajgdata.report.marks import Picture, Point, draw
+def draw_figure(
+    models: Sequence[ModelResult],
+    fits: Sequence[FittedMedian],
+    known: Mapping[float, float],
+    title: str,
+) -> Figure:
+    """Draw a line per model over the noise level, the medians of fits and the published values."""
+    from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure
 
     task = models[0].task
-    points = [
-        Point("", model.label, level, score)
-        for model in models
-        for level, score in scores(model).items()
-    ]
-    picture = Picture(
-        title=title,
-        subtitle=f"{task.dataset_title}. {trained(task)}",
-        sources=(task.source,),
-        points=tuple(points),
-        axis=(task.metric_title, task.shown_unit),
-        place=("noise level", unit_of(task)),
-        chance=(("", task.scale * models[0].chance()),),
-        published=published,
-        limits=(0.0, float("inf")),
+    subtitle = f"{task.dataset_title}. {trained(task)}"
+    figure = new_figure((WIDTH_IN, 3.9), title, subtitle, [task.source])
+    axes = figure.subplots()
+    labels = []
+    colours = {}
+    for index, model in enumerate(models):
+        by_level = scores(model)
+        values = [score.mean for score in by_level.values()]
+        bars = np.hstack([score.bars() for score in by_level.values()])
+        style = line_style(index)
+        axes.errorbar([*by_level], values, bars, capsize=2, elinewidth=0.7, **style)
+        labels.append(LineLabel(model.label, values[-1], style["color"]))
+        colours[model.result.model] = style["color"]
+    chance = task.scale * models[0].chance()
+    axes.axhline(chance, color=GREY, ls=":", lw=1.0)
+    labels.append(LineLabel("chance", chance, GREY))
+    for fit in fits:
+        look = {"color": colours.get(fit.model, "black"), "marker": "D", "mfc": "white", "ms": 6}
+        axes.errorbar([fit.level], [fit.score.mean], fit.score.bars(), capsize=3, **look)
+        axes.annotate(
+            f"{fit.label}, median\nof repeated fits",
+            (fit.level, fit.score.mean),
+            (-8, 0),
+            textcoords="offset points",
+            color=look["color"],
+            fontsize=8,
+            ha="right",
+            va="center",
+        )
+    axes.plot([*known], [*known.values()], "*", color="black", ms=11, ls="")
+    for level, value in known.items():
+        axes.annotate(
+            f"published {number(value)}",
+            (level, value),
+            (0, 8),
+            textcoords="offset points",
+            fontsize=8,
+            ha="left" if level == min(scores(models[0])) else "center",
+        )
+    places = sorted({level for model in models for level in scores(model)} | {*known})
+    axes.set_xticks(places, [number(level) for level in places])
+    axes.set_ylim(bottom=0)
+    unit = f" ({task.shown_unit})" if task.shown_unit else ""
+    axes.set(
+        xlabel=f"noise level ({unit_of(task)})",
+        ylabel=f"{task.metric_title}{unit}",
     )
-    return draw("lines", picture)
+    label_right(axes, labels)
+    return figure

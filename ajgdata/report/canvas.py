@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
@@ -106,7 +107,9 @@ def new_figure(
     """
     width, badges = size_in[0], sorted(set(sources))
     left = 0.08 + BADGE_IN * len(badges)
-    lines = textwrap.wrap(sentence(title), int(TITLE_LETTERS_PER_IN * (width - 0.2))) or [""]
+    # A number, its deviation and the word after it stay in one line.
+    unbroken = re.sub(r"(?<=[\d±]) ", "\N{NO-BREAK SPACE}", sentence(title))
+    lines = textwrap.wrap(unbroken, int(TITLE_LETTERS_PER_IN * (width - 0.2))) or [""]
     below = textwrap.wrap(subtitle, int(SUBTITLE_LETTERS_PER_IN * (width - left - 0.12))) or [""]
     extra = TITLE_LINE_IN * (len(lines) - 1) + SUBTITLE_LINE_IN * (len(below) - 1)
     height = size_in[1] + extra

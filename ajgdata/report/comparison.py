@@ -159,7 +159,8 @@ class PaperComparison:
     (default: the paper's), if chance is among them. `label` names the
     row among others of one figure, `page` has the details. Where the
     same values stand there by several splits, `split` says by which. `controls` are the result with
-    held-out sessions and the placebo, in words.
+    held-out sessions and the placebo, in words. `note` is a sentence, without a stop, on what the
+    verdict does not show.
     """
 
     paper: PaperFigure
@@ -178,6 +179,7 @@ class PaperComparison:
     page: str = ""
     experiment: str = ""
     controls: str = ""
+    note: str = ""
 
     @property
     def unit(self) -> str:

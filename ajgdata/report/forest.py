@@ -66,7 +66,8 @@ def paper_rows(comparisons: Sequence[PaperComparison]) -> list[ForestRow]:
         if row.paper.value is not None:
             marks["paper"] = Mark("paper", *[row.paper.value] * 3)
         positions, alt = _placed(marks, row.unit)
-        texts = row.paper.published, row.short_result, row.result
+        details = f"{row.result}. {row.note}" if row.note else row.result
+        texts = row.paper.published, row.short_result, details
         rows.append(
             ForestRow(
                 row.name, row.page, row.source, positions, *texts, row.agrees, alt, row.controls

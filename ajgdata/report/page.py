@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import quote
 
 from ajgdata.paths import INDEX, Paths
@@ -24,6 +24,14 @@ RUN_TIME = "--run-time"
 MAX_OPEN_FIGURES, MAX_OPEN_ROWS = 4, 6
 
 
+class FoldedPart(NamedTuple):
+    """Details of an experiment on a task that a page shows on demand."""
+
+    title: str
+    summary: str
+    figures: tuple[Illustration, ...]
+
+
 def illustrations(report: Report) -> Iterator[Illustration]:
     """Yield every figure of the report, in the order of its pages; nothing is drawn yet."""
     from ajgdata.report.figures import spectra_figure
@@ -33,9 +41,28 @@ def illustrations(report: Report) -> Iterator[Illustration]:
             yield spectra_figure(d, d.spectra)
     for page in report.pages:
         yield from page.figures
+    replaced = {name for page in report.pages for name in replaced_names(page)}
     for section in report.sections:
         for part in section.parts:
-            yield from part.figures
+            yield from (figure for figure in part.figures if figure.name not in replaced)
+
+
+def replaced_names(page: ExperimentPage) -> set[str]:
+    """Return the names of the figures of experiments that the figures of a page replace."""
+    return {name for figure in page.figures for name in figure.replaces}
+
+
+def task_figures(report: Report) -> list[Illustration]:
+    """Return the first figure of each task, or the figure of a page that replaces it."""
+    replacing = {
+        name: figure for page in report.pages for figure in page.figures for name in figure.replaces
+    }
+    shown = {}
+    for section in report.sections:
+        for first in section.parts[0].figures[:1]:
+            figure = replacing.get(first.name, first)
+            shown[figure.name] = figure
+    return list(shown.values())
 
 
 def spectra_name(dataset: str) -> str:
@@ -59,6 +86,7 @@ def render_pages(
     first = {
         "paper_rows": paper_rows(report.comparisons),
         "model_rows": model_rows(report.sections),
+        "task_figures": task_figures(report),
     }
     own = {
         INDEX: ("index.html.j2", first),
@@ -119,15 +147,23 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
             title, _, task = section.title.rpartition(" · ")
             headlines.setdefault(title, []).append(f"{task}, {part.headline}")
     counts = tally(comparisons)
-    figures = [part.figures[0] for _, part in parts if part.figures]
+    shown = open_figures(page, [part for _, part in parts])
+    causes = _causes(comparisons)
+    untested = [row.name for row in comparisons if row.differs and not row.reasons and not row.note]
     return {
         "page": page,
         "sections": sections,
-        "open": [*page.figures, *figures][:MAX_OPEN_FIGURES],
-        "headlines": list(headlines.items()),
-        "answer": _page_answer(comparisons, parts),
+        "first_figures": shown[:1],
+        "more_figures": shown[1:],
+        "folded": folded_parts(page, sections, shown),
+        "headlines": list(headlines.items()) if len(parts) > 1 else [],
+        "more_heading": "Results by data set" if len(parts) > 1 else "More results",
+        "answer": _page_answer(page, comparisons, parts),
         "comparisons": comparisons,
-        "causes": _causes(comparisons),
+        "causes": causes,
+        "untested": untested,
+        "has_differences": bool(causes or untested),
+        "notes": [(row.name, row.note) for row in comparisons if row.note],
         "paper_rows": paper_rows(comparisons),
         "verdicts": next(iter(counts)) if len(counts) == 1 else tally_text(counts),
         "n_rows": sum(len(section.rows) for section in sections),
@@ -135,6 +171,33 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
         "methods": dict.fromkeys((p.experiment, p.title) for _, p in parts if p.text),
         "datasets": [d for d in report.datasets if d.name in names],
     }
+
+
+def open_figures(page: ExperimentPage, parts: Sequence[Part]) -> list[Illustration]:
+    """Return the figures of a page that are not folded.
+
+    A page with its own figures shows only them. Other pages show the first figure of each part.
+    """
+    figures = [part.figures[0] for part in parts if part.figures]
+    return [*(page.figures or figures)][:MAX_OPEN_FIGURES]
+
+
+def folded_parts(
+    page: ExperimentPage, sections: Sequence[TaskSection], shown: Sequence[Illustration]
+) -> list[FoldedPart]:
+    """Return the folded details of each part that has a summary, or figures that are not shown.
+
+    Figures that a figure of the page replaces are left out.
+    """
+    names = {figure.name for figure in shown} | replaced_names(page)
+    folded = []
+    for section in sections:
+        for part in section.parts:
+            figures = [figure for figure in part.figures if figure.name not in names]
+            if part.summary or figures:
+                title = f"{section.title}: {part.title.lower()}"
+                folded.append(FoldedPart(title, part.summary, tuple(figures)))
+    return folded
 
 
 def _causes(comparisons: Sequence[PaperComparison]) -> list[tuple[bool, Reason, list[str]]]:
@@ -148,14 +211,18 @@ def _causes(comparisons: Sequence[PaperComparison]) -> list[tuple[bool, Reason, 
 
 
 def _page_answer(
-    comparisons: Sequence[PaperComparison], parts: Sequence[tuple[TaskSection, Part]]
+    page: ExperimentPage,
+    comparisons: Sequence[PaperComparison],
+    parts: Sequence[tuple[TaskSection, Part]],
 ) -> str:
     """Return the first sentence of a page: on the paper's result, the figure or the best model."""
     compared = filter(None, map(compared_sentence, comparisons))
     best = (
         best_sentence(section, row) for section, part in parts for row in part.rows if row.answer
     )
-    titles = (f"{sentence(part.headline)}." for _, part in parts if part.headline)
+    conclusions = [figure.title for figure in page.figures]
+    conclusions += [part.headline for _, part in parts]
+    titles = (f"{sentence(title)}." for title in conclusions if title)
     choices = (compared, titles, best) if comparisons else (best, titles)
     return next((text for texts in choices for text in texts), "")
 

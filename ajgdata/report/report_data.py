@@ -34,7 +34,8 @@ class Illustration(NamedTuple):
     """A figure that is not drawn yet: file name without suffix, words, and how to draw it.
 
     `title` is its conclusion, which is also drawn. `table` has its values; the figures of
-    experiments have none, because the tables of the experiments are written.
+    experiments have none, because the tables of the experiments are written. The figure of a page
+    `replaces` the figures of experiments that show the same, by name.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Illustration(NamedTuple):
     draw: Callable[[], Figure]
     title: str = ""
     table: Table | None = None
+    replaces: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

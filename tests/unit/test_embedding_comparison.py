@@ -1,11 +1,14 @@
 """Embeddings beside the paper: numbers and verdicts computed from stored results."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from embedding_samples import SETTINGS
 
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Result, TaskResults
+from ajgdata.experiments.cross_gripper import Settings as GripperSettings
 from ajgdata.experiments.embedding_distances import categories_of
 from ajgdata.report.comparison import Cost, PaperFigure
 from ajgdata.types import Embedding
@@ -122,3 +125,41 @@ def test_gaps_are_to_the_mean_of_the_others():
     assert categories["spherical"].gap.mean == pytest.approx(2)
     assert categories["cylindrical"].gap.mean == pytest.approx(2.05)
     assert categories["cylindrical"].gap.sd == pytest.approx(0.1 / 2**0.5)
+
+
+def test_a_partly_agreeing_statement_has_a_note_with_the_part_that_does_not_agree():
+    note = row(distances(figure(), cylindrical=1, other=0.5, spherical=1), knn()).note
+    # In each run, other is 0.5 narrower than spherical.
+    assert note == (
+        "2 of 3 statements of the paper agree, but “other has the largest distance within”"
+        " disagrees (difference -0.5, over folds and initialisations)"
+    )
+    agreeing = row(distances(figure(), cylindrical=1, other=2.5, spherical=1), knn())
+    assert (agreeing.agrees, agreeing.note) == ("agrees", "")
+
+
+def gripper_row(knn_there: float):
+    """The comparison of a CNN at 80 % and k-NN at 60 % on their gripper, with a chance of 10 %."""
+    there = {"CNN": (0.8, 0.12), "k-NN": (0.6, knn_there)}
+    measured = []
+    for label, (home, value) in there.items():
+        folds = [
+            {"other": "moved", "grasps": 0, "fold": fold, "metric": "accuracy"}
+            | {"value": value + shift, "chance": 0.1, "home": home + shift, "recordings": 0}
+            for fold, shift in enumerate((-0.01, 0.01))
+        ]
+        name = "cnn" if label == "CNN" else "knn"
+        measured.append(Result(name, label, {}, {"folds": listed("folds", folds)}, {}))
+    settings = GripperSettings(test_on=("moved",), grasps=(0,))
+    task = dataclasses.replace(
+        results("cross_gripper", figure()), settings=settings, results=tuple(measured)
+    )
+    return row(task, None)
+
+
+def test_a_model_that_keeps_more_than_half_of_its_skill_is_named_in_a_note():
+    outcome = gripper_row(0.42)  # skill 32 of 50 %
+    assert outcome.agrees == "agrees" and outcome.model == "CNN"
+    assert outcome.note.startswith("The verdict is about the paper's model, CNN. In contrast, k-NN")
+    assert "(60 % where it was trained, chance 10 %)" in outcome.note
+    assert gripper_row(0.34).note == ""  # skill 24 of 50 %

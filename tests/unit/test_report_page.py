@@ -7,7 +7,7 @@ from pathlib import PurePosixPath
 
 import pytest
 from html_page import Page
-from report_samples import PAPER, SCRIPT, sample_report
+from report_samples import PAPER, SCRIPT, illustration, sample_report
 
 from ajgdata.paths import Paths
 from ajgdata.report.comparison import Change, Cost, PaperComparison, Reason, mark_of
@@ -212,3 +212,37 @@ def test_equal_feature_settings_are_one_row(pages):
     names = ", ".join(d.name for d in report.datasets)
     settings = {d.features for d in report.datasets}
     assert len(settings) == 1 and Page(pages["run.html"]).row([names])
+
+
+def test_a_page_with_its_own_figure_folds_those_of_experiments_and_omits_replaced_ones():
+    report = sample_report()
+    (size,) = [page for page in report.pages if page.name == "size"]
+    parts = [part for section in report.on("size") for part in section.parts]
+    replaced, *folded = [figure.name for part in parts for figure in part.figures]
+    own = illustration("sizes-of-the-paper")._replace(title="A finding", replaces=(replaced,))
+    changed = tuple(
+        dataclasses.replace(page, figures=(own,)) if page is size else page for page in report.pages
+    )
+    report = dataclasses.replace(report, pages=changed)
+    assert replaced not in [figure.name for figure in illustrations(report)]
+    pages = render(report)
+    assert "sizes-of-the-paper" in [a["id"] for a in Page(pages["index.html"]).all("figure")]
+    html = pages["experiments/size.html"]
+    opened = re.sub(r"<details>.*?</details>", "", html, flags=re.S)
+    assert [a["id"] for a in Page(opened).all("figure")] == ["sizes-of-the-paper"]
+    assert folded
+    assert [a["id"] for a in Page(html).all("figure")] == ["sizes-of-the-paper", *folded]
+    without_numbers = dataclasses.replace(COMPARED, marks=())
+    compared = render(dataclasses.replace(report, comparisons=(without_numbers,)))
+    assert "A finding." in Page(compared["experiments/size.html"]).words
+
+
+def test_a_note_on_a_verdict_is_on_its_page_and_in_the_comparison():
+    compared = dataclasses.replace(COMPARED, note="one of two statements agrees")
+    pages = render(dataclasses.replace(sample_report(), comparisons=(compared,), paper=(PAPER,)))
+    assert "cubes: one of two statements agrees." in Page(pages["experiments/size.html"]).words
+    assert "one of two statements agrees." in Page(pages["paper.html"]).words
+    untested = "no cause has been tested"
+    assert untested not in pages["experiments/size.html"]  # the note is the reason
+    plain = dataclasses.replace(sample_report(), comparisons=(COMPARED,), paper=(PAPER,))
+    assert untested in render(plain)["experiments/size.html"]
