@@ -45,6 +45,7 @@ TITLE_LINE_IN, SUBTITLE_LINE_IN = 0.19, 0.15
 TITLE_LETTERS_PER_IN, SUBTITLE_LETTERS_PER_IN = 9.0, 13.0
 HEAD_IN = 0.53  #: height of a head of one line of each, which the size of a figure includes
 BADGE_IN = 0.88
+NO_BREAK = "\N{NO-BREAK SPACE}"
 
 STYLE: dict[str, Any] = {
     "axes.axisbelow": True,
@@ -108,8 +109,9 @@ def new_figure(
     width, badges = size_in[0], sorted(set(sources))
     left = 0.08 + BADGE_IN * len(badges)
     # A number, its deviation and the word after it stay in one line.
-    unbroken = re.sub(r"(?<=[\d±]) ", "\N{NO-BREAK SPACE}", sentence(title))
-    lines = textwrap.wrap(unbroken, int(TITLE_LETTERS_PER_IN * (width - 0.2))) or [""]
+    unbroken = re.sub(r"(?<=[\d±]) ", NO_BREAK, sentence(title))
+    wrapped = textwrap.wrap(unbroken, int(TITLE_LETTERS_PER_IN * (width - 0.2))) or [""]
+    lines = [line.replace(NO_BREAK, " ") for line in wrapped]
     below = textwrap.wrap(subtitle, int(SUBTITLE_LETTERS_PER_IN * (width - left - 0.12))) or [""]
     extra = TITLE_LINE_IN * (len(lines) - 1) + SUBTITLE_LINE_IN * (len(below) - 1)
     height = size_in[1] + extra

@@ -92,3 +92,10 @@ def test_mean_of_each_class_without_those_that_have_none():
     spectra = mean_spectra(store, SPEC)
     assert spectra.labels == ("a",)
     np.testing.assert_array_equal(spectra.mean, [[2, 4]])
+
+
+def test_a_line_of_a_title_does_not_end_between_a_number_and_its_unit():
+    title = f"{'A' * 30} {'b' * 25} 0.3 ± 0.1 mm {'c' * 30}"  # the first line holds 63 letters
+    figure = new_figure((7.2, 3.0), title, "", [])
+    lines = [text.get_text() for text in figure.texts if text.get_text()]
+    assert lines == [f"{'A' * 30} {'b' * 25}", f"0.3 ± 0.1 mm {'c' * 30}"]
