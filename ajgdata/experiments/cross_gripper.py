@@ -139,7 +139,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
         marks=marks,
         label=words(results.dataset),
         shown_unit=results.shown_unit,
-        note=reason(results, label),
+        remark=reason(results, label),
     )
 
 
@@ -172,7 +172,7 @@ def reason(results: TaskResults, label: str) -> str:
                 )
     if not texts:
         return ""
-    return f"The verdict is about the paper's model, {label}. In contrast, {'; '.join(texts)}"
+    return f"the verdict is about the paper's model, {label}; {'; '.join(texts)}"
 
 
 def _home_scores(results: TaskResults, label: str) -> dict[str, Score]:

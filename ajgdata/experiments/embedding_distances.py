@@ -175,7 +175,7 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
         "latent",
         together({claim.verdict for claim in claims}),
         cost=encoder_cost(results, lookup),
-        note=reason(claims),
+        remark=reason(claims),
     )
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ajgdata.experiments.base import Result, TaskResults
+from ajgdata.experiments.sorting import PLAIN
 from ajgdata.pages.selection import alternative, first_on, paper_sentence
 from ajgdata.report.format import Caption, number
 from ajgdata.report.report_data import Illustration
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 PAGE = "sorting"
 #: Column of the runs: objects that are sorted until no class is probable enough.
 SORTS = "sorts"
-#: Names of the probabilities that decide: as the model gives them, and calibrated.
-PROBABILITIES = {"plain": "model's own probabilities", "scaled": "calibrated probabilities"}
+#: Names of the probabilities that decide: as the model gives them (`PLAIN`), and calibrated.
+OWN, CALIBRATED = "model's own probabilities", "calibrated probabilities"
 PERCENTILES = (5, 50, 95)
 COLUMNS = {
     "probabilities": "Probabilities",
@@ -62,7 +63,8 @@ def run_lengths(result: Result) -> Mapping[str, np.ndarray]:
     """Return the number of sorts of each run (n,), ascending, by kind of probabilities."""
     runs = result.tables["runs"].split_by("part")
     return {
-        PROBABILITIES.get(part, part): np.sort(table.numbers(SORTS)) for part, table in runs.items()
+        OWN if part == PLAIN else CALIBRATED: np.sort(table.numbers(SORTS))
+        for part, table in runs.items()
     }
 
 
@@ -88,12 +90,12 @@ def length_table(lengths: Mapping[str, np.ndarray]) -> Table:
 
 def conclusion(task: TaskResults, lengths: Mapping[str, np.ndarray]) -> str:
     """Return the median of each kind of probabilities, with the published number."""
-    medians = [number(float(np.median(values))) for values in lengths.values()]
+    medians = {name: number(float(np.median(values))) for name, values in lengths.items()}
     paper = task.paper
     known = f"; published {number(paper.value)}" if paper and paper.value is not None else ""
     label = task.results[0].label
-    calibrated = f" ({medians[1]} if calibrated)" if len(medians) > 1 else ""
-    return f"{label}: median {medians[0]} sorts until the first refusal{calibrated}{known}"
+    calibrated = f" ({medians[CALIBRATED]} if calibrated)" if CALIBRATED in medians else ""
+    return f"{label}: median {medians[OWN]} sorts until the first refusal{calibrated}{known}"
 
 
 def draw_figure(task: TaskResults, lengths: Mapping[str, np.ndarray], title: str) -> Figure:

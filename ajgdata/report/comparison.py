@@ -159,8 +159,8 @@ class PaperComparison:
     (default: the paper's), if chance is among them. `label` names the
     row among others of one figure, `page` has the details. Where the
     same values stand there by several splits, `split` says by which. `controls` are the result with
-    held-out sessions and the placebo, in words. `note` is a sentence, without a stop, on what the
-    verdict does not show.
+    held-out sessions and the placebo, in words. `remark` is a condition of the verdict, or what
+    it does not show.
     """
 
     paper: PaperFigure
@@ -179,7 +179,7 @@ class PaperComparison:
     page: str = ""
     experiment: str = ""
     controls: str = ""
-    note: str = ""
+    remark: str = ""
 
     @property
     def unit(self) -> str:

@@ -66,7 +66,7 @@ def paper_rows(comparisons: Sequence[PaperComparison]) -> list[ForestRow]:
         if row.paper.value is not None:
             marks["paper"] = Mark("paper", *[row.paper.value] * 3)
         positions, alt = _placed(marks, row.unit)
-        details = f"{row.result}. {row.note}" if row.note else row.result
+        details = f"{row.result}; {row.remark}" if row.remark else row.result
         texts = row.paper.published, row.short_result, details
         rows.append(
             ForestRow(

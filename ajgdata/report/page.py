@@ -149,7 +149,9 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
     counts = tally(comparisons)
     shown = open_figures(page, [part for _, part in parts])
     causes = _causes(comparisons)
-    untested = [row.name for row in comparisons if row.differs and not row.reasons and not row.note]
+    untested = [
+        row.name for row in comparisons if row.differs and not row.reasons and not row.remark
+    ]
     return {
         "page": page,
         "sections": sections,
@@ -163,7 +165,7 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
         "causes": causes,
         "untested": untested,
         "has_differences": bool(causes or untested),
-        "notes": [(row.name, row.note) for row in comparisons if row.note],
+        "remarks": [row for row in comparisons if row.remark],
         "paper_rows": paper_rows(comparisons),
         "verdicts": next(iter(counts)) if len(counts) == 1 else tally_text(counts),
         "n_rows": sum(len(section.rows) for section in sections),

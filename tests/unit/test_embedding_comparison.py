@@ -127,15 +127,15 @@ def test_gaps_are_to_the_mean_of_the_others():
     assert categories["cylindrical"].gap.sd == pytest.approx(0.1 / 2**0.5)
 
 
-def test_a_partly_agreeing_statement_has_a_note_with_the_part_that_does_not_agree():
-    note = row(distances(figure(), cylindrical=1, other=0.5, spherical=1), knn()).note
+def test_a_partly_agreeing_statement_has_a_remark_with_the_part_that_does_not_agree():
+    remark = row(distances(figure(), cylindrical=1, other=0.5, spherical=1), knn()).remark
     # In each run, other is 0.5 narrower than spherical.
-    assert note == (
+    assert remark == (
         "2 of 3 statements of the paper agree, but “other has the largest distance within”"
         " disagrees (difference -0.5, over folds and initialisations)"
     )
     agreeing = row(distances(figure(), cylindrical=1, other=2.5, spherical=1), knn())
-    assert (agreeing.agrees, agreeing.note) == ("agrees", "")
+    assert (agreeing.agrees, agreeing.remark) == ("agrees", "")
 
 
 def gripper_row(knn_there: float):
@@ -157,9 +157,9 @@ def gripper_row(knn_there: float):
     return row(task, None)
 
 
-def test_a_model_that_keeps_more_than_half_of_its_skill_is_named_in_a_note():
+def test_a_model_that_keeps_more_than_half_of_its_skill_is_named_in_a_remark():
     outcome = gripper_row(0.42)  # skill 32 of 50 %
     assert outcome.agrees == "agrees" and outcome.model == "CNN"
-    assert outcome.note.startswith("The verdict is about the paper's model, CNN. In contrast, k-NN")
-    assert "(60 % where it was trained, chance 10 %)" in outcome.note
-    assert gripper_row(0.34).note == ""  # skill 24 of 50 %
+    assert outcome.remark.startswith("the verdict is about the paper's model, CNN; k-NN")
+    assert "(60 % where it was trained, chance 10 %)" in outcome.remark
+    assert gripper_row(0.34).remark == ""  # skill 24 of 50 %
