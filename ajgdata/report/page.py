@@ -149,9 +149,7 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
     counts = tally(comparisons)
     shown = open_figures(page, [part for _, part in parts])
     causes = _causes(comparisons)
-    untested = [
-        row.name for row in comparisons if row.differs and not row.reasons and not row.remark
-    ]
+    untested = [row.name for row in comparisons if row.differs and not row.reasons]
     return {
         "page": page,
         "sections": sections,
