@@ -101,6 +101,7 @@ def paper_table(rows: Sequence[PaperComparison]) -> Table:
             "source": row.source,
             "model": row.model,
             "result": row.result,
+            "remark": row.remark,
             "split": row.split,
             "agrees": row.agrees,
             "train_cpu_s": row.cost.train_cpu_s if row.cost else None,
