@@ -7,18 +7,29 @@ tasks or experiments.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from ajgdata.experiments.base import TaskResults
-from ajgdata.pages import models, noise, placement
+from ajgdata.pages import models, noise, orientation, placement
+from ajgdata.report.comparison import Reason
 from ajgdata.report.report_data import Illustration
 
 #: Function of the results of the report, by the name of the page.
 PAGE_FIGURES: dict[str, Callable[[Sequence[TaskResults]], Iterable[Illustration]]] = {
     "baselines": models.figures,
     "noise": noise.figures,
+    "orientation": orientation.figures,
     "placement": placement.figures,
 }
+#: Functions that test causes of differences from the paper with the stored results. Other causes
+#: need new measurements (`ablations`).
+PAGE_CAUSES: tuple[Callable[[Sequence[TaskResults]], Iterable[Reason]], ...] = (orientation.causes,)
+
+
+def page_causes(results: Sequence[TaskResults]) -> Iterator[Reason]:
+    """Yield the tested causes that follow from the results of a run without ablations."""
+    for causes in PAGE_CAUSES:
+        yield from causes(results)
 
 
 def page_figures(page: str, results: Sequence[TaskResults]) -> tuple[Illustration, ...]:

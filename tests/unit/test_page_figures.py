@@ -3,10 +3,11 @@
 import numpy as np
 from result_samples import RMSE, SIZES, kind_result, kinds, paper_figure, size_result, sizes
 
+from ajgdata.evaluate.mirror import mirror_image
 from ajgdata.evaluate.parts import GROUPED, SESSIONS, placebo
 from ajgdata.experiments.base import Other
 from ajgdata.experiments.cross_validation import Settings
-from ajgdata.pages import models, noise, page_figures
+from ajgdata.pages import models, noise, page_causes, page_figures
 from ajgdata.report.format import Score
 from ajgdata.types import Level
 
@@ -157,3 +158,46 @@ def test_the_placebo_stands_next_to_the_objects_by_number_of_placements():
     drawn = [text.get_text() for axes in shown.draw().axes for text in axes.get_yticklabels()]
     assert "held-out sessions" in drawn
     assert page_figures("placement", [kinds(page="placement")]) == ()
+
+
+def angles(predicted: np.ndarray, **changes):
+    """Return a task whose withheld angles have the predictions `predicted`."""
+    rmse = float(np.sqrt(np.mean(np.square(predicted - WITHHELD_DEG))))
+    withheld = {"withheld": ({"rmse": Score(rmse, 1.0, (rmse, rmse))}, 41.0)}
+    tested = {"grouped": (SIZES, SIZES), "withheld": (WITHHELD_DEG, predicted)}
+    given = {
+        "page": "orientation",
+        "mirror_deg": 80.0,
+        "unit": "°",
+        "papers": {"unknown": paper_figure("orientation", 8.0, unit="°", text="8° withheld")},
+    }
+    return sizes(size_result(parts=withheld, predictions=tested), **(given | changes))
+
+
+WITHHELD_DEG = np.repeat(np.arange(9.0, 180.0, 18.0), 4)
+
+
+def test_predictions_at_the_mirror_image_are_a_cause_without_an_ablation():
+    mirrored = angles(mirror_image(WITHHELD_DEG, 80.0))
+    (reason,) = page_causes([mirrored])
+    (test,) = reason.tests
+    assert reason.of == ("orientation",) and reason.split == ""
+    assert (test.model, test.supported) == ("CNN", True)
+    assert test.after == 0 and test.before > 50
+    (shown,) = page_figures("orientation", [mirrored])
+    assert reason.link == f"experiments/orientation.html#{shown.name}"
+    assert shown.title.startswith("An angle and its mirror image give the same sound (CNN ")
+    assert "test" not in shown.title and "8° withheld" in shown.caption.text
+    lines = shown.draw().axes[0].get_lines()
+    marks = {tuple(point) for point in np.transpose(lines[1].get_data()).tolist()}
+    assert marks == set(zip(WITHHELD_DEG, mirror_image(WITHHELD_DEG, 80.0), strict=True))
+
+
+def test_other_errors_are_no_mirror_image_and_other_tasks_are_not_tested():
+    far = angles(WITHHELD_DEG + 20.0)
+    (reason,) = page_causes([far])
+    assert not reason.tests[0].supported
+    (shown,) = page_figures("orientation", [far])
+    assert shown.title.startswith("CNN: RMSE 20°")
+    for other in (angles(WITHHELD_DEG, mirror_deg=None), angles(WITHHELD_DEG, papers={})):
+        assert list(page_causes([other])) == [] and page_figures("orientation", [other]) == ()
