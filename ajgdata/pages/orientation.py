@@ -183,7 +183,7 @@ def error_table(measured: Sequence[MirrorResult]) -> Table:
         error="RMSE, °",
         nearer_error="RMSE to the nearer of angle and mirror image, °",
         share="Share of predictions nearer to the mirror image",
-        p_holm="p of exchanged predictions, corrected (Holm)",
+        p_holm="p of exchanged predictions with the correction of Holm",
     )
 
 

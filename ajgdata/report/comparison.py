@@ -359,7 +359,7 @@ def evidence(reason: Reason) -> str:
     changes: dict[str, list[str]] = {}
     for test in reason.tests:
         said = f"{test.model} {number(test.before)} → {number(test.after)}"
-        doubt = "" if test.supported else ", not supported"
+        doubt = "" if test.supported else " not supported"
         changes.setdefault(test.change, []).append(said + doubt)
     return "; ".join(f"{change} ({', '.join(said)})" for change, said in changes.items())
 

@@ -147,7 +147,7 @@ def test_reasons_must_be_supported_and_point_to_the_paper():
     assert not row("agrees", reasons=reasons).differs
     assert row("worse").differs and not row("inconclusive").differs  # no reason was tested
     assert evidence(up) == "twice the scatter (CNN 1 → 2)"
-    assert evidence(vague).endswith("not supported)")
+    assert evidence(vague).endswith("2.1 not supported)")
 
 
 def test_a_reason_can_be_about_one_split():
