@@ -1,8 +1,12 @@
 """Mirror planes, and predictions that confuse an angle with its mirror image."""
 
+import math
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from ajgdata.ablations import read_ablations
 from ajgdata.evaluate.mirror import (
     angle_from_plane,
     mirror_errors,
@@ -12,6 +16,7 @@ from ajgdata.evaluate.mirror import (
     mirror_planes,
 )
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
+from ajgdata.paths import Paths
 
 PLANE_DEG = 90.0
 ANGLES = np.repeat(np.arange(9.0, 180.0, 18.0), 4)
@@ -63,3 +68,15 @@ def test_errors_of_a_period_are_the_shortest_way_round():
     true, predicted = np.array([1.0, 1.0]), np.array([179.0, 179.0])
     assert mirror_errors(true, predicted, np.zeros(2), 45.0, period=180.0).error == 2
     assert mirror_errors(true, predicted, np.zeros(2), 45.0).error == 178
+
+
+def test_the_transducers_of_the_grid_have_the_misfit_of_its_axis_for_both_planes():
+    grid = read_ablations(Paths(Path(__file__).resolve().parents[2]))["mirror"].grid
+    for misfit_mm, scene in grid.x.scenes.items():
+        gripper = Gripper(**grid.scene["gripper"], **scene["gripper"])
+        planes = mirror_planes(gripper)
+        assert [plane.misfit_mm for plane in planes] == pytest.approx([misfit_mm] * 2, abs=0.01)
+        assert planes[1].angle_deg == pytest.approx(83.4, abs=0.01)  # that of the default gripper
+        assert math.dist(gripper.speaker_mm, gripper.microphone_mm) == pytest.approx(70, abs=0.02)
+    for offset_mm, scene in grid.series.scenes.items():
+        assert scene["session"]["jig_mm"] == [offset_mm, offset_mm]
