@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -111,7 +112,27 @@ def readme_table(metrics: Path) -> str:
     table = "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
     commits = ", ".join(sorted({commit[:10] for commit in numbers["commit"]}))
     digest = hashlib.sha256(metrics.read_bytes()).hexdigest()[:10]
-    return f"\n{table}\nCommit {commits}; SHA-256 of `metrics.csv`: {digest}.\n\n"
+    about = f"Commit {commits}; SHA-256 of `metrics.csv`: {digest}."
+    return f"\n{table}\n{_machines(numbers, paper)}{about}\n\n"
+
+
+def _machines(metrics: pd.DataFrame, paper: Mapping[str, PaperFigure]) -> str:
+    """Return the range of each value over machines as a line, as the verdicts use it.
+
+    Empty if no difference was measured (`reports/machine_spread.yaml`).
+    """
+    ranges = []
+    for row in ROWS:
+        values = _values(row, metrics, row.query)
+        spread = paper[row.paper].spread
+        if values is not None and spread:
+            value = values.scale * values.value
+            ends = f"{number(value - spread)} to {number(value + spread)}"
+            ranges.append(f"{row.title.rpartition(', ')[0]} {with_unit(ends, values.unit)}")
+    if not ranges:
+        return ""
+    link = "[Range over machines](docs/reproducibility.md#differences-between-computers)"
+    return f"{link}: {'; '.join(ranges)}.\n\n"
 
 
 def _cells(row: Row, metrics: pd.DataFrame, paper: PaperFigure) -> tuple[str, ...]:
@@ -128,9 +149,9 @@ def _cells(row: Row, metrics: pd.DataFrame, paper: PaperFigure) -> tuple[str, ..
     verdict: str = DASH
     if paper.value is not None or paper.text == NEAR_CHANCE:
         reference = chance if paper.value is None else paper.value / scale
-        verdict, _ = judged(
+        verdict = judged(
             paper, value, interval, reference, scale=scale, chance=chance, perfect=perfect
-        )
+        ).verdict
     level = with_unit(number(scale * chance), unit)
     controls = (_control(row, metrics, query) for query in (row.sessions, _PLACEBO))
     return row.title, result, *controls, level, published, verdict

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -26,8 +27,8 @@ from ajgdata.store.features import read_store
 from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import overridden, read_dataset
 from ajgdata.types import DatasetSpec, NotPossibleError
-from ajgdata.types.comparison import WITHHELD, Ablation, AblationVariant, Grasps
-from ajgdata.types.table import Table
+from ajgdata.types.comparison import WITHHELD, Ablation, AblationVariant, Grasps, Grid
+from ajgdata.types.table import Table, table_of
 
 #: What is drawn anew for each grasp; the correlation lengths are no amounts.
 NUISANCES = ("roughness_mm", "slope_deg", "packing", "force", "grain_force")
@@ -57,6 +58,45 @@ def measure(paths: Paths, name: str, ablation: Ablation, *, seed: int) -> Table:
                 label = f"{variant_name} on:{tested}" if tested else variant_name
                 variants[label] = result.per_fold[metric]
     return trial_table(name, ablation, folds, metric, task["unit"] if metric == "rmse" else "")
+
+
+def measure_grid(paths: Paths, ablation: Ablation, grid: Grid, *, seed: int) -> Table:
+    """Return the errors at withheld values for all pairs of values of a grid.
+
+    Each grasp of the recipe is simulated with both changes and recorded once. The folds and the
+    withheld values are those of the tasks.
+    """
+    from ajgdata.models import model_label
+
+    spec = read_dataset(paths, grid.train)
+    rows = []
+    for (x, x_scene), (series, series_scene) in product(
+        grid.x.scenes.items(), grid.series.scenes.items()
+    ):
+        scene = overridden(overridden(dict(grid.scene), x_scene), series_scene)
+        grasps = Grasps(sessions=grid.sessions, scene=scene)
+        variant = AblationVariant(task=next(iter(grid.tasks)), grasps=grasps)
+        data = VariantData(paths, spec, ablation, variant)
+        simulated = data.changed(data.planned(grasps))
+        for name, label in grid.tasks.items():
+            task = spec.task_settings(name)
+            known, withheld = split_withheld(simulated, task["withhold"])
+            scores = _evaluated(variant, task, known, {WITHHELD: withheld}, grid.model, seed)
+            errors = scores[WITHHELD].per_fold["rmse"]
+            chance = scores[WITHHELD].chance["rmse"]
+            row = {"task": label, "x": x, "series": series, "error": float(np.mean(errors))}
+            row |= {"sd": float(np.std(errors, ddof=1)), "chance": chance}
+            rows.append(row)
+    unit = f" ({task['unit']})"
+    columns = {
+        "task": "Task",
+        "x": f"{grid.x.title} ({grid.x.unit})",
+        "series": f"{grid.series.title} ({grid.series.unit})",
+        "error": f"RMSE at withheld values, {model_label(grid.model, 'regression')}{unit}",
+        "sd": "Standard deviation over folds",
+        "chance": "Chance level",
+    }
+    return table_of(grid.name, grid.title, rows, grid.note, **columns)
 
 
 def _evaluated(

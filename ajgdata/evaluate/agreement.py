@@ -1,14 +1,15 @@
 """Verdicts on results: a number compared with a published number, or with a statement.
 
-A number *agrees* only if its interval contains the published number and is narrow: less than a
-quarter of the distance from chance to perfect. A wide interval contains almost any number, so it
-is *inconclusive*. No spread can turn a difference into agreement.
+The difference of our number and the published number has a 95 % interval, which contains the
+uncertainty of both. Our number *agrees* only if this interval contains 0 and is narrow: less than
+a quarter of the distance from chance to perfect. A wide interval contains almost any number, so
+the comparison is *inconclusive*.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Literal, NamedTuple, get_args
 
 
@@ -35,23 +36,78 @@ class Interval(NamedTuple):
 UNDEFINED = Interval(float("nan"), float("nan"))
 #: Names of both ends in tables of scores.
 GRASP_INTERVAL = ("grasp low", "grasp high")
-#: `disagrees` and `partly agrees` are for statements, of which neither better nor worse has a
-#: meaning.
 Verdict = Literal["agrees", "partly agrees", "better", "worse", "inconclusive", "disagrees"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+#: Meaning of each verdict, in the report and in docs/ablations.md.
+VERDICT_MEANINGS: Mapping[Verdict, str] = {
+    "agrees": (
+        "number: the 95 % interval of the difference contains 0 and is narrow; "
+        "statement: the interval of each of its differences is above 0"
+    ),
+    "partly agrees": "statement: a part agrees, another part does not",
+    "better": "number: the interval of the difference is on the better side of 0",
+    "worse": "number: the interval of the difference is on the worse side of 0",
+    "inconclusive": (
+        "the interval contains 0 and is wide, or the verdict changes with the size of the "
+        "published test or with the computer"
+    ),
+    "disagrees": "statement: the interval of its difference is below 0",
+}
 #: Words at a result whose interval contains chance, or is worse.
 NO_BETTER = "not better than chance"
+#: 97.5 % quantile of the standard normal distribution.
+Z_95 = 1.959964
 #: Share of the distance from chance to perfect below which an interval is narrow.
 NARROW = 0.25
 
 
+def wilson(share: float, trials: int) -> Interval:
+    """Return the 95 % score interval of a share (0 to 1) of `trials` (Wilson 1927).
+
+    >>> from ajgdata.evaluate.agreement import wilson
+    >>> low, high = wilson(0.9, 40)
+    >>> f"{low:.3f} {high:.3f}"
+    '0.769 0.960'
+    """
+    squared = Z_95**2 / trials
+    centre = share + squared / 2
+    half_width = math.sqrt(squared * (share * (1 - share) + squared / 4))
+    return Interval((centre - half_width) / (1 + squared), (centre + half_width) / (1 + squared))
+
+
+def difference(
+    value: float, interval: Interval, compared: float, compared_interval: Interval
+) -> Interval:
+    """Return the 95 % interval of `value` - `compared` from the intervals of both.
+
+    Each end combines the distances from the two values to the ends of their intervals (Newcombe
+    1998, Statistics in Medicine 17, method 10). The two values are from different recordings.
+
+    >>> from ajgdata.evaluate.agreement import Interval, difference
+    >>> low, high = difference(0.8, Interval(0.77, 0.84), 0.5, Interval(0.47, 0.54))
+    >>> f"{low:.2f} {high:.2f}"
+    '0.25 0.35'
+    """
+    gap = value - compared
+    below = math.hypot(value - interval.low, compared_interval.high - compared)
+    above = math.hypot(interval.high - value, compared - compared_interval.low)
+    return Interval(gap - below, gap + above)
+
+
 def compare(
-    value: float, interval: Interval, published: float, *, chance: float, perfect: float
+    value: float,
+    interval: Interval,
+    published: float,
+    *,
+    chance: float,
+    perfect: float,
+    published_interval: Interval | None = None,
 ) -> Verdict:
     """Return the verdict on our `value` and its 95 % interval; all in one unit.
 
-    `chance` and `perfect` tell which direction is better. An interval that is undefined, as that
-    of an error of zero, agrees only with the same number.
+    `chance` and `perfect` show which direction is better. Without `published_interval`, the
+    published value counts as exact. If `interval` is undefined, as that of an error of zero, our
+    value agrees only with the same number.
 
     >>> from ajgdata.evaluate.agreement import Interval, compare
     >>> compare(2.2, Interval(2.0, 2.7), 2.6, chance=8.2, perfect=0.0)  # RMSE in mm
@@ -62,11 +118,14 @@ def compare(
     if not interval.is_defined:
         same = math.isclose(value, published, rel_tol=1e-9, abs_tol=1e-12)
         return "agrees" if same else "inconclusive"
-    if interval.low <= published <= interval.high:
-        narrow = interval.high - interval.low < NARROW * abs(chance - perfect)
+    gap = interval.shifted(-published)
+    if published_interval is not None:
+        gap = difference(value, interval, published, published_interval)
+    if gap.low <= 0 <= gap.high:
+        narrow = gap.high - gap.low < NARROW * abs(chance - perfect)
         return "agrees" if narrow else "inconclusive"
     higher_is_better = perfect > chance
-    return "better" if (interval.low > published) == higher_is_better else "worse"
+    return "better" if (gap.low > 0) == higher_is_better else "worse"
 
 
 def statement(gap: Interval) -> Verdict:

@@ -12,6 +12,8 @@ from sklearn.base import BaseEstimator
 from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate import metrics
+from ajgdata.evaluate.agreement import UNDEFINED, Interval
+from ajgdata.evaluate.intervals import CONFIDENCE, MIN_GRASPS, RESAMPLES, ROUNDING
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.models import fit_named_model
@@ -39,6 +41,7 @@ class CurvePoint:
     recordings: int  #: that were learned from
     scores: dict[str, float]  #: on the validation rows, which all points share
     chance: dict[str, float]  #: the same of a guess that knows the training rows' targets only
+    correct: dict[str, float]  #: share of correct recordings by validation grasp; classes only
 
 
 @dataclass(frozen=True)
@@ -87,7 +90,8 @@ def learning_curve(
                 continue
             used = min(len(rows.value), MODELS[model].most_recordings)
             scores = _scores(fitted, rows.value, tested, kind, period)
-            points.append(CurvePoint(size, repeat, used, *scores))
+            correct = _correct_by_grasp(fitted, tested) if kind == "classification" else {}
+            points.append(CurvePoint(size, repeat, used, *scores, correct))
     return _checked_curve(points, sizes, skipped)
 
 
@@ -115,6 +119,53 @@ def _scores(
     """Return the metrics of a fitted model on `tests`, and of a guess that ignores its input."""
     scores = metrics.score(tests.value, fitted.predict(tests.feature), kind, period)
     return scores, metrics.chance(y_train, tests.value, kind, period)
+
+
+def _correct_by_grasp(fitted: BaseEstimator, tests: TaskData) -> dict[str, float]:
+    """Return the share of correctly classified recordings of each grasp."""
+    is_correct = fitted.predict(tests.feature) == tests.value
+    grasps = np.unique(tests.group)
+    return {str(grasp): float(is_correct[tests.group == grasp].mean()) for grasp in grasps}
+
+
+def grasps_needed(
+    sizes: Sequence[int], correct: np.ndarray, reached: float, seed: int = 0
+) -> tuple[float, Interval]:
+    """Return the smallest of `sizes` with a mean accuracy of at least `reached`, and its interval.
+
+    `correct` (sizes, draws, grasps) are shares of correct recordings. The interval resamples draws
+    of training grasps and validation grasps. A curve that does not reach the accuracy needs
+    infinitely many grasps.
+
+    >>> import numpy as np
+    >>> from ajgdata.evaluate.few_grasps import grasps_needed
+    >>> curve = np.array([0.4, 0.7, 0.9])[:, None, None] * np.ones((3, 5, 20))
+    >>> grasps_needed([2, 4, 8], curve, 0.8)
+    (8.0, Interval(low=8.0, high=8.0))
+    """
+    order = np.argsort(sizes)
+    ascending = np.append(np.asarray(sizes, float)[order], np.inf)
+    correct = np.asarray(correct)[order]
+
+    def first(accuracy: np.ndarray) -> np.ndarray:
+        """Return the first size (n,) that reaches the accuracy, from accuracies (sizes, n)."""
+        never = np.ones((1, accuracy.shape[1]), bool)
+        is_enough = np.concatenate([accuracy >= reached - ROUNDING, never])
+        return ascending[is_enough.argmax(axis=0)]
+
+    needed = float(first(correct.mean(axis=(1, 2))[:, None])[0])
+    _, n_draws, n_grasps = correct.shape
+    if n_grasps < MIN_GRASPS:
+        return needed, UNDEFINED
+    random = np.random.default_rng(seed)
+    draws = random.multinomial(n_draws, np.full(n_draws, 1 / n_draws), RESAMPLES) / n_draws
+    grasps = random.multinomial(n_grasps, np.full(n_grasps, 1 / n_grasps), RESAMPLES) / n_grasps
+    resampled = first(np.einsum("sdg,nd,ng->sn", correct, draws, grasps, optimize=True))
+    tail = 50 * (1 - CONFIDENCE)
+    # A percentile between a number and infinity has no value: take the resample next to it.
+    low = np.percentile(resampled, tail, method="lower")
+    high = np.percentile(resampled, 100 - tail, method="higher")
+    return needed, Interval(float(low), float(high))
 
 
 @dataclass(frozen=True)

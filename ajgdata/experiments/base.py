@@ -170,6 +170,7 @@ class TaskResults:
     other_sets: Mapping[str, Other] = field(default_factory=dict)
     level: Level | None = None
     period_deg: float | None = None
+    mirror_deg: float | None = None  #: mirror plane of the gripper, if the target is an angle
     left_out: Mapping[str, int] = field(default_factory=dict)  #: groups of classes too rare
     page: str = ""  #: of the report, by name
     same_page: tuple[TaskResults, ...] = ()  #: of the experiment on all tasks of the page

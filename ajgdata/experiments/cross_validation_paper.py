@@ -26,7 +26,7 @@ from ajgdata.report.comparison import (
     judged,
     mark_of,
 )
-from ajgdata.report.format import Score
+from ajgdata.report.format import Score, number, with_unit
 
 #: Row of the paper on a task of many models: its number is that of the baseline.
 BASELINES = "baselines"
@@ -64,26 +64,45 @@ def _compared(
         shares = [np.mean(predicted[true == name] == name) for name in np.unique(true)]
         count = sum(share >= MIN_ACCURACY for share in shares)
         text += f"; {count} of {len(shares)} classes at 90 % or more"
+    mirror = model.mirror_errors(part)
+    if mirror is not None:
+        nearer, share = with_unit(number(mirror.nearer_error), paper.unit), 100 * mirror.share
+        text += f"; {nearer} to the nearer of angle and mirror image"
+        text += f" ({number(share)} % are nearer to the image)"
     published, chance = paper.value, model.chance(part)
     if paper.text == NEAR_CHANCE:
         published = model.task.scale * chance
     verdict: Verdict = "inconclusive"
+    remark = ""
     if published is not None:
-        scale, mean, interval = model.task.scale, model.score(part).mean, model.interval(part)
-        verdict, remark = judged(
-            paper, mean, interval, published / scale,
-            chance=chance, perfect=model.perfect, scale=scale,
-        )  # fmt: skip
-        text += f"; {remark}" if remark else ""
-    split = _split_of(model, part)
+        scale = model.task.scale
+        verdict, remark, _ = judged(
+            paper,
+            model.score(part).mean,
+            model.interval(part),
+            published / scale,
+            chance=chance,
+            perfect=model.perfect,
+            scale=scale,
+        )
+    split = split_name(model, part)
     label = ", ".join(filter(None, (paper.row, split))) if split else ""
     return model.task.compared(
-        paper, text, model.label, verdict, cost=model.cost, marks=marks_of(models, model, part),
-        split=split, label=label, shown_unit=model.task.shown_unit, controls=controls(model, part),
-    )  # fmt: skip
+        paper,
+        text,
+        model.label,
+        verdict,
+        remark=remark,
+        cost=model.cost,
+        marks=marks_of(models, model, part),
+        split=split,
+        label=label,
+        shown_unit=model.task.shown_unit,
+        controls=controls(model, part),
+    )
 
 
-def _split_of(model: ModelResult, part: str) -> str:
+def split_name(model: ModelResult, part: str) -> str:
     """Return the split of known values, if the paper is compared with both splits: "" else."""
     papers = dict(model.parts)
     if part not in (GROUPED, RANDOM) or not (papers.get(GROUPED) and papers.get(RANDOM)):

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -43,6 +44,9 @@ from ajgdata.report.comparison import (
 from ajgdata.report.format import Score, column_title, mean_sd, number, sentence, words
 from ajgdata.report.report_data import ResultRow
 from ajgdata.types.table import Table, table_of
+
+if TYPE_CHECKING:
+    from ajgdata.evaluate.mirror import MirrorErrors
 
 #: Parts of a task: key in dataset.yaml under `paper`, and heading in the table of results.
 PARTS = {
@@ -184,6 +188,20 @@ class ModelResult:
         if self.task.period_deg:
             predicted = true + wrapped(predicted - true, self.task.period_deg)
         return true, predicted
+
+    def mirror_inputs(self, part: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return true angles, predicted angles and folds (n,) of a part."""
+        table = self.result.tables["predictions"].where(**self._columns(part))
+        return table.numbers("y_true"), table.numbers("y_pred"), table.numbers("fold")
+
+    def mirror_errors(self, part: str) -> MirrorErrors | None:
+        """Return errors to the nearer of angle and mirror image; None without a mirror plane."""
+        from ajgdata.evaluate.mirror import mirror_errors
+
+        if self.task.mirror_deg is None:
+            return None
+        inputs = self.mirror_inputs(part)
+        return mirror_errors(*inputs, self.task.mirror_deg, self.task.period_deg)
 
     @property
     def parts(self) -> list[tuple[str, PaperFigure | None]]:

@@ -6,11 +6,12 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 from pydantic import Field
 
-from ajgdata.evaluate.agreement import Verdict
+from ajgdata.evaluate.agreement import Interval, compare
 from ajgdata.evaluate.parts import GROUPED, part_columns
-from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults
+from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, Result, TaskResults
 from ajgdata.experiments.plots import Plot
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.report.comparison import Mark, PaperComparison
@@ -20,6 +21,10 @@ from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
     from ajgdata.report.marks import Point
+
+
+#: Name of the table of correct recordings by held-out grasp.
+HELD_OUT = "held_out"
 
 
 class Settings(Strict):
@@ -57,11 +62,22 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         for p in points
         for metric, value in p.scores.items()
     )
-    columns = {"groups": "Training grasps per class", "draw": "Draw", "recordings": "Recordings"}
+    held_out = (
+        {"groups": p.groups, "draw": p.repeat, "grasp": grasp, "correct": share}
+        for p in points
+        for grasp, share in p.correct.items()
+    )
+    named = {"groups": "Training grasps per class", "draw": "Draw"}
+    columns = {**named, "recordings": "Recordings"}
     columns |= {"metric": "Metric", "value": "Value", "chance": "Chance"}
+    of_grasps = {**named, "grasp": "Held-out grasp", "correct": "Share of correct recordings"}
     title = "Learning curve"
     return Outcome(
-        (score_table(scores, title), table_of("curve", title, table_rows, **columns)),
+        (
+            score_table(scores, title),
+            table_of("curve", title, table_rows, **columns),
+            table_of(HELD_OUT, "Held-out grasps", held_out, **of_grasps),
+        ),
         about={"others": {str(size): why for size, why in curve.skipped.items()}},
     )
 
@@ -77,24 +93,50 @@ def missing(results: TaskResults) -> str:
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
-    """Yield how many grasps reach the accuracy that the paper names."""
-    paper, first = results.paper, results.results[0]
+    """Yield the number of grasps that reach the published accuracy, with its interval.
+
+    A number of grasps has no chance level. As for sorting, the interval is narrow if it is below a
+    quarter of the published number.
+    """
+    from ajgdata.evaluate.few_grasps import grasps_needed
+
+    paper = results.paper
+    first = results.results[0]
     if paper is None or paper.value is None or paper.reached is None:
         return
-    curve = _points(results, first.label)
-    enough = [point.x for point in curve if point.score.mean >= paper.reached]
-    needed = float(enough[0]) if enough else math.inf  # more than any that was tried
-    tried = number(float(curve[-1].x))
-    best = f"{mean_sd(curve[-1].score, results.shown_unit)} with {tried}"
-    agrees: Verdict
-    if enough:
-        text = f"{number(needed)} ({best})"
-        agrees = "agrees" if needed >= paper.value else "better"  # at least so many
-    else:  # more than any that was tried, or never
-        text = f"more than {tried} ({best})"
-        agrees = "inconclusive"
-    marks = (Mark("ours", needed, min(needed, float(curve[-1].x)), needed),)
-    yield results.compared(paper, text, first.label, agrees, marks=marks)
+    if results.kind != "classification":
+        return
+    sizes, correct = correct_recordings(first)
+    needed, interval = grasps_needed(sizes, correct, paper.reached / results.scale)
+    tried = max(sizes)
+    last = _points(results, first.label)[-1]
+    best = f"{mean_sd(last.score, results.shown_unit)} with {number(tried)}"
+    ends = f"{_count(interval.low, tried)} to {_count(interval.high, tried)}"
+    text = f"{_count(needed, tried)} ({ends}); {best}"
+    # A curve that does not reach the accuracy needs more grasps than were tried.
+    known = Interval(min(interval.low, tried), interval.high)
+    verdict = compare(needed, known, paper.value, chance=paper.value, perfect=0.0)
+    marks = (Mark("ours", needed, known.low, known.high),)
+    yield results.compared(paper, text, first.label, verdict, marks=marks)
+
+
+def correct_recordings(result: Result) -> tuple[list[int], np.ndarray]:
+    """Return numbers of training grasps, and shares of correct recordings (sizes, draws, grasps).
+
+    The shares are those of the held-out grasps, which are the same for all numbers and draws.
+    """
+    shares = {
+        (row["groups"], row["draw"], row["grasp"]): row["correct"]
+        for row in result.tables[HELD_OUT].rows
+    }
+    sizes, draws, grasps = (sorted({key[axis] for key in shares}) for axis in range(3))
+    correct = [[[shares[s, d, g] for g in grasps] for d in draws] for s in sizes]
+    return sizes, np.array(correct)
+
+
+def _count(grasps: float, tried: int) -> str:
+    """Return a number of grasps; one that was not reached is more than the largest number."""
+    return number(grasps) if math.isfinite(grasps) else f"more than {number(tried)}"
 
 
 CURVE = Plot(

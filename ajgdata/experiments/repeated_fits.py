@@ -126,10 +126,9 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     text = [shown[0]]
     text += [f"{other.label}: {said}" for other, said in zip(further, shown[1:], strict=True)]
     ours = median, Interval(low, high)
-    agrees, remark = judged(paper, *ours, paper.value, chance=chance, perfect=0.0)
-    text += [remark] if remark else []
+    verdict, remark, _by_n = judged(paper, *ours, paper.value, chance=chance, perfect=0.0)
     marks = Mark("ours", median, low, high), mark_of("chance", Score(chance, 0.0))
-    yield results.compared(paper, "; ".join(text), first.label, agrees, marks=marks)
+    yield results.compared(paper, "; ".join(text), first.label, verdict, remark=remark, marks=marks)
 
 
 EXPERIMENT = Experiment(

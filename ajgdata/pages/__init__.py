@@ -7,7 +7,7 @@ it draws results of several tasks or experiments, and it shows the published val
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from ajgdata.experiments.base import TaskResults
 from ajgdata.pages import (
@@ -25,6 +25,7 @@ from ajgdata.pages import (
     sorting,
     ycb,
 )
+from ajgdata.report.comparison import Reason
 from ajgdata.report.report_data import Illustration
 
 #: Function of the results of the report, by the name of the page.
@@ -43,6 +44,15 @@ PAGE_FIGURES: dict[str, Callable[[Sequence[TaskResults]], Iterable[Illustration]
     sorting.PAGE: sorting.figures,
     ycb.PAGE: ycb.figures,
 }
+#: Functions that test causes of differences from the paper with the stored results. Other causes
+#: need new measurements (`ablations`).
+PAGE_CAUSES: tuple[Callable[[Sequence[TaskResults]], Iterable[Reason]], ...] = (orientation.causes,)
+
+
+def page_causes(results: Sequence[TaskResults]) -> Iterator[Reason]:
+    """Yield the tested causes that follow from the results of a run without ablations."""
+    for causes in PAGE_CAUSES:
+        yield from causes(results)
 
 
 def page_figures(page: str, results: Sequence[TaskResults]) -> tuple[Illustration, ...]:

@@ -1,26 +1,26 @@
-"""Bar angle: predicted against true angle, with the line of the mirror image."""
+"""Bar angle: predicted against true angle, with the mirror image of the bar.
+
+The transducers of the default gripper are almost symmetric about a plane. An angle and its mirror
+image then give almost the same sound, and a model cannot distinguish them. The stored predictions
+show this: their error is small if the nearer of angle and mirror image counts.
+"""
 
 from __future__ import annotations
 
-import cmath
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ajgdata.evaluate.metrics import wrapped
-from ajgdata.evaluate.parts import GROUPED, WITHHELD
+from ajgdata.evaluate.parts import GROUPED, RANDOM, WITHHELD
 from ajgdata.experiments.base import TaskResults
-from ajgdata.experiments.cross_validation_results import (
-    PARTS,
-    ModelResult,
-    models_of,
-    shown_model,
-)
-from ajgdata.pages.selection import alternative, first_on, paper_sentence, percent, shown_value
-from ajgdata.report.format import Caption, number
+from ajgdata.experiments.cross_validation_paper import split_name
+from ajgdata.experiments.cross_validation_results import PARTS, ModelResult, models_of, shown_model
+from ajgdata.report.comparison import Change, PaperFigure, Reason
+from ajgdata.report.format import Caption, number, sentence
+from ajgdata.report.navigation import experiment_link
 from ajgdata.report.report_data import Illustration
 from ajgdata.types import CROSS_VALIDATION
 from ajgdata.types.table import Table, table_of
@@ -29,199 +29,214 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ajgdata.gripper.grippers import Gripper
+    from ajgdata.evaluate.mirror import MirrorErrors
 
 PAGE = "orientation"
-#: A bar is the same after half a turn.
-PERIOD_DEG = 180.0
-#: Largest distance of a prediction from the mirror image: the step of the paper's angles.
-STEP_DEG = 9.0
-#: Share of predictions from which the mirror image is named in the title.
-FREQUENT = 0.5
-SHOWN_PARTS = {GROUPED: "training", WITHHELD: "withheld"}
-PANELS_PER_ROW, PANEL_IN = 3, 2.5
-COLUMNS = {
-    "model": "Model",
-    "values": "Values",
-    "count": "Predictions",
-    "rmse": "RMSE, °",
-    "true_share": f"Share within {number(STEP_DEG)}° of the angle",
-    "mirrored_share": f"Share within {number(STEP_DEG)}° of the mirror image only",
-    "folded_rmse": "RMSE if the mirror image counts as correct, °",
-}
+CLAIM = "an angle and its mirror image give the same sound"
+CHANGE = "error to the nearer of angle and mirror image"
+HALF_TURN_DEG = 180.0
+PANEL_IN = 2.9
+
+
+@dataclass(frozen=True)
+class MirrorResult:
+    """A model on a part of a task: its errors, and p of the mirror image, corrected (Holm)."""
+
+    model: ModelResult
+    part: str
+    errors: MirrorErrors
+    p: float
+
+    @property
+    def is_supported(self) -> bool:
+        """Return whether the predictions confuse an angle with its mirror image."""
+        from ajgdata.evaluate.fold_tests import LEVEL
+
+        return self.p < LEVEL
 
 
 def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
-    """Yield the predictions of each model, if angles were predicted."""
-    task = first_on(results, PAGE, CROSS_VALIDATION)
-    if task is None or task.unit != "°":
+    """Yield the predicted against the true angle of the first task with a published value."""
+    tasks = compared_tasks(results)
+    if not tasks:
         return
-    plane_deg = known_plane(task)
-    table = mirror_table(task, plane_deg)
-    title = conclusion(task, table)
-    mirror = ""
-    if plane_deg is not None:
-        mirror = (
-            f" Orange line: mirror image at the plane of {number(plane_deg)}°, which follows from"
-            " the positions of the speaker and the microphone of the default gripper."
-        )
+    task = tasks[0]
+    measured = mirror_results(task)
+    finding = conclusion(measured)
+    table = error_table(measured)
+    listed = "; ".join(
+        f"{row['model']}, {row['part']}: RMSE {number(float(row['error']))}°, "
+        f"{number(float(row['nearer_error']))}° to the nearer angle"
+        for row in table.rows
+    )
     text = (
-        f"{task.dataset_title}, {task.source}. Predictions of each model on held-out grasps."
-        f"{mirror} {paper_sentence([*task.papers.values()])}"
+        f"{task.dataset_title}, {task.source}. Marks: predictions on held-out grasps; blue: angles "
+        f"that are withheld from training. Lines: the true angle (solid), and its mirror image at "
+        f"the plane of the transducers, {number(float(task.mirror_deg or 0))}° (dashed). "
+        f"{paper_sentence(task)}"
     )
     yield Illustration(
-        f"{task.dataset}--predicted-angles",
-        Caption(text, alternative(title, [describe(row) for row in table.rows])),
-        partial(draw_figure, task, plane_deg, title),
-        title,
+        f"{task.dataset}--mirror-image",
+        Caption(text, f"{finding}. {listed}."),
+        partial(draw_figure, task, finding),
+        finding,
         table,
         replaces=(task.named("predictions"),),
     )
 
 
-def known_plane(task: TaskResults) -> float | None:
-    """Return the mirror plane of simulated recordings in degrees; None for a recorded task.
+def causes(results: Sequence[TaskResults]) -> Iterator[Reason]:
+    """Yield the mirror image as a cause of the error, for each published error of an angle.
 
-    The data set of the published value has the default gripper.
+    A model supports the cause if its predictions are nearer to the angle or its mirror image than
+    predictions that are exchanged between angles.
     """
-    from ajgdata.gripper.grippers import Gripper
-
-    return mirror_plane_deg(Gripper()) if task.source == "simulated" else None
-
-
-def mirror_plane_deg(gripper: Gripper) -> float:
-    """Return the plane that exchanges speaker and microphone, in degrees from the x axis.
-
-    The mirror at angle a maps a place z = x + iy to exp(2ia) z*. It exchanges transducers at s and
-    m, which have the same radius, if exp(2ia) has the phase of s m. By reciprocity, an object at
-    the angle θ and one at 2a - θ then give the same sound (`docs/ablations.md`).
-    """
-    speaker = complex(*gripper.speaker_mm)
-    microphone = complex(*gripper.microphone_mm)
-    return math.degrees(cmath.phase(speaker * microphone)) / 2 % PERIOD_DEG
-
-
-def mirror_image(angle_deg: np.ndarray, plane_deg: float) -> np.ndarray:
-    """Return the mirror images (n,) of angles (n,) of a bar, from 0 to 180 degrees.
-
-    >>> mirror_image(np.array([10.0, 170.0]), 90.0).tolist()
-    [170.0, 10.0]
-    """
-    return (2 * plane_deg - angle_deg) % PERIOD_DEG
+    for task in compared_tasks(results):
+        measured = mirror_results(task)
+        for part, paper in papers_of(task).items():
+            own = [result for result in measured if result.part == part]
+            tests = tuple(
+                Change(
+                    CHANGE,
+                    result.model.label,
+                    result.errors.error,
+                    result.errors.nearer_error,
+                    result.is_supported,
+                )
+                for result in own
+            )
+            if tests:
+                link = f"{experiment_link(task.page)}#{task.dataset}--mirror-image"
+                yield Reason((paper.id,), CLAIM, link, tests, split_name(own[0].model, part))
 
 
-def mirror_table(task: TaskResults, plane_deg: float | None) -> Table:
-    """Return error and share of mirrored predictions of each model and part.
-
-    Without a mirror plane, the columns of the mirror image are empty.
-    """
-    rows = []
-    for model in models_of(task):
-        for part, name in SHOWN_PARTS.items():
-            if not model.has(part):
-                continue
-            true, predicted = model.predictions(part)
-            distance = np.abs(wrapped(predicted - true, PERIOD_DEG))
-            is_true = distance <= STEP_DEG
-            row = {
-                "model": model.label,
-                "values": name,
-                "count": len(true),
-                "rmse": model.score(part).mean,
-                "true_share": is_true.mean(),
-                "mirrored_share": np.nan,
-                "folded_rmse": np.nan,
-            }
-            if plane_deg is not None:
-                mirrored = mirror_image(true, plane_deg)
-                to_mirror = np.abs(wrapped(predicted - mirrored, PERIOD_DEG))
-                nearest = np.minimum(distance, to_mirror)
-                row["mirrored_share"] = ((to_mirror <= STEP_DEG) & ~is_true).mean()
-                row["folded_rmse"] = np.sqrt(np.mean(nearest**2))
-            rows.append(row)
-    return table_of("predicted-angles", "Predicted angles", rows, **COLUMNS)
+def compared_tasks(results: Sequence[TaskResults]) -> list[TaskResults]:
+    """Return the tasks of the page whose gripper has a mirror plane and that the paper has too."""
+    return [
+        task
+        for task in results
+        if task.page == PAGE
+        and task.experiment == CROSS_VALIDATION
+        and task.mirror_deg is not None
+        and papers_of(task)
+    ]
 
 
-def describe(row: Mapping[str, float]) -> str:
-    """Return a row of the table in words."""
-    text = f"{row['model']}, {row['values']} angles: RMSE {number(row['rmse'])}°"
-    if row["mirrored_share"] is None:
-        return text
-    return (
-        f"{text}, {percent(row['true_share'])} within {number(STEP_DEG)}° of the angle,"
-        f" {percent(row['mirrored_share'])} within {number(STEP_DEG)}° of its mirror image only"
+def papers_of(task: TaskResults) -> dict[str, PaperFigure]:
+    """Return the published values of a task by part."""
+    keys = {part: PARTS[part][0] for part in (GROUPED, RANDOM, WITHHELD)}
+    return {part: task.papers[key] for part, key in keys.items() if key in task.papers}
+
+
+def mirror_results(task: TaskResults) -> list[MirrorResult]:
+    """Return the errors of all models on all parts, with p corrected for all tests of the task."""
+    from ajgdata.evaluate.fold_tests import holm
+    from ajgdata.evaluate.mirror import mirror_errors, mirror_p
+
+    if task.mirror_deg is None:
+        return []
+    tested = [
+        (model, part) for part in papers_of(task) for model in models_of(task) if model.has(part)
+    ]
+    inputs = [
+        (*model.mirror_inputs(part), task.mirror_deg, task.period_deg) for model, part in tested
+    ]
+    corrected = holm([mirror_p(*values) for values in inputs])
+    return [
+        MirrorResult(model, part, mirror_errors(*values), p)
+        for (model, part), values, p in zip(tested, inputs, corrected, strict=True)
+    ]
+
+
+def conclusion(measured: Sequence[MirrorResult]) -> str:
+    """Return the cause with the model that shows it best; without support, errors only."""
+    supported = [result for result in measured if result.is_supported]
+    withheld = [result for result in supported if result.part == WITHHELD] or supported
+    if not withheld:
+        first = measured[0]
+        return (
+            f"{first.model.label}: RMSE {number(first.errors.error)}°, "
+            f"{number(first.errors.nearer_error)}° to the nearer of angle and mirror image"
+        )
+    best = min(withheld, key=lambda result: result.errors.nearer_error)
+    error, nearer = number(best.errors.error), number(best.errors.nearer_error)
+    errors = f"{best.model.label} {error}°, to the nearer angle {nearer}°"
+    return f"{sentence(CLAIM)} ({errors})"
+
+
+def error_table(measured: Sequence[MirrorResult]) -> Table:
+    """Return a row for each model and part."""
+    rows = [
+        {
+            "model": result.model.label,
+            "part": part_name(result.part),
+            **result.errors._asdict(),
+            "p_holm": result.p,
+        }
+        for result in measured
+    ]
+    return table_of(
+        "mirror-image",
+        "Errors to an angle and to its mirror image",
+        rows,
+        model="Model",
+        part="Angles",
+        error="RMSE, °",
+        nearer_error="RMSE to the nearer of angle and mirror image, °",
+        share="Share of predictions nearer to the mirror image",
+        p_holm="p of exchanged predictions with the correction of Holm",
     )
 
 
-def conclusion(task: TaskResults, table: Table) -> str:
-    """Return the error of the paper's model, and the model that predicts mirror images, if any."""
-    model = shown_model(task)
-    withheld = table.where(values=SHOWN_PARTS[WITHHELD])
-    mirrored = [row for row in withheld.rows if (row["mirrored_share"] or 0) >= FREQUENT]
-    paper = task.papers.get(PARTS[WITHHELD][0])
-    known = f" (published {paper.published})" if paper else ""
-    if not mirrored:
-        part = WITHHELD if model.has(WITHHELD) else GROUPED
-        error = shown_value(task, model.score(part).mean)
-        return f"{model.label}: {task.metric_title} {error} on {SHOWN_PARTS[part]} angles{known}"
-    first = max(mirrored, key=lambda row: row["mirrored_share"])
-    error = shown_value(task, model.score(WITHHELD).mean)
-    share = percent(first["mirrored_share"])
-    return (
-        f"Mirror images sound alike: {first['model']} predicts {share} mirrored;"
-        f" {model.label} {error}{known}"
-    )
+def part_name(part: str) -> str:
+    """Return the tested angles of a part and its split, for people."""
+    names = {
+        GROUPED: "training angles, grouped split",
+        RANDOM: "training angles, random split",
+        WITHHELD: "withheld angles",
+    }
+    return names[part]
 
 
-def draw_figure(task: TaskResults, plane_deg: float | None, title: str) -> Figure:
-    """Draw a panel for each model."""
+def paper_sentence(task: TaskResults) -> str:
+    """Return the published values as a sentence."""
+    texts = dict.fromkeys(paper.text for paper in papers_of(task).values())
+    return f"The paper, on its real gripper: {'; '.join(texts)}."
+
+
+def draw_figure(task: TaskResults, title: str) -> Figure:
+    """Draw a panel per model, the model of the paper first."""
     from ajgdata.report.canvas import WIDTH_IN, new_figure
 
-    models = models_of(task)
-    n_columns = min(PANELS_PER_ROW, len(models))
-    n_rows = math.ceil(len(models) / n_columns)
-    figure = new_figure(
-        (WIDTH_IN, 1.15 + PANEL_IN * n_rows), title, task.dataset_title, [task.source]
-    )
-    grid = figure.subplots(n_rows, n_columns, sharex=True, sharey=True, squeeze=False)
-    for axes in grid.ravel()[len(models) :]:
-        axes.set_visible(False)
-    for axes, model in zip(grid.ravel(), models, strict=False):
-        _draw_panel(axes, model, plane_deg)
-    grid[0, 0].set_ylabel("predicted angle (°)")
-    handles, labels = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4)
+    first = shown_model(task)
+    models = [first, *(m for m in models_of(task) if m.result.model != first.result.model)]
+    figure = new_figure((WIDTH_IN, PANEL_IN), title, task.dataset_title, (task.source,))
+    panels = figure.subplots(1, len(models), sharex=True, sharey=True, squeeze=False)[0]
+    for axes, model in zip(panels, models, strict=True):
+        draw_panel(axes, model, float(task.mirror_deg or 0))
+    panels[0].set_ylabel("predicted angle, °")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
 
 
-def _draw_panel(axes: Axes, model: ModelResult, plane_deg: float | None) -> None:
-    """Draw the predictions of a model with the lines of correct and of mirrored predictions."""
+def draw_panel(axes: Axes, model: ModelResult, plane_deg: float) -> None:
+    """Draw the predictions of a model over the true angle, with the angle and its mirror image."""
+    from ajgdata.evaluate.mirror import mirror_image
     from ajgdata.report.canvas import COLOURS, GREY
 
-    ends = np.array([0.0, PERIOD_DEG])
-    axes.plot(ends, ends, color=GREY, lw=1.0, label="correct")
-    if plane_deg is not None:
-        for turn in (-1, 0, 1):
-            image = 2 * plane_deg - ends + turn * PERIOD_DEG
-            label = "mirror image" if turn == 0 else None
-            axes.plot(ends, image, color=COLOURS[1], lw=1.4, ls=(0, (5, 2)), label=label)
-    looks: dict[str, dict[str, Any]] = {
-        GROUPED: {"color": COLOURS[0], "marker": "o"},
-        WITHHELD: {"color": "black", "marker": "x"},
+    looks = {
+        GROUPED: ("training angles", GREY, "x"),
+        WITHHELD: ("withheld angles", COLOURS[0], "o"),
     }
-    for part, look in looks.items():
+    for part, (label, colour, marker) in looks.items():
         if model.has(part):
-            true, predicted = model.predictions(part)
-            style: dict[str, Any] = {"ls": "", "ms": 3.5, "alpha": 0.5, "rasterized": True}
-            axes.plot(true, predicted, label=f"{SHOWN_PARTS[part]} angles", **style, **look)
-    is_compared = model.result.model == shown_model(model.task).result.model
-    lines = [f"{model.label}, RMSE"]
-    for part, name in SHOWN_PARTS.items():
-        if model.has(part):
-            paper = model.task.papers.get(PARTS[part][0])
-            known = f" (published {paper.published})" if paper and is_compared else ""
-            lines.append(f"{name}: {number(model.score(part).mean)}°{known}")
-    axes.set_title("\n".join(lines), fontsize=8)
-    ticks = np.arange(0, PERIOD_DEG + 1, 45)
-    axes.set(xlim=(-6, 186), ylim=(-6, 186), xticks=ticks, yticks=ticks, xlabel="true angle (°)")
-    axes.set_aspect("equal")
+            true, predicted, _ = model.mirror_inputs(part)
+            axes.plot(true, predicted, marker, color=colour, ms=3, alpha=0.3, label=label)
+    angle = np.linspace(0.0, HALF_TURN_DEG, 721)
+    image = mirror_image(angle, plane_deg)
+    image[1:][np.abs(np.diff(image)) > HALF_TURN_DEG / 2] = np.nan  # no line from 0 to 180°
+    axes.plot(angle, angle, "-", color=COLOURS[1], lw=1, label="true angle")
+    axes.plot(angle, image, "--", color=COLOURS[1], lw=1, label="mirror image")
+    axes.set(title=model.label, xlabel="true angle, °", xlim=(-5, 185), ylim=(-5, 185))
+    axes.set_xticks(range(0, 181, 45))
+    axes.set_yticks(range(0, 181, 45))

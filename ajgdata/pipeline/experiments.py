@@ -290,8 +290,27 @@ def read_results(
         },
         level=spec.level,
         period_deg=split.get("period_deg"),
+        mirror_deg=_mirror_deg(spec, split["target"]),
         left_out=results[0].about.get("left_out", {}) if results else {},
     ), skipped
+
+
+def _mirror_deg(spec: DatasetSpec, target: str) -> float | None:
+    """Return the angle of the mirror plane of a simulated gripper, if it is known.
+
+    It is known if the target is the angle of the object in the recipe.
+    """
+    from ajgdata.evaluate.mirror import mirror_plane
+    from ajgdata.gripper import Scene
+
+    if spec.recipe is None:
+        return None
+    angles = [
+        (item.targets.get(target), item.grasp.get("angle_deg")) for item in spec.recipe.objects
+    ]
+    if any(angle is None or value != angle for value, angle in angles):
+        return None
+    return mirror_plane(Scene.model_validate(spec.recipe.scene).gripper).angle_deg
 
 
 def _papers(

@@ -12,7 +12,7 @@ from ajgdata.ablations import reasons_of, with_verdicts
 from ajgdata.experiments import EXPERIMENTS, MeasurementKey, Request
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import training_cost
-from ajgdata.pages import page_figures
+from ajgdata.pages import page_causes, page_figures
 from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import (
@@ -239,7 +239,7 @@ def _assembled(
 ) -> Report:
     """Return what the report says of results on tasks; `ablations` are files of tables."""
     tables = [table for file in ablations for table in read_tables(file)[1]]
-    reasons = reasons_of(with_verdicts(tables), ABLATIONS_PAGE)
+    reasons = [*page_causes(results), *reasons_of(with_verdicts(tables), ABLATIONS_PAGE)]
     rows = tuple(comparisons(results, paper, reasons))
     report = Report(
         title=TITLE if rows else ", ".join(spec.title or name for name, spec in specs.items()),
@@ -399,7 +399,7 @@ def comparisons(
         for row in EXPERIMENTS[result.experiment].paper_comparison(result, lookup)
     ]
     return [
-        dataclasses.replace(row, reasons=tuple(r for r in reasons if row.paper.id in r.of))
+        dataclasses.replace(row, reasons=tuple(r for r in reasons if r.is_about(row)))
         for row in in_papers_order(rows, paper.values())
     ]
 

@@ -52,13 +52,15 @@ def run_ablation(paths: Paths, ablation: str, tables: Path, *, code: str, seed: 
     Scenes that are simulated for it are kept as those of data sets are. If data sets lack what it
     asks for, the reason is written instead.
     """
-    from ajgdata.ablations.measure import measure
+    from ajgdata.ablations.measure import measure, measure_grid
 
     try:
         settings = read_ablations(paths)[ablation]
-        result = measure(paths, ablation, settings, seed=seed)
+        results = [measure(paths, ablation, settings, seed=seed)]
+        if settings.grid is not None:
+            results.append(measure_grid(paths, settings, settings.grid, seed=seed))
     except NotPossibleError as error:  # for example too few grasps
         reason = {"reason": str(error)}
-        result = table_of(ablation, f"Not made: {ablation}", [reason], reason="Reason")
+        results = [table_of(ablation, f"Not made: {ablation}", [reason], reason="Reason")]
     about = {**software(), "code": code, **device_facts()}
-    write_tables(tables, [result], study=ablation, quick=False, **about)
+    write_tables(tables, results, study=ablation, quick=False, **about)

@@ -9,13 +9,21 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, field_validator
 
-from ajgdata.evaluate.agreement import VERDICTS, Interval, Verdict, compare, statement
-from ajgdata.report.format import Score, Source, number, with_unit
+from ajgdata.evaluate.agreement import (
+    VERDICTS,
+    Interval,
+    Verdict,
+    compare,
+    statement,
+    wilson,
+)
+from ajgdata.report.format import Score, Source, enumerated, number, with_unit
 from ajgdata.types import Name, Strict, checked
 
 #: The paper's words for a model that does no better than a guess.
@@ -31,6 +39,8 @@ SIGNS: dict[Verdict, str] = {
 }
 #: Words at a result whose verdict another computer could change.
 UNSTABLE = "the verdict changes within the difference between machines"
+#: Numbers of tested grasps for which a verdict is computed, if the paper does not state its number.
+ASSUMED_N = (40, 80, 160)
 #: Standard deviations beyond which a difference is not noise.
 REACH = 2.0
 
@@ -44,6 +54,12 @@ class PaperFigure(Strict):
     unit: str
     text: Annotated[str, Field(min_length=1, description="the result in a few words")]
     where: str = Field(description="the experiment of the paper that it belongs to")
+    n: int | None = Field(
+        None, ge=1, description="number of tested grasps of an accuracy, if the paper states it"
+    )
+    order: tuple[str, ...] = Field(
+        (), description="classes of a statement on their order, the class with most energy first"
+    )
     reached: float | None = Field(
         None, description="where `value` counts what it takes: the score that it takes it for"
     )
@@ -58,6 +74,18 @@ class PaperFigure(Strict):
     def name(self) -> str:
         """Return the name of the result in a row of its own: `Cube size, withheld`."""
         return ", ".join(filter(None, (self.panel or self.where, self.row)))
+
+    @property
+    def intervals(self) -> dict[int, Interval]:
+        """Return the interval of a published accuracy, in its unit, by number of tested grasps.
+
+        Empty for other values.
+        """
+        if self.metric != "accuracy" or self.value is None:
+            return {}
+        numbers = (self.n,) if self.n else ASSUMED_N
+        whole = 100.0 if self.unit == "%" else 1.0
+        return {n: wilson(self.value / whole, n).scaled(whole) for n in numbers}
 
     @property
     def published(self) -> str:
@@ -138,12 +166,20 @@ class Change:
 
 @dataclass(frozen=True)
 class Reason:
-    """A hypothesis on figures `of` the paper, and its tests. `link` leads to their table."""
+    """A hypothesis on figures `of` the paper, and its tests. `link` leads to their table.
+
+    With a `split`, it is only about the result by this split.
+    """
 
     of: tuple[str, ...]
     claim: str
     link: str
     tests: tuple[Change, ...]
+    split: str = ""
+
+    def is_about(self, row: PaperComparison) -> bool:
+        """Return whether the hypothesis is about a result."""
+        return row.paper.id in self.of and self.split in ("", row.split)
 
     def explains(self, low: bool) -> bool:
         """Return whether a supported change moved the metric up (where ours is `low`), or down."""
@@ -215,20 +251,88 @@ class PaperComparison:
         return self.agrees != "agrees" and (self.agrees != "inconclusive" or bool(self.reasons))
 
 
-def judged(
-    paper: PaperFigure, value: float, interval: Interval, published: float, *,
-    chance: float, perfect: float, scale: float = 1.0,
-) -> tuple[Verdict, str]:  # fmt: skip
-    """Return the verdict on our value by `agreement.compare`, and a remark.
+class Judgement(NamedTuple):
+    """The verdict on our value, a remark, and the verdict for each number of published grasps.
 
-    A verdict that changes if the value and its interval move by the difference between machines is
-    inconclusive, and the remark gives this reason. `scale` times a value is in the paper's unit.
+    `by_n` is empty if the published value has no binomial uncertainty.
     """
-    verdicts = {
-        compare(value + shift, interval.shifted(shift), published, chance=chance, perfect=perfect)
-        for shift in (-paper.spread / scale, 0.0, paper.spread / scale)
+
+    verdict: Verdict
+    remark: str
+    by_n: Mapping[int, Verdict]
+
+
+def judged(
+    paper: PaperFigure,
+    value: float,
+    interval: Interval,
+    published: float,
+    *,
+    chance: float,
+    perfect: float,
+    scale: float = 1.0,
+) -> Judgement:
+    """Return the verdict on our value and its interval by `agreement.compare`.
+
+    A published accuracy has a binomial uncertainty. If the paper does not state its number of
+    tested grasps, the verdict is computed for `ASSUMED_N`. A verdict that changes with this number,
+    or if our value moves by the difference between machines, is inconclusive, and the remark states
+    the reason. `scale` times a value is in the unit of the paper.
+    """
+    compared = partial(
+        _on_machines, value, interval, published, paper.spread / scale, chance, perfect
+    )
+    if not paper.intervals:
+        verdict, is_stable = compared(None)
+        return Judgement(verdict, "" if is_stable else UNSTABLE, {})
+    results = {n: compared(ends.scaled(1 / scale)) for n, ends in paper.intervals.items()}
+    by_n = {n: verdict for n, (verdict, _) in results.items()}
+    distinct = set(by_n.values())
+    verdict = distinct.pop() if len(distinct) == 1 else "inconclusive"
+    remarks = [by_n_text(paper, by_n)]
+    if not all(is_stable for _, is_stable in results.values()):
+        remarks.append(UNSTABLE)
+    return Judgement(verdict, "; ".join(remarks), by_n)
+
+
+def _on_machines(
+    value: float,
+    interval: Interval,
+    published: float,
+    spread: float,
+    chance: float,
+    perfect: float,
+    published_interval: Interval | None,
+) -> tuple[Verdict, bool]:
+    """Return the verdict on a value, and whether it is the same on all machines.
+
+    A machine moves the value and its interval by up to `spread` in both directions.
+    """
+    verdicts: set[Verdict] = {
+        compare(
+            value + shift,
+            interval.shifted(shift),
+            published,
+            chance=chance,
+            perfect=perfect,
+            published_interval=published_interval,
+        )
+        for shift in (-spread, 0.0, spread)
     }
-    return (verdicts.pop(), "") if len(verdicts) == 1 else ("inconclusive", UNSTABLE)
+    if len(verdicts) > 1:
+        return "inconclusive", False
+    return verdicts.pop(), True
+
+
+def by_n_text(paper: PaperFigure, by_n: Mapping[int, Verdict]) -> str:
+    """Return the verdicts by number of grasps: `inconclusive at 40 and 80, worse at 160`."""
+    if paper.n:
+        return f"n of the paper: {paper.n}"
+    numbers: dict[Verdict, list[str]] = {}
+    for n, verdict in by_n.items():
+        numbers.setdefault(verdict, []).append(str(n))
+    listed = ", ".join(f"{verdict} at {enumerated(ns)}" for verdict, ns in numbers.items())
+    return f"n of the paper is not stated: {listed}"
 
 
 def holds(gap: Score) -> Verdict:
@@ -256,7 +360,7 @@ def evidence(reason: Reason) -> str:
     changes: dict[str, list[str]] = {}
     for test in reason.tests:
         said = f"{test.model} {number(test.before)} → {number(test.after)}"
-        doubt = "" if test.supported else ", within the spread of folds"
+        doubt = "" if test.supported else " not supported"
         changes.setdefault(test.change, []).append(said + doubt)
     return "; ".join(f"{change} ({', '.join(said)})" for change, said in changes.items())
 

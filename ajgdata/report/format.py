@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 Source = Literal["simulated", "recorded"]
@@ -101,6 +102,17 @@ def mean_sd(score: Score, unit: str = "", scale: float = 1.0) -> str:
         return with_unit(number(mean), unit)
     decimals = min(max(0, 1 - math.floor(math.log10(sd))), 4)
     return with_unit(f"{mean:.{decimals}f} ± {sd:.{decimals}f}", unit)
+
+
+def enumerated(items: Sequence[str]) -> str:
+    """Return items as in a sentence.
+
+    >>> from ajgdata.report.format import enumerated
+    >>> enumerated(["40", "80", "160"])
+    '40, 80 and 160'
+    """
+    *first, last = items
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def words(name: str) -> str:

@@ -8,11 +8,20 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
+from ajgdata.evaluate.agreement import VERDICT_MEANINGS
 from ajgdata.paths import INDEX, Paths
 from ajgdata.report.answer import best_sentence, compared_sentence
-from ajgdata.report.comparison import SIGNS, PaperComparison, Reason, evidence, tally, tally_text
+from ajgdata.report.comparison import (
+    ASSUMED_N,
+    SIGNS,
+    PaperComparison,
+    Reason,
+    evidence,
+    tally,
+    tally_text,
+)
 from ajgdata.report.forest import TICKS, model_rows, paper_rows, place
-from ajgdata.report.format import DASH, sentence
+from ajgdata.report.format import DASH, enumerated, sentence
 from ajgdata.report.navigation import FIXED, PAPER_PAGE, Group, experiment_link
 from ajgdata.report.render import Picture, render, web_link
 from ajgdata.report.report_data import ExperimentPage, Illustration, Part, Report, TaskSection
@@ -90,7 +99,7 @@ def render_pages(
     }
     own = {
         INDEX: ("index.html.j2", first),
-        **({PAPER_PAGE.link: ("paper.html.j2", {})} if report.comparisons else {}),
+        **({PAPER_PAGE.link: ("paper.html.j2", _rules(report))} if report.comparisons else {}),
         **{link.link: (f"{name}.html.j2", {}) for name, link in FIXED.items()},
         **{experiment_link(p.name): ("experiment.html.j2", _on(p, report)) for p in report.pages},
     }
@@ -119,6 +128,18 @@ def _shared(report: Report, project: Paths) -> dict[str, Any]:
         "texts": dict.fromkeys(
             (p.experiment, p.title, p.text) for s in report.sections for p in s.parts if p.text
         ),
+    }
+
+
+def _rules(report: Report) -> dict[str, Any]:
+    """Return the values of the template of the comparison with the paper, by name.
+
+    The table has a column of causes only if a cause was tested.
+    """
+    return {
+        "verdict_meanings": VERDICT_MEANINGS,
+        "assumed_n": enumerated([str(n) for n in ASSUMED_N]),
+        "has_causes": any(row.reasons for row in report.comparisons),
     }
 
 

@@ -113,6 +113,60 @@ def convergence(table: Table) -> Illustration:
     )  # fmt: skip
 
 
+#: Share of the chance level below which an error at withheld angles counts as measurable.
+MEASURABLE = 0.5
+
+
+def breaking_mirror(table: Table) -> Illustration:
+    """Return the error at withheld angles against the misfit of the transducers, by jig offset."""
+    x_title, series_title = (column.title for column in table.columns[1:3])
+    points = [
+        Point(
+            str(row["task"]),
+            f"{series_title.partition(' (')[0]}: {number(float(row['series']))} mm",
+            float(row["x"]),
+            Score(float(row["error"]), float(row["sd"])),
+        )
+        for row in table.rows
+    ]
+    chance = {str(row["task"]): float(row["chance"]) for row in table.rows}
+    title, _, unit = x_title.removesuffix(")").partition(" (")
+    picture = Picture(
+        smallest_changes(table),
+        "paper's protocol: 19 angles, 8 withheld; mean and standard deviation over folds",
+        ("simulated",),
+        tuple(points),
+        ("RMSE at withheld angles", "°"),
+        (title, unit),
+        chance=tuple(chance.items()),
+        limits=(0.0, math.inf),
+    )
+    text = (
+        "Error of the direction of the bar at withheld angles. A plain number, as in the paper, or "
+        "sine and cosine of twice the angle are predicted."
+    )
+    return illustration(table.name, "lines", picture, text)
+
+
+def smallest_changes(table: Table) -> str:
+    """Return for each task the smallest change with less than half of the chance level.
+
+    The size of a change is the sum of both distances in mm.
+    """
+    texts = []
+    for task, rows in table.split_by("task").items():
+        enough = [row for row in rows.rows if row["error"] < MEASURABLE * row["chance"]]
+        if not enough:
+            texts.append(f"{task} with no change")
+            continue
+        best = min(enough, key=lambda row: (row["x"] + row["series"], row["error"]))
+        distances = {"jig": float(best["series"]), "misfit": float(best["x"])}
+        changes = [f"{name} {number(mm)} mm" for name, mm in distances.items() if mm > 0]
+        listed = " and ".join(changes) or "the symmetric gripper"
+        texts.append(f"{task} with {listed} ({number(float(best['error']))}°)")
+    return f"Below half of the chance level: {'; '.join(texts)}"
+
+
 #: Tables and figure of each study.
 FIGURES: dict[str, tuple[tuple[str, ...], Callable[..., Illustration]]] = {
     "verification": (("convergence",), convergence),
@@ -123,4 +177,5 @@ FIGURES: dict[str, tuple[tuple[str, ...], Callable[..., Illustration]]] = {
     ),
     "accuracy": (("accuracy",), accuracy_figure),
     "omissions": (("omissions",), omissions_figure),
+    "ablations": (("breaking_mirror",), breaking_mirror),
 }

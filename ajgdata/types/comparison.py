@@ -147,6 +147,33 @@ class Why(Strict):
     after: str = Field(min_length=1, description="variant with the change")
 
 
+class GridAxis(Strict):
+    """One changed quantity of a grid: its values, and the scene of each."""
+
+    title: str = Field(min_length=1, description="title of the axis, without unit")
+    unit: str = Field("", description="unit of the values")
+    scenes: dict[float, dict[str, JsonValue]] = Field(
+        min_length=1, description="changed settings of the scene by value"
+    )
+
+
+class Grid(Strict):
+    """Errors at withheld values over two changed quantities: all grasps are simulated again."""
+
+    name: Name = Field(description="name of its table")
+    title: str = Field(min_length=1, description="title of its table, a noun phrase")
+    note: str = Field("", description="sentences above its table")
+    train: Name = Field(description="data set whose recipe is changed")
+    tasks: dict[Name, str] = Field(
+        min_length=1, description="tasks of the data set with the same target, and their labels"
+    )
+    model: ModelName = Field("cnn", description="model that is evaluated")
+    sessions: int = Field(1, ge=1, description="first sessions of the recipe")
+    scene: dict[str, JsonValue] = Field({}, description="changed settings of all scenes")
+    x: GridAxis = Field(description="quantity on the axis of the figure")
+    series: GridAxis = Field(description="quantity with one line per value")
+
+
 class Ablation(Evaluation):
     """Variants of one evaluation on the same grasps, and hypotheses on their differences."""
 
@@ -154,11 +181,14 @@ class Ablation(Evaluation):
     exclude: tuple[str, ...] = Field((), description="classes that are not evaluated")
     variants: dict[str, AblationVariant] = Field(min_length=2, description="variants by name")
     why: tuple[Why, ...] = Field(min_length=1, description="hypotheses")
+    grid: Grid | None = Field(None, description="errors over two changed quantities")
 
     @property
     def datasets(self) -> tuple[str, ...]:
         """Data sets that it needs."""
         trained = [name for variant in self.variants.values() for name in variant.train]
+        if self.grid is not None:
+            trained.append(self.grid.train)
         return tuple(dict.fromkeys([self.train, *self.test, *trained]))
 
     @model_validator(mode="after")

@@ -5,9 +5,9 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from mirror_symmetry import angle_from_plane, mirror_plane
 
 from ajgdata.acquire.recipe import session_names
+from ajgdata.evaluate.mirror import angle_from_plane, mirror_plane
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps

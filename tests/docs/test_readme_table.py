@@ -37,7 +37,9 @@ def write_results(path):
     write_metrics(path, rows)
 
 
-def test_five_results_next_to_the_published_values(tmp_path):
+def test_five_results_next_to_the_published_values(tmp_path, monkeypatch):
+    spread = {"size-known": 0.1}  # mm
+    monkeypatch.setattr("ajgdata.pipeline.report.read_machine_spread", lambda paths: spread)
     write_results(tmp_path / "metrics.csv")
     lines = readme_table(tmp_path / "metrics.csv").splitlines()
     assert lines[3:5] == [
@@ -46,7 +48,8 @@ def test_five_results_next_to_the_published_values(tmp_path):
         "| Edge length in noise of 80 dB(A), training at 45 dB(A), RMSE | 20.6 mm (17.2 to 22.4),"
         " not better than chance | — | — | 6.42 mm | 3.5 mm | worse |",
     ]
-    assert len(lines[3:-3]) == 5 and lines[5].endswith("| — | — | — | — | 85.6 % | — |")
+    assert len(lines[3:-5]) == 5 and lines[5].endswith("| — | — | — | — | 85.6 % | — |")
+    assert lines[-4].endswith("computers): Edge length of a cube 0.625 to 0.825 mm.")
     assert re.fullmatch(r"Commit c0ffee1234; SHA-256 of `metrics.csv`: [0-9a-f]{10}\.", lines[-2])
 
 

@@ -6,16 +6,17 @@ import yaml
 from experiment_samples import small_store
 
 from ajgdata.ablations import read_ablations, reasons_of, trial_table, with_verdicts
-from ajgdata.ablations.measure import NUISANCES, measure, nuisances
+from ajgdata.ablations.measure import NUISANCES, measure, measure_grid, nuisances
 from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.evaluate.task_data import task_data
 from ajgdata.gripper.scene import Nuisance
 from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
+from ajgdata.report.studies import figures_of, smallest_changes
 from ajgdata.store.features import write_store
 from ajgdata.types import DataError
 from ajgdata.types.comparison import Ablation
-from ajgdata.types.table import Table
+from ajgdata.types.table import Table, table_of
 
 WHY = {"claim": "it helps", "change": "other training", "of": ["size", "noise"]}
 SETTINGS = {
@@ -125,3 +126,80 @@ def test_reasons_are_supported_changes_towards_the_paper():
     assert helps.explains(low=False)  # ours is too high, and the change lowers it
     assert not helps.explains(low=True)
     assert not nothing.explains(low=False)
+
+
+#: A gripper whose planes xz and yz are mirror planes, without random differences.
+SYMMETRIC = {
+    "gripper": "symmetric",
+    "grasp": {"nuisance": nuisances(0)},
+    "numerics": {"dx_mm": 6.0},
+}
+
+
+def bars(tmp_path) -> Paths:
+    """Return a project with bars at six angles, one of each pair of mirror images withheld."""
+    paths = Paths(tmp_path)
+    paths.dataset("bars").parent.mkdir(parents=True)
+    angles = [15, 45, 75, 105, 135, 165]
+    objects = [
+        {"name": f"bar_{a}", "shape": "bar", "grasp": {"angle_deg": a}, "targets": {"angle_deg": a}}
+        for a in angles
+    ]
+    task = {"target": "angle_deg", "withhold": [15, 75], "folds": 4}
+    content = {
+        "name": "bars",
+        "targets": {"angle_deg": {"kind": "regression", "unit": "°"}},
+        "tasks": {"angle": task, "direction": {**task, "period_deg": 180}},
+        "recipe": {"grasps_per_object": 8, "scene": SYMMETRIC, "objects": objects},
+    }
+    paths.dataset("bars").write_text(yaml.safe_dump(content))
+    return paths
+
+
+def test_a_grid_has_the_errors_at_withheld_values_of_all_tasks(tmp_path):
+    """k-NN predicts the mirror images: 165° for 15°, and 105° for 75°."""
+    grid = {
+        "name": "bars",
+        "title": "Bars",
+        "train": "bars",
+        "tasks": {"angle": "plain", "direction": "circle"},
+        "model": "knn_plain",
+        "x": {"title": "misfit", "unit": "mm", "scenes": {0: {}}},
+        "series": {
+            "title": "jig",
+            "unit": "mm",
+            "scenes": {10: {"session": {"jig_mm": [0, 10]}}},  # along a mirror plane
+        },
+    }
+    ablation = Ablation.model_validate(SETTINGS | {"train": "bars", "grid": grid})
+    assert ablation.datasets == ("bars",)
+    table = measure_grid(bars(tmp_path), ablation, ablation.grid, seed=0)
+    assert [(row["task"], row["x"], row["series"]) for row in table.rows] == [
+        ("plain", 0, 10),
+        ("circle", 0, 10),
+    ]
+    plain, circle = table.numbers("error")
+    assert plain == pytest.approx(np.sqrt((150**2 + 30**2) / 2))
+    assert circle == pytest.approx(30)  # both are 30° away, the short way round
+    # Training angles of 45°, 105°, 135° and 165° have the mean 112.5°, in folds of almost 6 grasps.
+    guess = np.sqrt(((112.5 - 15) ** 2 + (112.5 - 75) ** 2) / 2)
+    assert table.rows[0]["chance"] == pytest.approx(guess, rel=0.01)
+
+
+def test_the_smallest_change_is_the_title_of_the_grid():
+    columns = {key: key for key in ("task", "x", "series", "error", "sd", "chance")}
+    rows = [
+        {"task": task, "x": x, "series": jig, "error": error, "sd": 1.0, "chance": 40.0}
+        for task, x, jig, error in (
+            ("plain", 0, 0, 39), ("plain", 0, 10, 15), ("plain", 15, 0, 12), ("plain", 15, 10, 9),
+            ("circle", 0, 0, 35), ("circle", 0, 10, 30), ("circle", 15, 0, 30),
+            ("circle", 15, 10, 25),
+        )
+    ]  # fmt: skip
+    table = table_of("breaking_mirror", "Grid", rows, **columns | {"x": "misfit (mm)"})
+    assert smallest_changes(table) == (
+        "Below half of the chance level: plain with jig 10 mm (15°); circle with no change"
+    )
+    (shown,) = figures_of("ablations", [table])
+    assert shown.title == smallest_changes(table)
+    assert len(shown.draw().axes) == 2

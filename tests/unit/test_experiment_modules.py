@@ -31,10 +31,16 @@ def nothing(*_):
 @pytest.mark.parametrize(
     ("value", "reached", "says", "agrees"),
     [
-        (3, 39, "4 (50.0 ± 1.0 % with 16)", "agrees"),
-        (4, 39, "4 (50.0 ± 1.0 % with 16)", "agrees"),  # exactly the published number
-        (12, 39, "4 (50.0 ± 1.0 % with 16)", "better"),
-        (20, 80, "more than 16 (50.0 ± 1.0 % with 16)", "inconclusive"),
+        (3, 39, "4 (4 to 4); 50.0 ± 1.0 % with 16", "worse"),
+        (4, 39, "4 (4 to 4); 50.0 ± 1.0 % with 16", "agrees"),  # exactly the published number
+        (12, 39, "4 (4 to 4); 50.0 ± 1.0 % with 16", "better"),
+        (
+            20,
+            80,
+            "more than 16 (more than 16 to more than 16); 50.0 ± 1.0 % with 16",
+            "inconclusive",
+        ),
+        (12, 80, "more than 16 (more than 16 to more than 16); 50.0 ± 1.0 % with 16", "worse"),
     ],
 )
 def test_how_many_grasps_reach_the_papers_accuracy(value, reached, says, agrees):
@@ -44,9 +50,16 @@ def test_how_many_grasps_reach_the_papers_accuracy(value, reached, says, agrees)
         for d, v in enumerate((mean - sd, mean, mean + sd))
     ]
     table = table_of("curve", "c", rows, **{key: key for key in rows[0]})
+    shares = [
+        {"groups": n, "draw": d, "grasp": f"g{g}", "correct": mean}
+        for n, mean in ((1, 0.20), (4, 0.40), (16, 0.50))
+        for d in range(3)
+        for g in range(12)
+    ]
+    held_out = table_of("held_out", "h", shares, **{key: key for key in shares[0]})
     paper = PAPER.model_copy(update={"value": value, "reached": reached})
     results = task_results(
-        "learning_curve", {"knn": Outcome((table,))}, papers={"learning_curve": paper},
+        "learning_curve", {"knn": Outcome((table, held_out))}, papers={"learning_curve": paper},
         settings={"groups": [1, 4, 16], "repeats": 3},
     )  # fmt: skip
     (row,) = EXPERIMENTS["learning_curve"].paper_comparison(results, nothing)
@@ -105,7 +118,45 @@ def test_more_than_80_per_cent_is_lost_if_the_interval_of_coffee_is_beyond(ends,
     steel, _ = EXPERIMENTS["reflected_energy"].rows(results)
     assert (steel.label, steel.value) == ("steel balls", "50 (40 to 60) %")
     (row,) = EXPERIMENTS["reflected_energy"].paper_comparison(results, nothing)
-    assert (row.result, row.agrees) == ("lost: coffee 90 %, steel_balls 50 %", verdict)
+    low, high = (round(100 - 100 * end) for end in reversed(ends))
+    lost = f"lost: coffee 90 % ({low} to {high}), steel_balls 50 % (40 to 60)"
+    assert (row.result, row.agrees) == (lost, verdict)
+
+
+def losses(plastic: float, metal: float, coffee: float):
+    """Return the comparison of losses (per cent, ± 1) with `more than 80 % of coffee`."""
+    rows = [
+        {"label": label, "mean": 1 - lost / 100, "sd": 0.01, "grasps": 16}
+        | {"low": 0.99 - lost / 100, "high": 1.01 - lost / 100}
+        for label, lost in (("metal", metal), ("plastic", plastic), ("coffee", coffee))
+    ]
+    classes = [{"label": "air", "mean": 1.0, "sd": 0, "grasps": 16, "low": 1, "high": 1}, *rows]
+    table = table_of("classes", "c", classes, **{key: key for key in classes[0]})
+    paper = PAPER.model_copy(
+        update={"value": 80, "unit": "%", "order": ("plastic", "metal", "coffee")}
+    )
+    results = task_results(
+        "reflected_energy",
+        {"": Outcome((table,))},
+        settings={"reference": "air", "band_hz": [100, 6000]},
+        papers={"reflected_energy": paper},
+    )
+    (row,) = EXPERIMENTS["reflected_energy"].paper_comparison(results, nothing)
+    return row
+
+
+def test_order_and_losses_of_all_media_are_compared():
+    assert losses(50, 70, 90).agrees == "agrees"
+    shared = losses(84, 87, 96)  # all three lose more than 80 %, in the published order
+    assert shared.agrees == "partly agrees"
+    assert shared.result.endswith("plastic and metal lose more than 80 % as well")
+    assert losses(50, 70, 75).agrees == "partly agrees"  # the order only
+    assert losses(70, 50, 90).agrees == "partly agrees"  # metal reflects more than plastic
+    assert losses(95, 90, 70).agrees == "disagrees"
+    # Differences of two values ± 1 are known to ± √2.
+    assert (
+        "metal loses 18.6 to 21.4 percentage points more than plastic" in losses(50, 70, 90).result
+    )
 
 
 # Other grippers

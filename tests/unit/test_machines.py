@@ -1,9 +1,20 @@
 """Differences between machines: which results are measured, and the range over variants."""
 
+import pytest
+
 from ajgdata.paths import Paths
 from ajgdata.store.files import read_yaml
 from ajgdata.store.report_files import SPREAD
-from benchmarks.machines import HERE, HERE_RUN, ROWS, compared, markdown
+from benchmarks.machines import (
+    HERE,
+    HERE_RUN,
+    NETWORKS,
+    ROWS,
+    compared,
+    markdown,
+    step,
+    with_spreads,
+)
 
 PROJECT = Paths(HERE)
 ROW = ("ycb", "ycb", "object", "cross_validation", "cnn", "grouped mean")
@@ -12,7 +23,8 @@ NAME = "ycb/object/cross_validation/cnn"
 
 def result(digest: str, value: float) -> dict:
     values = {"grouped mean": value, "grouped sd": 0.05}
-    return {NAME: {"digest": digest, "values": values, "scale": 100, "unit": "%"}}
+    facts = {"scale": 100, "unit": "%", "recordings": {"grouped": 640}}
+    return {NAME: {"digest": digest, "values": values, **facts}}
 
 
 def test_the_range_is_over_all_variants_that_were_measured():
@@ -21,11 +33,37 @@ def test_the_range_is_over_all_variants_that_were_measured():
     row = compared(ROW, runs)
     assert row == {
         "figure": "ycb", "experiment": NAME, "part": "grouped mean", "unit": "%",
-        "value": 77.5, "smallest": 76.25, "largest": 78.125, "spread": 1.875,
+        "value": 77.5, "smallest": 76.25, "largest": 78.125, "step": 100 / 640,
         "variants": 3, "changed_by": ["A=1", "C=1"],
     }  # fmt: skip
+    (row,) = with_spreads({"rows": [row], "other_machines": []})["rows"]
     line = f"| ycb (%), `{NAME}`, grouped mean | 77.5 | 76.25 | 78.12 | 1.875 | 2 of 3 |"
     assert markdown({"rows": [row]}).splitlines()[2:] == [line]
+
+
+def test_the_spread_is_the_range_one_recording_or_the_difference_to_another_computer():
+    def spread(score: float, **elsewhere) -> float:
+        runs = {HERE_RUN: result("a", 0.775), "A=1": result("b", score)}
+        machines = [{"figure": "ycb", **elsewhere}] if elsewhere else []
+        content = with_spreads({"rows": [compared(ROW, runs)], "other_machines": machines})
+        return content["rows"][0]["spread"]
+
+    assert spread(0.7625) == pytest.approx(1.25)
+    assert spread(0.775) == pytest.approx(100 / 640)  # no variant changes the value
+    assert spread(0.7625, value=70.0, compared_with=72.5) == pytest.approx(2.5)
+    neighbours = (*ROW[:4], "knn_plain", ROW[5])
+    assert step(neighbours, result("a", 0.775)[NAME]) == 0
+
+
+def test_every_trained_network_has_a_spread():
+    """Training amplifies rounding, so no trained network is equal on all machines."""
+    content = read_yaml(HERE / "reports" / SPREAD)
+    networks = [row for row in content["rows"] if row["experiment"].split("/")[-1] in NETWORKS]
+    assert len(networks) >= 10
+    for row in networks:
+        assert row["spread"] >= max(row["step"], row["largest"] - row["smallest"])
+        assert row["spread"] > 0, row["figure"]
+    assert content == with_spreads(content)
 
 
 def test_the_page_has_the_table_of_the_last_measurement():

@@ -15,11 +15,11 @@ from result_samples import (
     kinds,
     paper_figure,
     random_split,
-    result,
     size_result,
     sizes,
 )
 
+from ajgdata.evaluate.mirror import mirror_image
 from ajgdata.evaluate.parts import GROUPED, SESSIONS, placebo
 from ajgdata.experiments.base import Other, Result, TaskResults
 from ajgdata.experiments.cross_validation import Settings
@@ -27,7 +27,6 @@ from ajgdata.experiments.learning_curve import Settings as CurveSettings
 from ajgdata.experiments.reflected_energy import Settings as EnergySettings
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.experiments.sorting import Settings as SortingSettings
-from ajgdata.gripper.grippers import Gripper
 from ajgdata.pages import (
     PAGE_FIGURES,
     direct_labels,
@@ -35,7 +34,7 @@ from ajgdata.pages import (
     materials,
     models,
     noise,
-    orientation,
+    page_causes,
     page_figures,
     sorting,
     ycb,
@@ -346,64 +345,6 @@ def test_the_task_that_is_compared_with_the_paper_is_drawn():
     assert "withheld" in shown.title
 
 
-# Bar angle
-
-
-def test_the_mirror_plane_exchanges_transducers_of_equal_radius():
-    on_x_axis = Gripper(speaker_mm=(-35, 0), microphone_mm=(35, 0), port_mm=(0, 0))
-    assert orientation.mirror_plane_deg(on_x_axis) == pytest.approx(90)
-    turned = Gripper(speaker_mm=(0, 30), microphone_mm=(30, 0), port_mm=(0, 0))
-    plane = orientation.mirror_plane_deg(turned)
-    assert plane == pytest.approx(45)
-    # the mirror at 45 degrees exchanges x and y: an angle of 10 becomes 80
-    assert orientation.mirror_image(np.array([10.0]), plane) == pytest.approx([80])
-
-
-def angles(predict, source="simulated", name="knn") -> TaskResults:
-    """Return predictions of a model for withheld angles 20 and 40, made by `predict`."""
-    true = np.repeat([20.0, 40.0], 5)
-    known = np.repeat([0.0, 60.0], 2)
-    model = result(
-        name,
-        name,
-        parts={
-            "grouped": ({"rmse": Score(1.0, 0.1)}, 50.0),
-            "withheld": ({"rmse": Score(60.0, 0.1)}, 50.0),
-        },
-        predictions={"grouped": (known, known), "withheld": (true, predict(true))},
-        counts={"recordings": 14, "groups": 7, "folds": 2},
-    )
-    papers = {"unknown": paper_figure("orientation", 8.0, unit="°")}
-    return sizes(model, unit="°", papers=papers, page="orientation", source=source)
-
-
-def mirrored(angle):
-    return orientation.mirror_image(angle, orientation.mirror_plane_deg(Gripper()))
-
-
-def test_mirrored_predictions_are_counted_and_named_in_the_title():
-    shown = one_figure("orientation", angles(mirrored))
-    assert shown.title == (
-        "Mirror images sound alike: knn predicts 100 % mirrored; knn 60° (published 8°)"
-    )
-    withheld = shown.table.where(values="withheld").rows[0]
-    assert (withheld["mirrored_share"], withheld["true_share"]) == (1.0, 0.0)
-    assert withheld["folded_rmse"] == pytest.approx(0, abs=1e-9)
-    lines = {line.get_label(): line for line in shown.draw().axes[0].get_lines()}
-    x, y = lines["mirror image"].get_data()
-    assert y == pytest.approx(2 * orientation.mirror_plane_deg(Gripper()) - x)
-
-
-def test_correct_predictions_and_recorded_angles_have_no_mirror_image():
-    correct = one_figure("orientation", angles(lambda angle: angle + 1))
-    assert correct.title == "knn: RMSE 60° on withheld angles (published 8°)"
-    assert correct.table.where(values="withheld").column("true_share") == [1.0]
-    recorded = one_figure("orientation", angles(mirrored, source="recorded"))
-    assert recorded.table.column("mirrored_share") == [None, None]
-    labels = [line.get_label() for line in recorded.draw().axes[0].get_lines()]
-    assert "mirror image" not in labels
-
-
 # Materials and household objects
 
 
@@ -703,3 +644,49 @@ def test_one_category_and_one_run_are_drawn_without_a_verdict():
 def test_labels_are_moved_apart_as_little_as_possible():
     assert direct_labels.spread_out([5.0, 1.0, 1.0], 2.0).tolist() == [5.0, 0.0, 2.0]
     assert direct_labels.spread_out([1.0, 9.0], 2.0).tolist() == [1.0, 9.0]
+
+
+# Bar angle
+
+
+def angles(predicted: np.ndarray, **changes):
+    """Return a task whose withheld angles have the predictions `predicted`."""
+    rmse = float(np.sqrt(np.mean(np.square(predicted - WITHHELD_DEG))))
+    withheld = {"withheld": ({"rmse": Score(rmse, 1.0, (rmse, rmse))}, 41.0)}
+    tested = {"grouped": (SIZES, SIZES), "withheld": (WITHHELD_DEG, predicted)}
+    given = {
+        "page": "orientation",
+        "mirror_deg": 80.0,
+        "unit": "°",
+        "papers": {"unknown": paper_figure("orientation", 8.0, unit="°", text="8° withheld")},
+    }
+    return sizes(size_result(parts=withheld, predictions=tested), **(given | changes))
+
+
+WITHHELD_DEG = np.repeat(np.arange(9.0, 180.0, 18.0), 4)
+
+
+def test_predictions_at_the_mirror_image_are_a_cause_without_an_ablation():
+    mirrored = angles(mirror_image(WITHHELD_DEG, 80.0))
+    (reason,) = page_causes([mirrored])
+    (test,) = reason.tests
+    assert reason.of == ("orientation",) and reason.split == ""
+    assert (test.model, test.supported) == ("CNN", True)
+    assert test.after == 0 and test.before > 50
+    (shown,) = page_figures("orientation", [mirrored])
+    assert reason.link == f"experiments/orientation.html#{shown.name}"
+    assert shown.title.startswith("An angle and its mirror image give the same sound (CNN ")
+    assert "test" not in shown.title and "8° withheld" in shown.caption.text
+    lines = shown.draw().axes[0].get_lines()
+    marks = {tuple(point) for point in np.transpose(lines[1].get_data()).tolist()}
+    assert marks == set(zip(WITHHELD_DEG, mirror_image(WITHHELD_DEG, 80.0), strict=True))
+
+
+def test_other_errors_are_no_mirror_image_and_other_tasks_are_not_tested():
+    far = angles(WITHHELD_DEG + 20.0)
+    (reason,) = page_causes([far])
+    assert not reason.tests[0].supported
+    (shown,) = page_figures("orientation", [far])
+    assert shown.title.startswith("CNN: RMSE 20°")
+    for other in (angles(WITHHELD_DEG, mirror_deg=None), angles(WITHHELD_DEG, papers={})):
+        assert list(page_causes([other])) == [] and page_figures("orientation", [other]) == ()

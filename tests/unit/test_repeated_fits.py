@@ -89,4 +89,4 @@ def test_fits_differ_by_their_seed_and_the_paper_s_value_is_compared_with_their_
     unsure = published.model_copy(update={"spread": 2e6})
     results = dataclasses.replace(results, papers={"repeated_fits": unsure})
     (row,) = EXPERIMENTS["repeated_fits"].paper_comparison(results, lambda *_: None)
-    assert row.agrees == "inconclusive" and row.result.endswith(f"; {UNSTABLE}")
+    assert row.agrees == "inconclusive" and row.remark == UNSTABLE
