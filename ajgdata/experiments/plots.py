@@ -55,7 +55,8 @@ class Plot:
     - `percent` lists the columns that are shares, shown in %.
     - `chance` is the column with the chance level; the caption introduces it by `chance_label`.
     - `ideal`: x and value are the same quantity, so the line on which they are equal is drawn.
-    - `published`: the value of the paper is drawn, or (`point`) its place and value.
+    - `published`: the value of the paper is drawn, or (`count`) its number of successes, or
+      (`point`) its place and value.
     - `title` returns the conclusion. The default is the first series over x of lines, otherwise the
       range of all points.
     - `about` describes the rows in the caption, `name` is the end of the file name, and the points
@@ -77,7 +78,7 @@ class Plot:
     chance: str = ""
     chance_label: str = "Chance level:"
     ideal: bool = False
-    published: Literal["", "value", "point"] = ""
+    published: Literal["", "value", "count", "point"] = ""
     title: Callable[[TaskResults], str] | None = None
     listed: bool = False
     name: str = ""
@@ -248,6 +249,8 @@ class BoundPlot:
             return ()
         if self.plot.published == "value":
             return (float(paper.value),)
+        if self.plot.published == "count":
+            return () if paper.correct is None else (float(paper.correct),)
         return () if paper.reached is None else (float(paper.value), float(paper.reached))
 
     # Words
