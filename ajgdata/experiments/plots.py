@@ -46,7 +46,8 @@ class Plot:
     `model` with the label of the model is added, unless the table has a column of this name.
 
     - Rows that agree in `panel`, `series` and `x` are one point: the mean of the column `value`,
-      with the standard deviation over `over` or with the ends in the columns `interval`.
+      with the standard deviation over `over` (empty: no deviation) or with the ends in the columns
+      `interval`.
     - `cells` says what the texts of a column are. A label is shown unchanged, the name of a model
       by its label, and the name of a data set by its title. Other texts, for example classes, are
       shown as words.
@@ -327,14 +328,17 @@ class BoundPlot:
             return f"median, 5th to 95th percentile of {over}"
         if self.plot.mark == "matrix":
             return f"share of {over}"
-        return "with intervals" if self.plot.interval else f"mean ± sd over {over}"
+        if self.plot.interval:
+            return "with intervals"
+        return f"mean ± sd over {over}" if over else ""
 
     @cached_property
     def caption(self) -> Caption:
         """Caption, and the alternative text, which lists the conclusion and the points."""
         results = self.results
         unit = self.axis.unit
-        text = f"{results.title}, {results.source}. {sentence(self.plot.about)}; {self._spread}."
+        about = "; ".join(filter(None, (sentence(self.plot.about), self._spread)))
+        text = f"{results.title}, {results.source}. {about}."
         if self.chance:
             levels = [with_unit(number(level), unit) for level in self.chance.values()]
             text += f" {self.plot.chance_label} {', '.join(dict.fromkeys(levels))}."
