@@ -48,7 +48,8 @@
     const detects = rate === null ? "the detection rate of this check is not measured" :
       `this check detects ${percent(rate)} of novel objects`;
     const check = prediction.verdict === "not checked" ? " · novelty not checked" :
-      prediction.verdict === "no sign" ? ` · no sign of a novel object (${detects})` : ` · ${detects}`;
+      prediction.verdict === "no sign" ? ` · no sign of a novel object (${detects})` :
+      rate === null ? "" : ` · ${detects}`;
     const then = check + decided(state);
     if (prediction.verdict === "nothing")
       return ["unsure", "∅", "nothing held", `it sounds like the empty gripper${then}`];

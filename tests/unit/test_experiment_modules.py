@@ -145,6 +145,33 @@ def test_other_scenarios_on_the_page_stand_in_the_comparison():
     assert not list(EXPERIMENTS["sorting"].paper_comparison(other, nothing))
 
 
+def test_the_title_of_sorting_has_both_shares_and_the_runs():
+    (lengths, _) = EXPERIMENTS["sorting"].plots
+    results = sorting_results((0.85, 0.76, 0.92), GOOD)
+    assert lengths.bind(results).conclusion == (
+        "CNN: 85 % accepted, 98 % of the accepted correct; 50 (5 to 95) objects until the first "
+        "refusal"
+    )
+    assert lengths.bind(results).published == (39,)
+
+
+# Novel objects
+
+
+def test_the_title_of_novel_objects_compares_the_guard_with_single_detectors():
+    rows = [
+        {"key": key, "detector": key, "detected": rate, "low": rate / 2, "high": 2 * rate}
+        for key, rate in (("guard", 0.3), ("nearest", 0.1), ("relative", 0.4), ("energy", 0.04))
+    ]
+    columns = {key: key for key in rows[0]}
+    outcome = Outcome((table_of("detectors", "d", rows, **columns),))
+    results = task_results("novel_objects", {"": outcome})
+    (curve,) = EXPERIMENTS["novel_objects"].plots
+    assert curve.title(results) == (
+        "30 % (15 to 60) of novel objects detected at 5 % false alarms; best alone 40 % (relative)"
+    )
+
+
 # Reflected energy
 
 
