@@ -17,14 +17,14 @@ import torch
 from torch import Tensor, nn
 
 from ajgdata.evaluate.calibration import TINIEST
-from ajgdata.evaluate.novelty import Guard
+from ajgdata.evaluate.novelty import EQUAL, Guard
 from ajgdata.features.checks import TOO_QUIET
 from ajgdata.features.spectrum import periodic_window
 from ajgdata.live.predictor import Predictor
 from ajgdata.types import FeatureSettings, NotPossibleError
 
 METADATA = "ajgdata"  #: key of the metadata that hold the description of the model, as JSON
-VERDICTS = ("known", "nothing", "unknown", "not checked")
+VERDICTS = ("known", "nothing", "unknown", "not checked", "no sign")
 OPSET = 20
 
 
@@ -69,18 +69,27 @@ class Feature(nn.Module):
 
 
 class Novelty(nn.Module):
-    """Distance to the nearest grasp, and the verdict, as `evaluate.novelty.Guard` has them."""
+    """Both distances of `evaluate.novelty.Guard`, and the verdict of `live.predictor.Predictor`.
+
+    `clear` is the verdict on a recording that the guard does not flag.
+    """
 
     grasps: Tensor
     references: Tensor
     mean: Tensor
     std: Tensor
+    centre: Tensor
+    components: Tensor
+    within: Tensor
+    total: Tensor
+    objects: Tensor
 
-    def __init__(self, guard: Guard) -> None:
+    def __init__(self, guard: Guard, clear: str) -> None:
         super().__init__()
-        self.scale, self.threshold = float(guard.scale), guard.threshold
+        self.scale, self.clear = float(guard.scale), VERDICTS.index(clear)
+        self.threshold, self.relative_threshold = guard.threshold, guard.relative_threshold
         self.has_references = len(guard.references) > 0
-        for name in ("grasps", "references", "mean", "std"):
+        for name in self.__annotations__:
             self.register_buffer(name, torch.tensor(getattr(guard, name), dtype=torch.float64))
 
     def forward(self, feature: Tensor) -> dict[str, Tensor]:
@@ -90,15 +99,24 @@ class Novelty(nn.Module):
         z = (torch.log(x + torch.sqrt(x * x + 1)) - self.mean) / self.std
         near = _squared_distances(z, self.grasps).amin(1)
         outputs = {}
-        verdict = torch.full_like(near, 3, dtype=torch.int64)
+        verdict = torch.full_like(near, VERDICTS.index("not checked"), dtype=torch.int64)
         if self.threshold:
             novelty = near.sqrt() / self.threshold
+            if self.relative_threshold is not None:
+                novelty = torch.maximum(novelty, self._relative(z) / self.relative_threshold)
             outputs["novelty"] = novelty.float()
-            verdict = torch.where(novelty > 1, 2, 0)
+            verdict = torch.where(novelty > 1, VERDICTS.index("unknown"), self.clear)
         if self.has_references:
             nothing = _squared_distances(z, self.references).amin(1) < near
-            verdict = torch.where(nothing, 1, verdict)
+            verdict = torch.where(nothing, VERDICTS.index("nothing"), verdict)
         return outputs | {"verdict": verdict}
+
+    def _relative(self, z: Tensor) -> Tensor:
+        """Return the relative distance (n,) of points (n, f)."""
+        coordinates = (z - self.centre) @ self.components.T
+        to_object = _squared_distances(coordinates @ self.within, self.objects).amin(1).sqrt()
+        to_centre = (coordinates / self.total).square().sum(1).sqrt()
+        return to_object / to_centre.clamp(min=EQUAL)
 
 
 def _squared_distances(x: Tensor, rows: Tensor) -> Tensor:
@@ -124,7 +142,8 @@ class Deployed(nn.Module):
         if not hasattr(network, "module_"):
             raise NotPossibleError(f"{type(network).__name__} cannot be exported, only the CNN can")
         self.network = network.module_
-        self.novelty = Novelty(predictor.guard) if len(predictor.guard.grasps) else None
+        clear = "known" if predictor.calibration.detects_novel_objects else "no sign"
+        self.novelty = Novelty(predictor.guard, clear) if len(predictor.guard.grasps) else None
         self.is_number = predictor.kind == "regression"
         self.temperature = predictor.calibration.temperature
         self.half_width = predictor.calibration.half_width

@@ -211,8 +211,8 @@ def load_predictor(name: str, task: str, model: str = "cnn", project: Project = 
     >>> predictor = ajgdata.load_predictor("size", "size", "ridge")
     >>> waveform = ajgdata.load_recordings("size").waveform[0].values  # (n,), full scale ±1
     >>> said = predictor.predict(waveform, sample_rate_hz=44_100)
-    >>> said.unit, str(said.verdict)
-    ('mm', 'known')
+    >>> said.unit, said.novelty <= 1
+    ('mm', True)
     """
     return read_predictor(_model_folder(find_project(project), name, task, model), name, task)
 
@@ -251,7 +251,11 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
             audio=AudioSettings.model_validate(about["audio"]),
             features=FeatureSettings.model_validate(about["features"]),
             calibration=calibration,
-            guard=Guard(**arrays, threshold=calibration.novelty_threshold),
+            guard=Guard(
+                **arrays,
+                threshold=calibration.novelty_threshold,
+                relative_threshold=calibration.relative_threshold,
+            ),
         )
 
 

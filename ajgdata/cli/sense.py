@@ -37,6 +37,7 @@ _VERDICTS = {
     "known": ("green", "known"),
     "nothing": ("yellow", "nothing held"),
     "unknown": ("red", "novel object"),
+    "no sign": ("yellow", "no sign of a novel object"),
     "not checked": ("yellow", "novelty not checked"),
 }
 
@@ -174,13 +175,13 @@ def _show(number: int, name: str, capture: Capture, prediction: Prediction, seco
     ordered = sorted(prediction.probability.items(), key=lambda item: -item[1])
     table = Table.grid(padding=(0, 2))
     for label, share in ordered:
-        is_sure = share >= THRESHOLD and prediction.verdict in ("known", "not checked")
+        is_sure = share >= THRESHOLD and prediction.verdict not in ("nothing", "unknown")
         bar = Bar(1, 0, share, width=_BAR_WIDTH, color=colour if is_sure else "default")
         table.add_row(escape(label), bar, percent(share))
     if ordered:
         out.print(table)
-    if prediction.verdict == "known" and ordered and ordered[0][1] < THRESHOLD:
-        colour, verdict = "yellow", f"known, but below {percent(THRESHOLD)}"
+    if prediction.verdict in ("known", "no sign") and ordered and ordered[0][1] < THRESHOLD:
+        colour, verdict = "yellow", f"{verdict}, but below {percent(THRESHOLD)}"
     value = "" if prediction.verdict == "nothing" else f": [b]{escape(_value(prediction))}[/b]"
     say(f"[{colour}]{verdict}[/]{value}[dim]{_novelty(prediction)}[/dim]")
     for text in prediction.remarks:
@@ -198,10 +199,8 @@ def _value(prediction: Prediction) -> str:
 
 def _novelty(prediction: Prediction) -> str:
     """Return the novelty, and how many novel objects the check detects, in brackets."""
-    from ajgdata.live.sort import percent
+    from ajgdata.live.sort import detection_text
 
     if prediction.novelty is None:
         return ""
-    rate = prediction.detection_rate
-    detects = "" if rate is None else f"; this check detects up to {percent(rate)} of novel objects"
-    return f" (novelty {prediction.novelty:.2f}, limit 1{detects})"
+    return f" (novelty {prediction.novelty:.2f}, limit 1; {detection_text(prediction)})"

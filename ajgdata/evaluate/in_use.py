@@ -23,7 +23,7 @@ from ajgdata.evaluate.calibration import (
     with_temperature,
 )
 from ajgdata.evaluate.metrics import wrapped
-from ajgdata.evaluate.novelty import Alarm, alarm, detection_rate
+from ajgdata.evaluate.novelty import Alarm, NovelScores, alarm, novel_scores
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.models import fit_named_model, make_model
 from ajgdata.types import Kind, NotPossibleError
@@ -31,8 +31,10 @@ from ajgdata.types import Kind, NotPossibleError
 #: The inner folds of the model, each of which trains it once more.
 FOLDS = 5
 COVERAGE = 0.9
-#: Share of new grasps of what is known that may be taken for something unknown.
-FALSE_ALARM = 0.01
+#: Share of new grasps of known objects that may be flagged as novel.
+FALSE_ALARM = 0.05
+#: Least detection rate of novel objects at which a guard that flags nothing means *known*.
+RELIABLE = 0.5
 
 
 @dataclass(frozen=True)
@@ -41,9 +43,10 @@ class Calibration:
 
     Probabilities in use are softmax(log p / `temperature`). The true value is within `half_width`
     (in the target's unit) of a predicted number for a share `coverage` of new groups. A recording
-    is novel if its distance to the nearest grasp exceeds `novelty_threshold`: at most a share
-    `false_alarm` of new grasps of known objects (stated: `false_alarm_stated`), and a share
-    `detection_rate` of grasps of held-out objects.
+    is novel if its distance to the nearest grasp exceeds `novelty_threshold`, or its relative
+    distance exceeds `relative_threshold` (see `novelty`): up to a share `false_alarm` of new grasps
+    of known objects (requested: `false_alarm_stated`), and a share `detection_rate` of grasps of
+    held-out objects.
     """
 
     folds: int
@@ -54,8 +57,17 @@ class Calibration:
     coverage: float | None = None
     half_width: float | None = None
     novelty_threshold: float | None = None
+    relative_threshold: float | None = None
     false_alarm: float | None = None
     detection_rate: float | None = None
+
+    @property
+    def detects_novel_objects(self) -> bool:
+        """Return whether the guard detects so many novel objects that others can be called known.
+
+        A rate that was not measured is no evidence.
+        """
+        return self.detection_rate is not None and self.detection_rate >= RELIABLE
 
     def plain(self) -> dict[str, Any]:
         """Return it as JSON can hold it."""
@@ -119,17 +131,20 @@ def _novelty(
     false_alarm: float,
     seed: int,
 ) -> dict[str, float | None]:
-    """Return threshold, false alarms and detection rate of novel objects."""
-    find = partial(alarm, features, grasp, groups, false_alarm=false_alarm, seed=seed)
+    """Return thresholds, false alarms and detection rate of novel objects."""
+    options: dict[str, Any] = {"objects": objects, "false_alarm": false_alarm, "seed": seed}
+    find = partial(alarm, features, grasp, groups, **options)
     far: Alarm | None = _possible(problems, "novelty_threshold", find)
     if far is None:
         return {}
     rate = None
     if objects is not None:
-        detect = partial(detection_rate, features, grasp, objects, far.threshold, seed=seed)
-        rate = _possible(problems, "detection_rate", detect)
+        hold_out = partial(novel_scores, features, grasp, groups, objects, seed=seed)
+        scores: NovelScores | None = _possible(problems, "detection_rate", hold_out)
+        rate = None if scores is None else scores.detection_rate(false_alarm)
     return {
         "novelty_threshold": far.threshold,
+        "relative_threshold": far.relative_threshold,
         "false_alarm": far.false_alarm,
         "detection_rate": rate,
     }

@@ -154,3 +154,15 @@ def clopper_pearson(right: float, trials: int) -> Interval:
     low = betaincinv(right, trials - right + 1, tail) if right > 0 else 0.0
     high = betaincinv(right + 1, trials - right, 1 - tail) if right < trials else 1.0
     return Interval(float(low), float(high))
+
+
+def exact_lower_bound(right: float, trials: int) -> float:
+    """Return the exact one-sided lower 95 % bound of a share: `right` of `trials` were seen.
+
+    >>> from ajgdata.evaluate.intervals import exact_lower_bound
+    >>> f"{exact_lower_bound(39, 39):.3f}"  # 0.05 ** (1 / 39)
+    '0.926'
+    """
+    if right <= 0:
+        return 0.0
+    return float(betaincinv(right, trials - right + 1, 1 - CONFIDENCE))

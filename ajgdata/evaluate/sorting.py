@@ -1,8 +1,9 @@
-"""Sorting by sound: grasp, record, decide; a run ends when no class is probable enough.
+"""Sorting by sound: grasp, record, decide; a run ends with the first refusal.
 
-A run has two results. *Sorted before the first error* is the main result. *Sorted by the paper's
-rule* counts all objects until the model is uncertain, also those in a wrong bin: an overconfident
-model is never uncertain. `decide` is also the decision of a live run.
+A model *refuses* an object if no class is probable enough, and *accepts* it otherwise. Two shares
+describe a model: accepted among presented, and correct among accepted. A run counts the objects
+until the first refusal, and its errors separately, because an error does not end a run. `decide` is
+also the decision of a live run.
 """
 
 from __future__ import annotations
@@ -12,15 +13,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-#: A run of a model that is never uncertain ends here.
+from ajgdata.evaluate.agreement import UNDEFINED, Interval
+from ajgdata.evaluate.intervals import mean_interval
+
+#: A run of a model that refuses nothing ends here.
 LONGEST_RUN = 1000
-STOP = -1  #: among numbers of classes
+STOP = -1  #: refusal, among numbers of classes
 
 
 def decide(probability: np.ndarray, threshold: float) -> int | None:
-    """Return the number of the class to sort into, or None: stop, nothing is probable enough.
+    """Return the number of the class to sort into, or None: no class is probable enough.
 
-    `probability` (n_classes,); of equals the first. The threshold itself is enough.
+    `probability` (n_classes,). Of equally probable classes, the first one counts. The threshold
+    itself is enough.
     """
     best = int(np.argmax(probability))
     return best if probability[best] >= threshold else None
@@ -35,45 +40,74 @@ def decisions(probability: np.ndarray, threshold: float) -> np.ndarray:
     return np.array([STOP if number is None else number for number in numbers])
 
 
-def shares(probability: np.ndarray, taken: np.ndarray, label: np.ndarray) -> dict[str, float]:
-    """Return the accuracy of all grasps, the sorted share, and its accuracy.
+@dataclass(frozen=True)
+class Share:
+    """A share of recordings in 0..1, with its 95 % interval over grasps."""
 
-    `probability` (n, n_classes), `taken` (n,) decisions, `label` (n,) true classes. The accuracy of
-    no grasps is NaN.
+    value: float
+    interval: Interval
+
+
+@dataclass(frozen=True)
+class DecisionShares:
+    """Shares of decisions on `grasps` grasps.
+
+    `accuracy` is the share of recordings whose most probable class is correct. `accepted` is the
+    share of recordings that are not refused, `correct` the share of correct ones among them (NaN
+    if nothing is accepted).
     """
-    is_sorted = taken != STOP
-    right = float(np.mean(taken[is_sorted] == label[is_sorted])) if is_sorted.any() else np.nan
-    return {
-        "accuracy": float(np.mean(probability.argmax(axis=1) == label)),
-        "accepted": float(is_sorted.mean()),
-        "right": right,
-    }
+
+    grasps: int
+    accuracy: float
+    accepted: Share
+    correct: Share
+
+
+def decision_shares(
+    probability: np.ndarray, decided: np.ndarray, label: np.ndarray, grasp: np.ndarray
+) -> DecisionShares:
+    """Return the shares of decisions.
+
+    `probability` (n, n_classes), `decided` (n,) decisions, `label` (n,) true classes, `grasp` (n,)
+    the grasp of each recording: recordings of one grasp are not independent.
+    """
+    is_accepted = decided != STOP
+    is_correct = decided == label
+    correct = Share(np.nan, UNDEFINED)
+    if is_accepted.any():
+        correct = _share(is_correct[is_accepted], grasp[is_accepted])
+    return DecisionShares(
+        grasps=len(np.unique(grasp)),
+        accuracy=float(np.mean(probability.argmax(axis=1) == label)),
+        accepted=_share(is_accepted, grasp),
+        correct=correct,
+    )
+
+
+def _share(holds: np.ndarray, grasp: np.ndarray) -> Share:
+    """Return the share of recordings for which `holds` (n,) is true."""
+    interval = mean_interval(holds.astype(float), grasp, is_share=True)
+    return Share(float(holds.mean()), interval)
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run.
-
-    `before_error`: objects sorted before the first error, or before the model was uncertain if
-    there was no error. `sorts`: objects sorted by the paper's rule, until the model was uncertain;
-    `mistakes` of the sorted objects are in a wrong bin.
-    """
+    """One run: objects sorted until the first refusal, and how many of them are in a wrong bin."""
 
     sorts: int
-    mistakes: int
-    before_error: int
+    errors: int
 
 
-def run_of(taken: np.ndarray, label: np.ndarray, order: Iterable[int]) -> Run:
-    """Sort the rows of `order` until the decision is to stop.
+def run_of(decided: np.ndarray, label: np.ndarray, order: Iterable[int]) -> Run:
+    """Sort the rows of `order` until the first refusal.
 
-    `taken` (n,) are decisions, `label` (n,) true classes. A wrong bin does not end a run.
+    `decided` (n,) are decisions, `label` (n,) true classes. An error does not end a run.
     """
     rows = np.fromiter(order, int)
-    stops = np.flatnonzero(taken[rows] == STOP)
-    rows = rows[: stops[0]] if len(stops) else rows
-    wrong = np.flatnonzero(taken[rows] != label[rows])
-    return Run(len(rows), len(wrong), int(wrong[0]) if len(wrong) else len(rows))
+    refusals = np.flatnonzero(decided[rows] == STOP)
+    if len(refusals):
+        rows = rows[: refusals[0]]
+    return Run(len(rows), int(np.sum(decided[rows] != label[rows])))
 
 
 def stream(label: np.ndarray, seed: int) -> np.ndarray:

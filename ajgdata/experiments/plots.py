@@ -46,7 +46,8 @@ class Plot:
     `model` with the label of the model is added, unless the table has a column of this name.
 
     - Rows that agree in `panel`, `series` and `x` are one point: the mean of the column `value`,
-      with the standard deviation over `over` or with the ends in the columns `interval`.
+      with the standard deviation over `over` (empty: no deviation) or with the ends in the columns
+      `interval`.
     - `cells` says what the texts of a column are. A label is shown unchanged, the name of a model
       by its label, and the name of a data set by its title. Other texts, for example classes, are
       shown as words.
@@ -55,7 +56,8 @@ class Plot:
     - `percent` lists the columns that are shares, shown in %.
     - `chance` is the column with the chance level; the caption introduces it by `chance_label`.
     - `ideal`: x and value are the same quantity, so the line on which they are equal is drawn.
-    - `published`: the value of the paper is drawn, or (`point`) its place and value.
+    - `published`: the value of the paper is drawn, or (`count`) its number of successes, or
+      (`point`) its place and value.
     - `title` returns the conclusion. The default is the first series over x of lines, otherwise the
       range of all points.
     - `about` describes the rows in the caption, `name` is the end of the file name, and the points
@@ -77,7 +79,7 @@ class Plot:
     chance: str = ""
     chance_label: str = "Chance level:"
     ideal: bool = False
-    published: Literal["", "value", "point"] = ""
+    published: Literal["", "value", "count", "point"] = ""
     title: Callable[[TaskResults], str] | None = None
     listed: bool = False
     name: str = ""
@@ -248,6 +250,8 @@ class BoundPlot:
             return ()
         if self.plot.published == "value":
             return (float(paper.value),)
+        if self.plot.published == "count":
+            return () if paper.correct is None else (float(paper.correct),)
         return () if paper.reached is None else (float(paper.value), float(paper.reached))
 
     # Words
@@ -324,14 +328,17 @@ class BoundPlot:
             return f"median, 5th to 95th percentile of {over}"
         if self.plot.mark == "matrix":
             return f"share of {over}"
-        return "with intervals" if self.plot.interval else f"mean ± sd over {over}"
+        if self.plot.interval:
+            return "with intervals"
+        return f"mean ± sd over {over}" if over else ""
 
     @cached_property
     def caption(self) -> Caption:
         """Caption, and the alternative text, which lists the conclusion and the points."""
         results = self.results
         unit = self.axis.unit
-        text = f"{results.title}, {results.source}. {sentence(self.plot.about)}; {self._spread}."
+        about = "; ".join(filter(None, (sentence(self.plot.about), self._spread)))
+        text = f"{results.title}, {results.source}. {about}."
         if self.chance:
             levels = [with_unit(number(level), unit) for level in self.chance.values()]
             text += f" {self.plot.chance_label} {', '.join(dict.fromkeys(levels))}."

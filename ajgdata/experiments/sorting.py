@@ -1,38 +1,70 @@
-"""Sorting by sound with held-out recordings, in random order until no class is probable enough."""
+"""Sorting by sound with held-out recordings, in random order until the first refusal."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import Field
 
-from ajgdata.evaluate.agreement import ACCEPTED, Interval, compare
+from ajgdata.evaluate.agreement import ACCEPTED, GRASP_INTERVAL, Interval, compare_both
 from ajgdata.evaluate.parts import GROUPED, part_columns
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,
     Lookup,
     Outcome,
+    Result,
     TaskResults,
 )
 from ajgdata.experiments.plots import PERCENTILES, Plot
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
-from ajgdata.report.comparison import Mark, PaperComparison
-from ajgdata.report.format import number, with_unit
+from ajgdata.report.comparison import Mark, PaperComparison, PaperFigure
+from ajgdata.report.format import number
+from ajgdata.report.report_data import ResultRow
 from ajgdata.types import ModelName, Strict
-from ajgdata.types.table import Table, table_of
+from ajgdata.types.table import table_of
+
+if TYPE_CHECKING:
+    from ajgdata.evaluate.sorting import DecisionShares
 
 Row = dict[str, Any]
 RUNS = 500  #: simulated runs of sorting, each with its own seed
-PLAIN = "plain"  #: probabilities as the model gives them; the others are scaled by a temperature
-#: Results of a run, the main result first: its metric, and its name.
+#: Probabilities as the model gives them, and scaled by a temperature as those of a shipped model.
+PLAIN, CALIBRATED = "plain", "calibrated"
+#: Results of a run: the column, its metric, and its title.
 RUN_METRICS = {
-    "before_error": ("sorted_before_error", "before the first error"),
-    "sorts": ("sorts_in_a_row", "by the paper's rule"),
+    "sorts": ("sorted_until_refusal", "Objects sorted until the first refusal"),
+    "errors": ("errors_until_refusal", "Objects in a wrong bin"),
 }
+
+
+@dataclasses.dataclass(frozen=True)
+class Quantity:
+    """A share of decisions that the paper also has.
+
+    `part` names the published value in `paper` of a task. The columns `key`, `key low` and
+    `key high` of the table `decisions` have the share and the ends of its interval. `title` is for
+    people. `chance` is the share of a model without information, given the number of classes.
+    """
+
+    part: str
+    key: str
+    title: str
+    chance: float | None = None
+
+    def chance_level(self, classes: int) -> float:
+        """Return the share of a model that knows nothing of `classes` equally frequent classes."""
+        return 1 / classes if self.chance is None else self.chance
+
+
+#: A model without information refuses all objects; if it must choose, it is correct by chance.
+QUANTITIES = (
+    Quantity("sorting", "accepted", "accepted among presented", chance=0.0),
+    Quantity("sorting.correct", "correct", "correct among accepted"),
+)
 
 
 class Settings(Strict):
@@ -40,13 +72,14 @@ class Settings(Strict):
 
     threshold: float = Field(0.6, gt=0, le=1, description="probability that is enough (paper)")
     models: tuple[ModelName, ...] = Field(("cnn",), min_length=1, description="models that sort")
+    scenario: str = Field("", description="name of the scenario in the comparison with the paper")
 
 
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
-    """Return the calibration of `model`, and runs of sorting the objects of the task."""
+    """Return the calibration of `model`, its decisions, and runs of sorting the task's objects."""
     from ajgdata.evaluate.calibration import calibration_error, reliability
     from ajgdata.evaluate.in_use import calibrated
-    from ajgdata.evaluate.sorting import decisions, run_of, shares, stream
+    from ajgdata.evaluate.sorting import decision_shares, decisions, run_of, stream
 
     data = inputs.data()
     result = calibrated(
@@ -54,109 +87,186 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     )
     label = np.searchsorted(result.classes, data.value)
     scores: list[ScoreRow] = []
-    bins, conditions, runs = list[Row](), list[Row](), list[Row]()
-    for name, probability in ((PLAIN, result.plain), ("scaled", result.scaled)):
+    bins: list[Row] = []
+    decided: list[Row] = []
+    runs: list[Row] = []
+    for name, probability in ((PLAIN, result.plain), (CALIBRATED, result.scaled)):
+        key = ScoreKey(model, *part_columns(GROUPED, inputs.dataset), condition=name)
         reliable = reliability(probability.max(axis=1), probability.argmax(axis=1) == label)
         bins += [{"part": name, **dataclasses.asdict(interval)} for interval in reliable]
-        taken = decisions(probability, settings.threshold)
-        conditions.append({"part": name, **shares(probability, taken, label)})
-        own_runs = [
-            {"part": name, "run": n, **vars(run_of(taken, label, stream(label, inputs.seed + n)))}
-            for n in range(RUNS)
-        ]
-        key = ScoreKey(model, *part_columns(GROUPED, inputs.dataset), condition=name)
         scores.append(ScoreRow("calibration_error", "pooled", calibration_error(reliable), key))
-        scores += _scores(key, conditions[-1], own_runs)
-        runs += own_runs
-    part_column = {"part": "Probabilities"}
-    fields = {key: key for key in bins[0]} | {"confidence": "Probability", "accuracy": "Correct"}
-    of_grasps = {"accuracy": "Accuracy", "accepted": "Accepted", "right": "Correct of those"}
-    of_runs = {"run": "Run", "sorts": "Objects sorted by the paper's rule"}
-    of_runs |= {"before_error": "Objects before the first error", "mistakes": "In a wrong bin"}
+        chosen = decisions(probability, settings.threshold)
+        shares = decision_shares(probability, chosen, label, data.group)
+        decided.append({"part": name, "classes": len(result.classes), **_cells(shares)})
+        scores += _share_scores(key, shares)
+        for run in range(RUNS):
+            sorted_objects = run_of(chosen, label, stream(label, inputs.seed + run))
+            runs.append({"part": name, "run": run, **vars(sorted_objects)})
+            for column, (metric, _) in RUN_METRICS.items():
+                value = getattr(sorted_objects, column)
+                scores.append(ScoreRow(metric, f"run {run}", value, key))
+    part = {"part": "Probabilities"}
+    bin_columns = {key: key for key in bins[0]} | {"confidence": "Probability"}
+    bin_columns |= {"accuracy": "Correct"} | part
+    decision_columns = {key: key.capitalize() for key in decided[0]} | part
+    run_columns = {"run": "Run", **{key: title for key, (_, title) in RUN_METRICS.items()}}
     return Outcome(
         (
             score_table(scores, "Sorting"),
-            table_of("reliability", "Reliability", bins, **fields | part_column),
-            table_of("conditions", "Decisions", conditions, **part_column, **of_grasps),
-            table_of("runs", "Simulated runs", runs, **part_column, **of_runs),
+            table_of("reliability", "Reliability", bins, **bin_columns),
+            table_of("decisions", "Decisions", decided, **decision_columns),
+            table_of("runs", "Simulated runs", runs, **part, **run_columns),
         )
     )
 
 
-def _scores(key: ScoreKey, decided: Mapping[str, Any], runs: Sequence[Row]) -> Iterator[ScoreRow]:
-    """Yield the scores of decisions, and of the runs that they lead to."""
+def _cells(shares: DecisionShares) -> Row:
+    """Return the shares of decisions as cells of the table `decisions`."""
+    row: Row = {"grasps": shares.grasps, "accuracy": shares.accuracy}
+    for quantity in QUANTITIES:
+        share = getattr(shares, quantity.key)
+        row[quantity.key] = share.value
+        row[f"{quantity.key} low"] = share.interval.low
+        row[f"{quantity.key} high"] = share.interval.high
+    return row
+
+
+def _share_scores(key: ScoreKey, shares: DecisionShares) -> Iterator[ScoreRow]:
+    """Yield the accuracy of all decisions, and both shares with their intervals."""
     accepted = key._replace(condition=f"{key.condition}, {ACCEPTED}")
-    yield ScoreRow("accuracy", "pooled", decided["accuracy"], key)
-    yield ScoreRow("share", "pooled", decided["accepted"], accepted)
-    yield ScoreRow("accuracy", "pooled", decided["right"], accepted)
-    for run in runs:
-        for name, (metric, _) in RUN_METRICS.items():
-            yield ScoreRow(metric, f"run {run['run']}", run[name], key)
+    yield ScoreRow("accuracy", "pooled", shares.accuracy, key)
+    for metric, share in (("share", shares.accepted), ("accuracy", shares.correct)):
+        yield ScoreRow(metric, "pooled", share.value, accepted)
+        for statistic, end in zip(GRASP_INTERVAL, share.interval, strict=True):
+            yield ScoreRow(metric, statistic, end, accepted)
+
+
+def _decision_row(result: Result, part: str) -> Row:
+    """Return the row of the table `decisions` by the probabilities `part`; missing is NaN."""
+    (row,) = result.tables["decisions"].where(part=part).rows
+    return {key: np.nan if cell is None else cell for key, cell in row.items()}
+
+
+def _interval_of(quantity: Quantity, row: Row) -> Interval:
+    """Return the interval of a share of decisions."""
+    return Interval(row[f"{quantity.key} low"], row[f"{quantity.key} high"])
+
+
+def _share_text(quantity: Quantity, row: Row) -> str:
+    """Return a share of decisions with its interval: `85 % (76 to 92)`."""
+    value = row[quantity.key]
+    if np.isnan(value):
+        return "nothing"
+    text = f"{number(100 * value)} %"
+    interval = _interval_of(quantity, row)
+    if not interval.is_defined:
+        return text
+    return f"{text} ({number(100 * interval.low)} to {number(100 * interval.high)})"
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
-    """Yield the runs of each model with its plain probabilities; the paper mentions no scaling.
-
-    What is sorted before the first error is compared with the published count.
-    """
-    from ajgdata.evaluate.sorting import LONGEST_RUN
-
-    paper = results.paper
-    if paper is None or paper.value is None:
-        return
+    """Yield both shares of each model with calibrated probabilities; plain ones are in the text."""
     for result in results.results:
-        (condition,) = result.tables["conditions"].where(part=PLAIN).rows
-        runs = result.tables["runs"].where(part=PLAIN)
-        low, middle, high = map(float, np.percentile(runs.numbers("before_error"), PERCENTILES))
-        ours = Mark("ours", middle, low, high)
-        if middle >= LONGEST_RUN:  # a longer run was not tried
-            ours = ours._replace(value=np.inf, low=float(LONGEST_RUN))
-        text = _text(runs, condition, paper.unit)
-        if runs.numbers("sorts").max() >= LONGEST_RUN:
-            text += f"; runs end at {number(LONGEST_RUN, 4)}"
-        # A count has no perfect value, so the published value takes its place.
-        spread = Interval(low, high)
-        verdict = compare(middle, spread, paper.value, chance=0.0, perfect=paper.value)
-        label = "held-out grasps"
-        yield results.compared(paper, text, result.label, verdict, marks=(ours,), label=label)
+        for quantity in QUANTITIES:
+            paper = results.papers.get(quantity.part)
+            if paper is not None and paper.trials is not None:
+                yield _compared(results, result, quantity, paper)
 
 
-def _text(runs: Table, condition: Row, unit: str) -> str:
-    """Return both results of runs, with the share of accepted objects in a wrong bin."""
-    parts = []
-    for key, (_, name) in RUN_METRICS.items():
-        low, middle, high = map(number, np.percentile(runs.numbers(key), PERCENTILES))
-        parts.append(f"{with_unit(f'{middle} ({low} to {high})', unit)} {name}")
-        unit = ""
-    wrong = 1 - condition["right"] if condition["accepted"] else 0.0
-    return f"{'; '.join(parts)}, {number(100 * wrong, 2)} % in a wrong bin"
+def _compared(
+    results: TaskResults, result: Result, quantity: Quantity, paper: PaperFigure
+) -> PaperComparison:
+    """Return a share next to the published count; the verdict uses the intervals of both."""
+    from ajgdata.evaluate.intervals import clopper_pearson, exact_lower_bound
+
+    if paper.correct is None or paper.trials is None:
+        raise ValueError(f"{paper.id}: requires correct and trials")
+    row = _decision_row(result, CALIBRATED)
+    value = row[quantity.key]
+    interval = _interval_of(quantity, row)
+    chance = quantity.chance_level(row["classes"])
+    verdict = compare_both(
+        value,
+        interval,
+        paper.correct / paper.trials,
+        clopper_pearson(paper.correct, paper.trials),
+        chance=chance,
+        perfect=1.0,
+    )
+    bound = exact_lower_bound(paper.correct, paper.trials)
+    texts = [
+        f"{_share_text(quantity, row)} {quantity.title} ({row['grasps']} grasps, calibrated)",
+        f"{_share_text(quantity, _decision_row(result, PLAIN))} with plain probabilities",
+    ]
+    for scenario, other in _other_scenarios(results, result.model):
+        texts.append(f"{_share_text(quantity, other)} for {scenario}")
+    texts.append(
+        f"{paper.correct} of {paper.trials} in the paper, at least {number(100 * bound)} % "
+        "(one-sided 95 % bound)"
+    )
+    ours = Mark("ours", 100 * value, 100 * interval.low, 100 * interval.high)
+    guess = Mark("chance", *[100 * chance] * 3)
+    label = ", ".join(filter(None, (paper.row, results.settings.scenario)))
+    return results.compared(
+        paper, "; ".join(texts), result.label, verdict, marks=(ours, guess), label=label
+    )
+
+
+def _other_scenarios(results: TaskResults, model: str) -> Iterator[tuple[str, Row]]:
+    """Yield the scenarios of other tasks on the page, with the calibrated decisions of `model`."""
+    for task in results.same_page:
+        if (task.dataset, task.task) == (results.dataset, results.task):
+            continue
+        for result in task.results:
+            if result.model == model:
+                yield task.settings.scenario or task.title, _decision_row(result, CALIBRATED)
+
+
+def rows(results: TaskResults) -> Iterator[ResultRow]:
+    """Yield both shares of each model, with calibrated and with plain probabilities."""
+    for result in results.results:
+        for part in (CALIBRATED, PLAIN):
+            row = _decision_row(result, part)
+            for quantity in QUANTITIES:
+                yield ResultRow(
+                    label=result.label,
+                    metric=f"{quantity.title}, {part} probabilities",
+                    value=_share_text(quantity, row),
+                    chance=f"{number(100 * quantity.chance_level(row['classes']))} %",
+                    paper=results.papers.get(quantity.part),
+                )
 
 
 def finding(results: TaskResults) -> str:
-    """Return the runs of the first model with its plain probabilities."""
+    """Return both shares, and the runs, of the first model with calibrated probabilities."""
     first = results.results[0]
-    runs = first.tables["runs"].where(part=PLAIN).numbers("before_error")
+    row = _decision_row(first, CALIBRATED)
+    runs = first.tables["runs"].where(part=CALIBRATED).numbers("sorts")
     low, middle, high = map(number, np.percentile(runs, PERCENTILES))
-    return f"{first.label}: {middle} objects before the first error (90 % of runs: {low} to {high})"
+    accepted, correct = (number(100 * row[quantity.key]) for quantity in QUANTITIES)
+    return (
+        f"{first.label}: {accepted} % accepted, {correct} % of the accepted correct; "
+        f"{middle} ({low} to {high}) objects until the first refusal"
+    )
 
 
 LENGTHS = Plot(
     "histogram",
     "runs",
-    "objects sorted before the first error, in simulated runs on held-out grasps in random order; "
-    "a run ends when no class is probable enough",
-    value="before_error",
+    "objects sorted until the first refusal, in simulated runs on held-out grasps in random order; "
+    "a run ends when no class is probable enough, or after 1000 objects; an error does not end it",
+    value="sorts",
     x="run",
     series=("model", "part"),
     over="runs",
-    published="value",
+    published="count",
     title=finding,
 )
 RELIABILITY = Plot(
     "lines",
     "reliability",
     "share of correct predictions against their probability, as the model gives it (plain) and "
-    "scaled by a temperature from other grasps",
+    "scaled by a temperature from other grasps (calibrated)",
     value="accuracy",
     x="confidence",
     series=("model", "part"),
@@ -172,6 +282,7 @@ EXPERIMENT = Experiment(
     settings=Settings,
     measure=measure,
     plots=(LENGTHS, RELIABILITY),
+    own_rows=rows,
     paper_comparison=paper_comparison,
     by_model=True,
     kinds=("classification",),

@@ -19,7 +19,8 @@ from ajgdata.types.protocol import NOTHING
 
 #: Kinds of events and what each has.
 #: start: dataset task model classes threshold bins device robot session; for the dashboard
-#:        also source ("simulated", "recorded")
+#:        also source ("simulated", "recorded"); for the terminal also novelty (why nothing is
+#:        called known, "" if some predictions are)
 #: grasp: number object ("" if nobody knows what it is)
 #: step: step seconds                      (loosen approach wait jam lift place release halt)
 #: take: recording seconds peak_dbfs clipped xruns attempts

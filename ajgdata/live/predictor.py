@@ -35,9 +35,10 @@ HERE = Path("this recording")
 class Verdict(StrEnum):
     """Whether a prediction is about something that the model knows."""
 
-    KNOWN = "known"
+    KNOWN = "known"  #: not novel, by a guard that detects at least half of the novel objects
     NOTHING = "nothing"  #: nearer to recordings of an empty gripper, or of silence, than to any
     UNKNOWN = "unknown"  #: further from what was trained on than recordings of new grasps are
+    NO_SIGN = "no sign"  #: not flagged, by a guard that detects too few novel objects
     NOT_CHECKED = "not checked"  #: the model has no threshold for novel objects
 
 
@@ -49,9 +50,10 @@ class Prediction:
     meaningless for NOTHING and UNKNOWN. `probability` is calibrated, by class in the order of
     the model's classes (empty for numbers, and for models without probabilities). `interval` holds
     the true number with the model's stated coverage (None for classes). `novelty` is the distance
-    to the nearest training grasp in units of the threshold: above 1 is UNKNOWN; None if it was NOT
+    to training grasps or objects in units of its threshold: above 1 is UNKNOWN; None if it was NOT
     CHECKED. `detection_rate` is the share of novel objects that this check detects (None if it was
-    not measured). `remarks` are the warnings of the checks of the recording, one line each.
+    not measured); below one half, the verdict is NO_SIGN instead of KNOWN. `remarks` are the
+    warnings of the checks of the recording, one line each.
     """
 
     kind: Kind
@@ -119,6 +121,18 @@ class Predictor:
         """Return whether the model has recordings of the empty gripper to recognise it by."""
         return len(self.guard.references) > 0
 
+    @property
+    def novelty_note(self) -> str:
+        """Return why no prediction is called known, in a clause; "" if some are."""
+        if not self.guard.can_check:
+            return "novelty is not checked"
+        rate = self.calibration.detection_rate
+        if rate is None:
+            return "the detection rate of the novelty check is not measured"
+        if self.calibration.detects_novel_objects:
+            return ""
+        return f"the novelty check detects only {100 * rate:.0f} % of novel objects"
+
     def with_references(self, features: np.ndarray) -> Self:
         """Return the same with features (r, f) of further recordings in which nothing is held.
 
@@ -164,7 +178,7 @@ class Predictor:
                 kind=self.kind,
                 value=value,
                 unit=self.unit,
-                verdict=_verdict(bool(nothing[row]), far),
+                verdict=self._verdict(bool(nothing[row]), far),
                 novelty=far,
                 probability={}
                 if table is None
@@ -174,6 +188,15 @@ class Predictor:
             )
             for row, (value, far) in enumerate(zip(values.tolist(), novelty, strict=True))
         ]
+
+    def _verdict(self, nothing: bool, novelty: float | None) -> Verdict:
+        if nothing:
+            return Verdict.NOTHING
+        if novelty is None:
+            return Verdict.NOT_CHECKED
+        if novelty > 1:
+            return Verdict.UNKNOWN
+        return Verdict.KNOWN if self.calibration.detects_novel_objects else Verdict.NO_SIGN
 
     def _interval(self, value: Any) -> tuple[float, float] | None:
         half = self.calibration.half_width
@@ -197,14 +220,6 @@ class Predictor:
             raise DataError(where, str(error), "change features in dataset.yaml") from None
         shown = [remark for remark in remarks if remark.level == "warning" or remark.code == BEYOND]
         return feature, [f"{remark.problem}; {remark.fix}" for remark in shown]
-
-
-def _verdict(nothing: bool, novelty: float | None) -> Verdict:
-    if nothing:
-        return Verdict.NOTHING
-    if novelty is None:
-        return Verdict.NOT_CHECKED
-    return Verdict.UNKNOWN if novelty > 1 else Verdict.KNOWN
 
 
 def _audio(waveform: ArrayLike, sample_rate_hz: float, settings: AudioSettings) -> Audio:

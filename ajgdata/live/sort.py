@@ -82,8 +82,11 @@ def judge(prediction: Prediction, plan: SortPlan) -> Decision:
         probability = np.array(list(prediction.probability.values()))
         share = percent(float(probability.max()))
         if decide(probability, plan.threshold) is not None:
-            unchecked = prediction.verdict is Verdict.NOT_CHECKED
-            note = ", novelty not checked" if unchecked else ""
+            note = ""
+            if prediction.verdict is Verdict.NOT_CHECKED:
+                note = ", novelty not checked"
+            elif prediction.verdict is Verdict.NO_SIGN:
+                note = f", no sign of a novel object ({detection_text(prediction)})"
             return Decision(Action.PLACE, best, plan.bins[best], f"{best}, {share}{note}")
         reason = f"{best} has {share}, needs {percent(plan.threshold)}"
         action = Action(plan.below)
@@ -94,6 +97,14 @@ def judge(prediction: Prediction, plan: SortPlan) -> Decision:
 def percent(share: float) -> str:
     """Return a share as people read it; what is not all is never 100 %."""
     return f"{min(np.floor(1000 * share) / 10, 100):g} %"
+
+
+def detection_text(prediction: Prediction) -> str:
+    """Return how many novel objects the check of a prediction detects."""
+    rate = prediction.detection_rate
+    if rate is None:
+        return "the detection rate of this check is not measured"
+    return f"this check detects {percent(rate)} of novel objects"
 
 
 @dataclass
@@ -254,6 +265,7 @@ class Sorter:
             robot="command" if plan.robot else "manual",
             source="simulated" if plan.source == "virtual" else "recorded",
             session=self.session.folder.name,
+            novelty=self.senses.novelty_note,
         )
 
     def _say_stopped(self, reason: str, *, finished: bool = False) -> None:

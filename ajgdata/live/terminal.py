@@ -46,6 +46,8 @@ class SortTerminal:
             f"sorting {escape(', '.join(event['classes']))} by {escape(what)} on "
             f"{escape(event['device'])}{kind}; at {percent(event['threshold'])}; Ctrl-C stops"
         )
+        if note := event.get("novelty"):
+            self._say(f"[yellow]note[/] {escape(note)}")
 
     def _take(self, event: Event) -> None:
         if event["clipped"]:

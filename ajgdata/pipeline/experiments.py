@@ -71,7 +71,8 @@ def _is_of_paper(spec: DatasetSpec, request: Request) -> bool:
     if request.experiment.of_embedding:
         return any(task.papers for task in spec.tasks.values())
     papers = spec.tasks[request.task].papers
-    return name in papers or (bool(papers) and name == CROSS_VALIDATION)
+    compared = {part.partition(".")[0] for part in papers}
+    return name in compared or (bool(papers) and name == CROSS_VALIDATION)
 
 
 def measurements(

@@ -113,7 +113,7 @@ def _train(
     description |= {"tuning": choice} if choice else {}
     used = min(MODELS[model].most_recordings, len(data.name))
     description |= {"trained_on": used} if used < len(data.name) else {}
-    write_guard(folder, _guard_arrays(table, about["target"], kind, data, grasp))
+    write_guard(folder, _guard_arrays(table, about["target"], kind, data, grasp, objects))
     write_estimator(folder, estimator)
     return description
 
@@ -131,7 +131,12 @@ def _column(table: FeatureRows, data: TaskData, name: str) -> np.ndarray:
 
 
 def _guard_arrays(
-    table: FeatureRows, target: str, kind: Kind, data: TaskData, grasp: np.ndarray
+    table: FeatureRows,
+    target: str,
+    kind: Kind,
+    data: TaskData,
+    grasp: np.ndarray,
+    objects: np.ndarray,
 ) -> dict[str, np.ndarray]:
     """Return the arrays of the guard by name; references are recordings of no object that have no
     value of the target either: if an empty gripper is a class, there are no references."""
@@ -140,9 +145,9 @@ def _guard_arrays(
     values = table.columns[target].values
     missing = ~np.isfinite(values) if kind == "regression" else values == ""
     empty = missing & (table.columns["object"].values == "")
-    guard = Guard.of(data.feature, grasp).with_references(table.feature[empty])
-    fields = [field.name for field in dataclasses.fields(guard) if field.name != "threshold"]
-    return {name: getattr(guard, name) for name in fields}
+    guard = Guard.of(data.feature, grasp, objects).with_references(table.feature[empty])
+    names = [field.name for field in dataclasses.fields(guard)]
+    return {name: getattr(guard, name) for name in names if not name.endswith("threshold")}
 
 
 def train_embedding(

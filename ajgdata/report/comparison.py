@@ -63,6 +63,10 @@ class PaperFigure(Strict):
     reached: float | None = Field(
         None, description="where `value` counts what it takes: the score that it takes it for"
     )
+    correct: int | None = Field(
+        None, ge=0, description="successes, if the value is a share of counted trials"
+    )
+    trials: int | None = Field(None, ge=1, description="trials, if the value is a share of them")
     panel: str = Field("", description="title on the first screen; figures of one title share it")
     row: str = Field("", description="name among the figures of its panel")
     short: str = Field("", description="the result in at most 30 letters, if it is not one number")

@@ -108,7 +108,10 @@ LATENTS = FileFormat(
 MODEL = FileFormat(
     files="final models",
     place="key `format` of `model.json`",
-    history=("model.json, the estimator (skops) and the arrays of the novelty detection",),
+    history=(
+        "model.json, the estimator (skops) and the arrays of the novelty detection",
+        "model.json, the estimator (skops) and the arrays of the novelty detection with objects",
+    ),
     is_result=True,
 )
 TABLES = FileFormat(

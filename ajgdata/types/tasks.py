@@ -68,8 +68,8 @@ class Task(Strict):
     paper: str | dict[str, str] = Field(
         "",
         description="published values to compare with, e.g. ycb, or by part (known, "
-        "known_by_recording with compare_random, unknown, overall, a data set of test_on, or the "
-        "name of an experiment): "
+        "known_by_recording with compare_random, unknown, overall, a data set of test_on, the "
+        "name of an experiment, or one of its values, e.g. sorting.correct): "
         "{known: size-known, size_80dba: noise}",
     )
 
@@ -106,6 +106,9 @@ class Task(Strict):
         parts = ("known", *(("unknown", "overall") if self.withhold else ()), *self.test_on)
         parts += ("known_by_recording",) if self.compare_random else ()
         parts += tuple(self.experiments)
+        # an experiment with several published values: `sorting.correct`
+        values = [part for part in self.papers if part.partition(".")[0] in self.experiments]
+        parts += tuple(values)
         if CROSS_VALIDATION in self.experiments:
             raise ValueError(f"{CROSS_VALIDATION} has its settings in the task itself: models, ...")
         if len(self.classes) == 1:

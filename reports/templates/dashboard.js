@@ -45,8 +45,11 @@
     }
     if (!prediction) return ["", "…", state.grasps.length ? "listening" : "no grasp yet", ""];
     const rate = prediction.detection_rate ?? null;
+    const detects = rate === null ? "the detection rate of this check is not measured" :
+      `this check detects ${percent(rate)} of novel objects`;
     const check = prediction.verdict === "not checked" ? " · novelty not checked" :
-      rate === null ? "" : ` · the novelty check detects ${percent(rate)} of novel objects`;
+      prediction.verdict === "no sign" ? ` · no sign of a novel object (${detects})` :
+      rate === null ? "" : ` · ${detects}`;
     const then = check + decided(state);
     if (prediction.verdict === "nothing")
       return ["unsure", "∅", "nothing held", `it sounds like the empty gripper${then}`];
@@ -95,7 +98,7 @@
     list.style.setProperty("--at", needed === null ? "-9rem" : `${100 * needed}%`);
     rows.forEach((row, i) => {
       const p = given[names[i]] ?? 0, first = p === best && p > 0;
-      const enough = first && needed !== null && p >= needed && ["known", "not checked"].includes(state.prediction?.verdict);
+      const enough = first && needed !== null && p >= needed && ["known", "no sign", "not checked"].includes(state.prediction?.verdict);
       row.dataset.class = names[i];
       row.dataset.probability = p.toFixed(4);
       row.className = `${first ? "best" : ""} ${enough ? "enough" : ""}`.trim();

@@ -128,6 +128,17 @@ def test_probabilities_and_threshold_stand_on_the_page(shown):
     assert texts["title"] == "ycb/sorting" and texts["source"] == "simulated"
 
 
+def test_an_object_is_not_called_known_if_most_novel_objects_are_missed(shown):
+    shown.tell(grasp(SURE, verdict="no sign", action="place", value="screw", bin="B"))
+    texts = shown.texts()
+    assert (texts["verdict-title"], texts["more"]) == (
+        "screw",
+        "75 % sure · no sign of a novel object (the detection rate of this check is not measured)"
+        " → bin B",
+    )
+    assert shown.browser.run(BARS)[2]["enough"]
+
+
 def test_grasps_bins_and_truth_are_counted(shown):
     events = run()
     shown.tell(events)

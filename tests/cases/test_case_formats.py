@@ -251,11 +251,21 @@ def test_features_of_another_version_are_missing_in_the_report_and_listed(import
     assert about["unreadable"] == {str(file): line}
 
 
-@pytest.mark.parametrize("version", OTHER)
+#: The same for models, whose format is 2.
+READS_2 = READS.replace("format 1", "format 2")
+OTHER_MODELS = {
+    1: f"format 1 is of an earlier version of ajgdata; {READS_2}",
+    3: f"format 3 is of a later version of ajgdata; {READS_2}",
+    None: f"states no format; {READS_2}",
+}
+
+
+@pytest.mark.parametrize("version", OTHER_MODELS)
 def test_a_model_of_another_version_is_trained_again(trained, ajgdata, version):
     file = trained / "model.json"
     set_json(file, version)
-    line = recomputed(file, version, "train")
+    command = f"ajgdata run {NAME} --forcerun train"
+    line = f"{file}: {OTHER_MODELS[version]}. Run `{command}`, which computes it again."
     for load in (library.load_model, library.load_predictor):
         with pytest.raises(FormatError) as refused:
             load(NAME, "label", "knn")
@@ -416,7 +426,7 @@ def test_every_command_writes_the_versions(published, trained, paths):
     for file in (paths.features(NAME), published / Tree.FEATURES):
         with h5py.File(file) as features:
             assert features.attrs[FORMAT_KEY] == 1
-    assert json.loads((trained / "model.json").read_text(encoding="utf-8"))[FORMAT_KEY] == 1
+    assert json.loads((trained / "model.json").read_text(encoding="utf-8"))[FORMAT_KEY] == 2
     package = json.loads((published / Tree.DATAPACKAGE).read_text(encoding="utf-8"))
     assert package[PACKAGE_KEY] == 1
 

@@ -55,6 +55,7 @@ SETTINGS: dict[str, dict] = {
     "shortcut": {"test_on": ["whole"], "models": ["knn"]},
     "repeated_fits": {"test_on": ["whole"], "repeats": 3, "models": ["ridge_plain"]},
     "conformal_intervals": {"models": ["linear_plain"]},
+    "novel_objects": {},
 }  # fmt: skip
 EMBEDDED = {"supervision": "by hand", "target": "label", "dimensions": [2], "shown": 2}
 EMBEDDED |= {"folds": 2, "inits": 1, "epochs": 1}

@@ -92,7 +92,11 @@ def predictor_of(
         guard=Guard.absent(1),
     )
     guard = guard or Guard.absent(len(predictor.frequency_hz))
-    return replace(predictor, guard=replace(guard, threshold=calibrated.novelty_threshold))
+    limits = {
+        "threshold": calibrated.novelty_threshold,
+        "relative_threshold": calibrated.relative_threshold,
+    }
+    return replace(predictor, guard=replace(guard, **limits))
 
 
 def features_of(recordings: np.ndarray, settings: FeatureSettings = FEATURES) -> np.ndarray:

@@ -30,7 +30,7 @@ class Story:
         given = {
             "dataset": "ycb", "task": "sorting", "model": "cnn", "classes": CLASSES,
             "threshold": 0.6, "bins": BINS, "device": "virtual gripper",
-            "robot": "manual", "session": "sort-01", "source": "simulated",
+            "robot": "manual", "session": "sort-01", "source": "simulated", "novelty": "",
         }  # fmt: skip
         return self.say("start", **(given | about))
 

@@ -8,6 +8,8 @@ from ajgdata.evaluate.agreement import (
     UNDEFINED,
     Interval,
     compare,
+    compare_both,
+    difference_interval,
     is_better_than_chance,
     statement,
     together,
@@ -66,3 +68,35 @@ def test_better_than_chance_needs_the_whole_interval():
     assert not is_better_than_chance(40.0, Interval(35, 45), 41.0, 0.0)
     assert is_better_than_chance(30.0, Interval(25, 35), 41.0, 0.0)
     assert is_better_than_chance(54.0, UNDEFINED, math.nan, 0.0)
+
+
+def test_the_interval_of_a_difference_is_that_of_newcombe():
+    """56 of 70 and 48 of 80 with Wilson intervals: Newcombe 1998, Statistics in Medicine 17, 873,
+    table II, (a), method 10: 0.0524 to 0.3339."""
+    first, second = Interval(0.6918, 0.8770), Interval(0.4904, 0.7003)
+    gap = difference_interval(56 / 70, first, 48 / 80, second)
+    assert gap.low == pytest.approx(0.0524, abs=1e-4)
+    assert gap.high == pytest.approx(0.3339, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("ours", "published", "verdict"),
+    [
+        # neither interval contains the other value, but the difference may be 0
+        (Interval(0.86, 0.94), Interval(0.91, 0.99), "agrees"),
+        (Interval(0.86, 0.94), Interval(0.955, 0.965), "worse"),
+        (Interval(0.89, 0.91), Interval(0.70, 1.0), "inconclusive"),
+        (Interval(0.70, 1.0), Interval(0.955, 0.965), "inconclusive"),
+        (UNDEFINED, Interval(0.9, 0.99), "inconclusive"),
+    ],
+)
+def test_a_published_interval_counts_in_the_verdict(ours, published, verdict):
+    options = {"chance": 0.0, "perfect": 1.0}
+    assert compare_both(0.9, ours, 0.96, published, **options) == verdict
+
+
+def test_a_lower_error_is_better_if_both_have_intervals():
+    options = {"chance": 8.0, "perfect": 0.0}
+    near, far = Interval(1.9, 2.1), Interval(3.8, 4.2)
+    assert compare_both(2.0, near, 4.0, far, **options) == "better"
+    assert compare_both(4.0, far, 2.0, near, **options) == "worse"

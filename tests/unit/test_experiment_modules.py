@@ -1,6 +1,7 @@
 """Experiments: recordings of a task in, tables out; figures, captions and rows made of them."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from ajgdata.evaluate.in_use import calibration, half_width
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.experiments import EXPERIMENTS, listing_keys, requested_experiments
 from ajgdata.experiments.base import Outcome
-from ajgdata.experiments.sorting import PLAIN
+from ajgdata.experiments.sorting import CALIBRATED, PLAIN
 from ajgdata.models import fit_model, make_model
 from ajgdata.report.canvas import draw
 from ajgdata.report.comparison import PaperFigure
@@ -72,27 +73,116 @@ def test_how_many_grasps_reach_the_papers_accuracy(value, reached, says, agrees)
 # Sorting
 
 
-def sorting_results(paper):
-    """Half of what a run sorts is sorted before the first error."""
+def sorting_results(accepted, correct, **changes):
+    """Shares by calibrated probabilities, with intervals; plain ones accept all, and half wrongly.
+
+    `accepted` and `correct` are the share and the ends of its interval.
+    """
+    decisions = [
+        {"part": part, "classes": 4, "grasps": 80}
+        | {"accepted": a[0], "accepted low": a[1], "accepted high": a[2]}
+        | {"correct": c[0], "correct low": c[1], "correct high": c[2]}
+        for part, a, c in (
+            (CALIBRATED, accepted, correct), (PLAIN, (1.0, 0.95, 1.0), (0.5, 0.4, 0.6)),
+        )
+    ]  # fmt: skip
     runs = [
-        {"part": part, "run": n, "sorts": n, "before_error": n // 2}
-        for part in (PLAIN, "scaled")
+        {"part": part, "run": n, "sorts": n, "errors": 0}
+        for part in (PLAIN, CALIBRATED)
         for n in range(101)
     ]
-    conditions = [{"part": part, "accepted": 0.75, "right": 0.9} for part in (PLAIN, "scaled")]
-    named = {"conditions": conditions, "runs": runs}
+    named = {"decisions": decisions, "runs": runs}
     tables = [table_of(n, n, rows, **{k: k for k in rows[0]}) for n, rows in named.items()]
-    return task_results(
-        "sorting", {"cnn": Outcome(tuple(tables))},
-        papers={"sorting": PAPER.model_copy(update={"value": paper, "unit": "sorts"})},
-    )  # fmt: skip
+    share = {"unit": "%", "row": "", "correct": 39}
+    papers = {
+        "sorting": PAPER.model_copy(update=share | {"id": "a", "value": 97.5, "trials": 40}),
+        "sorting.correct": PAPER.model_copy(update=share | {"id": "c", "value": 100, "trials": 39}),
+    }
+    options = {"papers": papers, "settings": {"scenario": "random poses"}} | changes
+    return task_results("sorting", {"cnn": Outcome(tuple(tables))}, **options)
 
 
-@pytest.mark.parametrize(("paper", "agrees"), [(39, "inconclusive"), (1, "better"), (60, "worse")])
-def test_the_papers_run_is_compared_with_what_is_sorted_before_the_first_error(paper, agrees):
-    (row,) = EXPERIMENTS["sorting"].paper_comparison(sorting_results(paper=paper), nothing)
-    both = "25 (2 to 47) sorts before the first error; 50 (5 to 95) by the paper's rule, 10 % in a"
-    assert (row.result, row.agrees) == (f"{both} wrong bin", agrees)
+GOOD = (0.98, 0.93, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("accepted", "verdict"),
+    [
+        (GOOD, "agrees"),
+        # 39 of 40: 86.8 to 99.9 %. The difference -0.075 has the interval -0.15 to 0.04
+        ((0.90, 0.84, 0.95), "agrees"),
+        # below our low end and the published low end alike, but the intervals overlap
+        ((0.84, 0.76, 0.92), "worse"),
+        ((0.90, 0.70, 1.0), "inconclusive"),
+    ],
+)
+def test_sorting_is_compared_by_two_shares_with_the_intervals_of_both(accepted, verdict):
+    results = sorting_results(accepted, GOOD)
+    shares = list(EXPERIMENTS["sorting"].paper_comparison(results, nothing))
+    assert [row.paper.id for row in shares] == ["a", "c"]
+    assert [row.agrees for row in shares] == [verdict, "agrees"]
+    first, second = shares
+    assert first.result.endswith(
+        " with plain probabilities; 39 of 40 in the paper, at least 88.7 % (one-sided 95 % bound)"
+    )
+    assert second.result == (
+        "98 % (93 to 100) correct among accepted (80 grasps, calibrated); "
+        "50 % (40 to 60) with plain probabilities; "
+        "39 of 39 in the paper, at least 92.6 % (one-sided 95 % bound)"
+    )
+    assert [mark.value for mark in second.marks] == [98, 25]
+
+
+def test_sorting_without_a_decision_has_no_verdict():
+    nan = float("nan")
+    results = sorting_results((0.0, 0.0, 0.05), (nan, nan, nan))
+    accepted, correct = EXPERIMENTS["sorting"].paper_comparison(results, nothing)
+    assert (accepted.agrees, correct.agrees) == ("worse", "inconclusive")
+    assert correct.result.startswith("nothing correct among accepted")
+    rows = list(EXPERIMENTS["sorting"].rows(results))
+    assert [row.value for row in rows] == [
+        "0 % (0 to 5)",
+        "nothing",
+        "100 % (95 to 100)",
+        "50 % (40 to 60)",
+    ]
+
+
+def test_other_scenarios_on_the_page_stand_in_the_comparison():
+    near = {"settings": {"scenario": "known locations"}, "dataset": "near", "papers": {}}
+    other = sorting_results((0.99, 0.95, 1.0), GOOD, **near)
+    results = replace(sorting_results(GOOD, GOOD), same_page=(other,))
+    row, _ = EXPERIMENTS["sorting"].paper_comparison(results, nothing)
+    assert "; 99 % (95 to 100) for known locations; 39 of 40" in row.result
+    assert row.label == "random poses"
+    assert not list(EXPERIMENTS["sorting"].paper_comparison(other, nothing))
+
+
+def test_the_title_of_sorting_has_both_shares_and_the_runs():
+    (lengths, _) = EXPERIMENTS["sorting"].plots
+    results = sorting_results((0.85, 0.76, 0.92), GOOD)
+    assert lengths.bind(results).conclusion == (
+        "CNN: 85 % accepted, 98 % of the accepted correct; 50 (5 to 95) objects until the first "
+        "refusal"
+    )
+    assert lengths.bind(results).published == (39,)
+
+
+# Novel objects
+
+
+def test_the_title_of_novel_objects_compares_the_guard_with_single_detectors():
+    rows = [
+        {"key": key, "detector": key, "detected": rate, "low": rate / 2, "high": 2 * rate}
+        for key, rate in (("guard", 0.3), ("nearest", 0.1), ("relative", 0.4), ("energy", 0.04))
+    ]
+    columns = {key: key for key in rows[0]}
+    outcome = Outcome((table_of("detectors", "d", rows, **columns),))
+    results = task_results("novel_objects", {"": outcome})
+    (curve,) = EXPERIMENTS["novel_objects"].plots
+    assert curve.title(results) == (
+        "30 % (15 to 60) of novel objects detected at 5 % false alarms; best alone 40 % (relative)"
+    )
 
 
 # Reflected energy

@@ -20,7 +20,7 @@ from exported_models import (
     trained,
 )
 
-from ajgdata.evaluate.novelty import Guard
+from ajgdata.evaluate.novelty import RELATIVE, Guard
 from ajgdata.features.spectrum import spectrum
 from ajgdata.types import FeatureSettings, NotPossibleError
 
@@ -106,12 +106,27 @@ def test_onnx_runtime_and_the_package(tmp_path):
 
 
 @pytest.mark.parametrize("references", [0, 1])
-def test_novelty_and_verdict(references):
+@pytest.mark.parametrize("rate", [0.4, 0.9])
+def test_novelty_and_verdict(references, rate):
     guard = Guard.of(X[:24], np.arange(24) // 2)
     if references:
         guard = guard.with_references(X[[30]])
     threshold = float(np.quantile(replace(guard, threshold=1.0).novelty(X), 0.75))
-    predictor = predictor_of(CLASSES, guard=guard, novelty_threshold=threshold)
+    limits = {"novelty_threshold": threshold, "detection_rate": rate}
+    predictor = predictor_of(CLASSES, guard=guard, **limits)
     outputs = in_torch(predictor)
     assert_agrees(predictor, outputs, X)
-    assert {int(output["verdict"]) for output in outputs} == {0, 2} | ({1} if references else set())
+    clear = 0 if rate >= 0.5 else 4
+    expected = {clear, 2} | ({1} if references else set())
+    assert {int(output["verdict"]) for output in outputs} == expected
+
+
+def test_the_relative_distance_is_exported():
+    guard = Guard.of(X[:24], np.arange(24) // 2, np.repeat(np.arange(3), 8))
+    assert guard.has_objects
+    relative = float(np.quantile(guard.scores(X)[RELATIVE], 0.5))
+    limits = {"novelty_threshold": 1e6, "relative_threshold": relative}
+    outputs = in_torch(predictor_of(CLASSES, guard=guard, **limits))
+    assert_agrees(predictor_of(CLASSES, guard=guard, **limits), outputs, X)
+    flagged = np.mean([float(output["novelty"]) > 1 for output in outputs])
+    assert flagged == pytest.approx(0.5, abs=0.05)  # the nearest distance flags nothing

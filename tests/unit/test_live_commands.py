@@ -135,6 +135,31 @@ def test_sense_without_a_novelty_check_does_not_call_anything_known(trained, run
 
 
 @pytest.mark.parametrize(
+    ("rate", "text"),
+    [
+        (0.124, "this check detects 12.4 % of novel objects"),
+        (None, "the detection rate of this check is not measured"),
+    ],
+)
+def test_sense_calls_nothing_known_if_most_novel_objects_are_missed(
+    trained, run, tmp_path, rate, text
+):
+    root = tmp_path / "p"
+    (root / "results").unlink()
+    shutil.copytree(trained.root / "results", root / "results")
+    folder = Paths(root).model("d", "what", "linear")
+    about = json.loads((folder / "model.json").read_text())
+    about["calibration"]["detection_rate"] = rate
+    (folder / "model.json").write_bytes(json_bytes(about))
+    done = run(*SENSE, "--object", "cube")
+    assert done.exit_code == 0, done.output
+    last = done.output.replace("\n", " ")
+    assert "no sign of a novel object: box (novelty " in last
+    assert f"limit 1; {text})" in last
+    assert "known" not in last
+
+
+@pytest.mark.parametrize(
     "arguments, said",
     [
         (("sense", "d", "what"), "requires a device"),

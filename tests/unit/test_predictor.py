@@ -157,6 +157,28 @@ def test_what_was_never_heard_is_unknown_and_nothing_is_nothing(trained):
     assert again.predict(hiss, RATE_HZ).verdict is Verdict.NOTHING
 
 
+@pytest.mark.parametrize(
+    ("rate", "verdict", "note"),
+    [
+        (0.5, Verdict.KNOWN, ""),
+        (0.4, Verdict.NO_SIGN, "the novelty check detects only 40 % of novel objects"),
+        (None, Verdict.NO_SIGN, "the detection rate of the novelty check is not measured"),
+    ],
+)
+def test_nothing_is_known_if_most_novel_objects_are_missed(trained, rate, verdict, note):
+    predictor = load(trained, "what", "linear")
+    calibration = dataclasses.replace(predictor.calibration, detection_rate=rate)
+    predictor = dataclasses.replace(predictor, calibration=calibration)
+    feature = read_store(trained.paths.features("d")).feature[:1]
+    assert predictor.of_features(feature)[0].verdict is verdict
+    assert predictor.novelty_note == note
+    bare = dataclasses.replace(
+        predictor, guard=dataclasses.replace(predictor.guard, threshold=None)
+    )
+    assert bare.of_features(feature)[0].verdict is Verdict.NOT_CHECKED
+    assert bare.novelty_note == "novelty is not checked"
+
+
 GOOD = tone(750).astype(np.float32)
 UNUSABLE = {
     "short": GOOD[:200],

@@ -1,5 +1,7 @@
 """What becomes of an object, by the rules of a plan."""
 
+from dataclasses import replace
+
 import pytest
 from sorting_lab import BALL, EMPTY, STRANGE, UNSURE, plan, seen
 
@@ -30,6 +32,20 @@ def test_without_a_novelty_check_an_object_is_placed_and_the_reason_says_so():
     decision = judge(seen(0.9, 0.05, 0.05, verdict="not checked", novelty=None), plan())
     assert (decision.action, decision.bin) == (Action.PLACE, "A")
     assert decision.reason == "ball, 90 %, novelty not checked"
+
+
+@pytest.mark.parametrize(
+    ("rate", "text"),
+    [
+        (0.3194, "this check detects 31.9 % of novel objects"),
+        (None, "the detection rate of this check is not measured"),
+    ],
+)
+def test_a_guard_that_misses_most_novel_objects_says_so(rate, text):
+    prediction = replace(seen(0.9, 0.05, 0.05, verdict="no sign"), detection_rate=rate)
+    decision = judge(prediction, plan())
+    assert (decision.action, decision.bin) == (Action.PLACE, "A")
+    assert decision.reason == f"ball, 90 %, no sign of a novel object ({text})"
 
 
 @pytest.mark.parametrize("action", ["stop", "wait"])

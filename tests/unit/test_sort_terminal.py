@@ -40,3 +40,12 @@ def test_nobody_is_waited_for_when_it_halts(monkeypatch):
     person.control.end()
     person.terminal.confirm("stopped; take ball out of the gripper")
     assert "take ball out" in person.shown.getvalue()
+
+
+def test_a_run_begins_with_the_limits_of_its_novelty_check():
+    note = "the novelty check detects only 32 % of novel objects"
+    for about, expected in (({"novelty": note}, True), ({"novelty": ""}, False), ({}, False)):
+        shown = io.StringIO()
+        console = Console(file=shown, width=200, emoji=False, highlight=False)
+        SortTerminal(console, Control()).tell(START | about)
+        assert (f"note {note}" in shown.getvalue()) is expected

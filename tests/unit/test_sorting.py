@@ -13,11 +13,13 @@ from ajgdata.evaluate.calibration import (
     with_temperature,
 )
 from ajgdata.evaluate.in_use import calibrated, calibration
+from ajgdata.evaluate.intervals import clopper_pearson
 from ajgdata.evaluate.sorting import (
     LONGEST_RUN,
+    STOP,
+    decision_shares,
     decisions,
     run_of,
-    shares,
     stream,
 )
 from ajgdata.evaluate.splits import grouped_folds
@@ -86,29 +88,53 @@ def test_calibration_holds_groups_out_twice():
         calibrated(x, y, group, model="svm", folds=3)
 
 
-def test_runs_end_where_nothing_is_probable_enough():
-    """Class 0 is always right, class 1 always doubtful: a run is as long as a coin shows heads."""
+def test_a_run_ends_with_the_first_refusal():
+    """Class 0 is always accepted, class 1 always refused: a run counts heads until tails."""
     p = np.array([[0.9, 0.1], [0.9, 0.1], [0.45, 0.55]])
     label = np.array([0, 0, 1])
-    taken = decisions(p, 0.6)
-    assert taken.tolist() == [0, 0, -1]
-    sorts = [run_of(taken, label, stream(label, seed)).sorts for seed in range(2000)]
+    decided = decisions(p, 0.6)
+    assert decided.tolist() == [0, 0, STOP]
+    sorts = [run_of(decided, label, stream(label, seed)).sorts for seed in range(2000)]
     # geometric with mean 1 and variance 2: three standard deviations of the mean
     assert abs(np.mean(sorts) - 1) < 3 * math.sqrt(2 / 2000)
     assert np.array_equal(stream(label, 5), stream(label, 5))
-    result = shares(p, taken, label)
-    assert (result["accepted"], result["right"]) == (2 / 3, 1)
-    assert math.isnan(shares(p, decisions(p, 0.95), label)["right"])
 
 
-def test_mistakes_are_counted_and_end_nothing():
+def test_errors_are_counted_and_end_no_run():
     p, label = np.array([[0.9, 0.1], [0.8, 0.2]]), np.array([0, 1])
-    taken = decisions(p, 0.6)
-    run = run_of(taken, label, stream(label, 0))
+    run = run_of(decisions(p, 0.6), label, stream(label, 0))
     assert run.sorts == LONGEST_RUN
-    assert abs(run.mistakes - 500) < 3 * math.sqrt(250)
-    assert run.before_error < 20
-    assert shares(p, taken, label)["right"] == 0.5
-    in_order = run_of(np.array([0, 1, 0, -1]), np.array([0, 1, 1, 0]), [1, 2, 0, 3])
-    assert (in_order.sorts, in_order.mistakes, in_order.before_error) == (3, 1, 1)
-    assert run_of(np.array([-1, 0]), label, [0, 1]).sorts == 0
+    assert abs(run.errors - 500) < 3 * math.sqrt(250)
+    in_order = run_of(np.array([0, 1, 0, STOP]), np.array([0, 1, 1, 0]), [1, 2, 0, 3, 2])
+    assert (in_order.sorts, in_order.errors) == (3, 1)
+    assert run_of(np.array([STOP, 0]), label, [0, 1]).sorts == 0
+
+
+def test_shares_of_decisions_count_grasps():
+    """Forty grasps of two recordings; the first ten are refused, five of the others are wrong."""
+    grasp = np.repeat(np.arange(40), 2)
+    label = grasp % 2
+    decided = np.where(grasp < 10, STOP, np.where(grasp >= 35, 1 - label, label))
+    p = np.eye(2)[np.where(decided == STOP, label, decided)]
+    result = decision_shares(p, decided, label, grasp)
+    assert (result.grasps, result.accuracy) == (40, 35 / 40)
+    assert (result.accepted.value, result.correct.value) == (0.75, pytest.approx(25 / 30))
+    # a bootstrap over n grasps has the standard deviation sqrt(s (1 - s) / n) of a binomial share;
+    # over recordings, as if they were independent, it would be narrower by a factor of 1.4
+    for share, grasps in ((result.accepted, 40), (result.correct, 30)):
+        low, high = share.interval
+        width = 2 * 1.96 * math.sqrt(share.value * (1 - share.value) / grasps)
+        assert high - low == pytest.approx(width, rel=0.15)
+
+
+def test_shares_without_variance_have_exact_intervals():
+    grasp = np.repeat(np.arange(20), 2)
+    label = grasp % 2
+    p = np.eye(2)[label]
+    result = decision_shares(p, label, label, grasp)
+    assert result.accepted.interval == result.correct.interval == clopper_pearson(20, 20)
+    assert result.correct.interval.low == pytest.approx(0.025 ** (1 / 20))
+    refused = decision_shares(p, np.full(40, STOP), label, grasp)
+    assert refused.accepted.interval == clopper_pearson(0, 20)
+    assert math.isnan(refused.correct.value)
+    assert not refused.correct.interval.is_defined

@@ -44,6 +44,13 @@ def test_the_papers_figures_by_part():
         Task(target="x", paper=parts)
 
 
+def test_an_experiment_may_have_several_published_values():
+    several = {"sorting": "a", "sorting.correct": "b"}
+    assert Task(target="x", experiments={"sorting": {}}, paper=several).papers == several
+    with pytest.raises(ValidationError, match=r"paper.sorting is no part of this task"):
+        Task(target="x", paper=several)
+
+
 def test_rare_classes_may_be_left_out_and_are_told():
     with pytest.raises(ValidationError, match="task t: min_groups is not for a regression"):
         spec("regression", min_groups=2)

@@ -83,7 +83,7 @@ def check_metrics(paths, scores) -> None:
     assert value("embedding_knn", "cpu_s", "cost") > 0
     stft = {"comparison": "stft", "condition": "stft:512/512", "model": "knn"}
     assert value("comparison", "train_cpu_s", "cost", **stft) > 0
-    sorts = value("sorting", "sorts_in_a_row", "run 0", model="linear", condition="plain")
+    sorts = value("sorting", "sorted_until_refusal", "run 0", model="linear", condition="plain")
     assert sorts >= 0 and sorts == int(sorts)
     assert value("cross_gripper", "accuracy", "fold 0", grasps=1, **knn) <= 1
 
