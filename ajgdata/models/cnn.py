@@ -1,8 +1,9 @@
 """The paper's network, and the scikit-learn estimators that train, use and store it.
 
-The paper gives the layers, softmax with cross-entropy for classes and a linear output with mean
-squared error for numbers. Everything else below is ours: chosen on the inner folds of one data
-set's training part, see docs/models.md, and the same for all tasks.
+The paper gives the layers, softmax with cross-entropy for classes, a linear output with mean
+squared error for numbers, and one normalisation, of the feature. Everything else below is ours:
+chosen on the inner folds of one data set's training part, see docs/models.md, and the same for all
+tasks.
 The two estimators follow scikit-learn's conventions (`fit`, `predict`, `get_params`, `clone`).
 """
 
@@ -200,22 +201,22 @@ class _Cnn(BaseEstimator):
             if self.compression is not None:
                 mean = np.abs(X).mean(dtype=np.float64)
                 module.scale.fill_(float(mean * self.compression) or 1.0)
-            compressed = torch.cat([module.compress(x) for x in in_chunks(X)])
-            self._learn_scale(module, compressed.numpy())
+            bins = torch.cat([module.compress(x) for x in in_chunks(X)])
+            self._learn_scale(module, bins.numpy())
             target = self._encoded(module, y)
-            self._train(module, module.standardise(compressed), target)
+            self._train(module, module.standardise(bins), target)
         self.module_ = module.eval()
         return self
 
-    def _learn_scale(self, module: SpectrumCnn, compressed: np.ndarray) -> None:
+    def _learn_scale(self, module: SpectrumCnn, bins: np.ndarray) -> None:
         """Give a network the mean and deviation of bins (n, n_features), compressed or not."""
         if self.scaling == "per_bin":
-            each = StandardScaler().fit(compressed)
+            each = StandardScaler().fit(bins)
             module.mean.copy_(torch.from_numpy(each.mean_))
             module.std.copy_(torch.from_numpy(each.scale_))
         else:
-            module.mean.fill_(float(compressed.mean(dtype=np.float64)))
-            module.std.fill_(float(compressed.std(dtype=np.float64)) or 1.0)
+            module.mean.fill_(float(bins.mean(dtype=np.float64)))
+            module.std.fill_(float(bins.std(dtype=np.float64)) or 1.0)
 
     def _module(self, n_features: int) -> SpectrumCnn:
         return SpectrumCnn(
