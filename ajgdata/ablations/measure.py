@@ -53,7 +53,7 @@ def measure(paths: Paths, name: str, ablation: Ablation, *, seed: int) -> Table:
         data = VariantData(paths, spec, ablation, variant)
         known, tests = data.recordings()
         for model, variants in folds.items():
-            scores = _evaluated(variant, data.task, known, tests, model, seed)
+            scores = _evaluated(variant, data.task, known, tests, variant.model or model, seed)
             for tested, result in scores.items():
                 label = f"{variant_name} on:{tested}" if tested else variant_name
                 variants[label] = result.per_fold[metric]

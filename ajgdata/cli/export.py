@@ -23,7 +23,7 @@ OutFolder = Annotated[
 def export(
     dataset: Annotated[str, typer.Argument(help="data set")],
     task: Annotated[str, typer.Argument(help="task that the model was trained for")],
-    model: Annotated[str, typer.Argument(help="cnn or cnn_one_scale")] = "cnn",
+    model: Annotated[str, typer.Argument(help="cnn or cnn_per_bin")] = "cnn",
     folder: OutFolder = None,
 ) -> None:
     """Write a trained CNN as one ONNX file.
@@ -48,7 +48,7 @@ def export(
     try:
         content = onnx_bytes(predictor, description)
     except NotPossibleError as error:
-        raise DataError(trained, str(error), "export cnn or cnn_one_scale") from None
+        raise DataError(trained, str(error), "export cnn or cnn_per_bin") from None
     file = (folder or paths.exported) / f"{dataset}-{task}-{model}.onnx"
     write_bytes(file, content)
     say(escape(f"{file}: {len(content) / 1e3:.0f} kB"))

@@ -15,6 +15,8 @@ from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec
 
 #: Groups of the navigation: experiments of the paper, and all other experiments.
 PAPERS, BEYOND = "The paper's experiments", "Beyond the paper"
+#: Section of a page's text that is printed above its comparison with the paper.
+COMPARISON = "Comparison with the paper"
 TASKS = "Tasks"  #: group of the pages if no result is compared with the paper
 
 
@@ -73,6 +75,7 @@ def _page(
         question=section_of(text, "Question"),
         command=f"ajgdata run {' '.join(dict.fromkeys(request.dataset for request in requests))}",
         about=group,
+        comparison_note=section_of(written, COMPARISON),
     )
 
 

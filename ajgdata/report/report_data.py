@@ -166,7 +166,7 @@ class ExperimentPage:
     """A page on one experiment: the question, and the command that rebuilds it.
 
     `about` is the group of the navigation that it belongs to. The page begins with its own
-    `figures`, if it has any.
+    `figures`, if it has any. `comparison_note` limits its comparison with the paper.
     """
 
     name: str
@@ -175,6 +175,7 @@ class ExperimentPage:
     command: str
     about: str
     figures: tuple[Illustration, ...] = ()
+    comparison_note: str = ""
 
 
 @dataclass(frozen=True, eq=False)

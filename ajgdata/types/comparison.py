@@ -118,12 +118,15 @@ class Grasps(Strict):
 
 
 class AblationVariant(Strict):
-    """Training and test data of one evaluation; keys that are not given are those of the task."""
+    """Model and data of one evaluation; keys that are not given are those of the task."""
 
     train: tuple[Name, ...] = Field(
         (), description="data sets to train on, together; default: that of the ablation"
     )
     task: Name | None = Field(None, description="another task of the data set, for its target")
+    model: ModelName | None = Field(
+        None, description="another model, evaluated in place of each model of the ablation"
+    )
     split: Literal["grouped", "random"] = Field(
         "grouped", description="grouped: by grasp; random: by recording"
     )

@@ -112,7 +112,7 @@ MODELS = Registry(
         "svm_plain": Model(
             f"{_BASELINES}:support_vectors_plain", "SVM, plain", _SVM, several=False
         ),
-        "cnn_one_scale": Model("ajgdata.models.cnn:cnn_one_scale", "CNN, one scale", _NETWORK),
+        "cnn_per_bin": Model("ajgdata.models.cnn:cnn_per_bin", "CNN, scale per bin", _NETWORK),
     },
 )
 #: Models that share a job: measuring one takes about as long as starting a job.

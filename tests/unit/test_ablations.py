@@ -36,7 +36,7 @@ def test_nuisances_scale_what_differs_between_grasps_and_nothing_else():
 
 
 def test_variants_are_evaluations_of_the_same_grasps(tmp_path):
-    """Joined data sets, a split by recording, one recording per grasp and a band of the feature."""
+    """Joined data sets, a split by recording, one recording per grasp, a band, another model."""
     paths, store = Paths(tmp_path), small_store()
     for name in ("here", "there"):
         paths.dataset(name).parent.mkdir(parents=True)
@@ -50,28 +50,32 @@ def test_variants_are_evaluations_of_the_same_grasps(tmp_path):
         "both": {"train": ["here", "there"]},
         "random": {"split": "random", "one_recording": True},
         "band": {"band_hz": [10, 19]},
+        "model": {"model": "linear_plain"},
     }
     settings = {"title": "Kind", "train": "here", "task": "kind", "test": ["there"],
                 "models": ["knn_plain"], "variants": variants, "why": [
                     WHY | {"before": "plain", "after": "random"},
                     WHY | {"before": "plain on:there", "after": "both on:there"},
-                    WHY | {"before": "both", "after": "band"}]}  # fmt: skip
+                    WHY | {"before": "both", "after": "band"},
+                    WHY | {"before": "plain", "after": "model"}]}  # fmt: skip
     tests = measure(paths, "kind", Ablation.model_validate(settings), seed=0)
     rows = task_data(store, "object", "classification", "grasp_id")
     rows = rows.where(np.argsort(rows.name))
 
-    def right(feature, value, group, **changes) -> float:
-        result = cross_validate(feature, value, group, kind="classification", model="knn_plain",
-                                folds=3, **changes)  # fmt: skip
+    def right(feature, value, group, model="knn_plain") -> float:
+        result = cross_validate(feature, value, group, kind="classification", model=model, folds=3)
         return float(np.mean(result.scores.per_fold["accuracy"]))
 
     shares = rows.feature[:, 10:20] / rows.feature[:, 10:20].sum(axis=1, keepdims=True)
     first = np.sort(np.unique(rows.group, return_index=True)[1])
-    plain, (random, both, band) = right(*rows[:3]), tests.numbers("after").tolist()
+    plain = right(*rows[:3])
+    random, both, band, other_model = tests.numbers("after").tolist()
     # trained on both, every recording is there twice
-    assert tests.numbers("before").tolist() == [plain, plain, both]
+    assert tests.numbers("before").tolist() == [plain, plain, both, plain]
     assert random == right(rows.feature[first], rows.value[first], None)
     assert band == right(shares, *rows[1:3])
+    assert other_model == right(*rows[:3], model="linear_plain")
+    assert other_model != plain
 
 
 def test_a_file_that_is_wrong_is_named(tmp_path):

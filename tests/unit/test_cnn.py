@@ -5,6 +5,7 @@ import pytest
 import skops.io
 import torch
 
+from ajgdata.models import make_model
 from ajgdata.models.cnn import CnnClassifier, CnnRegressor
 from ajgdata.types.registry import TRUSTED_TYPES
 
@@ -54,21 +55,61 @@ def test_learns_where_a_peak_is():
     assert np.sqrt(np.mean(error**2)) < 2 * 0.16
 
 
-def test_bins_are_scaled_each_or_all_alike():
-    x = np.random.default_rng(0).normal(5, np.linspace(0.1, 2, 16), (200, 16)).astype(np.float32)
-    y, own = np.arange(200) % 2, np.linspace(0.1, 2, 16)
+def standardised(model: str, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """The input of the first layer, (n, n_features), of a registered network that learned x, y."""
+    network = make_model(model, "classification").set_params(**QUICK).fit(x, y)
+    bins = network.module_.compress(torch.from_numpy(x))
+    return network.module_.standardise(bins).double().numpy()
 
-    def scaled(**settings):
-        module = CnnClassifier(**QUICK, **settings).fit(x, y).module_
-        return module.standardise(module.compress(torch.from_numpy(x))).double().numpy()
 
-    each, alike = scaled(), scaled(scaling="global")
+def test_cnn_changes_the_feature_by_one_offset_and_one_factor():
+    """The paper names one normalisation, of the feature: loud bins stay louder than quiet ones."""
+    deviation = np.linspace(0.1, 2, 16)
+    x = np.random.default_rng(0).normal(5, deviation, (200, 16)).astype(np.float32)
+    z = standardised("cnn", x, np.arange(200) % 2)
+    assert (z.mean(), z.std()) == pytest.approx((0, 1), abs=1e-4)
+    offset, factor = x.mean(dtype=np.float64), x.std(dtype=np.float64)
+    np.testing.assert_allclose(z, (x - offset) / factor, atol=1e-4)
+
+
+def test_cnn_per_bin_gives_each_bin_mean_0_and_deviation_1_after_compression():
+    deviation = np.linspace(0.1, 2, 16)
+    x = np.random.default_rng(0).normal(5, deviation, (200, 16)).astype(np.float32)
+    z = standardised("cnn_per_bin", x, np.arange(200) % 2)
     # Levels are 5 / 0.1 deviations: float32 keeps seven digits of them.
-    np.testing.assert_allclose(each.mean(axis=0), 0, atol=1e-4)
-    np.testing.assert_allclose(each.std(axis=0), 1, atol=1e-4)
-    assert (alike.mean(), alike.std()) == pytest.approx((0, 1), abs=1e-4)
-    spread = alike.std(axis=0)  # asinh is nearly straight so near its mean
-    np.testing.assert_allclose(spread / spread[-1], own / own[-1], rtol=0.2)
+    np.testing.assert_allclose(z.mean(axis=0), 0, atol=1e-4)
+    np.testing.assert_allclose(z.std(axis=0), 1, atol=1e-4)
+    compressed = np.arcsinh(x.astype(np.float64) / np.abs(x).mean(dtype=np.float64))
+    by_hand = (compressed - compressed.mean(axis=0)) / compressed.std(axis=0)
+    np.testing.assert_allclose(z, by_hand, atol=1e-4)
+
+
+def test_louder_noise_leaves_the_range_of_training_only_with_a_scale_per_bin():
+    """Two bins hold the class, two hold noise only, which is 30 times louder when it is used."""
+    generator = np.random.default_rng(0)
+    y = np.arange(200) % 2
+    informative = generator.normal(100.0 + 20.0 * y[:, None], 5.0, (200, 2))
+    noise = generator.normal(2.0, 0.2, (200, 2))
+    quiet = np.hstack([informative, noise]).astype(np.float32)
+    loud = np.hstack([informative, 30 * noise]).astype(np.float32)
+
+    def largest(model: str) -> float:
+        network = make_model(model, "classification").set_params(**QUICK).fit(quiet, y).module_
+        bins = network.standardise(network.compress(torch.from_numpy(loud)))
+        return float(bins[:, 2:].abs().max())
+
+    assert largest("cnn") < 2
+    assert largest("cnn_per_bin") > 20
+
+
+def test_the_compression_is_part_of_the_stored_network():
+    x, place = peaks(40)
+    y = place > 0.5
+    for model in ("cnn", "cnn_per_bin"):
+        fitted = make_model(model, "classification").set_params(**QUICK).fit(x, y)
+        again = skops.io.loads(skops.io.dumps(fitted), trusted=TRUSTED_TYPES)
+        assert again.module_.is_compressed is (model == "cnn_per_bin")
+        assert np.array_equal(again.predict_proba(x), fitted.predict_proba(x))
 
 
 def test_same_seed_same_weights_whatever_the_threads_and_no_trace_is_left():

@@ -52,7 +52,7 @@ def in_onnx(predictor, folder, sounds):
 
 @pytest.mark.parametrize(
     ("model", "question"),
-    [("cnn", "classes"), ("cnn", "two_classes"), ("cnn_one_scale", "number"), ("cnn", "angle")],
+    [("cnn", "classes"), ("cnn", "two_classes"), ("cnn_per_bin", "number"), ("cnn", "angle")],
 )
 def test_networks_of_every_kind(model, question):
     predictor = predictor_of(trained(model, question, X), question)

@@ -3,13 +3,14 @@
 import dataclasses
 import posixpath
 import re
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 
 import pytest
 from html_page import Page
 from report_samples import PAPER, SCRIPT, illustration, sample_report
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline.site import COMPARISON, section_of
 from ajgdata.report.comparison import Change, Cost, PaperComparison, Reason, mark_of
 from ajgdata.report.forest import paper_rows, place
 from ajgdata.report.format import Score
@@ -17,7 +18,9 @@ from ajgdata.report.navigation import Link, navigation
 from ajgdata.report.page import illustrations, link_from_report, render_pages
 from ajgdata.report.render import picture
 from ajgdata.report.report_data import Report
+from ajgdata.store.report_files import read_page_text
 
+PROJECT = Paths(Path(__file__).resolve().parents[2])
 LISTED = [Link("experiments/size.html", "How large?", "Paper's")]
 
 
@@ -118,6 +121,17 @@ def test_results_are_compared_with_published_values_and_have_a_cost():
     assert any("without a result in this report: angles." in words for words in page.words)
     own = Page(pages["experiments/size.html"])
     assert own.row(["cubes"])[1:] == ["2.6 mm", "0.7 mm (0.6 to 0.8)", "simulated", "▲ better"]
+
+
+def test_a_page_prints_the_limits_of_its_comparison_with_the_paper():
+    """The network was changed after its error in noise had been seen."""
+    note = section_of(read_page_text(PROJECT, "noise"), COMPARISON)
+    report = sample_report()
+    size = dataclasses.replace(report.pages[0], comparison_note=note)
+    compared = dataclasses.replace(report, comparisons=(COMPARED,), pages=(size, report.pages[1]))
+    own = " ".join(Page(render(compared)["experiments/size.html"]).words)
+    assert "This comparison is not blind." in own and "noise_per_bin" in own
+    assert "not blind" not in render(compared)["experiments/stones.html"]
 
 
 def test_the_first_page_has_one_row_per_result_and_the_same_count_as_the_page_of_the_paper():
