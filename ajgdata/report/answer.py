@@ -61,4 +61,5 @@ def cause(row: PaperComparison) -> str:
 def best_sentence(section: TaskSection, row: ResultRow) -> str:
     """Return the result of the best model of a task with its chance level."""
     about = f"{section.title} (best model {row.label}, {section.source})"
-    return f"{about}: {row.metric} {row.answer}, chance level {row.chance}."
+    controls = f", {row.controls.replace('; ', ', ')}" if row.controls else ""
+    return f"{about}: {row.metric} {row.answer}, chance level {row.chance}{controls}."
