@@ -32,7 +32,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from ajgdata.evaluate.parts import TRAINING_VALUES
+from ajgdata.evaluate.parts import PLACEBO_VALUES, SESSION_SPLIT, TRAINING_VALUES
 from ajgdata.experiments import requested_experiments
 from ajgdata.features.spectrum import spectrum
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, excitation_sweep, record, simulate
@@ -139,10 +139,17 @@ def measured(
 
 
 def _part(row: dict[str, Any], dataset: str) -> str:
-    """Return the test recordings of a score: `grouped`, `random`, `withheld`, `on size_80dba`."""
+    """Return the test recordings of a score: `grouped`, `random`, `withheld`, `on size_80dba`.
+
+    Scores with held-out sessions begin with `session`, those of a placebo with `placebo`.
+    """
+    if row["target_values"] == PLACEBO_VALUES:
+        return f"placebo {row['split']}"
     if row["test_set"] != dataset:
         return f"on {row['test_set']}"
     is_training = row["target_values"] == TRAINING_VALUES
+    if row["split"] == SESSION_SPLIT:
+        return f"session {row['target_values']}"
     return row["split"] if is_training else row["target_values"]
 
 
