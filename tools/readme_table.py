@@ -144,7 +144,9 @@ def _cells(row: Row, metrics: pd.DataFrame, paper: PaperFigure) -> tuple[str, ..
     value, interval, chance, perfect, unit, scale = values
     low, high = (number(scale * end) for end in interval)
     result = f"{with_unit(number(scale * value), unit)} ({low} to {high})"
-    if not is_better_than_chance(value, interval, chance, perfect):
+    placebo = _values(row, metrics, _PLACEBO)
+    levels = [chance, *([placebo.value] if placebo else [])]
+    if not all(is_better_than_chance(value, interval, level, perfect) for level in levels):
         result += f", {NO_BETTER}"
     verdict: str = DASH
     if paper.value is not None or paper.text == NEAR_CHANCE:
@@ -152,9 +154,9 @@ def _cells(row: Row, metrics: pd.DataFrame, paper: PaperFigure) -> tuple[str, ..
         verdict = judged(
             paper, value, interval, reference, scale=scale, chance=chance, perfect=perfect
         ).verdict
-    level = with_unit(number(scale * chance), unit)
+    nominal = with_unit(number(scale * chance), unit)
     controls = (_control(row, metrics, query) for query in (row.sessions, _PLACEBO))
-    return row.title, result, *controls, level, published, verdict
+    return row.title, result, *controls, nominal, published, verdict
 
 
 def _control(row: Row, metrics: pd.DataFrame, query: str) -> str:
