@@ -340,7 +340,9 @@ class Dataset:
         table = read_store(self.paths.features(self.spec.name))
         with self._possible(task):
             if settings.min_groups:
-                frequent = frequent_classes(table, target, groups, classes, settings.min_groups)
+                frequent = frequent_classes(
+                    table, target, groups, classes, settings.min_groups, self.spec.placebo
+                )
                 classes = tuple(frequent[0])
             rows = task_data(table, target, kind, groups, classes, self.spec.placebo)
         present = sorted(set(rows.value.tolist())) if kind == "classification" else []

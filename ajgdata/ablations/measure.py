@@ -111,6 +111,7 @@ def _evaluated(
     grouped = variant.split == "grouped"
     result = cross_validate(
         known.feature, known.value, known.group if grouped else None, kind=task["kind"],
+        column=task["groups"] if grouped else "",
         model=model, folds=task["folds"], seed=seed, period=task["period_deg"],
         extra_tests=tests if grouped else None,
     )  # fmt: skip

@@ -9,10 +9,11 @@ import typer
 from rich.markup import escape
 
 from ajgdata.cli.console import ATTENTION, say, warn
+from ajgdata.evaluate.parts import GROUPED
 from ajgdata.types import DataError
 
 if TYPE_CHECKING:
-    from ajgdata.evaluate.planning import Component, Design, DesignTimes
+    from ajgdata.evaluate.planning import Component, DesignTimes, RecordingPlan
     from ajgdata.pipeline.pilot import Pilot
 
 #: With fewer sessions, a line states that their component is uncertain. A standard deviation of 6
@@ -39,7 +40,7 @@ def plan(
     task: Task,
     half_width: HalfWidth,
     model: Model = "cnn",
-    split: Split = "grouped",
+    split: Split = GROUPED,
     new_objects: NewObjects = False,
     session_minutes: SessionMinutes = 30,
     placement_minutes: PlacementMinutes = 1,
@@ -118,7 +119,7 @@ def _remark(component: Component, new_objects: bool) -> str:
 def _print_designs(
     pilot: Pilot,
     components: Sequence[Component],
-    present: Design,
+    present: RecordingPlan,
     times: DesignTimes,
     *,
     goal: float,
@@ -133,7 +134,7 @@ def _print_designs(
         spread_designs,
     )
 
-    def row(name: str, design: Design, low: float, high: float) -> tuple[str, ...]:
+    def row(name: str, design: RecordingPlan, low: float, high: float) -> tuple[str, ...]:
         ends = [f"±{end:.3g}" for end in (low, high)]
         hours = f"{times.total(design) / MINUTES_PER_HOUR:.1f}"
         return name, *map(str, design), hours, " to ".join(dict.fromkeys(ends))
@@ -155,7 +156,9 @@ def _print_designs(
             rows.append(row(name, design, low, high))
     for line in aligned(rows):
         say(escape(line))
-    for line in _explanations(components, present, times, new_objects=new_objects):
+    for line in _explanations(
+        components, present, times, split=pilot.split, new_objects=new_objects
+    ):
         say(escape(line))
     if fastest is None:
         warn(f"no design of the search reaches ±{goal:g}; choose a larger --half-width")
@@ -163,7 +166,12 @@ def _print_designs(
 
 
 def _explanations(
-    components: Sequence[Component], present: Design, times: DesignTimes, *, new_objects: bool
+    components: Sequence[Component],
+    present: RecordingPlan,
+    times: DesignTimes,
+    *,
+    split: str,
+    new_objects: bool,
 ) -> Iterator[str]:
     """Yield lines on the meaning of the designs and on their assumptions."""
     yield "Placements are per object and session, grasps per placement, recordings per grasp."
@@ -172,7 +180,12 @@ def _explanations(
         f"placement, {times.grasp:g} min per grasp."
     )
     objects = "new objects of the same kind" if new_objects else f"these {present.objects} objects"
-    yield f"The interval is for new sessions with {objects}."
+    yield f"The interval is for a new recording by this protocol with {objects}."
+    if split == GROUPED:
+        yield (
+            "Models are trained in the sessions that they are tested in; --split session plans for"
+            " the accuracy in a new session."
+        )
     if any(component.is_joined for component in components):
         yield "A range shows what joined levels leave open: all variance of the last, or the first."
     if present.sessions < FEW_SESSIONS:

@@ -128,48 +128,6 @@ def compare(
     return "better" if (gap.low > 0) == higher_is_better else "worse"
 
 
-def difference_interval(
-    value: float, interval: Interval, published: float, published_interval: Interval
-) -> Interval:
-    """Return the 95 % interval of `value` - `published`, from the intervals of both.
-
-    The distances of the ends are added as squares (method of variance estimates recovery: Zou &
-    Donner 2008, Statistics in Medicine 27, 1693). For two shares this is the method of Newcombe.
-
-    >>> from ajgdata.evaluate.agreement import Interval, difference_interval
-    >>> difference_interval(0.9, Interval(0.87, 0.92), 0.5, Interval(0.46, 0.54))
-    Interval(low=0.35, high=0.4447213595499958)
-    """
-    difference = value - published
-    down = math.hypot(value - interval.low, published_interval.high - published)
-    up = math.hypot(interval.high - value, published - published_interval.low)
-    return Interval(difference - down, difference + up)
-
-
-def compare_both(
-    value: float,
-    interval: Interval,
-    published: float,
-    published_interval: Interval,
-    *,
-    chance: float,
-    perfect: float,
-) -> Verdict:
-    """Return the verdict on our `value` if the published value has an interval, too.
-
-    The values differ if 0 is outside the interval of their difference. Otherwise they agree if
-    this interval is narrow (see `compare`).
-    """
-    if not (interval.is_defined and published_interval.is_defined):
-        return "inconclusive"
-    gap = difference_interval(value, interval, published, published_interval)
-    if gap.low <= 0 <= gap.high:
-        narrow = gap.high - gap.low < NARROW * abs(chance - perfect)
-        return "agrees" if narrow else "inconclusive"
-    higher_is_better = perfect > chance
-    return "better" if (gap.low > 0) == higher_is_better else "worse"
-
-
 def statement(gap: Interval) -> Verdict:
     """Return the verdict on a statement that holds if a difference is above 0."""
     if not gap.is_defined:
@@ -198,6 +156,19 @@ def is_better_than_chance(value: float, interval: Interval, chance: float, perfe
     if math.isnan(chance):
         return True
     return low > chance if perfect > chance else high < chance
+
+
+def is_better_than_placebo(
+    value: float, interval: Interval, placebo: float, placebo_interval: Interval, perfect: float
+) -> bool:
+    """Return whether the difference to the placebo is on the perfect side of 0.
+
+    Both have an interval. Without an interval of the placebo, its value counts as exact.
+    """
+    if not (interval.is_defined and placebo_interval.is_defined):
+        return is_better_than_chance(value, interval, placebo, perfect)
+    gap = difference(value, interval, placebo, placebo_interval)
+    return gap.low > 0 if perfect > placebo else gap.high < 0
 
 
 #: Condition of scores of accepted decisions ends with this.

@@ -19,8 +19,8 @@ MORE_SESSIONS = "record another session, on another day if possible"
 class Design(NamedTuple):
     """Numbers of sessions, and of placements of a class in a session.
 
-    `placements` is the largest number of placements of any class in any session, None if they are
-    unknown. `fewest_recordings` is that of the class with the fewest.
+    `placements` is that of the class with the fewest, in the session in which it has most; None if
+    placements are unknown. `fewest_recordings` is that of the class with the fewest.
     """
 
     sessions: int
@@ -58,7 +58,7 @@ class Design(NamedTuple):
             fixes.append(MORE_PLACEMENTS)
         if self.sessions == 1:
             fixes.append(MORE_SESSIONS)
-        return "; ".join(fixes) or "record the class again"
+        return "; ".join(fixes)
 
 
 def recording_design(
@@ -75,5 +75,8 @@ def recording_design(
     number = None
     if placements is not None and all(placements):
         places = {*zip(values, sessions, placements, strict=True)}
-        number = max(Counter((value, session) for value, session, _ in places).values())
+        most: dict[object, int] = {}
+        for (value, _), count in Counter((v, session) for v, session, _ in places).items():
+            most[value] = max(count, most.get(value, 0))
+        number = min(most.values())
     return Design(len(set(sessions)), number, min(counts.values()))

@@ -13,7 +13,7 @@ SESSIONS, SESSIONS_WITHHELD, SESSIONS_OVERALL = "sessions", "sessions withheld",
 SESSION_SPLIT = "session"
 #: Target values of the test recordings of each part.
 TRAINING_VALUES, WITHHELD_VALUES, ALL_VALUES = "training", "withheld", "all"
-#: Of the recordings of one object under several names.
+#: Recordings of one object under several names.
 PLACEBO_VALUES = "placebo"
 _ELSEWHERE = "on:"
 _PLACEBO = "placebo "

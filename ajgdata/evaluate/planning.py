@@ -84,7 +84,7 @@ class Component:
         return self.levels == (DesignLevel.OBJECT,)
 
 
-class Design(NamedTuple):
+class RecordingPlan(NamedTuple):
     """Numbers of a recording in which each session has all objects."""
 
     sessions: int
@@ -122,7 +122,7 @@ class DesignTimes(NamedTuple):
     placement: float
     grasp: float  #: with all its recordings
 
-    def total(self, design: Design) -> float:
+    def total(self, design: RecordingPlan) -> float:
         """Return the time of a design in minutes."""
         return (
             design.sessions * self.session
@@ -242,7 +242,7 @@ def _coefficient(member: np.ndarray, source: np.ndarray) -> float:
 
 def half_width(
     components: Sequence[Component],
-    design: Design,
+    design: RecordingPlan,
     *,
     new_objects: bool = False,
     at_best: bool = False,
@@ -253,9 +253,9 @@ def half_width(
     these are a random sample. The variance of levels that the data cannot separate counts for the
     outermost level, and with `at_best` for the level with the most units. Infinite for one session.
 
-    >>> from ajgdata.evaluate.planning import Component, Design, DesignLevel, half_width
+    >>> from ajgdata.evaluate.planning import Component, RecordingPlan, DesignLevel, half_width
     >>> session = Component((DesignLevel.SESSION,), 4, 4.0, 16.0)
-    >>> f"{half_width([session], Design(4, 1, 1, 1, 1)):.3f}"  # t = 3.182, V = 16 / 4
+    >>> f"{half_width([session], RecordingPlan(4, 1, 1, 1, 1)):.3f}"  # t = 3.182, V = 16 / 4
     '6.365'
     """
     variance = 0.0
@@ -266,7 +266,7 @@ def half_width(
 
 
 def pilot_half_width(
-    components: Sequence[Component], pilot: Design, *, new_objects: bool = False
+    components: Sequence[Component], pilot: RecordingPlan, *, new_objects: bool = False
 ) -> float:
     """Return the half width for the data of the components, which can be unbalanced."""
     sampled = _sampled(components, new_objects)
@@ -279,7 +279,7 @@ def _sampled(components: Sequence[Component], new_objects: bool) -> list[Compone
     return [item for item in components if new_objects or not item.is_of_objects]
 
 
-def _interval(variance: float, design: Design, new_objects: bool) -> float:
+def _interval(variance: float, design: RecordingPlan, new_objects: bool) -> float:
     """Return the half width of the interval of a mean with `variance`."""
     samples = min(design.sessions, design.objects) if new_objects else design.sessions
     if samples < 2:
@@ -288,7 +288,7 @@ def _interval(variance: float, design: Design, new_objects: bool) -> float:
     return float(quantile * np.sqrt(variance))
 
 
-def pilot_design(units: Mapping[DesignLevel, np.ndarray]) -> Design:
+def pilot_design(units: Mapping[DesignLevel, np.ndarray]) -> RecordingPlan:
     """Return the numbers of the data, from the units of each level (n,); means are rounded."""
     counts = {level: len(np.unique(member)) for level, member in units.items()}
     outermost_first = (
@@ -301,10 +301,10 @@ def pilot_design(units: Mapping[DesignLevel, np.ndarray]) -> Design:
     ratios = [
         round(counts[inner] / counts[outer]) for outer, inner in itertools.pairwise(outermost_first)
     ]
-    return Design(counts[DesignLevel.SESSION], *ratios)
+    return RecordingPlan(counts[DesignLevel.SESSION], *ratios)
 
 
-def spread_designs(design: Design) -> tuple[Design, Design]:
+def spread_designs(design: RecordingPlan) -> tuple[RecordingPlan, RecordingPlan]:
     """Return designs with the same number of grasps: each grasp in a placement of its own, within
     the same sessions and in as many sessions as possible."""
     grasps_per_object = design.placements * design.grasps
@@ -317,18 +317,18 @@ def spread_designs(design: Design) -> tuple[Design, Design]:
 def cheapest_design(
     components: Sequence[Component],
     goal: float,
-    pilot: Design,
+    pilot: RecordingPlan,
     times: DesignTimes,
     *,
     new_objects: bool = False,
-) -> Design | None:
+) -> RecordingPlan | None:
     """Return the fastest design whose half width is at most `goal`, or None.
 
     Of equally fast designs, the one with the fewest placements, then with the fewest grasps. The
     recordings per grasp are those of `pilot`, and so are its objects unless the interval is for
     `new_objects`. Sizes are up to MAX_SESSIONS, MAX_OBJECTS, MAX_PLACEMENTS and MAX_GRASPS.
     """
-    best: Design | None = None
+    best: RecordingPlan | None = None
     best_cost = (float("inf"), 0, 0)
     for outline in _outlines(pilot, new_objects):
         largest = outline._replace(grasps=MAX_GRASPS)
@@ -346,10 +346,10 @@ def cheapest_design(
     return best
 
 
-def _outlines(pilot: Design, new_objects: bool) -> Iterator[Design]:
+def _outlines(pilot: RecordingPlan, new_objects: bool) -> Iterator[RecordingPlan]:
     """Yield the designs of the search, with one grasp per placement."""
     objects = range(2, MAX_OBJECTS + 1) if new_objects else (pilot.objects,)
     sessions = range(2, MAX_SESSIONS + 1)
     placements = range(1, MAX_PLACEMENTS + 1)
     for numbers in itertools.product(sessions, objects, placements):
-        yield Design(*numbers, grasps=1, recordings=pilot.recordings)
+        yield RecordingPlan(*numbers, grasps=1, recordings=pilot.recordings)

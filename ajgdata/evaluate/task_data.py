@@ -46,7 +46,7 @@ def task_data(
 ) -> TaskData:
     """Return the recordings of `table` whose `target` is not missing, grouped by column `groups`.
 
-    Of `classes` alone, if there are any, and not of the objects `without`, which are a placebo.
+    Only `classes` count, if there are any, and not the objects `without`, which are a placebo.
     Raises ValueError when the store lacks rows or a column, for a class that no recording has, when
     all values or all groups are the same, and when a recording belongs to no group.
     """
@@ -89,17 +89,25 @@ def _present(
 
 
 def frequent_classes(
-    table: FeatureRows, target: str, groups: str, classes: Sequence[str], min_groups: int
+    table: FeatureRows,
+    target: str,
+    groups: str,
+    classes: Sequence[str],
+    min_groups: int,
+    without: Collection[str] = (),
 ) -> tuple[list[str], dict[str, int]]:
     """Return the classes of `target` with at least `min_groups` groups, and how many each of the
     others has.
 
-    Of `classes` alone, if there are any; nothing of a store that lacks a column. Raises
+    Only `classes` count, if there are any, and not the objects `without`, which are a placebo. A
+    store that lacks a column has none. Raises
     NotPossibleError where fewer than two classes are left.
     """
     if not {target, groups} <= set(table.columns) or not len(table.feature):
         return list(classes), {}
     value, group = (table.columns[name].values.astype(str) for name in (target, groups))
+    if without:
+        value = np.where(np.isin(table.columns["object"].values, [*without]), "", value)
     counts = {
         str(label): len(np.unique(group[value == label]))
         for label in np.unique(value[value != ""])

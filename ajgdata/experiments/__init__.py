@@ -31,6 +31,9 @@ from ajgdata.types.registry import PLAIN_MODELS, Registry
 MeasurementKey = tuple[str, str, str, str]
 #: Data set, task or embedding, experiment, and name of a job.
 JobKey = tuple[str, str, str, str]
+#: Column of placements, and experiments whose folds hold out one placement of every class.
+PLACEMENTS = "placement_id"
+BY_PLACEMENT = (CROSS_VALIDATION, "comparison", "repeated_fits")
 PLAIN, ALL = "plain", "all"  #: names of jobs of several models
 #: Modules of this package that are not experiments.
 SHARED = (
@@ -172,6 +175,11 @@ def _check(spec: DatasetSpec, task: str, experiment: Experiment, settings: Any) 
     kind = spec.targets[spec.tasks[task].target].kind
     if kind not in experiment.kinds:
         raise ValueError(f"experiments.{experiment.name} is for {experiment.kinds[0]}, not {kind}")
+    if spec.tasks[task].groups == PLACEMENTS and experiment.name not in BY_PLACEMENT:
+        raise ValueError(
+            f"experiments.{experiment.name} has no folds of placements: use a task without "
+            "`groups: placement_id`"
+        )
     experiment.check(settings, kind, spec.features)
     for key in listing_keys(experiment.settings):
         listed = getattr(settings, key)

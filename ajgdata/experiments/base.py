@@ -93,11 +93,11 @@ class Inputs:
     def placebo_data(self, other: str | None) -> TaskData:
         """Return the recordings of one object under several names.
 
-        They are in the data set `other`, with the values of the target, or else the placebo
-        objects of the store, with their names as values.
+        They are in the data set `other`, with the classes or training values of the task, or else
+        the placebo objects of the store, with their names as values.
         """
         if other is not None:
-            return task_data(self.other_sets[other], self.target, self.kind, self.groups)
+            return split_withheld(self.all_data(other), self.withhold)[0]
         return task_data(self.store, "object", "classification", self.groups, self.placebo_objects)
 
     @property
@@ -107,7 +107,7 @@ class Inputs:
         if not self.min_groups:
             return self.classes, {}
         named = self.target, self.groups, self.classes
-        return frequent_classes(self.store, *named, self.min_groups)
+        return frequent_classes(self.store, *named, self.min_groups, self.placebo_objects)
 
     def data(self, other: str = "") -> TaskData:
         """Return the recordings of `all_data` whose value is not withheld from training."""

@@ -123,7 +123,13 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             costs.append(ScoreRow(FEATURE_S, COST, seconds, key))
         for name in comparison.models:
             result = cross_validate(
-                feature, own.value, own.group, model=name, extra_tests=extra, **inputs.split
+                feature,
+                own.value,
+                own.group,
+                model=name,
+                extra_tests=extra,
+                column=inputs.groups,
+                **inputs.split,
             )
             tests = {GROUPED: result.scores}
             tests |= {elsewhere(other): part.scores for other, part in result.extra_tests.items()}

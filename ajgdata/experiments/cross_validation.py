@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -36,7 +37,7 @@ from ajgdata.experiments.base import Experiment, Inputs, Outcome
 from ajgdata.experiments.cross_validation_paper import paper_comparison
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, fold_scores, score_table
 from ajgdata.store.metrics import COST
-from ajgdata.types import ModelName, Name, Strict
+from ajgdata.types import ModelName, Name, NotPossibleError, Strict
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
@@ -66,8 +67,10 @@ class Settings(Strict):
     compare_random: bool = Field(
         False, description="also evaluate a split that ignores groups, to show its optimistic bias"
     )
-    compare_sessions: bool = Field(
-        True, description="also evaluate held-out sessions, if there are two or more"
+    compare_sessions: bool | tuple[ModelName, ...] = Field(
+        True,
+        description="also evaluate held-out sessions, if there are two or more: all models, none, "
+        "or the named ones",
     )
     test_on: tuple[Name, ...] = Field(
         (), description="data sets whose recordings the folds' models are tested on as well"
@@ -75,6 +78,12 @@ class Settings(Strict):
     placebo: Name | None = Field(
         None, description="data set of one object under the names of the classes"
     )
+
+    def compares_sessions(self, model: str) -> bool:
+        """Return whether a model is also evaluated on held-out sessions."""
+        if isinstance(self.compare_sessions, bool):
+            return self.compare_sessions
+        return model in self.compare_sessions
 
 
 class Evaluation(NamedTuple):
@@ -166,16 +175,15 @@ def have_one_placement(data: TaskData, sessions: np.ndarray) -> bool:
     return len(np.unique(data.group)) == len(units)
 
 
-def evaluate_placebo(
-    inputs: Inputs, model: str, other: str | None, compare_random: bool = False
-) -> Evaluation | None:
+def evaluate_placebo(inputs: Inputs, model: str, settings: Settings) -> Evaluation | None:
     """Cross-validate `model` on one object under several names, by the splits of the task.
 
-    The recordings are in the data set `other`, or else in that of the task: None if it has none,
-    and for a regression, because names are no numbers.
+    The recordings are in the data set `settings.placebo`, or else in that of the task: None if it
+    has none, and for a regression, because names are no numbers.
     """
     from ajgdata.evaluate.crossval import cross_validate
 
+    other = settings.placebo
     has_own = bool(inputs.placebo_objects) and inputs.kind == "classification"
     if other is None and not has_own:
         return None
@@ -185,14 +193,10 @@ def evaluate_placebo(
     name = other or inputs.dataset
     splits = {
         placebo(name): cross_validate(
-            data.feature,
-            data.value,
-            data.group,
-            column=inputs.groups,
-            **options,
+            data.feature, data.value, data.group, column=inputs.groups, **options
         )
     }
-    if compare_random:
+    if settings.compare_random:
         splits[placebo(name, RANDOM)] = cross_validate(data.feature, data.value, None, **options)
     in_sessions = data.by_session()
     count = len(np.unique(in_sessions.group))
@@ -204,15 +208,35 @@ def evaluate_placebo(
     return Evaluation(splits, dict.fromkeys(splits, data))
 
 
+def evaluate_controls(
+    inputs: Inputs, model: str, settings: Settings
+) -> tuple[Evaluation, dict[str, str]]:
+    """Return held-out sessions and the placebo, and the reason of each that is not possible.
+
+    For example, a class may be in one session only. The score of the task is possible then.
+    """
+    controls = {"placebo": partial(evaluate_placebo, inputs, model, settings)}
+    if settings.compares_sessions(model):
+        controls["held-out sessions"] = partial(evaluate_sessions, inputs, model)
+    together = Evaluation({}, {})
+    unmeasured: dict[str, str] = {}
+    for name, evaluate_control in controls.items():
+        try:
+            control = evaluate_control()
+        except NotPossibleError as error:
+            unmeasured[name] = str(error)
+            continue
+        if control is not None:
+            together.splits.update(control.splits)
+            together.data.update(control.data)
+    return together, unmeasured
+
+
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return errors, predictions and cost of `model` on the folds of a task."""
     splits, data = evaluate(inputs, model, settings.test_on, settings.compare_random)
-    in_sessions = evaluate_sessions(inputs, model) if settings.compare_sessions else None
-    one_object = evaluate_placebo(inputs, model, settings.placebo, settings.compare_random)
-    for further in (in_sessions, one_object):
-        if further is not None:
-            splits = {**splits, **further.splits}
-            data = {**data, **further.data}
+    controls, unmeasured = evaluate_controls(inputs, model, settings)
+    splits, data = {**splits, **controls.splits}, {**data, **controls.data}
     parts: dict[str, CrossValidation | Tested] = {}
     for split, folds in splits.items():
         parts |= {split: folds, **folds.extra_tests}
@@ -251,6 +275,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             "parts": about,
             "classes": list(splits[GROUPED].scores.classes),
             "design": design._asdict(),
+            "unmeasured": unmeasured,
         },
     )
 

@@ -15,10 +15,10 @@ from ajgdata.evaluate.agreement import (
     NO_BETTER,
     Interval,
     is_better_than_chance,
+    is_better_than_placebo,
 )
 from ajgdata.evaluate.design import Design
 from ajgdata.evaluate.parts import (
-    BY_SESSION,
     GROUPED,
     IN_SESSIONS,
     OVERALL,
@@ -67,6 +67,8 @@ PLACEBO_SPLITS = {
     RANDOM: "placebo, random split",
     SESSION_SPLIT: "placebo, held-out sessions",
 }
+#: Split of the placebo that is compared with a part.
+SPLIT_OF_PART = {GROUPED: GROUPED, RANDOM: RANDOM, SESSIONS: SESSION_SPLIT}
 #: Heading of the placebo in the table of results.
 PLACEBO_HEADING = "placebo: one object under several names"
 #: The paper's model, and its baseline with a number.
@@ -136,11 +138,27 @@ class ModelResult:
     def placebo(self, part: str = GROUPED) -> Score | None:
         """Return the metric of the placebo by the split of a part; None if it was not recorded.
 
-        Its mean is the chance level of the protocol.
+        Withheld values and other data sets have no placebo. The names of a placebo can be fewer
+        than the classes of the task, so the metric is converted by its skill: 0 at the chance level
+        of the placebo, 1 if all are right.
         """
-        split = SESSION_SPLIT if part in BY_SESSION else RANDOM if part == RANDOM else GROUPED
+        split = SPLIT_OF_PART.get(part)
+        if split is None or not self.has(self.placebo_part(split)):
+            return None
         own = self.placebo_part(split)
-        return self.with_interval(own) if self.has(own) else None
+        score, nominal = self.with_interval(own), self.chance(own)
+        scale = (self.perfect - self.chance(part)) / (self.perfect - nominal)
+
+        def converted(value: float) -> float:
+            return self.perfect - scale * (self.perfect - value)
+
+        return Score(
+            converted(score.mean),
+            scale * score.sd,
+            (),
+            converted(score.low),
+            converted(score.high),
+        )
 
     def in_sessions(self, part: str = GROUPED) -> Score | None:
         """Return the metric of a part with held-out sessions and its interval, if evaluated."""
@@ -157,13 +175,20 @@ class ModelResult:
         return abs(self.score(part).mean - self.perfect)
 
     def beats_chance(self, part: str = GROUPED) -> bool:
-        """Return whether the interval over grasps is better than chance, and than the placebo."""
-        levels = [self.chance(part)]
-        score = self.placebo(part)
-        if score is not None:
-            levels.append(score.mean)
+        """Return whether the metric is better than chance, and than the placebo.
+
+        The interval over grasps is on the better side of chance; that of the difference to the
+        placebo is on the better side of 0.
+        """
         mean, interval = self.score(part).mean, self.interval(part)
-        return all(is_better_than_chance(mean, interval, x, self.perfect) for x in levels)
+        if not is_better_than_chance(mean, interval, self.chance(part), self.perfect):
+            return False
+        level = self.placebo(part)
+        if level is None:
+            return True
+        return is_better_than_placebo(
+            mean, interval, level.mean, Interval(level.low, level.high), self.perfect
+        )
 
     @cached_property
     def measured(self) -> Mapping[str, float]:
@@ -446,7 +471,7 @@ def summary(results: TaskResults) -> str:
         f"{counts['recordings']:,} recordings in {counts['groups']:,} groups ({results.groups}), "
         f"{counts['folds']} folds. "
         f"Lowest error: {top.label}, {results.metric_title} {top.shown(top.score())}."
-        f"{placement_sentence(results, top)}"
+        f"{placement_sentence(results, top)}{unmeasured_sentence(results)}"
     )
 
 
@@ -458,6 +483,16 @@ def placement_sentence(results: TaskResults, model: ModelResult) -> str:
     scores = controls(model)
     text = f" Note: {design.problem}"
     return f"{text} ({scores})." if scores else f"{text}."
+
+
+def unmeasured_sentence(results: TaskResults) -> str:
+    """Return which controls could not be measured, with the reason."""
+    reasons = {
+        f"{name}: {reason}": None
+        for result in results.results
+        for name, reason in result.about.get("unmeasured", {}).items()
+    }
+    return f" Not measured: {'; '.join(reasons)}." if reasons else ""
 
 
 def design_of(results: TaskResults) -> Design | None:

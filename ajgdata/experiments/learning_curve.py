@@ -95,8 +95,8 @@ def missing(results: TaskResults) -> str:
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
     """Yield the number of grasps that reach the published accuracy, with its interval.
 
-    A number of grasps has no chance level. As for sorting, the interval is narrow if it is below a
-    quarter of the published number.
+    A number of grasps has no chance level. The interval is narrow if it is below a quarter of the
+    published number.
     """
     from ajgdata.evaluate.few_grasps import grasps_needed
 

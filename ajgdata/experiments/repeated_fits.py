@@ -57,7 +57,13 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     for repeat in range(settings.repeats):
         split = inputs.split | {"folds": folds, "seed": repeat_seed(inputs.seed, repeat)}
         result = cross_validate(
-            own.feature, own.value, own.group, model=model, extra_tests=tests, **split
+            own.feature,
+            own.value,
+            own.group,
+            model=model,
+            extra_tests=tests,
+            column=inputs.groups,
+            **split,
         )
         for name, rows in squared.items():
             predictions = result.extra_tests[name].predictions

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import Field
 
-from ajgdata.evaluate.agreement import ACCEPTED, GRASP_INTERVAL, Interval, compare_both
+from ajgdata.evaluate.agreement import ACCEPTED, GRASP_INTERVAL, Interval, compare
 from ajgdata.evaluate.parts import GROUPED, part_columns
 from ajgdata.experiments.base import (
     Experiment,
@@ -185,11 +185,11 @@ def _compared(
     value = row[quantity.key]
     interval = _interval_of(quantity, row)
     chance = quantity.chance_level(row["classes"])
-    verdict = compare_both(
+    verdict = compare(
         value,
         interval,
         paper.correct / paper.trials,
-        clopper_pearson(paper.correct, paper.trials),
+        published_interval=clopper_pearson(paper.correct, paper.trials),
         chance=chance,
         perfect=1.0,
     )

@@ -20,7 +20,6 @@ from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene, derive_seed, scene_dige
 from ajgdata.gripper.signal_settings import SignalChain
 
 if TYPE_CHECKING:
-    from ajgdata.gripper.savings import measured_savings
     from ajgdata.gripper.signal_chain import ImpulseResponse, Take, excitation_sweep, record
     from ajgdata.gripper.simulation import simulate
     from ajgdata.gripper.solver_plan import Plan, build_plan
@@ -33,7 +32,6 @@ _HOME = {
     "Take": "signal_chain",
     "excitation_sweep": "signal_chain",
     "record": "signal_chain",
-    "measured_savings": "savings",
 }
 
 __all__ = [
@@ -47,7 +45,6 @@ __all__ = [
     "build_plan",
     "derive_seed",
     "excitation_sweep",
-    "measured_savings",
     "record",
     "scene_digest",
     "simulate",

@@ -27,7 +27,7 @@ TEXT = (
     " placebo is above this line, the model recognises the placement and the state of the bed."
 )
 COLUMNS = {
-    "order": "Placements",
+    "order": "Placements per session",
     "split": "Split",
     "recordings": "Recordings",
     "model": "Model",
@@ -45,7 +45,8 @@ def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
         for task in results
         if task.page == PAGE and task.experiment == CROSS_VALIDATION
     ]
-    models = [model for model in models if model.placebo() is not None]
+    models = [model for model in models if model.placebo() is not None and placements_of(model)]
+    models.sort(key=placements_of)
     if not models:
         return
     table = placement_table(models)
@@ -63,10 +64,15 @@ def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
     )
 
 
+def placements_of(model: ModelResult) -> int:
+    """Return how often each object was placed in a session; 0 if it is unknown."""
+    return int(model.result.about["design"]["placements"] or 0)
+
+
 def order_of(model: ModelResult) -> str:
     """Return how often each object was placed in a session, in words."""
-    placements = model.result.about["design"]["placements"]
-    return "1 placement per session" if placements == 1 else f"{placements} placements per session"
+    placements = placements_of(model)
+    return "1 placement" if placements == 1 else f"{placements} placements"
 
 
 def placement_table(models: Sequence[ModelResult]) -> Table:
@@ -94,13 +100,17 @@ def placement_table(models: Sequence[ModelResult]) -> Table:
 
 
 def conclusion(table: Table) -> str:
-    """Return the placebo's accuracy on held-out grasps with the fewest and the most placements."""
+    """Return the placebo's accuracy on held-out grasps with the fewest and the most placements.
+
+    Identical objects count as recognised if the interval of the first value is above chance.
+    """
     rows = table.where(split=SPLITS[GROUPED], recordings=PLACEBO).rows
-    ordered = sorted(rows, key=lambda row: int(str(row["order"]).split()[0]))
-    texts = [f"{number(float(row['value']), 2)} % with {row['order']}" for row in ordered]
+    texts = [f"{number(float(row['value']), 2)} % with {row['order']}" for row in rows]
     ends = list(dict.fromkeys([texts[0], texts[-1]]))
-    chance = number(float(ordered[0]["chance"]), 2)
-    return f"Identical objects are “recognised”: {', '.join(ends)} (chance {chance} %)"
+    chance = number(float(rows[0]["chance"]), 2)
+    is_recognised = float(rows[0]["low"]) > float(rows[0]["chance"])
+    subject = "Identical objects are “recognised”" if is_recognised else "Placebo"
+    return f"{subject}: {', '.join(ends)} (chance {chance} %)"
 
 
 def draw_figure(models: Sequence[ModelResult], table: Table, title: str) -> Figure:

@@ -92,10 +92,11 @@ def conclusion(task: TaskResults, lengths: Mapping[str, np.ndarray]) -> str:
     """Return the median of each kind of probabilities, with the published number."""
     medians = {name: number(float(np.median(values))) for name, values in lengths.items()}
     paper = task.paper
-    known = f"; published {number(paper.value)}" if paper and paper.value is not None else ""
+    known = f"; published {paper.correct}" if paper and paper.correct is not None else ""
     label = task.results[0].label
-    calibrated = f" ({medians[CALIBRATED]} if calibrated)" if CALIBRATED in medians else ""
-    return f"{label}: median {medians[OWN]} sorts until the first refusal{calibrated}{known}"
+    own = f" (plain {medians[OWN]})" if OWN in medians else ""
+    shown = medians.get(CALIBRATED, medians.get(OWN, ""))
+    return f"{label}, calibrated: median {shown} sorts until the first refusal{own}{known}"
 
 
 def draw_figure(task: TaskResults, lengths: Mapping[str, np.ndarray], title: str) -> Figure:
@@ -105,7 +106,7 @@ def draw_figure(task: TaskResults, lengths: Mapping[str, np.ndarray], title: str
     figure = new_figure((WIDTH_IN, 3.4), title, task.dataset_title, [task.source])
     axes = figure.subplots()
     paper = task.paper
-    known = float(paper.value) if paper is not None and paper.value is not None else 0.0
+    known = float(paper.correct) if paper is not None and paper.correct is not None else 0.0
     longest = max([known, *(values[-1] for values in lengths.values())])
     for index, (name, values) in enumerate(lengths.items()):
         counts, share = share_of_runs(values)

@@ -93,8 +93,9 @@ def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
     done = acquire_session(paths.session(dataset, session), source, grasps)
     counts = f"{done.recorded} recorded, {done.unchanged} already there"
     print(f"{counts}, {done.solved} scenes solved")
-    if done.solved:
-        show_savings(f"{dataset}/{session}", grasps[0])
+    held = [grasp for grasp in grasps if grasp.object and grasp.grasp_id not in done.skipped]
+    if done.solved and held:
+        show_savings(f"{dataset}/{session}", held[0])
     for grasp, reason in done.skipped.items():
         print(f"skipped {grasp}: {reason}")
     return done
@@ -102,10 +103,10 @@ def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
 
 def show_savings(session: str, grasp: Grasp) -> None:
     """Print what the plan of a grasp leaves out, the time that this saves, and its error."""
-    try:
-        savings = gripper.measured_savings(gripper.Scene.model_validate(grasp.setup))
-    except gripper.SceneError:
-        return  # the grasp was skipped, and its reason is printed
+    # The solver, which Snakemake does not need while it parses.
+    from ajgdata.pipeline.savings import measured_savings
+
+    savings = measured_savings(gripper.Scene.model_validate(grasp.setup))
     if savings is not None:
         tell(f"          {session}: {savings} (measured on {grasp.grasp_id})")
 

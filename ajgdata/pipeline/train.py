@@ -76,7 +76,9 @@ def train_model(
     about |= device_facts()
     try:
         if min_groups:
-            classes, _ = frequent_classes(table, target, groups, classes, min_groups)
+            classes, _ = frequent_classes(
+                table, target, groups, classes, min_groups, placebo_objects
+            )
         data = task_data(table, target, kind, groups, classes, placebo_objects)
         about |= _train(table, data, about, folder)
     except NotPossibleError as error:

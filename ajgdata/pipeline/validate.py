@@ -272,7 +272,12 @@ def _similar_classes(tables: Tables, spec: DatasetSpec) -> list[str]:
 
 def impossible_tasks(tables: Tables, spec: DatasetSpec) -> list[str]:
     """Return a line for each task without two classes, or without a number."""
-    rows = [row for table in tables.values() for row in table if not is_rejected(row)]
+    rows = [
+        row
+        for table in tables.values()
+        for row in table
+        if not is_rejected(row) and row.get("object", "") not in spec.placebo
+    ]
     problems = []
     for name, task in spec.tasks.items() if rows else ():
         target = spec.targets[task.target]

@@ -40,14 +40,14 @@ def compared_sentence(row: PaperComparison) -> str:
     result = f"{row.paper.metric.replace('rmse', 'RMSE')} {with_unit(value, row.unit)}"
     return (
         f"{row.name} ({row.model}, {row.source}): {result} (95 % interval {low} to {high}, chance "
-        f"level {chance}){_controls(row)}; the paper reports {published}."
+        f"level {chance}){controls_clause(row.controls)}; the paper reports {published}."
         f" {VERDICT_TEXTS[row.agrees]}{cause(row)}"
     )
 
 
-def _controls(row: PaperComparison) -> str:
-    """Return the result with held-out sessions and the placebo, after a comma; "" without them."""
-    return f", {row.controls.replace('; ', ', ')}" if row.controls else ""
+def controls_clause(controls: str) -> str:
+    """Return the result with held-out sessions and the placebo after a comma; "" without them."""
+    return f", {controls.replace('; ', ', ')}" if controls else ""
 
 
 def cause(row: PaperComparison) -> str:
@@ -61,5 +61,7 @@ def cause(row: PaperComparison) -> str:
 def best_sentence(section: TaskSection, row: ResultRow) -> str:
     """Return the result of the best model of a task with its chance level."""
     about = f"{section.title} (best model {row.label}, {section.source})"
-    controls = f", {row.controls.replace('; ', ', ')}" if row.controls else ""
-    return f"{about}: {row.metric} {row.answer}, chance level {row.chance}{controls}."
+    return (
+        f"{about}: {row.metric} {row.answer}, chance level {row.chance}"
+        f"{controls_clause(row.controls)}."
+    )

@@ -105,7 +105,7 @@ class DatasetSpec(Strict):
     placebo: Annotated[tuple[Name, ...], Distinct] = Field(
         (),
         description="objects that are one physical object, recorded under each of the names: the "
-        "score of distinguishing them is the chance level; no other evaluation uses them",
+        "score of distinguishing them is the chance level; no task uses them",
     )
     final_models: bool = Field(
         True, description="train models for new recordings; false if it only tests a hypothesis"
@@ -139,6 +139,15 @@ class DatasetSpec(Strict):
             low, high = (edge * bins_per_hz for edge in self.features.band_hz)
             if math.ceil(low) > min(math.floor(high), self.features.window // 2):
                 raise ValueError(f"features.band_hz {self.features.band_hz} holds no bin")
+        return self
+
+    @model_validator(mode="after")
+    def _no_embedding_of_placebos(self) -> DatasetSpec:
+        if self.placebo and self.embeddings:
+            raise ValueError(
+                "placebo: embeddings would learn its names as different objects; use a data set "
+                "without `embeddings`"
+            )
         return self
 
     @model_validator(mode="after")

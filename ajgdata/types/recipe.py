@@ -41,8 +41,8 @@ class Recipe(Strict):
     placements: int = Field(
         1,
         ge=1,
-        description="in `order: blocks`, placings of each object per session: the block of each "
-        "object is recorded as often, with its share of the grasps",
+        description="in `order: blocks`, placings of each object per session: each object has this "
+        "number of blocks, which share its grasps",
     )
     samples_per_grasp: int = Field(1, ge=1, description="recordings of each grasp")
     scene: dict[str, JsonValue] = Field({}, description="overrides of the gripper's default scene")

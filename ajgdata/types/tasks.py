@@ -33,8 +33,10 @@ class Task(Strict):
     compare_random: bool = Field(
         False, description="also evaluate a split that ignores groups, to show its optimistic bias"
     )
-    compare_sessions: bool = Field(
-        True, description="also evaluate held-out sessions, if there are two or more"
+    compare_sessions: bool | tuple[ModelName, ...] = Field(
+        True,
+        description="also evaluate held-out sessions, if there are two or more: all models, none, "
+        "or the named ones",
     )
     placebo: Name | None = Field(
         None,

@@ -80,8 +80,11 @@ NOT_USED = {
     "experiment on recordings": {"pipeline/recipes.py:renderer"},
     # the experiments and the data sets are those of the finished measurements
     "collect": {"models/__init__.py:model_label"},
-    # its recipes and hypotheses are parameters
-    "acquire": {"store/sessions.py:check_one_kind"},
+    # its recipes and hypotheses are parameters; savings are a line on the console
+    "acquire": {
+        "pipeline/savings.py:measured_savings",
+        "store/sessions.py:check_one_kind",
+    },
     "ablation": {"ablations/__init__.py:read_ablations"},
     # the recording is an input; the model and the data set are named
     "opening": {

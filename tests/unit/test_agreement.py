@@ -8,9 +8,9 @@ from ajgdata.evaluate.agreement import (
     UNDEFINED,
     Interval,
     compare,
-    compare_both,
-    difference_interval,
+    difference,
     is_better_than_chance,
+    is_better_than_placebo,
     statement,
     together,
 )
@@ -74,7 +74,7 @@ def test_the_interval_of_a_difference_is_that_of_newcombe():
     """56 of 70 and 48 of 80 with Wilson intervals: Newcombe 1998, Statistics in Medicine 17, 873,
     table II, (a), method 10: 0.0524 to 0.3339."""
     first, second = Interval(0.6918, 0.8770), Interval(0.4904, 0.7003)
-    gap = difference_interval(56 / 70, first, 48 / 80, second)
+    gap = difference(56 / 70, first, 48 / 80, second)
     assert gap.low == pytest.approx(0.0524, abs=1e-4)
     assert gap.high == pytest.approx(0.3339, abs=1e-4)
 
@@ -92,11 +92,21 @@ def test_the_interval_of_a_difference_is_that_of_newcombe():
 )
 def test_a_published_interval_counts_in_the_verdict(ours, published, verdict):
     options = {"chance": 0.0, "perfect": 1.0}
-    assert compare_both(0.9, ours, 0.96, published, **options) == verdict
+    assert compare(0.9, ours, 0.96, published_interval=published, **options) == verdict
 
 
 def test_a_lower_error_is_better_if_both_have_intervals():
     options = {"chance": 8.0, "perfect": 0.0}
     near, far = Interval(1.9, 2.1), Interval(3.8, 4.2)
-    assert compare_both(2.0, near, 4.0, far, **options) == "better"
-    assert compare_both(4.0, far, 2.0, near, **options) == "worse"
+    assert compare(2.0, near, 4.0, published_interval=far, **options) == "better"
+    assert compare(4.0, far, 2.0, published_interval=near, **options) == "worse"
+
+
+def test_a_placebo_counts_with_its_interval():
+    """80 ± 8 % against 60 ± 10 %: the difference has ± 13 points; against 70 %, 0 is inside."""
+    ours = Interval(0.72, 0.88)
+    assert is_better_than_placebo(0.8, ours, 0.6, Interval(0.5, 0.7), 1.0)
+    assert not is_better_than_placebo(0.8, ours, 0.7, Interval(0.6, 0.8), 1.0)
+    assert is_better_than_placebo(0.8, ours, 0.7, UNDEFINED, 1.0)  # then it counts as exact
+    assert is_better_than_placebo(2.0, Interval(1.5, 2.5), 6.0, Interval(5.0, 7.0), 0.0)
+    assert not is_better_than_placebo(5.0, Interval(4, 6), 6.0, Interval(5.0, 7.0), 0.0)

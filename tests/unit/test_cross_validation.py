@@ -314,3 +314,26 @@ def test_the_design_of_a_recording_is_stored_with_its_scores():
     unknown = FeatureRows(without.feature, without.frequency_hz, columns, without.attrs)
     _, _, about = measured("knn_plain", store=unknown, **KINDS)
     assert about["design"] == {"sessions": 1, "placements": None, "fewest_recordings": 10}
+
+
+def test_controls_that_are_not_possible_do_not_lose_the_score():
+    """A class that is in one session only cannot be held out with its session."""
+    two = placed(sessions=2, effect=10.0)
+    named, session = (two.columns[name].values for name in ("kind", "session_id"))
+    kinds = np.where((named == "c") & (session == "s1"), "", named).tolist()
+    store_of_one = FeatureRows(
+        two.feature, two.frequency_hz, {**two.columns, "kind": text_column(kinds)}, two.attrs
+    )
+    tables, _, about = measured("knn_plain", store=store_of_one, placebo_objects=["x"], **KINDS)
+    assert accuracy(tables, "grouped") == 1.0
+    assert set(about["unmeasured"]) == {"held-out sessions", "placebo"}
+    assert "'c'" in about["unmeasured"]["held-out sessions"]
+    assert list(about["parts"]) == ["grouped"]
+
+
+def test_sessions_are_held_out_for_the_named_models_only():
+    settings = Settings(compare_sessions=("knn_plain",))
+    _, _, named = measured("knn_plain", settings, store=placed(), **KINDS)
+    _, _, other = measured("linear_plain", settings, store=placed(), **KINDS)
+    assert list(named["parts"]) == ["grouped", "sessions"]
+    assert list(other["parts"]) == ["grouped"]

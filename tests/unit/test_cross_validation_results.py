@@ -18,9 +18,10 @@ from result_samples import (
 )
 from test_shortcut import silence
 
+from ajgdata.evaluate.parts import placebo
 from ajgdata.experiments.base import Other
 from ajgdata.experiments.cross_validation import EXPERIMENT, Settings
-from ajgdata.experiments.cross_validation_results import run_times
+from ajgdata.experiments.cross_validation_results import models_of, run_times
 from ajgdata.experiments.plots import binned
 from ajgdata.report.canvas import styled
 from ajgdata.report.format import Score
@@ -239,3 +240,16 @@ def test_the_error_of_each_model_is_drawn_over_its_training_time():
     assert run_times(accurate).column("error") == pytest.approx([35, 25, 35, 25])
     names = [figure.name for figure in EXPERIMENT.figures(sizes_task)]
     assert names == [f"cross-validation--size--edge--{n}" for n in ("predictions", "run-time")]
+
+
+def test_a_placebo_of_fewer_names_is_converted_by_its_skill():
+    """Three names at 60 % have the skill 0.4 above a third; of ten classes this is 46 %."""
+    few = {placebo("few"): ({"accuracy": Score(0.6, 0.05)}, 1 / 3)}
+    result = kind_result(parts=few, chance=0.1, score=Score(0.9, 0.1))
+    (model,) = models_of(kinds(result, settings=Settings(placebo="few")))
+    level = model.placebo()
+    assert level.mean == pytest.approx(0.1 + 0.4 * 0.9)
+    # ends of the samples: 1.5 standard deviations, converted by (1 - 0.1) / (1 - 1 / 3)
+    assert level.high - level.mean == pytest.approx(1.5 * 0.05 * 1.35)
+    assert model.beats_chance()
+    assert model.placebo("withheld") is None

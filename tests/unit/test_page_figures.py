@@ -231,12 +231,12 @@ def test_the_placebo_stands_next_to_the_objects_by_number_of_placements():
     values = {
         (row["order"], row["split"], row["recordings"]): row["value"] for row in shown.table.rows
     }
-    assert values["1 placement per session", "held-out grasps", "placebo"] == 60
-    assert values["5 placements per session", "held-out sessions", "objects"] == 60
+    assert values["1 placement", "held-out grasps", "placebo"] == 60
+    assert values["5 placements", "held-out sessions", "objects"] == 60
     assert len(values) == 8
     assert shown.title == (
-        "Identical objects are “recognised”: 60 % with 1 placement per session, "
-        "30 % with 5 placements per session (chance 25 %)"
+        "Identical objects are “recognised”: 60 % with 1 placement, 30 % with 5 placements "
+        "(chance 25 %)"
     )
     drawn = [text.get_text() for axes in shown.draw().axes for text in axes.get_yticklabels()]
     assert "held-out sessions" in drawn
@@ -357,7 +357,7 @@ def stones(name: str, paper: str, value: float | None, row: str, *models: Result
 
 def with_placebo(dataset: str, accuracy: float) -> Result:
     """Return results of a model with the accuracy of its placebo."""
-    parts = {placebo(dataset, GROUPED): ({"accuracy": Score(accuracy, 0.02)}, 0.5)}
+    parts = {placebo(dataset, GROUPED): ({"accuracy": Score(accuracy, 0.02)}, 0.6)}
     return kind_result(dataset=dataset, parts=parts)
 
 
@@ -495,14 +495,14 @@ def sorting_runs(**lengths: list[int]) -> TaskResults:
         experiment="sorting",
         page="sorting",
         settings=SortingSettings(),
-        papers={"sorting": paper_figure("sorting", 39)},
+        papers={"sorting": paper_figure("sorting", 97.5, unit="%", correct=39, trials=40)},
     )
 
 
 def test_the_lengths_of_runs_until_a_refusal_are_drawn_with_the_published_number():
-    shown = one_figure("sorting", sorting_runs(plain=[0, 2, 2, 5], scaled=[4, 8, 8, 50]))
+    shown = one_figure("sorting", sorting_runs(plain=[0, 2, 2, 5], calibrated=[4, 8, 8, 50]))
     assert shown.title == (
-        "CNN: median 2 sorts until the first refusal (8 if calibrated); published 39"
+        "CNN, calibrated: median 8 sorts until the first refusal (plain 2); published 39"
     )
     rows = [(row["sorts"], row["share"]) for row in shown.table.rows]
     assert rows == [(0, 1.0), (2, 0.75), (5, 0.25), (4, 1.0), (8, 0.75), (50, 0.25)]

@@ -10,9 +10,9 @@ from worlds import assert_one_line
 
 from ajgdata.evaluate.planning import (
     Component,
-    Design,
     DesignLevel,
     DesignTimes,
+    RecordingPlan,
     cheapest_design,
     design_units,
     half_width,
@@ -56,7 +56,7 @@ def component(level, sd, units=4):
 
 
 def test_balanced_components_are_those_of_the_analysis_of_variance():
-    design = Design(sessions=3, objects=4, placements=2, grasps=5, recordings=2)
+    design = RecordingPlan(sessions=3, objects=4, placements=2, grasps=5, recordings=2)
     scores = drawn_scores(balanced_units(design), SD, np.random.default_rng(0))
     cells = scores.reshape(design)
 
@@ -92,7 +92,7 @@ def test_balanced_components_are_those_of_the_analysis_of_variance():
 
 def test_components_of_unbalanced_data_are_unbiased():
     generator = np.random.default_rng(1)
-    design = Design(sessions=6, objects=5, placements=3, grasps=3, recordings=2)
+    design = RecordingPlan(sessions=6, objects=5, placements=3, grasps=3, recordings=2)
     present = generator.random(np.prod(design)) < 0.7  # 30 % of the recordings are missing
     labels = np.indices(design).reshape(len(design), -1)[:4, present]
     units = design_units(*labels)
@@ -116,7 +116,7 @@ def test_a_negative_estimate_counts_as_zero():
 
 
 def test_rounding_is_no_variance():
-    design = Design(sessions=3, objects=4, placements=2, grasps=2, recordings=2)
+    design = RecordingPlan(sessions=3, objects=4, placements=2, grasps=2, recordings=2)
     units = balanced_units(design)
     scores = np.array([0.1, 0.7, 1.3, 2.9])[units[OBJECT]]  # equal in all recordings of an object
     estimates = variance_components(scores, units)
@@ -125,7 +125,7 @@ def test_rounding_is_no_variance():
 
 
 def test_levels_that_the_data_cannot_separate_have_one_component():
-    design = Design(sessions=3, objects=2, placements=1, grasps=4, recordings=1)
+    design = RecordingPlan(sessions=3, objects=2, placements=1, grasps=4, recordings=1)
     units = balanced_units(design)
     estimates = variance_components(np.arange(24.0), units)
     levels = [item.levels for item in estimates]
@@ -137,7 +137,7 @@ def test_levels_that_the_data_cannot_separate_have_one_component():
 
 def test_the_half_width_is_analytic():
     components = [component(level, sd) for level, sd in SD.items()]
-    design = Design(sessions=5, objects=4, placements=3, grasps=2, recordings=2)
+    design = RecordingPlan(sessions=5, objects=4, placements=3, grasps=2, recordings=2)
     variance = 9 / 5 + 4 / 20 + 6.25 / 60 + 2.25 / 120 + 1 / 240
     assert half_width(components, design) == pytest.approx(2.776445 * variance**0.5)
     with_objects = half_width(components, design, new_objects=True)
@@ -147,7 +147,7 @@ def test_the_half_width_is_analytic():
 
 def test_joined_levels_count_for_the_first_and_at_best_for_the_last():
     joined = [Component((IN_SESSION, PLACEMENT), 8, 8.0, 4.0)]
-    design = Design(sessions=2, objects=4, placements=5, grasps=1, recordings=1)
+    design = RecordingPlan(sessions=2, objects=4, placements=5, grasps=1, recordings=1)
     quantile = 12.706205
     assert half_width(joined, design) == pytest.approx(quantile * (4 / 8) ** 0.5)
     assert half_width(joined, design, at_best=True) == pytest.approx(quantile * (4 / 40) ** 0.5)
@@ -155,7 +155,7 @@ def test_joined_levels_count_for_the_first_and_at_best_for_the_last():
 
 def test_intervals_of_sessions_contain_the_mean_as_often_as_stated():
     generator = np.random.default_rng(2)
-    design = Design(sessions=4, objects=3, placements=2, grasps=2, recordings=2)
+    design = RecordingPlan(sessions=4, objects=3, placements=2, grasps=2, recordings=2)
     units = balanced_units(design)
     sd = SD | {OBJECT: 0.0}
     inside = 0
@@ -172,15 +172,15 @@ def test_the_pilot_counts_as_many_units_as_unbalanced_data_are_worth():
     sessions = variance_components(np.array([0.0, 1, 2, 9]), units)[0]
     assert sessions.units == 2
     assert sessions.effective_units == pytest.approx(16 / (9 + 1))
-    assert pilot_design(units) == Design(2, 1, 1, 2, 1)
+    assert pilot_design(units) == RecordingPlan(2, 1, 1, 2, 1)
 
 
 def test_the_search_returns_the_fastest_design():
     components = [component(level, sd) for level, sd in SD.items()]
-    pilot = Design(sessions=4, objects=3, placements=1, grasps=5, recordings=2)
+    pilot = RecordingPlan(sessions=4, objects=3, placements=1, grasps=5, recordings=2)
     best = cheapest_design(components, 2.5, pilot, TIMES)
     numbers = itertools.product(range(2, 21), [3], range(1, 11), range(1, 11), [2])
-    designs = [Design(*row) for row in numbers]
+    designs = [RecordingPlan(*row) for row in numbers]
     sufficient = [design for design in designs if half_width(components, design) <= 2.5]
     fastest = min(
         sufficient, key=lambda item: (TIMES.total(item), item.total_placements, item.total_grasps)
@@ -191,29 +191,30 @@ def test_the_search_returns_the_fastest_design():
 
 def test_only_sessions_help_against_variance_between_sessions():
     # t(8) * 3 / 3 = 2.306, and t(7) * 3 / 8**0.5 = 2.508
-    best = cheapest_design([component(SESSION, 3)], 2.4, Design(4, 3, 2, 5, 2), TIMES)
-    assert best == Design(9, 3, 1, 1, 2)
+    best = cheapest_design([component(SESSION, 3)], 2.4, RecordingPlan(4, 3, 2, 5, 2), TIMES)
+    assert best == RecordingPlan(9, 3, 1, 1, 2)
 
 
 def test_only_objects_help_against_variance_between_objects():
     # with 12 sessions and 12 objects: t(11) * 4 / 12**0.5 = 2.541, with 11: t(10) gives 2.687
     best = cheapest_design(
-        [component(OBJECT, 4)], 2.6, Design(4, 3, 2, 5, 2), TIMES, new_objects=True
+        [component(OBJECT, 4)], 2.6, RecordingPlan(4, 3, 2, 5, 2), TIMES, new_objects=True
     )
     assert best.objects >= 12 and best.placements == best.grasps == 1
-    assert cheapest_design([component(OBJECT, 4)], 0.1, Design(4, 3, 2, 5, 2), TIMES).sessions == 2
+    many = cheapest_design([component(OBJECT, 4)], 0.1, RecordingPlan(4, 3, 2, 5, 2), TIMES)
+    assert many.sessions == 2
 
 
 def test_a_goal_that_no_design_reaches_has_no_design():
-    pilot = Design(4, 3, 1, 5, 2)
+    pilot = RecordingPlan(4, 3, 1, 5, 2)
     assert cheapest_design([component(SESSION, 3)], 0.1, pilot, TIMES) is None
 
 
 def test_spread_designs_have_as_many_grasps():
-    design = Design(sessions=4, objects=3, placements=2, grasps=5, recordings=2)
+    design = RecordingPlan(sessions=4, objects=3, placements=2, grasps=5, recordings=2)
     own_placements, own_sessions = spread_designs(design)
-    assert own_placements == Design(4, 3, 10, 1, 2)
-    assert own_sessions == Design(40, 3, 1, 1, 2)
+    assert own_placements == RecordingPlan(4, 3, 10, 1, 2)
+    assert own_sessions == RecordingPlan(40, 3, 1, 1, 2)
     assert own_placements.total_grasps == own_sessions.total_grasps == design.total_grasps
 
 
@@ -230,7 +231,7 @@ def write_run(project, *, sessions=3, is_correct=None, placements=True, **target
     and the predictions of its last run; `is_correct` of the numbers of a recording."""
     target = target or {"kind": "classification"}
     project.declare(targets={"label": target}, tasks={"label": {"target": "label"}})
-    design = Design(sessions, objects=2, placements=2, grasps=2, recordings=2)
+    design = RecordingPlan(sessions, objects=2, placements=2, grasps=2, recordings=2)
     numbers = list(np.ndindex(design))
     names = [f"s{s}/o{o}_{p}_{g}_{r}" for s, o, p, g, r in numbers]
     columns = {

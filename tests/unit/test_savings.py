@@ -2,8 +2,8 @@
 
 import re
 
-from ajgdata.gripper import Scene, build_plan, measured_savings
-from ajgdata.gripper.savings import complete, omitted_physics
+from ajgdata.gripper import Scene, build_plan
+from ajgdata.pipeline.savings import complete, measured_savings, omitted_physics
 
 COARSE = {"dx_mm": 6, "max_time_s": 0.02}
 

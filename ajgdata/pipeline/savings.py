@@ -46,15 +46,15 @@ def complete(scene: Scene) -> Scene:
 def measured_savings(scene: Scene) -> Savings | None:
     """Return the savings of a scene; None if its plan leaves nothing out.
 
-    The scene is simulated twice. Raises SceneError if the object does not fit.
+    The scene is simulated four times. Raises SceneError if the object does not fit.
     """
     plan, plan_s = _timed(build_plan, scene)
     full_plan, full_plan_s = _timed(build_plan, complete(scene))
     omitted = omitted_physics(plan, full_plan)
     if not omitted:
         return None
-    response, march_s = _timed(simulate, plan)
-    reference, full_march_s = _timed(simulate, full_plan)
+    response, march_s = _best_of_two(plan)
+    reference, full_march_s = _best_of_two(full_plan)
     ratio = (plan_s + march_s) / (full_plan_s + full_march_s)
     return Savings(omitted, 1 - ratio, _error(response, reference))
 
@@ -80,6 +80,13 @@ def _timed(function: Callable[[Argument], Result], argument: Argument) -> tuple[
     start_s = time.process_time()
     result = function(argument)
     return result, time.process_time() - start_s
+
+
+def _best_of_two(plan: Plan) -> tuple[ImpulseResponse, float]:
+    """Return the response of a plan, and the shorter CPU time of two simulations in seconds."""
+    response, first_s = _timed(simulate, plan)
+    _, second_s = _timed(simulate, plan)
+    return response, min(first_s, second_s)
 
 
 def _error(response: ImpulseResponse, reference: ImpulseResponse) -> float:
