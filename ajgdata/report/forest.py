@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from ajgdata.evaluate.agreement import Verdict
 from ajgdata.report.comparison import Mark, PaperComparison, Role
-from ajgdata.report.format import Source, number
+from ajgdata.report.format import Source, number, with_unit
 from ajgdata.report.navigation import experiment_link
 from ajgdata.report.report_data import TaskSection
 
@@ -43,7 +43,7 @@ class Position(NamedTuple):
 class ForestRow(NamedTuple):
     """A result: name, marks, two texts (published value or chance level, and our value).
 
-    `controls` are the result with held-out sessions and the placebo, in words.
+    `controls` are the values with held-out sessions and of the placebo, in words.
     """
 
     name: str
@@ -70,7 +70,14 @@ def paper_rows(comparisons: Sequence[PaperComparison]) -> list[ForestRow]:
         texts = row.paper.published, row.short_result, details
         rows.append(
             ForestRow(
-                row.name, row.page, row.source, positions, *texts, row.agrees, alt, row.controls
+                row.name,
+                row.page,
+                row.source,
+                positions,
+                *texts,
+                row.agrees,
+                alt,
+                controls_text(marks, row.unit),
             )
         )
     return rows
@@ -81,13 +88,38 @@ def model_rows(sections: Sequence[TaskSection]) -> list[ForestRow]:
     rows = []
     for section in sections:
         for row in (row for row in section.rows if row.marks):
-            positions, alt = _placed({mark.role: mark for mark in row.marks}, row.unit)
+            marks = {mark.role: mark for mark in row.marks}
+            positions, alt = _placed(marks, row.unit)
             name, texts = f"{section.title}: {row.label}", (row.chance, row.value, row.metric)
             link = experiment_link(section.parts[0].page)
             rows.append(
-                ForestRow(name, link, section.source, positions, *texts, None, alt, row.controls)
+                ForestRow(
+                    name,
+                    link,
+                    section.source,
+                    positions,
+                    *texts,
+                    None,
+                    alt,
+                    controls_text(marks, row.unit),
+                )
             )
     return rows
+
+
+def controls_text(marks: Mapping[Role, Mark], unit: str) -> str:
+    """Return the values with held-out sessions and of the placebo; "" without.
+
+    >>> from ajgdata.report.comparison import Mark
+    >>> controls_text({"sessions": Mark("sessions", 61.94, 50, 70)}, "%")
+    'held-out sessions 61.9 %'
+    """
+    names: dict[Role, str] = {"sessions": "held-out sessions", "placebo": "placebo"}
+    return ", ".join(
+        f"{name} {with_unit(number(marks[role].value), unit)}"
+        for role, name in names.items()
+        if role in marks
+    )
 
 
 def skill(value: float, chance: float, unit: str) -> float:

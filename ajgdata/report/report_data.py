@@ -65,7 +65,7 @@ class ResultRow:
     answer: str = ""
     marks: tuple[Mark, ...] = ()  #: for a forest plot, in `unit`
     unit: str = ""
-    controls: str = ""  #: result with held-out sessions and the placebo, in words
+    controls: str = ""  #: result with held-out sessions and the placebo, for a sentence
 
 
 @dataclass(frozen=True, eq=False)
