@@ -117,22 +117,20 @@ def readme_table(metrics: Path) -> str:
 
 
 def _machines(metrics: pd.DataFrame, paper: Mapping[str, PaperFigure]) -> str:
-    """Return the range of each value over machines as a line, as the verdicts use it.
+    """Return the difference of each value between computers as a line, as the verdicts use it.
 
     Empty if no difference was measured (`reports/machine_spread.yaml`).
     """
-    ranges = []
+    differences = []
     for row in ROWS:
         values = _values(row, metrics, row.query)
         spread = paper[row.paper].spread
         if values is not None and spread:
-            value = values.scale * values.value
-            ends = f"{number(value - spread)} to {number(value + spread)}"
-            ranges.append(f"{row.title.rpartition(', ')[0]} {with_unit(ends, values.unit)}")
-    if not ranges:
+            differences.append(f"±{with_unit(number(spread, 2), values.unit)}")
+    if not differences:
         return ""
-    link = "[Range over machines](docs/reproducibility.md#differences-between-computers)"
-    return f"{link}: {'; '.join(ranges)}.\n\n"
+    link = "[Other computers](docs/reproducibility.md#differences-between-computers)"
+    return f"{link} differ by {', '.join(differences)}, in the order of the rows.\n\n"
 
 
 def _cells(row: Row, metrics: pd.DataFrame, paper: PaperFigure) -> tuple[str, ...]:

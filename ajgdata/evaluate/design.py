@@ -75,8 +75,8 @@ def recording_design(
     number = None
     if placements is not None and all(placements):
         places = {*zip(values, sessions, placements, strict=True)}
-        most: dict[object, int] = {}
+        largest: dict[object, int] = {}
         for (value, _), count in Counter((v, session) for v, session, _ in places).items():
-            most[value] = max(count, most.get(value, 0))
-        number = min(most.values())
+            largest[value] = max(count, largest.get(value, 0))
+        number = min(largest.values())
     return Design(len(set(sessions)), number, min(counts.values()))
