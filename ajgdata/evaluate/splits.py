@@ -14,9 +14,7 @@ from sklearn.model_selection import KFold, LeaveOneGroupOut, StratifiedKFold
 
 from ajgdata.models.tuning import Folds, whole_groups
 from ajgdata.types import Kind, NotPossibleError
-
-#: Column of placements, whose folds hold out one placement of every class.
-PLACEMENTS = "placement_id"
+from ajgdata.types.session import PLACEMENT_COLUMN
 
 
 def column_folds(
@@ -29,7 +27,7 @@ def column_folds(
 ) -> Folds:
     """Return the folds of a task whose groups are in `column`: `placement_folds` for placements,
     else `grouped_folds`."""
-    if column == PLACEMENTS:
+    if column == PLACEMENT_COLUMN:
         return placement_folds(y, groups, kind, folds)
     return grouped_folds(y, groups, kind, folds, seed)
 

@@ -26,13 +26,13 @@ from ajgdata.store.files import line_of
 from ajgdata.store.provenance import PACKAGE
 from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec, Kind, describe, location
 from ajgdata.types.registry import PLAIN_MODELS, Registry
+from ajgdata.types.session import PLACEMENT_COLUMN
 
 #: Data set, task or embedding, experiment, and model ("": all models together).
 MeasurementKey = tuple[str, str, str, str]
 #: Data set, task or embedding, experiment, and name of a job.
 JobKey = tuple[str, str, str, str]
-#: Column of placements, and experiments whose folds hold out one placement of every class.
-PLACEMENTS = "placement_id"
+#: Experiments whose folds hold out one placement of every class.
 BY_PLACEMENT = (CROSS_VALIDATION, "comparison", "repeated_fits")
 PLAIN, ALL = "plain", "all"  #: names of jobs of several models
 #: Modules of this package that are not experiments.
@@ -175,7 +175,7 @@ def _check(spec: DatasetSpec, task: str, experiment: Experiment, settings: Any) 
     kind = spec.targets[spec.tasks[task].target].kind
     if kind not in experiment.kinds:
         raise ValueError(f"experiments.{experiment.name} is for {experiment.kinds[0]}, not {kind}")
-    if spec.tasks[task].groups == PLACEMENTS and experiment.name not in BY_PLACEMENT:
+    if spec.tasks[task].groups == PLACEMENT_COLUMN and experiment.name not in BY_PLACEMENT:
         raise ValueError(
             f"experiments.{experiment.name} has no folds of placements: use a task without "
             "`groups: placement_id`"

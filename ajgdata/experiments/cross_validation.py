@@ -38,6 +38,7 @@ from ajgdata.experiments.cross_validation_paper import paper_comparison
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, fold_scores, score_table
 from ajgdata.store.metrics import COST
 from ajgdata.types import ModelName, Name, NotPossibleError, Strict
+from ajgdata.types.session import PLACEMENT_COLUMN, SESSION_COLUMN
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
@@ -91,9 +92,6 @@ class Evaluation(NamedTuple):
 
     splits: dict[str, CrossValidation]
     data: dict[str, TaskData]
-
-
-PLACEMENT_COLUMN, SESSION_COLUMN = "placement_id", "session_id"
 
 
 def evaluate(

@@ -18,6 +18,7 @@ from ajgdata.evaluate.parts import GROUPED, RANDOM, WITHHELD
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation_paper import split_name
 from ajgdata.experiments.cross_validation_results import PARTS, ModelResult, models_of, shown_model
+from ajgdata.pages.selection import paper_sentence
 from ajgdata.report.comparison import Change, PaperFigure, Reason
 from ajgdata.report.format import Caption, number, sentence
 from ajgdata.report.navigation import experiment_link
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 PAGE = "orientation"
 CLAIM = "an angle and its mirror image give the same sound"
 CHANGE = "error to the nearer of angle and mirror image"
-HALF_TURN_DEG = 180.0
 PANEL_IN = 2.9
 
 
@@ -73,7 +73,7 @@ def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
         f"{task.dataset_title}, {task.source}. Marks: predictions on held-out grasps; blue: angles "
         f"that are withheld from training. Lines: the true angle (solid), and its mirror image at "
         f"the plane of the transducers, {number(float(task.mirror_deg or 0))}° (dashed). "
-        f"{paper_sentence(task)}"
+        f"{paper_sentence([*papers_of(task).values()])}"
     )
     yield Illustration(
         f"{task.dataset}--mirror-image",
@@ -198,12 +198,6 @@ def part_name(part: str) -> str:
     return names[part]
 
 
-def paper_sentence(task: TaskResults) -> str:
-    """Return the published values as a sentence."""
-    texts = dict.fromkeys(paper.text for paper in papers_of(task).values())
-    return f"The paper, on its real gripper: {'; '.join(texts)}."
-
-
 def draw_figure(task: TaskResults, title: str) -> Figure:
     """Draw a panel per model, the model of the paper first."""
     from ajgdata.report.canvas import WIDTH_IN, new_figure
@@ -221,7 +215,7 @@ def draw_figure(task: TaskResults, title: str) -> Figure:
 
 def draw_panel(axes: Axes, model: ModelResult, plane_deg: float) -> None:
     """Draw the predictions of a model over the true angle, with the angle and its mirror image."""
-    from ajgdata.evaluate.mirror import mirror_image
+    from ajgdata.evaluate.mirror import HALF_TURN_DEG, mirror_image
     from ajgdata.report.canvas import COLOURS, GREY
 
     looks = {

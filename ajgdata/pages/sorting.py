@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ajgdata.experiments.base import Result, TaskResults
+from ajgdata.experiments.plots import PERCENTILES
 from ajgdata.experiments.sorting import PLAIN
 from ajgdata.pages.selection import alternative, first_on, paper_sentence
 from ajgdata.report.format import Caption, number
@@ -23,7 +24,6 @@ PAGE = "sorting"
 SORTS = "sorts"
 #: Names of the probabilities that decide: as the model gives them (`PLAIN`), and calibrated.
 OWN, CALIBRATED = "model's own probabilities", "calibrated probabilities"
-PERCENTILES = (5, 50, 95)
 COLUMNS = {
     "probabilities": "Probabilities",
     "sorts": "Sorts until the first refusal",

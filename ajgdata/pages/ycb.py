@@ -11,6 +11,7 @@ import numpy as np
 
 from ajgdata.evaluate.parts import GROUPED
 from ajgdata.experiments.base import TaskResults
+from ajgdata.experiments.cross_validation_paper import MIN_ACCURACY
 from ajgdata.experiments.cross_validation_results import PARTS, shown_model
 from ajgdata.pages.confusions import draw_matrix, share_matrix
 from ajgdata.pages.selection import alternative, first_on, paper_sentence, shown_value
@@ -32,7 +33,6 @@ CATEGORIES = {
 #: Confusions that the paper names.
 PUBLISHED_PAIRS = (("strawberry", "golf_ball"), ("baseball", "orange"))
 #: Accuracy of a class from which the paper counts it: 7 of its 16 objects have 90 % or more.
-HIGH_ACCURACY = 0.9
 COLUMNS = {
     "true": "True object",
     "predicted": "Predicted object",
@@ -121,10 +121,10 @@ def conclusion(task: TaskResults, shares: np.ndarray) -> str:
     model = shown_model(task)
     paper = task.papers.get(PARTS[GROUPED][0])
     known = f" (published {paper.published})" if paper else ""
-    count = int(np.sum(np.diag(shares) >= HIGH_ACCURACY))
+    count = int(np.sum(np.diag(shares) >= MIN_ACCURACY))
     return (
         f"{model.label}: accuracy {shown_value(task, model.score().mean)}{known};"
-        f" {count} of {len(shares)} objects at {number(100 * HIGH_ACCURACY)} % or more"
+        f" {count} of {len(shares)} objects at {number(100 * MIN_ACCURACY)} % or more"
     )
 
 

@@ -15,8 +15,7 @@ from ajgdata.store.features import open_store
 from ajgdata.store.metrics import read_predictions
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DataError, Kind
-
-PLACEMENT_COLUMN = "placement_id"
+from ajgdata.types.session import PLACEMENT_COLUMN
 
 
 class Pilot(NamedTuple):

@@ -9,6 +9,8 @@ from pydantic import AfterValidator, Field, JsonValue
 
 from ajgdata.types.base import Name, Strict
 
+#: Columns of groups: placements, whose folds hold out one of every class, and sessions.
+PLACEMENT_COLUMN, SESSION_COLUMN = "placement_id", "session_id"
 #: Columns of recordings.csv that mean the same in every data set; all others are declared targets
 #: or free columns.
 RECORDING_COLUMNS = (

@@ -72,6 +72,9 @@ TEXTS_AND_TYPES = {
     "types/dataset.py:DatasetSpec",
     "types/registry.py:Kind",
     "types/tasks.py:CROSS_VALIDATION",
+    # names of columns that are fixed by the format of the files
+    "types/session.py:PLACEMENT_COLUMN",
+    "types/session.py:SESSION_COLUMN",
 }
 #: Definitions that jobs of a kind import, but that do not decide their results.
 NOT_USED = {
