@@ -223,7 +223,7 @@ def _used(microphone: int | str | None) -> str:
 
 def check(
     dataset: Annotated[list[str] | None, typer.Argument(help="data sets; default: all")] = None,
-    notes: Annotated[bool, typer.Option("--notes", help="also show notes")] = False,
+    notes: Annotated[bool, typer.Option("--notes", help="also show notes on recordings")] = False,
     everything: All = False,
     accept: Annotated[
         bool, typer.Option("--accept", help="store the hash of new and changed files first")
@@ -246,8 +246,9 @@ def check(
         count, issues_of_set = validate_dataset(paths, name)
         total, issues = total + count, issues + issues_of_set
         counts += issue_counts(issues_of_set)
-    print_issues([i for i in issues if notes or i.level != "note"], everything=everything)
-    general = sum(issue.recording_id == WHOLE for issue in issues)
+    shown = [i for i in issues if notes or i.level != "note" or i.recording_id == WHOLE]
+    print_issues(shown, everything=everything)
+    general = sum(i.recording_id == WHOLE and i.level != "note" for i in issues)
     noun = "issue" if general == 1 else "issues"
     suffix = f"; {general} {noun} of sessions or the data set" if general else ""
     hint = " (--notes shows them)" if counts.notes and not notes else ""
