@@ -24,6 +24,7 @@ from ajgdata.types import (
     OnChange,
     checked,
     issue_counts,
+    many,
 )
 
 if TYPE_CHECKING:
@@ -251,6 +252,8 @@ def check(
     general = sum(i.recording_id == WHOLE and i.level != "note" for i in issues)
     noun = "issue" if general == 1 else "issues"
     suffix = f"; {general} {noun} of sessions or the data set" if general else ""
+    remarks = sum(i.recording_id == WHOLE and i.level == "note" for i in issues)
+    suffix += f"; {many(remarks, 'note')} on the data set" if remarks else ""
     hint = " (--notes shows them)" if counts.notes and not notes else ""
     say(f"{total} recordings checked: {counts}{suffix}{hint}")
     levels = {issue.level for issue in issues}

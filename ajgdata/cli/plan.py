@@ -26,7 +26,10 @@ HalfWidth = Annotated[
     float, typer.Option(min=0, help="half of the 95 % interval (percent points, target unit)")
 ]
 Model = Annotated[str, typer.Option(help="model whose predictions are used")]
-Split = Annotated[str, typer.Option(help="split of the predictions")]
+Split = Annotated[
+    str,
+    typer.Option(help="split of the predictions; default: held-out sessions, if there are several"),
+]
 NewObjects = Annotated[
     bool, typer.Option("--new-objects", help="plan for new objects of the same kind")
 ]
@@ -40,7 +43,7 @@ def plan(
     task: Task,
     half_width: HalfWidth,
     model: Model = "cnn",
-    split: Split = GROUPED,
+    split: Split = "",
     new_objects: NewObjects = False,
     session_minutes: SessionMinutes = 30,
     placement_minutes: PlacementMinutes = 1,
@@ -61,7 +64,7 @@ def plan(
     from ajgdata.paths import find_project
     from ajgdata.pipeline.pilot import read_pilot
 
-    pilot = read_pilot(find_project(), dataset, task, model, split)
+    pilot = read_pilot(find_project(), dataset, task, model, split or None)
     if new_objects and pilot.has_one_object_per_class:
         problem = f"each class of {task} has one object"
         raise DataError("--new-objects", problem, "record several objects per class first")
@@ -88,7 +91,8 @@ def _print_pilot(pilot: Pilot, components: Sequence[Component], *, new_objects: 
     """Print the score of the pilot, its components, and levels that cannot be separated."""
     count = len(pilot.score)
     say(escape(f"{pilot.summary} ({pilot.source}; {count} held-out recordings, {pilot.file})"))
-    say(escape(f"split: {pilot.split}"))
+    by = f" by {pilot.groups}" if pilot.split == GROUPED else ""
+    say(escape(f"split: {pilot.split}{by}"))
     say("")
     header = ("level", "units", with_unit("sd", pilot.unit), "")
     rows = [

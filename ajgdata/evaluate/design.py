@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 #: What to record if class and placement cannot be distinguished.
-MORE_PLACEMENTS = "record the objects in rounds (`order: rounds`), or place each several times"
+MORE_PLACEMENTS = "record the objects in rounds, or place each several times"
 MORE_SESSIONS = "record another session, on another day if possible"
 
 
@@ -34,7 +34,7 @@ class Design(NamedTuple):
             return "a class has one recording, so class and recording cannot be distinguished"
         if self.placements is None:
             return (
-                "placements are unknown (no `placement_id`), so a model may recognise the"
+                "placements are unknown (no column placement_id), so a model may recognise the"
                 " placement instead of the class"
             )
         if self.placements == 1:
@@ -53,7 +53,7 @@ class Design(NamedTuple):
             return ""
         fixes = []
         if self.placements is None:
-            fixes.append("add the column `placement_id`")
+            fixes.append("add the column placement_id")
         if self.placements in (None, 1):
             fixes.append(MORE_PLACEMENTS)
         if self.sessions == 1:

@@ -147,6 +147,8 @@ class ModelResult:
             return None
         own = self.placebo_part(split)
         score, nominal = self.with_interval(own), self.chance(own)
+        if nominal == self.chance(part):
+            return score
         scale = (self.perfect - self.chance(part)) / (self.perfect - nominal)
 
         def converted(value: float) -> float:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ajgdata.evaluate.parts import GROUPED, TRAINING_VALUES
+from ajgdata.evaluate.parts import GROUPED, SESSION_SPLIT, TRAINING_VALUES
 from ajgdata.evaluate.planning import DesignLevel, design_units, recording_scores
 from ajgdata.paths import Paths
 from ajgdata.store.features import open_store
@@ -25,7 +25,8 @@ class Pilot(NamedTuple):
     units: Mapping[DesignLevel, np.ndarray]  #: each (n,), see `evaluate.planning.design_units`
     kind: Kind
     unit: str  #: of the score and of a half width
-    split: str  #: name of the split, and the column whose values a grouped split holds out
+    split: str  #: grouped, random or session
+    groups: str  #: column whose values a grouped split holds out
     source: str  #: simulated or recorded
     file: Path  #: of the predictions
     has_placements: bool  #: whether the placement of each recording is known
@@ -40,11 +41,14 @@ class Pilot(NamedTuple):
         return f"RMSE {2 * mean:.3g} {self.unit}".rstrip()  # the mean score is half the RMSE
 
 
-def read_pilot(paths: Paths, dataset: str, task: str, model: str, split: str) -> Pilot:
+def read_pilot(
+    paths: Paths, dataset: str, task: str, model: str, split: str | None = None
+) -> Pilot:
     """Return the scores of the last run of a data set, for its recordings with training values.
 
-    The score of a recording that several folds predicted is the mean over these folds. Raises
-    DataError if there is no such data set or task, and if there are no predictions.
+    Without a `split`, they are those of held-out sessions, or else of the task's own split. The
+    score of a recording that several folds predicted is the mean over these folds. Raises DataError
+    if there is no such data set or task, and if there are no predictions.
     """
     spec = read_dataset(paths, dataset)
     if task not in spec.tasks:
@@ -55,6 +59,7 @@ def read_pilot(paths: Paths, dataset: str, task: str, model: str, split: str) ->
     is_class = target.kind == "classification"
 
     file, rows = _last_predictions(paths, dataset)
+    split = split or _default_split(rows, task, model)
     rows = _predictions_of(rows, file, task, model, split)
     columns = ("y_true", "y_pred")
     kind_of_value = str if is_class else float
@@ -77,7 +82,8 @@ def read_pilot(paths: Paths, dataset: str, task: str, model: str, split: str) ->
         ),
         kind=target.kind,
         unit="%" if is_class else target.unit,
-        split=f"{split} by {settings.groups}" if split == GROUPED else split,
+        split=split,
+        groups=settings.groups,
         source=source,
         file=file,
         has_placements=bool((labels[PLACEMENT_COLUMN] != "").all()),
@@ -95,6 +101,12 @@ def _last_predictions(paths: Paths, dataset: str) -> tuple[Path, list[dict[str, 
             return file, rows
     problem = f"there are no predictions for {dataset}"
     raise DataError(paths.predictions, problem, f"run `ajgdata run {dataset}` first")
+
+
+def _default_split(rows: Sequence[dict[str, str]], task: str, model: str) -> str:
+    """Return the split by session if a model of a task was tested by it, else the grouped split."""
+    splits = {row["split"] for row in rows if (row["task"], row["model"]) == (task, model)}
+    return SESSION_SPLIT if SESSION_SPLIT in splits else GROUPED
 
 
 def _predictions_of(

@@ -69,6 +69,7 @@ def validate_dataset(paths: Paths, dataset: str) -> tuple[int, list[Finding]]:
     tables = {session.session_id: session.labels for session in sessions}
     issues += label_issues(tables, spec)
     issues += placement_notes(tables, spec)
+    issues += placebo_issues(tables, spec)
     issues += _check_copies(paths, spec, used, prints)
     return sum(len(session.labels) for session in sessions), sorted(issues)
 
@@ -164,6 +165,20 @@ def label_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
     task_fix = "record or import another class"
     issues += [("no_task", problem, task_fix) for problem in impossible_tasks(tables, spec)]
     return [Finding(WHOLE, WHOLE, "", "warning", *issue) for issue in issues]
+
+
+def placebo_issues(tables: Tables, spec: DatasetSpec) -> list[Finding]:
+    """Return a warning if recordings lack an object of `placebo`: the placebo is then not measured.
+
+    A data set without recordings has no warning.
+    """
+    objects = {row.get("object", "") for table in tables.values() for row in table}
+    absent = [name for name in spec.placebo if name not in objects]
+    if not absent or not objects:
+        return []
+    problem = f"placebo: no recording has the object {listed(absent, _MAX_LISTED)}"
+    fix = "correct the names in dataset.yaml, or record them: until then the placebo has no score"
+    return [Finding(WHOLE, WHOLE, "", "warning", "placebo", problem, fix)]
 
 
 def placement_notes(tables: Tables, spec: DatasetSpec) -> list[Finding]:

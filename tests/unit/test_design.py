@@ -14,7 +14,7 @@ VALUES = ["a"] * 4 + ["b"] * 4
         (["p1", "p1", "p2", "p2", "q1", "q1", "q2", "q2"], SESSIONS, "one placement", "in rounds"),
         (list("ABCDEFGH"), SESSIONS, "", ""),
         (list("ABCDEFGH"), ["1"] * 8, "all recordings are of one session", "another session"),
-        (None, SESSIONS, "placements are unknown", "add the column `placement_id`"),
+        (None, SESSIONS, "placements are unknown", "add the column placement_id"),
         (["", *"BCDEFGH"], SESSIONS, "placements are unknown", "add the column"),
         (["p"] * 4 + ["q"] * 4, ["1"] * 8, "one placement", "another session"),
     ],

@@ -390,3 +390,21 @@ def test_predictions_without_a_label_are_outdated(ajgdata, project):
     code, _, err = ajgdata(*PLAN, 5)
     assert code == 1
     assert_one_line(err, "has no recording 's1/o0_0_0_0', which the run predicted.")
+
+
+def test_held_out_sessions_are_planned_if_they_were_tested(ajgdata, project):
+    write_run(project, is_correct=is_second_placement_wrong)
+    rows = [
+        {k: v for k, v in row.items() if k != "format"}
+        for row in read_predictions(project.paths.predictions)
+    ]
+    own = [row for row in rows if (row["test_set"], row["target_values"]) == ("d", "training")]
+    in_sessions = [{**row, "split": "session", "y_pred": row["y_true"]} for row in own[:-1]]
+    wrong = {**own[-1], "split": "session", "y_pred": "o0"}
+    write_predictions(project.paths.predictions, [*rows, *in_sessions, wrong])
+    _, out, _ = ajgdata(*PLAN, 20)
+    assert "split: session" in out
+    assert out.startswith("accuracy 97.9 %")  # 47 of 48
+    assert "--split session plans for" not in out
+    _, out, _ = ajgdata(*PLAN, 20, "--split", "grouped")
+    assert "split: grouped by grasp_id" in out and "--split session plans for" in out

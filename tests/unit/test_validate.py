@@ -4,7 +4,13 @@ import numpy as np
 from worlds import assert_one_line
 
 import ajgdata as library
-from ajgdata.pipeline.validate import counts, label_tables, placement_notes, validate_dataset
+from ajgdata.pipeline.validate import (
+    counts,
+    label_tables,
+    placebo_issues,
+    placement_notes,
+    validate_dataset,
+)
 from ajgdata.store.audio import file_sha256
 from ajgdata.types import DatasetSpec
 
@@ -116,3 +122,12 @@ def test_classes_that_are_placements_are_a_note_with_what_to_record():
     assert len(placement_notes({"s": [*rows, *other], "t": rows}, spec)) == 1
     in_sessions = {**content, "tasks": {"kind": {"target": "kind", "groups": "session_id"}}}
     assert placement_notes({"s": rows}, DatasetSpec.model_validate(in_sessions)) == []
+
+
+def test_a_placebo_that_was_not_recorded_is_a_warning():
+    spec = DatasetSpec.model_validate({"name": "d", "placebo": ["x", "y"]})
+    rows = [{"object": name} for name in ("x", "ball")]
+    (issue,) = placebo_issues({"s": rows}, spec)
+    assert (issue.level, issue.problem) == ("warning", "placebo: no recording has the object y")
+    assert placebo_issues({"s": [*rows, {"object": "y"}]}, spec) == []
+    assert placebo_issues({}, spec) == []

@@ -108,7 +108,7 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
         return next(table for table in tables if table.name == name)
 
     scores = table("cross_validation", "scores")
-    means = scores.where(statistic="mean").split_by("test_set")
+    means = scores.where(statistic="mean", split="grouped").split_by("test_set")
     assert means["copy"].column("value") == means["tones"].column("value")
     assert len(table("learning_curve", "curve").where(metric="accuracy").rows) == 6
     folds = table("cross_gripper", "folds").where(grasps=0)
