@@ -28,7 +28,7 @@ HalfWidth = Annotated[
 Model = Annotated[str, typer.Option(help="model whose predictions are used")]
 Split = Annotated[
     str,
-    typer.Option(help="split of the predictions; default: held-out sessions, if there are several"),
+    typer.Option(help="split of the predictions; default: session, else grouped"),
 ]
 NewObjects = Annotated[
     bool, typer.Option("--new-objects", help="plan for new objects of the same kind")
