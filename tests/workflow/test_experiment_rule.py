@@ -41,7 +41,7 @@ FIGURES = (
     "learning-curve--tones--pitch",
     "comparison--tones--pitch--stft",
     "sorting--tones--pitch",
-    "embedding-knn--tones--tones",
+    "tones--tones--accuracy-against-dimension",
 )
 
 
