@@ -28,7 +28,7 @@ from ajgdata.pipeline.machine import cpu_name
 from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import pages_of
 from ajgdata.pipeline.studies import ABLATIONS_PAGE, STUDIES
-from ajgdata.report.answer import answer
+from ajgdata.report.answer import answer, placebo_sentence
 from ajgdata.report.comparison import (
     PaperComparison,
     PaperFigure,
@@ -225,6 +225,7 @@ def _contents(report: Report, measured: Sequence[Mapping[str, Any]]) -> dict[str
         ],
         "agreements": tally(report.comparisons),
         "answer": report.answer,
+        "placebo": placebo_sentence(report),
         "cost": report.cost,
     }
 

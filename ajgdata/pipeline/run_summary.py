@@ -95,6 +95,8 @@ def complete(
     ]
     lines += _skipped_lines(skipped, optional)
     lines += about_report["answer"]
+    if about_report["placebo"]:
+        lines.append(about_report["placebo"])
     if agreements := about_report["agreements"]:
         lines.append(f"comparison with the paper: {tally_text(agreements)}")
     lines += _issue_lines(paths, datasets)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from ajgdata.evaluate.agreement import Verdict
-from ajgdata.report.comparison import PaperComparison
+from ajgdata.report.comparison import PaperComparison, Role
 from ajgdata.report.format import number, with_unit
 from ajgdata.report.report_data import Report, ResultRow, TaskSection
 
 #: Published values of the first sentences: objects, size and angle.
 FIRST = ("ycb", "size-known", "orientation")
 MAX_SENTENCES = 3
+LEVELS: tuple[Role, Role] = ("placebo", "chance")
 VERDICT_TEXTS: dict[Verdict, str] = {
     "agrees": "Our result agrees.",
     "partly agrees": "Our result partly agrees.",
@@ -48,6 +49,17 @@ def compared_sentence(row: PaperComparison) -> str:
 def controls_clause(controls: str) -> str:
     """Return the result with held-out sessions and the placebo after a comma; "" without them."""
     return f", {controls.replace('; ', ', ')}" if controls else ""
+
+
+def placebo_sentence(report: Report) -> str:
+    """Return the placebo of each result that has one; "" without any."""
+    texts = []
+    for row in report.comparisons:
+        marks = {mark.role: mark for mark in row.marks}
+        if "placebo" in marks and "chance" in marks:
+            value, chance = (with_unit(number(marks[role].value), row.unit) for role in LEVELS)
+            texts.append(f"{row.name} {value} (chance level {chance})")
+    return f"Placebo, one object under several names: {'; '.join(texts)}." if texts else ""
 
 
 def cause(row: PaperComparison) -> str:

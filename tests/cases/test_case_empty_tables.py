@@ -71,7 +71,14 @@ def test_a_recipe_and_public_recordings_need_no_session_yet(ajgdata, paths):
 def run(paths) -> str:
     """Compute the features and end the run; returns the text of its summary."""
     make_features(paths, "mine")
-    about = {"measurements": [], "agreements": {}, "answer": [], "cost": "", "unreadable": {}}
+    about = {
+        "measurements": [],
+        "agreements": {},
+        "answer": [],
+        "placebo": "",
+        "cost": "",
+        "unreadable": {},
+    }
     write_bytes(paths.runs, json_bytes(about))
     complete(paths, ["mine"], [], [], [], [], paths.complete)
     return paths.complete.read_text()

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from report_samples import PAPER, sample_report
 
-from ajgdata.report.answer import answer
+from ajgdata.report.answer import answer, placebo_sentence
 from ajgdata.report.comparison import Change, Mark, PaperComparison, Reason
 
 OURS = Mark("ours", 0.7249, 0.6, 0.9)
@@ -49,3 +49,12 @@ def test_without_published_values_the_best_model_of_each_task():
         "Cube size · edge (best model CNN, simulated): RMSE 2.2 (1.75 to 2.65) mm, "
         "chance level 8.2 mm."
     ]
+
+
+def test_the_placebo_of_each_result_is_one_sentence():
+    placebo = Mark("placebo", 5.5, 5.0, 6.0)
+    rows = (compared("a", marks=(CHANCE, OURS, placebo)), compared("b"))
+    assert placebo_sentence(replace(sample_report(), comparisons=rows)) == (
+        "Placebo, one object under several names: A 5.5 mm (chance level 6.4 mm)."
+    )
+    assert placebo_sentence(replace(sample_report(), comparisons=rows[1:])) == ""

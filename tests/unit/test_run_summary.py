@@ -40,6 +40,7 @@ def paths(tmp_path, monkeypatch) -> Paths:
     about = {
         "agreements": {"agrees": 3, "worse": 2},
         "answer": ["A.", "B."],
+        "placebo": "",
         "cost": "",
         "unreadable": {},
     }
