@@ -69,6 +69,7 @@ def measure_grid(paths: Paths, ablation: Ablation, grid: Grid, *, seed: int) -> 
     from ajgdata.models import model_label
 
     spec = read_dataset(paths, grid.train)
+    tasks = [spec.task_settings(name) for name in grid.tasks]
     rows = []
     for (x, x_scene), (series, series_scene) in product(
         grid.x.scenes.items(), grid.series.scenes.items()
@@ -78,16 +79,22 @@ def measure_grid(paths: Paths, ablation: Ablation, grid: Grid, *, seed: int) -> 
         variant = AblationVariant(task=next(iter(grid.tasks)), grasps=grasps)
         data = VariantData(paths, spec, ablation, variant)
         simulated = data.changed(data.planned(grasps))
-        for name, label in grid.tasks.items():
-            task = spec.task_settings(name)
+        for task, label in zip(tasks, grid.tasks.values(), strict=True):
             known, withheld = split_withheld(simulated, task["withhold"])
             scores = _evaluated(variant, task, known, {WITHHELD: withheld}, grid.model, seed)
             errors = scores[WITHHELD].per_fold["rmse"]
             chance = scores[WITHHELD].chance["rmse"]
-            row = {"task": label, "x": x, "series": series, "error": float(np.mean(errors))}
-            row |= {"sd": float(np.std(errors, ddof=1)), "chance": chance}
-            rows.append(row)
-    unit = f" ({task['unit']})"
+            rows.append(
+                {
+                    "task": label,
+                    "x": x,
+                    "series": series,
+                    "error": float(np.mean(errors)),
+                    "sd": float(np.std(errors, ddof=1)),
+                    "chance": chance,
+                }
+            )
+    unit = f" ({tasks[0]['unit']})"
     columns = {
         "task": "Task",
         "x": f"{grid.x.title} ({grid.x.unit})",

@@ -94,7 +94,7 @@ def _print_pilot(pilot: Pilot, components: Sequence[Component], *, new_objects: 
     by = f" by {pilot.groups}" if pilot.split == GROUPED else ""
     say(escape(f"split: {pilot.split}{by}"))
     say("")
-    header = ("level", "units", with_unit("sd", pilot.unit), "")
+    header = ("level", "units", heading("sd", pilot.unit), "")
     rows = [
         (
             component.name,
@@ -151,7 +151,7 @@ def _print_designs(
         "one grasp per placement": own_placements,
         "one grasp per session": own_sessions,
     }
-    header = ("design", *present._fields, "hours", with_unit("half width", pilot.unit))
+    header = ("design", *present._fields, "hours", heading("half width", pilot.unit))
     rows = [header, row("present", present, present_width, present_width)]
     for name, design in designs.items():
         if design is not None:
@@ -199,8 +199,8 @@ def _explanations(
         )
 
 
-def with_unit(name: str, unit: str) -> str:
-    """Return the title of a column."""
+def heading(name: str, unit: str) -> str:
+    """Return the title of a column with its unit."""
     return f"{name} [{unit}]" if unit else name
 
 

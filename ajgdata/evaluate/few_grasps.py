@@ -89,8 +89,9 @@ def learning_curve(
                 skipped[size] = str(error)
                 continue
             used = min(len(rows.value), MODELS[model].most_recordings)
-            scores = _scores(fitted, rows.value, tested, kind, period)
-            correct = _correct_by_grasp(fitted, tested) if kind == "classification" else {}
+            predicted = fitted.predict(tested.feature)
+            scores = _scores(predicted, rows.value, tested, kind, period)
+            correct = _correct_by_grasp(predicted, tested) if kind == "classification" else {}
             points.append(CurvePoint(size, repeat, used, *scores, correct))
     return _checked_curve(points, sizes, skipped)
 
@@ -114,16 +115,16 @@ def _checked_curve(
 
 
 def _scores(
-    fitted: BaseEstimator, y_train: np.ndarray, tests: TaskData, kind: Kind, period: float | None
+    predicted: np.ndarray, y_train: np.ndarray, tests: TaskData, kind: Kind, period: float | None
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Return the metrics of a fitted model on `tests`, and of a guess that ignores its input."""
-    scores = metrics.score(tests.value, fitted.predict(tests.feature), kind, period)
+    """Return the metrics of predictions for `tests`, and of a guess that ignores its input."""
+    scores = metrics.score(tests.value, predicted, kind, period)
     return scores, metrics.chance(y_train, tests.value, kind, period)
 
 
-def _correct_by_grasp(fitted: BaseEstimator, tests: TaskData) -> dict[str, float]:
-    """Return the share of correctly classified recordings of each grasp."""
-    is_correct = fitted.predict(tests.feature) == tests.value
+def _correct_by_grasp(predicted: np.ndarray, tests: TaskData) -> dict[str, float]:
+    """Return the share of correct predictions of each grasp."""
+    is_correct = predicted == tests.value
     grasps = np.unique(tests.group)
     return {str(grasp): float(is_correct[tests.group == grasp].mean()) for grasp in grasps}
 
@@ -219,8 +220,11 @@ def cross_gripper(
             fitted = fit(known) if size else fitted_on_own(tested.tobytes())
             home: dict[str, float] = {}
             if tested.any() and not size:
-                home = _scores(fitted, known.value, own.where(tested), kind, period)[0]
-            scores = _scores(fitted, known.value, tests, kind, period)
+                at_home = own.where(tested)
+                predicted = fitted.predict(at_home.feature)
+                home, _ = _scores(predicted, known.value, at_home, kind, period)
+            predicted = fitted.predict(tests.feature)
+            scores = _scores(predicted, known.value, tests, kind, period)
             yield CrossGripperPoint(size, fold, len(added.value), *scores, home)
 
     with threadpool_limits(limits=1):

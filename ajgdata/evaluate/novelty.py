@@ -171,7 +171,11 @@ class Guard:
 
     def distance(self, features: np.ndarray) -> np.ndarray:
         """Return the distance (m,) of features (m, f) to the nearest grasp."""
-        return cdist(self.points(features), self.grasps).min(axis=1)
+        return self._nearest(self.points(features))
+
+    def _nearest(self, points: np.ndarray) -> np.ndarray:
+        """Return the distance (m,) of points (m, f) to the nearest grasp."""
+        return cdist(points, self.grasps).min(axis=1)
 
     @property
     def has_objects(self) -> bool:
@@ -181,7 +185,7 @@ class Guard:
     def scores(self, features: np.ndarray) -> dict[str, np.ndarray]:
         """Return the score (m,) of features (m, f) by each detector; larger is more novel."""
         points = self.points(features)
-        scores = {NEAREST: cdist(points, self.grasps).min(axis=1)}
+        scores = {NEAREST: self._nearest(points)}
         if not self.has_objects:
             return scores
         centred = points - self.centre
@@ -214,8 +218,8 @@ class Guard:
         """Return whether features (m, f) are nearer to a reference than to any grasp: (m,)."""
         if not len(self.references) or not len(self.grasps):
             return np.zeros(len(features), bool)
-        nearest = cdist(self.points(features), self.references).min(axis=1)
-        return nearest < self.distance(features)
+        points = self.points(features)
+        return cdist(points, self.references).min(axis=1) < self._nearest(points)
 
     def with_references(self, features: np.ndarray) -> Self:
         """Return the same with features (r, f) of further recordings of an empty gripper."""
@@ -426,14 +430,19 @@ def novel_scores(
         train, test = splits[fold % group_folds]
         train, test = known[train], known[test]
         chosen = random.permutation(held)[: MAX_TESTED // folds]
+        tested = features[np.concatenate([test, chosen])]
         guard = Guard.of(features[train], grasp[train], objects[train])
-        held_out = guard.scores(features[np.concatenate([test, chosen])])
+        held_out = guard.scores(tested)
         if classifier and len(np.unique(objects[train])) > 1:
             fitted = fit_named_model(
-                classifier, "classification", features[train], objects[train], groups[train],
+                classifier,
+                "classification",
+                features[train],
+                objects[train],
+                groups[train],
                 seed=seed,
-            )  # fmt: skip
-            held_out |= classifier_scores(fitted, features[np.concatenate([test, chosen])])
+            )
+            held_out |= classifier_scores(fitted, tested)
         for name, score in held_out.items():
             known_scores.setdefault(name, []).append(score[: len(test)])
             novel.setdefault(name, []).append(score[len(test) :])

@@ -74,6 +74,18 @@ def task_data(
     return TaskData(table.feature, values, group, names).where(present)
 
 
+def labels_of(table: FeatureRows, data: TaskData, column: str) -> np.ndarray:
+    """Return the text (n,) in a column of `table` for its recordings `data`."""
+    chosen = np.isin(table.columns["recording"].values, data.name)
+    return table.columns[column].values[chosen].astype(str)
+
+
+def grasps_of(table: FeatureRows, data: TaskData) -> np.ndarray:
+    """Return the grasp (n,) of each of the recordings `data`; never the same in two groups."""
+    grasp = labels_of(table, data, "grasp_id")
+    return np.array([f"{a}\n{b}" for a, b in zip(data.group, grasp, strict=True)])
+
+
 def _present(
     values: np.ndarray, target: str, kind: Kind, classes: Sequence[str]
 ) -> NDArray[np.bool_]:

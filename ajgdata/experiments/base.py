@@ -119,6 +119,10 @@ class Inputs:
         named = {"kind": self.kind, "folds": self.folds, "seed": self.seed}
         return named | {"period": self.period_deg}
 
+    def split_of(self, group: np.ndarray) -> dict[str, Any]:
+        """Return `split` for recordings with a `group` (n,): at most as many folds as groups."""
+        return self.split | {"folds": min(self.folds, len(np.unique(group)))}
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -199,6 +203,12 @@ class TaskResults:
     def scale(self) -> int:
         """Return what a metric is multiplied by to be shown: accuracies are shown in per cent."""
         return 100 if self.kind == "classification" else 1
+
+    @property
+    def target_title(self) -> str:
+        """Return the target for people, without its unit: `edge`."""
+        suffix = "deg" if self.unit == "°" else self.unit
+        return words(self.target.removesuffix(f"_{suffix}"))
 
     @property
     def shown_unit(self) -> str:

@@ -31,7 +31,7 @@ from ajgdata.evaluate.parts import (
     part_columns,
     placebo,
 )
-from ajgdata.evaluate.task_data import TaskData, is_among, split_withheld
+from ajgdata.evaluate.task_data import TaskData, is_among, labels_of, split_withheld
 from ajgdata.experiments import cross_validation_results as shown
 from ajgdata.experiments.base import Experiment, Inputs, Outcome
 from ajgdata.experiments.cross_validation_paper import paper_comparison
@@ -112,8 +112,7 @@ def evaluate(
     for name in test_on:
         other = inputs.all_data(name)
         data[elsewhere(name)] = other.where(~is_among(other.value, inputs.withhold))
-    options = inputs.split | {"model": model}
-    options["folds"] = min(inputs.folds, len(np.unique(known.group)))
+    options = inputs.split_of(known.group) | {"model": model}
     splits = {
         GROUPED: cross_validate(
             known.feature,
@@ -146,8 +145,7 @@ def evaluate_sessions(inputs: Inputs, model: str) -> Evaluation | None:
 
     known, withheld = split_withheld(inputs.all_data(), inputs.withhold)
     in_sessions = known.by_session()
-    count = len(np.unique(in_sessions.group))
-    if count < 2 or inputs.groups == SESSION_COLUMN:
+    if len(np.unique(in_sessions.group)) < 2 or inputs.groups == SESSION_COLUMN:
         return None
     if inputs.groups == PLACEMENT_COLUMN and have_one_placement(known, in_sessions.group):
         return None
@@ -159,7 +157,7 @@ def evaluate_sessions(inputs: Inputs, model: str) -> Evaluation | None:
         model=model,
         extra_tests={part: rows.by_session() for part, rows in data.items()},
         grasps=known_grasps(inputs),
-        **(inputs.split | {"folds": min(inputs.folds, count)}),
+        **inputs.split_of(in_sessions.group),
     )
     return Evaluation({SESSIONS: result}, {SESSIONS: known, **data})
 
@@ -186,8 +184,7 @@ def evaluate_placebo(inputs: Inputs, model: str, settings: Settings) -> Evaluati
     if other is None and not has_own:
         return None
     data = inputs.placebo_data(other)
-    options = inputs.split | {"model": model}
-    options["folds"] = min(inputs.folds, len(np.unique(data.group)))
+    options = inputs.split_of(data.group) | {"model": model}
     name = other or inputs.dataset
     splits = {
         placebo(name): cross_validate(
@@ -197,11 +194,14 @@ def evaluate_placebo(inputs: Inputs, model: str, settings: Settings) -> Evaluati
     if settings.compare_random:
         splits[placebo(name, RANDOM)] = cross_validate(data.feature, data.value, None, **options)
     in_sessions = data.by_session()
-    count = len(np.unique(in_sessions.group))
-    if count > 1 and inputs.groups != SESSION_COLUMN:
-        options["folds"] = min(inputs.folds, count)
+    if len(np.unique(in_sessions.group)) > 1 and inputs.groups != SESSION_COLUMN:
         splits[placebo(name, SESSION_SPLIT)] = cross_validate(
-            data.feature, data.value, in_sessions.group, grasps=data.group, **options
+            data.feature,
+            data.value,
+            in_sessions.group,
+            model=model,
+            grasps=data.group,
+            **inputs.split_of(in_sessions.group),
         )
     return Evaluation(splits, dict.fromkeys(splits, data))
 
@@ -283,13 +283,7 @@ def design_of(inputs: Inputs, data: TaskData) -> Design:
     sessions = data.by_session().group.tolist()
     placements = None
     if PLACEMENT_COLUMN in inputs.store.columns:
-        named = zip(
-            inputs.store.columns["recording"].values.tolist(),
-            inputs.store.columns[PLACEMENT_COLUMN].values.tolist(),
-            strict=True,
-        )
-        by_recording = dict(named)
-        placements = [by_recording[name] for name in data.name.tolist()]
+        placements = labels_of(inputs.store, data, PLACEMENT_COLUMN).tolist()
     return recording_design(data.value.tolist(), sessions, placements)
 
 
@@ -344,9 +338,15 @@ def _interval_scores(
     group = np.concatenate([data.group[predictions.row] for predictions, data in tests])
     parts = np.repeat(np.arange(len(tests)), [len(p.row) for p, _ in tests])
     interval = metric_interval(
-        y_true, y_pred, fold, group, part=parts, kind=inputs.kind, period=inputs.period_deg,
+        y_true,
+        y_pred,
+        fold,
+        group,
+        part=parts,
+        kind=inputs.kind,
+        period=inputs.period_deg,
         seed=inputs.seed,
-    )  # fmt: skip
+    )
     metric = METRICS[inputs.kind][0]
     key = ScoreKey(model, *part_columns(part, inputs.dataset))
     for end, value in zip(GRASP_INTERVAL, interval, strict=True):

@@ -90,6 +90,11 @@ class ModelResult:
         """Return the model's name for people."""
         return self.result.label
 
+    @property
+    def classes(self) -> list[str]:
+        """Return the classes of a classification in the order of the model."""
+        return [str(name) for name in self.result.about["classes"]]
+
     def _columns(self, part: str) -> Mapping[str, str]:
         """Return the cells that identify a part in tables, by column."""
         return part_columns(part, self.task.dataset)._asdict()
@@ -284,7 +289,7 @@ def class_shares(results: TaskResults) -> Table:
     rows = []
     if results.kind == "classification":
         model = shown_model(results)
-        classes = [str(name) for name in model.result.about["classes"]]
+        classes = model.classes
         shares = confusion_matrix(*model.predictions(), labels=classes, normalize="true")
         rows = [
             {"true": true, "predicted": predicted, "share": shares[i, j]}
@@ -306,8 +311,7 @@ def numbers(results: TaskResults) -> Table:
                 row = {"model": model.label, "values": values, "mean": mean}
                 pairs = zip(binned(true), predicted, strict=True)
                 rows += [{**row, "true": t, "predicted": p} for t, p in pairs]
-    suffix = "deg" if results.unit == "°" else results.unit
-    name = column_title(words(results.target.removesuffix(f"_{suffix}")), results.unit)
+    name = column_title(results.target_title, results.unit)
     columns = {"model": "Model", "values": "Values", "true": f"True {name}"}
     return table_of(
         "values", "Predictions", rows, **columns, predicted=f"Predicted {name}", mean=""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from pydantic import Field
 
 from ajgdata.evaluate.parts import GROUPED, part_columns
+from ajgdata.evaluate.task_data import grasps_of, labels_of
 from ajgdata.experiments.base import Experiment, Inputs, Outcome, TaskResults
 from ajgdata.experiments.plots import Plot
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
@@ -50,11 +50,8 @@ def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
     from ajgdata.evaluate.novelty import novel_scores
 
     data = inputs.all_data()
-    columns = inputs.store.columns
-    of_task = np.isin(columns["recording"].values, data.name)
-    objects = columns["object"].values[of_task].astype(str)
-    grasp_id = columns["grasp_id"].values[of_task].astype(str)
-    grasp = np.array([f"{a}\n{b}" for a, b in zip(data.group, grasp_id, strict=True)])
+    grasp = grasps_of(inputs.store, data)
+    objects = labels_of(inputs.store, data, "object")
     with threadpool_limits(limits=1):
         scores = novel_scores(
             data.feature, grasp, data.group, objects, classifier=CLASSIFIER, seed=inputs.seed

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
 from pydantic import Field, model_validator
 
 from ajgdata.evaluate.agreement import (
@@ -16,6 +15,7 @@ from ajgdata.evaluate.agreement import (
     statement,
     together,
 )
+from ajgdata.evaluate.task_data import labels_of
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,
@@ -58,10 +58,8 @@ def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
     """Return the energy of each class within the band against that of the reference."""
     from ajgdata.evaluate.energy import band_energy, relative_energies
 
-    data, columns = inputs.all_data(), inputs.store.columns
-    names = columns["recording"].values, columns["object"].values
-    object_of = dict(zip(*names, strict=True))
-    objects = np.array([object_of[name] for name in data.name])
+    data = inputs.all_data()
+    objects = labels_of(inputs.store, data, "object")
     energy = band_energy(data.feature, inputs.store.frequency_hz, settings.band_hz)
     metric = f"energy relative to {settings.reference}"
     scores: list[ScoreRow] = []

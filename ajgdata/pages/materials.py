@@ -116,7 +116,7 @@ def share_table(tasks: Sequence[TaskResults], placebos: Sequence[float | None]) 
     rows = []
     for task, placebo in zip(tasks, placebos, strict=True):
         model = shown_model(task)
-        classes = [str(name) for name in model.result.about["classes"]]
+        classes = model.classes
         shares = share_matrix(task, classes)
         for i, true in enumerate(classes):
             for j, predicted in enumerate(classes):
@@ -169,7 +169,7 @@ def draw_figure(
         f"{label}, share of the recordings of each true material in %",
         sorted({task.source for task in tasks}),
     )
-    is_equal = len({tuple(shown_model(task).result.about["classes"]) for task in tasks}) == 1
+    is_equal = len({tuple(shown_model(task).classes) for task in tasks}) == 1
     grid = figure.subplots(1, len(tasks), sharey=is_equal, squeeze=False)[0]
     for axes, task, placebo in zip(grid, tasks, placebos, strict=True):
         _draw_panel(axes, task, placebo)
@@ -179,7 +179,7 @@ def draw_figure(
 
 def _draw_panel(axes: Axes, task: TaskResults, placebo: float | None) -> None:
     """Draw the matrix of a task under its accuracies."""
-    classes = [str(name) for name in shown_model(task).result.about["classes"]]
+    classes = shown_model(task).classes
     draw_matrix(axes, share_matrix(task, classes), classes, rotation=45)
     axes.set_title("\n".join([shape_of(task), *_accuracies(task, placebo)]), fontsize=8.5)
     axes.set_xlabel("predicted material")

@@ -17,7 +17,7 @@ from ajgdata.experiments.repeated_fits import statistics
 from ajgdata.pages.direct_labels import LineLabel, label_right
 from ajgdata.pages.selection import alternative, paper_sentence
 from ajgdata.report.comparison import PaperFigure
-from ajgdata.report.format import Caption, Score, mean_sd, number, with_unit
+from ajgdata.report.format import Caption, Score, column_title, mean_sd, number, with_unit
 from ajgdata.report.report_data import Illustration
 from ajgdata.types import CROSS_VALIDATION
 from ajgdata.types.table import Table, table_of
@@ -113,11 +113,11 @@ def score_table(models: Sequence[ModelResult]) -> Table:
     ]
     columns = {
         "model": "Model",
-        "level": f"Noise level, {unit_of(first)}",
-        "value": f"{first.metric_title}, {unit}",
-        "sd": f"Standard deviation over folds, {unit}",
-        "low": f"Low end of the 95 % interval, {unit}",
-        "high": f"High end of the 95 % interval, {unit}",
+        "level": column_title("Noise level", unit_of(first)),
+        "value": column_title(first.metric_title, unit),
+        "sd": column_title("Standard deviation over folds", unit),
+        "low": column_title("Low end of the 95 % interval", unit),
+        "high": column_title("High end of the 95 % interval", unit),
     }
     return table_of(
         "against-noise", f"{first.metric_title} against the noise level", rows, **columns

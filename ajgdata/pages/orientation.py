@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -128,13 +128,17 @@ def papers_of(task: TaskResults) -> dict[str, PaperFigure]:
     return {part: task.papers[key] for part, key in keys.items() if key in task.papers}
 
 
-def mirror_results(task: TaskResults) -> list[MirrorResult]:
-    """Return the errors of all models on all parts, with p corrected for all tests of the task."""
+@cache
+def mirror_results(task: TaskResults) -> tuple[MirrorResult, ...]:
+    """Return the errors of all models on all parts, with p corrected for all tests of the task.
+
+    The figure and the causes need them, and the permutations of all models take seconds.
+    """
     from ajgdata.evaluate.fold_tests import holm
     from ajgdata.evaluate.mirror import mirror_errors, mirror_p
 
     if task.mirror_deg is None:
-        return []
+        return ()
     tested = [
         (model, part) for part in papers_of(task) for model in models_of(task) if model.has(part)
     ]
@@ -142,10 +146,10 @@ def mirror_results(task: TaskResults) -> list[MirrorResult]:
         (*model.mirror_inputs(part), task.mirror_deg, task.period_deg) for model, part in tested
     ]
     corrected = holm([mirror_p(*values) for values in inputs])
-    return [
+    return tuple(
         MirrorResult(model, part, mirror_errors(*values), p)
         for (model, part), values, p in zip(tested, inputs, corrected, strict=True)
-    ]
+    )
 
 
 def conclusion(measured: Sequence[MirrorResult]) -> str:

@@ -17,7 +17,7 @@ from ajgdata.pages.selection import (
     paper_sentence,
     shown_value,
 )
-from ajgdata.report.format import Caption, column_title, number, with_unit, words
+from ajgdata.report.format import Caption, column_title, number, with_unit
 from ajgdata.report.report_data import Illustration
 from ajgdata.types import CROSS_VALIDATION
 from ajgdata.types.table import Table, table_of
@@ -71,9 +71,7 @@ def published_errors(task: TaskResults) -> Mapping[str, float]:
 
 def target_title(task: TaskResults) -> str:
     """Return the target of a task with its unit: `edge (mm)`."""
-    suffix = "deg" if task.unit == "°" else task.unit
-    name = words(task.target.removesuffix(f"_{suffix}"))
-    return f"{name} ({task.unit})" if task.unit else name
+    return f"{task.target_title} ({task.unit})" if task.unit else task.target_title
 
 
 def error_table(model: ModelResult) -> Table:

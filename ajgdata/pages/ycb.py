@@ -32,7 +32,6 @@ CATEGORIES = {
 }
 #: Confusions that the paper names.
 PUBLISHED_PAIRS = (("strawberry", "golf_ball"), ("baseball", "orange"))
-#: Accuracy of a class from which the paper counts it: 7 of its 16 objects have 90 % or more.
 COLUMNS = {
     "true": "True object",
     "predicted": "Predicted object",
@@ -75,7 +74,7 @@ def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
 
 def ordered_classes(task: TaskResults) -> list[str]:
     """Return the classes of a task by category; classes without a category come last."""
-    classes = [str(name) for name in shown_model(task).result.about["classes"]]
+    classes = shown_model(task).classes
     known = [name for names in CATEGORIES.values() for name in names if name in classes]
     return [*known, *(name for name in classes if name not in known)]
 

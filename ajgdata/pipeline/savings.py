@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-from typing import NamedTuple, TypeVar
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,9 +11,10 @@ from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.signal_chain import ImpulseResponse
 from ajgdata.gripper.simulation import simulate
 from ajgdata.gripper.solver_plan import Plan, build_plan
+from ajgdata.studies.noise_free import relative_error, timed
 
-Argument = TypeVar("Argument")
-Result = TypeVar("Result")
+#: Simulations of a plan; the shortest time counts.
+REPEATS = 2
 #: Upper end of the modes of a complete plan (Hz).
 ALL_MODES_HZ = 21_000.0
 
@@ -48,13 +48,13 @@ def measured_savings(scene: Scene) -> Savings | None:
 
     The scene is simulated four times. Raises SceneError if the object does not fit.
     """
-    plan, plan_s = _timed(build_plan, scene)
-    full_plan, full_plan_s = _timed(build_plan, complete(scene))
+    plan, plan_s = timed(partial(build_plan, scene), 1)
+    full_plan, full_plan_s = timed(partial(build_plan, complete(scene)), 1)
     omitted = omitted_physics(plan, full_plan)
     if not omitted:
         return None
-    response, march_s = _best_of_two(plan)
-    reference, full_march_s = _best_of_two(full_plan)
+    response, march_s = timed(partial(simulate, plan), REPEATS)
+    reference, full_march_s = timed(partial(simulate, full_plan), REPEATS)
     ratio = (plan_s + march_s) / (full_plan_s + full_march_s)
     return Savings(omitted, 1 - ratio, _error(response, reference))
 
@@ -75,22 +75,8 @@ def omitted_physics(plan: Plan, full_plan: Plan) -> tuple[str, ...]:
     return ()
 
 
-def _timed(function: Callable[[Argument], Result], argument: Argument) -> tuple[Result, float]:
-    """Return the result of a function, and its CPU time in seconds."""
-    start_s = time.process_time()
-    result = function(argument)
-    return result, time.process_time() - start_s
-
-
-def _best_of_two(plan: Plan) -> tuple[ImpulseResponse, float]:
-    """Return the response of a plan, and the shorter CPU time of two simulations in seconds."""
-    response, first_s = _timed(simulate, plan)
-    _, second_s = _timed(simulate, plan)
-    return response, min(first_s, second_s)
-
-
 def _error(response: ImpulseResponse, reference: ImpulseResponse) -> float:
     """Return the relative error (L2) of the magnitude spectrum."""
     length = max(len(response.samples), len(reference.samples))
     own, true = (np.abs(np.fft.rfft(each.samples, length)) for each in (response, reference))
-    return float(np.linalg.norm(own - true) / np.linalg.norm(true))
+    return relative_error(own, true)

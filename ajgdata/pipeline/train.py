@@ -19,7 +19,13 @@ from ajgdata.evaluate.embedding_data import (
     train_on,
     validation_folds,
 )
-from ajgdata.evaluate.task_data import TaskData, frequent_classes, task_data
+from ajgdata.evaluate.task_data import (
+    TaskData,
+    frequent_classes,
+    grasps_of,
+    labels_of,
+    task_data,
+)
 from ajgdata.models.device import device_facts
 from ajgdata.store.features import FeatureRows, Latents, read_store, write_latents
 from ajgdata.store.files import json_bytes, read_json, write_bytes
@@ -103,10 +109,10 @@ def _train(
 
     model, kind, seed = about["model"], about["kind"], about["seed"]
     options: dict[str, Any] = {"seed": seed, "period": about["period"]}
-    arrays, grasp = (data.feature, data.value, data.group), _grasps(table, data)
+    arrays, grasp = (data.feature, data.value, data.group), grasps_of(table, data)
     with threadpool_limits(limits=1):
         estimator, choice = chosen(fit_named_model(model, kind, *arrays, **options))
-        objects = _column(table, data, "object")
+        objects = labels_of(table, data, "object")
         calibrated = calibration(*arrays, grasp, model=model, kind=kind, objects=objects, **options)
     description = json.loads(str(table.attrs["settings"]))  # audio and features
     description |= {"recordings": len(data.name), "frequency_hz": table.frequency_hz}
@@ -118,18 +124,6 @@ def _train(
     write_guard(folder, _guard_arrays(table, about["target"], kind, data, grasp, objects))
     write_estimator(folder, estimator)
     return description
-
-
-def _grasps(table: FeatureRows, data: TaskData) -> np.ndarray:
-    """Return the grasp (n,) of each recording of a task; never the same in two groups."""
-    grasp = _column(table, data, "grasp_id")
-    return np.array([f"{a}\n{b}" for a, b in zip(data.group, grasp, strict=True)])
-
-
-def _column(table: FeatureRows, data: TaskData, name: str) -> np.ndarray:
-    """Return the text (n,) in a column of the recordings of a task."""
-    chosen = np.isin(table.columns["recording"].values, data.name)
-    return table.columns[name].values[chosen].astype(str)
 
 
 def _guard_arrays(

@@ -121,14 +121,18 @@ def test_sense_says_what_it_holds_on_any_terminal(run, monkeypatch, columns):
     assert not Path("data").exists()  # nothing is stored
 
 
-def test_sense_without_a_novelty_check_does_not_call_anything_known(trained, run, tmp_path):
-    root = tmp_path / "p"
+def change_calibration(trained, root, **values):
+    """Copy the results of `trained` to `root`, and change values of the calibration there."""
     (root / "results").unlink()
     shutil.copytree(trained.root / "results", root / "results")
     folder = Paths(root).model("d", "what", "linear")
     about = json.loads((folder / "model.json").read_text())
-    about["calibration"]["novelty_threshold"] = None
+    about["calibration"] |= values
     (folder / "model.json").write_bytes(json_bytes(about))
+
+
+def test_sense_without_a_novelty_check_does_not_call_anything_known(trained, run, tmp_path):
+    change_calibration(trained, tmp_path / "p", novelty_threshold=None)
     done = run(*SENSE, "--object", "cube")
     assert done.exit_code == 0, done.output
     assert done.output.splitlines()[-1] == "novelty not checked: box"
@@ -144,13 +148,7 @@ def test_sense_without_a_novelty_check_does_not_call_anything_known(trained, run
 def test_sense_calls_nothing_known_if_most_novel_objects_are_missed(
     trained, run, tmp_path, rate, text
 ):
-    root = tmp_path / "p"
-    (root / "results").unlink()
-    shutil.copytree(trained.root / "results", root / "results")
-    folder = Paths(root).model("d", "what", "linear")
-    about = json.loads((folder / "model.json").read_text())
-    about["calibration"]["detection_rate"] = rate
-    (folder / "model.json").write_bytes(json_bytes(about))
+    change_calibration(trained, tmp_path / "p", detection_rate=rate)
     done = run(*SENSE, "--object", "cube")
     assert done.exit_code == 0, done.output
     last = done.output.replace("\n", " ")
