@@ -13,8 +13,9 @@ import pandas as pd
 from ajgdata.evaluate.agreement import (
     GRASP_INTERVAL,
     NO_BETTER,
+    Estimate,
     Interval,
-    is_better_than_chance,
+    placebo_test,
 )
 from ajgdata.paths import Paths
 from ajgdata.pipeline.report import published_values
@@ -94,14 +95,16 @@ ROWS = (
 
 
 class Values(NamedTuple):
-    """A metric of the CNN, as `scale` times its value in `unit`."""
+    """A score of the CNN; `scale` times its numbers are in `unit`."""
 
-    value: float
-    interval: Interval
-    chance: float
-    perfect: float
+    score: Estimate
     unit: str
     scale: float
+
+    @property
+    def text(self) -> str:
+        """Return the value with its unit."""
+        return with_unit(number(self.scale * self.score.value), self.unit)
 
 
 def readme_table(metrics: Path) -> str:
@@ -139,20 +142,20 @@ def _cells(row: Row, metrics: pd.DataFrame, paper: PaperFigure) -> tuple[str, ..
     published = paper.text if paper.value is None else with_unit(number(paper.value), paper.unit)
     if values is None:
         return row.title, DASH, DASH, DASH, DASH, published, DASH
-    value, interval, chance, perfect, unit, scale = values
-    low, high = (number(scale * end) for end in interval)
-    result = f"{with_unit(number(scale * value), unit)} ({low} to {high})"
+    score, unit, scale = values
+    low, high = (number(scale * end) for end in score.interval)
+    result = f"{values.text} ({low} to {high})"
     placebo = _values(row, metrics, _PLACEBO)
-    levels = [chance, *([placebo.value] if placebo else [])]
-    if not all(is_better_than_chance(value, interval, level, perfect) for level in levels):
+    is_better = score.is_better_than_chance
+    if placebo is not None:
+        is_better = placebo_test(score, placebo.score).is_better
+    if not is_better:
         result += f", {NO_BETTER}"
     verdict: str = DASH
     if paper.value is not None or paper.text == NEAR_CHANCE:
-        reference = chance if paper.value is None else paper.value / scale
-        verdict = judged(
-            paper, value, interval, reference, scale=scale, chance=chance, perfect=perfect
-        ).verdict
-    nominal = with_unit(number(scale * chance), unit)
+        reference = score.chance if paper.value is None else paper.value / scale
+        verdict = judged(paper, score, reference, scale=scale).verdict
+    nominal = with_unit(number(scale * score.chance), unit)
     controls = (_control(row, metrics, query) for query in (row.sessions, _PLACEBO))
     return row.title, result, *controls, nominal, published, verdict
 
@@ -160,7 +163,7 @@ def _cells(row: Row, metrics: pd.DataFrame, paper: PaperFigure) -> tuple[str, ..
 def _control(row: Row, metrics: pd.DataFrame, query: str) -> str:
     """Return a control of a row with its unit; a dash if there is none."""
     values = _values(row, metrics, query) if query else None
-    return with_unit(number(values.scale * values.value), values.unit) if values else DASH
+    return values.text if values else DASH
 
 
 def _values(row: Row, metrics: pd.DataFrame, query: str) -> Values | None:
@@ -177,7 +180,8 @@ def _values(row: Row, metrics: pd.DataFrame, query: str) -> Values | None:
         return None
     middle, low, high = (float(values[name]) for name in names)
     chance = float(values["chance"])
-    return Values(middle, Interval(low, high), chance, float(is_class), unit, scale)
+    score = Estimate(middle, Interval(low, high), chance, perfect=float(is_class))
+    return Values(score, unit, scale)
 
 
 def written(text: str) -> str:

@@ -1,7 +1,8 @@
-"""Verdicts on results: a number compared with a published number, or with a statement.
+"""Verdicts on scores: compared with chance, a placebo, a published value, or a statement.
 
-The difference of our number and the published number has a 95 % interval, which contains the
-uncertainty of both. Our number *agrees* only if this interval contains 0 and is narrow: less than
+A score is an `Estimate`: a value with its 95 % interval, the score of a guess and the best possible
+score. The difference of our value and the published value has a 95 % interval, which contains the
+uncertainty of both. Our value *agrees* only if this interval contains 0 and is narrow: less than
 a quarter of the distance from chance to perfect. A wide interval contains almost any number, so
 the comparison is *inconclusive*.
 """
@@ -10,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
+from types import MappingProxyType
 from typing import Literal, NamedTuple, get_args
 
 
@@ -61,11 +63,72 @@ Z_95 = 1.959964
 NARROW = 0.25
 
 
-def wilson(share: float, trials: int) -> Interval:
-    """Return the 95 % score interval of a share (0 to 1) of `trials` (Wilson 1927).
+class Estimate(NamedTuple):
+    """A score with its 95 % interval, the score of a guess, and the best possible score.
 
-    >>> from ajgdata.evaluate.agreement import wilson
-    >>> low, high = wilson(0.9, 40)
+    All are in one unit, for example accuracies from 0 to 1, or errors in mm. `interval` can be
+    undefined (NaN). `chance` is NaN if it is unknown. Higher is better if `perfect` is above
+    `chance`.
+
+    >>> from ajgdata.evaluate.agreement import Estimate, Interval
+    >>> accuracy = Estimate(0.7, Interval(0.6, 0.8), chance=0.25, perfect=1.0)
+    >>> accuracy.is_better_than_chance
+    True
+    """
+
+    value: float
+    interval: Interval
+    chance: float
+    perfect: float
+
+    @property
+    def is_better_than_chance(self) -> bool:
+        """Return whether the interval is on the perfect side of chance.
+
+        Without an interval, the value decides. True if chance is unknown.
+        """
+        if math.isnan(self.chance):
+            return True
+        low, high = self.interval if self.interval.is_defined else (self.value, self.value)
+        return low > self.chance if self.perfect > self.chance else high < self.chance
+
+    def skill_factor(self, chance: float) -> float:
+        """Return how much larger the distance to `perfect` is at another chance level.
+
+        The skill (value - chance) / (perfect - chance) stays equal: it is 0 for a guess and 1 if
+        everything is right.
+        """
+        if chance == self.chance:
+            return 1.0
+        return (self.perfect - chance) / (self.perfect - self.chance)
+
+    def at_chance(self, chance: float) -> Estimate:
+        """Return the estimate of equal skill at another chance level.
+
+        >>> from ajgdata.evaluate.agreement import Estimate, Interval
+        >>> two_classes = Estimate(0.75, Interval(0.5, 1.0), chance=0.5, perfect=1.0)
+        >>> two_classes.at_chance(0.25).value  # half of the way from chance to perfect
+        0.625
+        """
+        factor = self.skill_factor(chance)
+        if factor == 1:
+            return self._replace(chance=chance)
+
+        def converted(value: float) -> float:
+            return self.perfect - factor * (self.perfect - value)
+
+        interval = Interval(converted(self.interval.low), converted(self.interval.high))
+        return Estimate(converted(self.value), interval, chance, self.perfect)
+
+
+def wilson_interval(share: float, trials: int) -> Interval:
+    """Return the 95 % score interval of a share (0 to 1) of `trials`.
+
+    Source: Wilson 1927, J. Am. Stat. Assoc. 22, 209. It is the interval of a published accuracy
+    if only its number of test recordings is known.
+
+    >>> from ajgdata.evaluate.agreement import wilson_interval
+    >>> low, high = wilson_interval(0.9, 40)
     >>> f"{low:.3f} {high:.3f}"
     '0.769 0.960'
     """
@@ -94,38 +157,93 @@ def difference(
     return Interval(gap - below, gap + above)
 
 
-def compare(
-    value: float,
-    interval: Interval,
-    published: float,
-    *,
-    chance: float,
-    perfect: float,
-    published_interval: Interval | None = None,
+def compare_with_published(
+    score: Estimate, published: float, published_interval: Interval | None = None
 ) -> Verdict:
-    """Return the verdict on our `value` and its 95 % interval; all in one unit.
+    """Return the verdict on our score next to a published value, in the unit of the score.
 
-    `chance` and `perfect` show which direction is better. Without `published_interval`, the
-    published value counts as exact. If `interval` is undefined, as that of an error of zero, our
-    value agrees only with the same number.
+    Without `published_interval`, the published value counts as exact. If the interval of the score
+    is undefined, as that of an error of zero, our value agrees only with the same number.
 
-    >>> from ajgdata.evaluate.agreement import Interval, compare
-    >>> compare(2.2, Interval(2.0, 2.7), 2.6, chance=8.2, perfect=0.0)  # RMSE in mm
+    >>> from ajgdata.evaluate.agreement import Estimate, Interval, compare_with_published
+    >>> rmse_mm = Estimate(2.2, Interval(2.0, 2.7), chance=8.2, perfect=0.0)
+    >>> compare_with_published(rmse_mm, 2.6)
     'agrees'
-    >>> compare(2.2, Interval(0.4, 4.0), 2.6, chance=8.2, perfect=0.0)
+    >>> compare_with_published(rmse_mm._replace(interval=Interval(0.4, 4.0)), 2.6)
     'inconclusive'
     """
-    if not interval.is_defined:
-        same = math.isclose(value, published, rel_tol=1e-9, abs_tol=1e-12)
+    if not score.interval.is_defined:
+        same = math.isclose(score.value, published, rel_tol=1e-9, abs_tol=1e-12)
         return "agrees" if same else "inconclusive"
-    gap = interval.shifted(-published)
+    gap = score.interval.shifted(-published)
     if published_interval is not None:
-        gap = difference(value, interval, published, published_interval)
+        gap = difference(score.value, score.interval, published, published_interval)
     if gap.low <= 0 <= gap.high:
-        narrow = gap.high - gap.low < NARROW * abs(chance - perfect)
+        narrow = gap.high - gap.low < NARROW * abs(score.chance - score.perfect)
         return "agrees" if narrow else "inconclusive"
-    higher_is_better = perfect > chance
+    higher_is_better = score.perfect > score.chance
     return "better" if (gap.low > 0) == higher_is_better else "worse"
+
+
+class PublishedJudgement(NamedTuple):
+    """Verdict on a score next to a published value whose uncertainty is known in part.
+
+    `by_trials` is the verdict for each number of trials; it is empty if the published value counts
+    as exact. `is_stable`: no computer changes one of these verdicts.
+    """
+
+    verdict: Verdict
+    by_trials: Mapping[int, Verdict]
+    is_stable: bool
+
+
+def judge_published(
+    score: Estimate,
+    published: float,
+    *,
+    intervals: Mapping[int, Interval] = MappingProxyType({}),
+    spread: float = 0.0,
+) -> PublishedJudgement:
+    """Return the verdict of `compare_with_published` if it does not depend on what is unknown.
+
+    `intervals` are those of the published value by its number of trials, several if the
+    publication does not state this number. Another computer moves our value and its interval by up
+    to `spread` in both directions. A verdict that changes with either is inconclusive. All numbers
+    are in the unit of the score.
+
+    >>> from ajgdata.evaluate.agreement import Estimate, Interval, judge_published, wilson_interval
+    >>> accuracy = Estimate(0.8, Interval(0.77, 0.83), chance=0.25, perfect=1.0)
+    >>> by_size = {trials: wilson_interval(0.9, trials) for trials in (40, 160)}
+    >>> judgement = judge_published(accuracy, 0.9, intervals=by_size)
+    >>> judgement.verdict, judgement.by_trials
+    ('inconclusive', {40: 'inconclusive', 160: 'worse'})
+    """
+    if not intervals:
+        verdict, is_stable = _verdict_on_computers(score, published, None, spread)
+        return PublishedJudgement(verdict, {}, is_stable)
+    results = {
+        trials: _verdict_on_computers(score, published, interval, spread)
+        for trials, interval in intervals.items()
+    }
+    by_trials = {trials: verdict for trials, (verdict, _) in results.items()}
+    distinct = set(by_trials.values())
+    verdict = distinct.pop() if len(distinct) == 1 else "inconclusive"
+    return PublishedJudgement(
+        verdict, by_trials, all(is_stable for _, is_stable in results.values())
+    )
+
+
+def _verdict_on_computers(
+    score: Estimate, published: float, published_interval: Interval | None, spread: float
+) -> tuple[Verdict, bool]:
+    """Return the verdict on a score, and whether it is the same on all computers."""
+    verdicts: set[Verdict] = set()
+    for shift in (-spread, 0.0, spread):
+        moved = score._replace(value=score.value + shift, interval=score.interval.shifted(shift))
+        verdicts.add(compare_with_published(moved, published, published_interval))
+    if len(verdicts) > 1:
+        return "inconclusive", False
+    return verdicts.pop(), True
 
 
 def statement(gap: Interval) -> Verdict:
@@ -147,28 +265,47 @@ def together(verdicts: Collection[Verdict]) -> Verdict:
     return "disagrees" if "disagrees" in distinct else "inconclusive"
 
 
-def is_better_than_chance(value: float, interval: Interval, chance: float, perfect: float) -> bool:
-    """Return whether the interval (the value without an interval) is on the perfect side of chance.
+class PlaceboTest(NamedTuple):
+    """Result of `placebo_test`.
 
-    True if chance is unknown.
+    `placebo` is the score of the placebo at the chance level of the task. `gap` is the 95 %
+    interval of score - placebo, in the unit of both; it is undefined if the interval of the score
+    is. `is_better`: the score is better than chance and than the placebo.
     """
-    low, high = interval if interval.is_defined else (value, value)
-    if math.isnan(chance):
-        return True
-    return low > chance if perfect > chance else high < chance
+
+    score: Estimate
+    placebo: Estimate
+    gap: Interval
+    is_better: bool
 
 
-def is_better_than_placebo(
-    value: float, interval: Interval, placebo: float, placebo_interval: Interval, perfect: float
-) -> bool:
-    """Return whether the difference to the placebo is on the perfect side of 0.
+def placebo_test(score: Estimate, placebo: Estimate) -> PlaceboTest:
+    """Test whether a score is better than that of one object under several class names.
 
-    Both have an interval. Without an interval of the placebo, its value counts as exact.
+    Both scores are of one metric, model and split. The names of a placebo can be fewer than the
+    classes of the task, so its score is converted to equal skill at the chance level of the task.
+    The score is better if its interval is on the perfect side of chance, and the interval of the
+    difference (see `difference`) on the perfect side of 0. A placebo without an interval counts as
+    exact; without an interval of the score, the values are compared.
+
+    >>> from ajgdata.evaluate.agreement import Estimate, Interval, placebo_test
+    >>> score = Estimate(0.8, Interval(0.72, 0.88), chance=0.25, perfect=1.0)
+    >>> placebo_test(score, Estimate(0.3, Interval(0.2, 0.4), 0.25, 1.0)).is_better
+    True
+    >>> placebo_test(score, Estimate(0.7, Interval(0.6, 0.8), 0.25, 1.0)).is_better  # placements
+    False
     """
-    if not (interval.is_defined and placebo_interval.is_defined):
-        return is_better_than_chance(value, interval, placebo, perfect)
-    gap = difference(value, interval, placebo, placebo_interval)
-    return gap.low > 0 if perfect > placebo else gap.high < 0
+    level = placebo.at_chance(score.chance)
+    gap = UNDEFINED
+    if score.interval.is_defined and level.interval.is_defined:
+        gap = difference(score.value, score.interval, level.value, level.interval)
+    elif score.interval.is_defined:
+        gap = score.interval.shifted(-level.value)
+    low, high = gap
+    if not gap.is_defined:
+        low = high = score.value - level.value
+    is_above_placebo = low > 0 if score.perfect > score.chance else high < 0
+    return PlaceboTest(score, level, gap, score.is_better_than_chance and is_above_placebo)
 
 
 #: Condition of scores of accepted decisions ends with this.

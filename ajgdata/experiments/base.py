@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ajgdata.evaluate.agreement import NO_BETTER, UNDEFINED, Verdict, is_better_than_chance
+from ajgdata.evaluate.agreement import NO_BETTER, UNDEFINED, Estimate, Verdict
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
 from ajgdata.experiments.plots import BoundPlot, Plot
 from ajgdata.paths import short_name
@@ -227,8 +227,9 @@ class TaskResults:
         Both numbers are as shown.
         """
         perfect = 100.0 if self.kind == "classification" else 0.0
-        is_better = is_better_than_chance(value, UNDEFINED, chance, perfect)
-        return text if is_better else f"{text}, {NO_BETTER}"
+        if Estimate(value, UNDEFINED, chance, perfect).is_better_than_chance:
+            return text
+        return f"{text}, {NO_BETTER}"
 
     def compared(
         self, paper: PaperFigure, result: str, model: str, agrees: Verdict, **fields: Any

@@ -76,15 +76,7 @@ def _compared(
     remark = ""
     if published is not None:
         scale = model.task.scale
-        verdict, remark, _ = judged(
-            paper,
-            model.score(part).mean,
-            model.interval(part),
-            published / scale,
-            chance=chance,
-            perfect=model.perfect,
-            scale=scale,
-        )
+        verdict, remark = judged(paper, model.estimate(part), published / scale, scale=scale)
     split = split_name(model, part)
     label = ", ".join(filter(None, (paper.row, split))) if split else ""
     return model.task.compared(

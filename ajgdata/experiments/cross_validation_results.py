@@ -13,9 +13,9 @@ import numpy as np
 from ajgdata.evaluate.agreement import (
     GRASP_INTERVAL,
     NO_BETTER,
+    Estimate,
     Interval,
-    is_better_than_chance,
-    is_better_than_placebo,
+    placebo_test,
 )
 from ajgdata.evaluate.design import Design
 from ajgdata.evaluate.parts import (
@@ -140,32 +140,31 @@ class ModelResult:
         """Return the part of the placebo with a split, a key of PLACEBO_SPLITS."""
         return placebo(self.task.settings.placebo or self.task.dataset, split)
 
+    def estimate(self, part: str = GROUPED) -> Estimate:
+        """Return the metric that is read first with its interval, chance and perfect value."""
+        score = self.score(part).mean
+        return Estimate(score, self.interval(part), self.chance(part), self.perfect)
+
     def placebo(self, part: str = GROUPED) -> Score | None:
         """Return the metric of the placebo by the split of a part; None if it was not recorded.
 
         Withheld values and other data sets have no placebo. The names of a placebo can be fewer
-        than the classes of the task, so the metric is converted by its skill: 0 at the chance level
-        of the placebo, 1 if all are right.
+        than the classes of the task, so the metric is converted to the chance level of the part.
         """
+        own = self._placebo_of(part)
+        if own is None:
+            return None
+        estimate, chance = self.estimate(own), self.chance(part)
+        value, interval, _, _ = estimate.at_chance(chance)
+        sd = estimate.skill_factor(chance) * self.score(own).sd
+        return Score(value, sd, (), *interval)
+
+    def _placebo_of(self, part: str) -> str | None:
+        """Return the part of the placebo that is compared with a part; None if there is none."""
         split = SPLIT_OF_PART.get(part)
         if split is None or not self.has(self.placebo_part(split)):
             return None
-        own = self.placebo_part(split)
-        score, nominal = self.with_interval(own), self.chance(own)
-        if nominal == self.chance(part):
-            return score
-        scale = (self.perfect - self.chance(part)) / (self.perfect - nominal)
-
-        def converted(value: float) -> float:
-            return self.perfect - scale * (self.perfect - value)
-
-        return Score(
-            converted(score.mean),
-            scale * score.sd,
-            (),
-            converted(score.low),
-            converted(score.high),
-        )
+        return self.placebo_part(split)
 
     def in_sessions(self, part: str = GROUPED) -> Score | None:
         """Return the metric of a part with held-out sessions and its interval, if evaluated."""
@@ -187,15 +186,10 @@ class ModelResult:
         The interval over grasps is on the better side of chance; that of the difference to the
         placebo is on the better side of 0.
         """
-        mean, interval = self.score(part).mean, self.interval(part)
-        if not is_better_than_chance(mean, interval, self.chance(part), self.perfect):
-            return False
-        level = self.placebo(part)
-        if level is None:
-            return True
-        return is_better_than_placebo(
-            mean, interval, level.mean, Interval(level.low, level.high), self.perfect
-        )
+        own = self._placebo_of(part)
+        if own is None:
+            return self.estimate(part).is_better_than_chance
+        return placebo_test(self.estimate(part), self.estimate(own)).is_better
 
     @cached_property
     def measured(self) -> Mapping[str, float]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.evaluate.agreement import Interval, compare
+from ajgdata.evaluate.agreement import Estimate, Interval, compare_with_published
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,
@@ -170,7 +170,8 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
         f"{results.settings.shown} dimensions; exploratory, by dimension: {value_range(means, '%')}"
     )
     perfect = 100 * (1 - raw.mean) / raw.mean
-    verdict = compare(score.mean, interval, paper.value, chance=0.0, perfect=perfect)
+    gain = Estimate(score.mean, interval, chance=0.0, perfect=perfect)
+    verdict = compare_with_published(gain, paper.value)
     cost = encoder_cost(results, lookup)
     yield results.compared(paper, result, "k-NN on the latent", verdict, cost=cost)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from pydantic import Field
 
-from ajgdata.evaluate.agreement import Interval, compare
+from ajgdata.evaluate.agreement import Estimate, Interval, compare_with_published
 from ajgdata.evaluate.parts import GROUPED, part_columns
 from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, Result, TaskResults
 from ajgdata.experiments.plots import Plot
@@ -115,7 +115,8 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     text = f"{_count(needed, tried)} ({ends}); {best}"
     # A curve that does not reach the accuracy needs more grasps than were tried.
     known = Interval(min(interval.low, tried), interval.high)
-    verdict = compare(needed, known, paper.value, chance=paper.value, perfect=0.0)
+    grasps = Estimate(needed, known, chance=paper.value, perfect=0.0)
+    verdict = compare_with_published(grasps, paper.value)
     marks = (Mark("ours", needed, known.low, known.high),)
     yield results.compared(paper, text, first.label, verdict, marks=marks)
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 from pydantic import Field
 
-from ajgdata.evaluate.agreement import Interval
+from ajgdata.evaluate.agreement import Estimate, Interval
 from ajgdata.evaluate.parts import elsewhere, part_columns
 from ajgdata.experiments.base import (
     Experiment,
@@ -131,8 +131,8 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     shown = [mean_sd(point.score, results.shown_unit) for point in points]
     text = [shown[0]]
     text += [f"{other.label}: {said}" for other, said in zip(further, shown[1:], strict=True)]
-    ours = median, Interval(low, high)
-    verdict, remark, _by_n = judged(paper, *ours, paper.value, chance=chance, perfect=0.0)
+    score = Estimate(median, Interval(low, high), chance, perfect=0.0)
+    verdict, remark = judged(paper, score, paper.value)
     marks = Mark("ours", median, low, high), mark_of("chance", Score(chance, 0.0))
     yield results.compared(paper, "; ".join(text), first.label, verdict, remark=remark, marks=marks)
 

@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import Field
 
-from ajgdata.evaluate.agreement import ACCEPTED, GRASP_INTERVAL, Interval, compare
+from ajgdata.evaluate.agreement import (
+    ACCEPTED,
+    GRASP_INTERVAL,
+    Estimate,
+    Interval,
+    compare_with_published,
+)
 from ajgdata.evaluate.parts import GROUPED, part_columns
 from ajgdata.experiments.base import (
     Experiment,
@@ -185,13 +191,10 @@ def _compared(
     value = row[quantity.key]
     interval = _interval_of(quantity, row)
     chance = quantity.chance_level(row["classes"])
-    verdict = compare(
-        value,
-        interval,
+    verdict = compare_with_published(
+        Estimate(value, interval, chance, perfect=1.0),
         paper.correct / paper.trials,
-        published_interval=clopper_pearson(paper.correct, paper.trials),
-        chance=chance,
-        perfect=1.0,
+        clopper_pearson(paper.correct, paper.trials),
     )
     bound = exact_lower_bound(paper.correct, paper.trials)
     texts = [

@@ -9,7 +9,6 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -17,11 +16,12 @@ from pydantic import Field, field_validator
 
 from ajgdata.evaluate.agreement import (
     VERDICTS,
+    Estimate,
     Interval,
     Verdict,
-    compare,
+    judge_published,
     statement,
-    wilson,
+    wilson_interval,
 )
 from ajgdata.report.format import Score, Source, enumerated, number, with_unit
 from ajgdata.types import Name, Strict, checked
@@ -89,7 +89,7 @@ class PaperFigure(Strict):
             return {}
         numbers = (self.n,) if self.n else ASSUMED_N
         whole = 100.0 if self.unit == "%" else 1.0
-        return {n: wilson(self.value / whole, n).scaled(whole) for n in numbers}
+        return {n: wilson_interval(self.value / whole, n).scaled(whole) for n in numbers}
 
     @property
     def published(self) -> str:
@@ -256,76 +256,30 @@ class PaperComparison:
 
 
 class Judgement(NamedTuple):
-    """The verdict on our value, a remark, and the verdict for each number of published grasps.
-
-    `by_n` is empty if the published value has no binomial uncertainty.
-    """
+    """The verdict on our value next to a published value, and a condition of it in words."""
 
     verdict: Verdict
     remark: str
-    by_n: Mapping[int, Verdict]
 
 
 def judged(
-    paper: PaperFigure,
-    value: float,
-    interval: Interval,
-    published: float,
-    *,
-    chance: float,
-    perfect: float,
-    scale: float = 1.0,
+    paper: PaperFigure, score: Estimate, published: float, *, scale: float = 1.0
 ) -> Judgement:
-    """Return the verdict on our value and its interval by `agreement.compare`.
+    """Return the verdict on our score by `agreement.judge_published`.
 
     A published accuracy has a binomial uncertainty. If the paper does not state its number of
-    tested grasps, the verdict is computed for `ASSUMED_N`. A verdict that changes with this number,
-    or if our value moves by the difference between machines, is inconclusive, and the remark states
-    the reason. `scale` times a value is in the unit of the paper.
+    tested grasps, the verdict is computed for `ASSUMED_N`. The remark states this number, and
+    whether a verdict changes if our value moves by the difference between machines. `scale` times
+    a score is in the unit of the paper; `published` is in the unit of the score.
     """
-    compared = partial(
-        _on_machines, value, interval, published, paper.spread / scale, chance, perfect
-    )
-    if not paper.intervals:
-        verdict, is_stable = compared(None)
-        return Judgement(verdict, "" if is_stable else UNSTABLE, {})
-    results = {n: compared(ends.scaled(1 / scale)) for n, ends in paper.intervals.items()}
-    by_n = {n: verdict for n, (verdict, _) in results.items()}
-    distinct = set(by_n.values())
-    verdict = distinct.pop() if len(distinct) == 1 else "inconclusive"
-    remarks = [by_n_text(paper, by_n)]
-    if not all(is_stable for _, is_stable in results.values()):
+    intervals = {n: ends.scaled(1 / scale) for n, ends in paper.intervals.items()}
+    judgement = judge_published(score, published, intervals=intervals, spread=paper.spread / scale)
+    remarks = []
+    if judgement.by_trials:
+        remarks.append(by_n_text(paper, judgement.by_trials))
+    if not judgement.is_stable:
         remarks.append(UNSTABLE)
-    return Judgement(verdict, "; ".join(remarks), by_n)
-
-
-def _on_machines(
-    value: float,
-    interval: Interval,
-    published: float,
-    spread: float,
-    chance: float,
-    perfect: float,
-    published_interval: Interval | None,
-) -> tuple[Verdict, bool]:
-    """Return the verdict on a value, and whether it is the same on all machines.
-
-    A machine moves the value and its interval by up to `spread` in both directions.
-    """
-    verdicts: set[Verdict] = {
-        compare(
-            value + shift,
-            interval.shifted(shift),
-            published,
-            chance=chance,
-            perfect=perfect,
-            published_interval=published_interval,
-        )
-        for shift in (-spread, 0.0, spread)
-    }
-    if len(verdicts) > 1:
-        return "inconclusive", False
-    return verdicts.pop(), True
+    return Judgement(judgement.verdict, "; ".join(remarks))
 
 
 def by_n_text(paper: PaperFigure, by_n: Mapping[int, Verdict]) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from result_samples import PAPER, paper_figure
 
-from ajgdata.evaluate.agreement import VERDICT_MEANINGS, VERDICTS, Interval
+from ajgdata.evaluate.agreement import VERDICT_MEANINGS, VERDICTS, Estimate, Interval
 from ajgdata.report.answer import VERDICT_TEXTS
 from ajgdata.report.comparison import (
     SIGNS,
@@ -50,15 +50,15 @@ def test_a_verdict_that_another_machine_would_change_is_inconclusive(
     interval, spread, verdict, remark
 ):
     paper = paper_figure("size", 2.6, spread=spread)
-    value = sum(interval) / 2
-    result = judged(paper, value, Interval(*interval), 2.6, chance=8.0, perfect=0.0)
-    assert result == (verdict, remark, {})
+    score = Estimate(sum(interval) / 2, Interval(*interval), chance=8.0, perfect=0.0)
+    assert judged(paper, score, 2.6) == (verdict, remark)
 
 
 @pytest.mark.parametrize(("spread", "verdict"), [(0.9, "worse"), (1.1, "inconclusive")])
 def test_the_difference_between_machines_is_in_the_unit_of_the_paper(spread, verdict):
-    paper, ends = paper_figure("ycb", 85.6, unit="%", spread=spread), {"chance": 0.06, "perfect": 1}
-    assert judged(paper, 0.8, Interval(0.76, 0.846), 0.856, scale=100, **ends).verdict == verdict
+    paper = paper_figure("ycb", 85.6, unit="%", spread=spread)
+    score = Estimate(0.8, Interval(0.76, 0.846), chance=0.06, perfect=1.0)
+    assert judged(paper, score, 0.856, scale=100).verdict == verdict
 
 
 def accuracy_of(value: float, **changes) -> PaperFigure:
@@ -66,15 +66,14 @@ def accuracy_of(value: float, **changes) -> PaperFigure:
 
 
 def judged_accuracy(paper: PaperFigure, share: float, interval: Interval) -> Judgement:
-    ends = {"chance": 0.25, "perfect": 1.0, "scale": 100.0}
-    return judged(paper, share, interval, paper.value / 100, **ends)
+    score = Estimate(share, interval, chance=0.25, perfect=1.0)
+    return judged(paper, score, paper.value / 100, scale=100.0)
 
 
 def test_a_published_accuracy_has_the_uncertainty_of_its_grasps():
     """Ours is 80 % (77 to 83), the published value 90 %. The binomial standard error of 90 % is
     4.7, 3.4 and 2.4 % of 40, 80 and 160 grasps, so 10 % are more than two of the last two."""
     result = judged_accuracy(accuracy_of(90.0), 0.80, Interval(0.77, 0.83))
-    assert result.by_n == {40: "inconclusive", 80: "worse", 160: "worse"}
     assert result.verdict == "inconclusive"
     reason = "n of the paper is not stated: inconclusive at 40, worse at 80 and 160"
     assert result.remark == reason
@@ -90,7 +89,7 @@ def test_a_verdict_that_is_equal_for_all_numbers_of_grasps_counts():
     for share, verdict in ((0.40, "worse"), (0.975, "agrees")):
         interval = Interval(share - 0.02, share + 0.02)
         result = judged_accuracy(accuracy_of(98.0), share, interval)
-        assert result.verdict == verdict and {*result.by_n.values()} == {verdict}
+        assert result.verdict == verdict
         assert result.remark.endswith(f"{verdict} at 40, 80 and 160")
     unstable = judged_accuracy(accuracy_of(90.0, n=320, spread=9.0), 0.80, Interval(0.77, 0.83))
     assert unstable.verdict == "inconclusive" and unstable.remark.endswith(UNSTABLE)
