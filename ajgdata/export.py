@@ -17,7 +17,7 @@ import torch
 from torch import Tensor, nn
 
 from ajgdata.evaluate.calibration import TINIEST
-from ajgdata.evaluate.novelty import EQUAL, Guard
+from ajgdata.evaluate.novelty import EQUAL, NoveltyGuard
 from ajgdata.features.checks import TOO_QUIET
 from ajgdata.features.spectrum import periodic_window
 from ajgdata.live.predictor import Predictor
@@ -69,7 +69,7 @@ class Feature(nn.Module):
 
 
 class Novelty(nn.Module):
-    """Both distances of `evaluate.novelty.Guard`, and the verdict of `live.predictor.Predictor`.
+    """Both distances of `NoveltyGuard` (evaluate), and the verdict of `Predictor` (live).
 
     `clear` is the verdict on a recording that the guard does not flag.
     """
@@ -84,7 +84,7 @@ class Novelty(nn.Module):
     total: Tensor
     objects: Tensor
 
-    def __init__(self, guard: Guard, clear: str) -> None:
+    def __init__(self, guard: NoveltyGuard, clear: str) -> None:
         super().__init__()
         self.scale, self.clear = float(guard.scale), VERDICTS.index(clear)
         self.threshold, self.relative_threshold = guard.threshold, guard.relative_threshold

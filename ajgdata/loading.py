@@ -233,7 +233,7 @@ def _model_folder(paths: Paths, name: str, task: str, model: str) -> Path:
 def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
     """Return the predictor in `folder`; raises DataError as `load_predictor` does."""
     from ajgdata.evaluate.in_use import Calibration
-    from ajgdata.evaluate.novelty import Guard
+    from ajgdata.evaluate.novelty import NoveltyGuard
     from ajgdata.live.predictor import Predictor
 
     estimator, about = read_model(folder)
@@ -251,7 +251,7 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
             audio=AudioSettings.model_validate(about["audio"]),
             features=FeatureSettings.model_validate(about["features"]),
             calibration=calibration,
-            guard=Guard(
+            guard=NoveltyGuard(
                 **arrays,
                 threshold=calibration.novelty_threshold,
                 relative_threshold=calibration.relative_threshold,

@@ -17,10 +17,10 @@ from ajgdata.gripper.variation import Variation
 from ajgdata.types import (
     CROSS_VALIDATION,
     MODELS,
+    DatasetSource,
     DatasetSpec,
     Recording,
     Session,
-    Source,
 )
 from ajgdata.types.comparison import Ablation
 from ajgdata.types.protocol import SortPlan
@@ -31,7 +31,7 @@ Model = type[BaseModel]
 #: What people write, and where.
 FILES: dict[str, Model] = {
     "datasets/&lt;name&gt;/dataset.yaml": DatasetSpec,
-    "datasets/&lt;name&gt;/source.yaml": Source,
+    "datasets/&lt;name&gt;/source.yaml": DatasetSource,
     "reports/ablations/&lt;name&gt;.yaml": Ablation,
     "session.yaml": Session,
     "recordings.csv": Recording,

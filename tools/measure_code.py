@@ -81,6 +81,13 @@ def import_circles(trees: dict[str, ast.Module]) -> list[list[str]]:
     return [group for group in groups if len(group) > 1]
 
 
+def shared_class_names(trees: dict[str, ast.Module]) -> list[str]:
+    """Return the names that two or more classes of the package have, except `SHARED_BY_DESIGN`."""
+    nodes = (node for tree in trees.values() for node in ast.walk(tree))
+    names = Counter(node.name for node in nodes if isinstance(node, ast.ClassDef))
+    return sorted(name for name, count in names.items() if count > 1 and name != SHARED_BY_DESIGN)
+
+
 def is_record(node: ast.ClassDef) -> bool:
     """Return whether a class is a dataclass or a named tuple."""
     decorators = [ast.unparse(decorator) for decorator in node.decorator_list]
@@ -140,8 +147,7 @@ def source_figures() -> dict[str, object]:
     texts = [path.read_text(encoding="utf-8") for path in files]
     nodes = [node for tree in trees.values() for node in ast.walk(tree)]
     classes = [node for node in nodes if isinstance(node, ast.ClassDef)]
-    names = Counter(node.name for node in classes)
-    shared = sorted(name for name, count in names.items() if count > 1 and name != SHARED_BY_DESIGN)
+    shared = shared_class_names(trees)
     lines = sum(map(code_lines, files))
     nested = [function_imports(tree) for tree in trees.values()]
     tuples = sum(map(is_tuple_assignment, nodes))

@@ -33,9 +33,9 @@ from ajgdata.studies.resonators import (
     TABLE,
     Attenuation,
     ImpedanceTube,
-    Quantity,
+    MeasuredValue,
+    MeasurementSource,
     Resonators,
-    Source,
     SphereMeasurement,
     TubeMeasurement,
     TubeSeries,
@@ -129,9 +129,9 @@ def fitted(matrix: Real, values: Real) -> tuple[Real, Real, float]:
     return params, sd, rms
 
 
-def quantity(value: float, uncertainty: float, decimals: int) -> Quantity:
+def quantity(value: float, uncertainty: float, decimals: int) -> MeasuredValue:
     """Return a rounded quantity."""
-    return Quantity(
+    return MeasuredValue(
         value=round(float(value), decimals), uncertainty=round(float(uncertainty), decimals)
     )
 
@@ -149,7 +149,7 @@ def sphere(folder: Path) -> SphereMeasurement:
     (inverse_radius, lag), (inverse_sd, lag_sd), rms = fitted(matrix, mean)
     radius_mm = 1e3 / inverse_radius
     return SphereMeasurement(
-        source=Source(**SWEEP_SOURCE, files="TEK0025.CSV to TEK0027.CSV"),
+        source=MeasurementSource(**SWEEP_SOURCE, files="TEK0025.CSV to TEK0027.CSV"),
         temperature_c=round(temperature_c, 2),
         radius_mm=quantity(radius_mm, radius_mm * inverse_sd / inverse_radius, 2),
         lag_hz=quantity(lag, lag_sd, 1),
@@ -186,7 +186,7 @@ def tubes(folder: Path) -> TubeSeries:
         for tube, (length_mm, fahrenheit) in enumerate(TUBE_FILES.values())
     )
     return TubeSeries(
-        source=Source(**SWEEP_SOURCE, files="TEK0001.CSV to TEK0008.CSV"),
+        source=MeasurementSource(**SWEEP_SOURCE, files="TEK0001.CSV to TEK0008.CSV"),
         lag_hz=quantity(params[-1], sd[-1], 1),
         tubes=measurements,
     )
@@ -338,7 +338,7 @@ def impedance_tube(folder: Path) -> ImpedanceTube:
     smooth = thermoviscous_attenuation(centres, WIDTH_M, air)
     values = zip(centres, per_band.ratio * smooth, band_sd * smooth, strict=True)
     return ImpedanceTube(
-        source=Source(**TUBE_SOURCE, files="Resources/empty_*.h5"),
+        source=MeasurementSource(**TUBE_SOURCE, files="Resources/empty_*.h5"),
         width_mm=1e3 * WIDTH_M,
         sound_speed_m_s=quantity(complete.sound_speed, speed_sd, 1),
         temperature_c=round(air.temperature_c, 1),

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import JsonValue
 
 from ajgdata.ablations import trial_table
-from ajgdata.acquire.recipe import Grasp, plan_session, session_names
+from ajgdata.acquire.recipe import RecipeGrasp, plan_session, session_names
 from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.evaluate.crossval import Scores, cross_validate
 from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data
@@ -178,7 +178,7 @@ class VariantData:
         band = within(rows.feature, table.frequency_hz, self.variant.band_hz, normalisation)
         return rows._replace(feature=band[0])
 
-    def planned(self, settings: Grasps) -> list[Grasp]:
+    def planned(self, settings: Grasps) -> list[RecipeGrasp]:
         """Return grasps of the recipe, in the order of their names, which are those of the store.
 
         Raises NotPossibleError for a data set without a recipe.
@@ -194,7 +194,7 @@ class VariantData:
         ]
         return sorted(planned, key=lambda grasp: grasp.grasp_id)
 
-    def recorded(self, grasps: Sequence[Grasp]) -> TaskData:
+    def recorded(self, grasps: Sequence[RecipeGrasp]) -> TaskData:
         """Return the first recording of each of `grasps` as it is in the store, in their order."""
         rows = self._stored(self.spec.name)
         names, first = np.unique(rows.group, return_index=True)  # rows are in order of names
@@ -203,7 +203,7 @@ class VariantData:
             raise NotPossibleError(f"there is no recording of grasp {missing[0]}")
         return rows.where(np.array([place[grasp.grasp_id] for grasp in grasps]))
 
-    def changed(self, grasps: Sequence[Grasp]) -> TaskData:
+    def changed(self, grasps: Sequence[RecipeGrasp]) -> TaskData:
         """Return the same grasps simulated with the variant's changes, each recorded once."""
         change, recipe, target = self.variant.grasps, self.spec.recipe, self.task["target"]
         assert recipe is not None and change is not None, "planned from them"
@@ -238,7 +238,7 @@ def changed_setup(
     return {**merged, "grasp": {**held, **nearer}}
 
 
-def _first(grasps: Sequence[Grasp], each: int | None) -> Iterator[Grasp]:
+def _first(grasps: Sequence[RecipeGrasp], each: int | None) -> Iterator[RecipeGrasp]:
     """Yield the first `each` grasps of every object, or all."""
     seen: Counter[str] = Counter()
     for grasp in grasps:

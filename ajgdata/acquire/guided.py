@@ -10,7 +10,7 @@ import numpy as np
 
 from ajgdata.acquire.card import Capture, CardError, TakeError
 from ajgdata.acquire.live_session import REJECTED, LiveSession
-from ajgdata.acquire.operator import Choice, Decision, Operator
+from ajgdata.acquire.operator import Choice, Operator, OperatorDecision
 from ajgdata.acquire.protocol import DOUBT, REFERENCE, PlannedGrasp, grasp_id, remaining
 from ajgdata.acquire.robot import Robot, RobotError, RobotGrasp, grasp_once
 from ajgdata.acquire.virtual import Card
@@ -21,7 +21,7 @@ from ajgdata.types import FeatureSettings, GraspProtocol
 _CHOICES = (Choice.REDO, Choice.SKIP, Choice.QUIT)
 
 
-class Outcome(NamedTuple):
+class AcquisitionOutcome(NamedTuple):
     """Outcome of an acquisition: recordings written, grasps that are left because the operator
     quit, and skipped grasps with the reason."""
 
@@ -58,7 +58,7 @@ class GuidedAcquisition:
     _recorded: int = 0
     _reason: str = ""
 
-    def run(self) -> Outcome:
+    def run(self) -> AcquisitionOutcome:
         """Record the remaining grasps. Raises CardError, and RobotError if nobody is there."""
         queue = remaining(self.planned, self.session.recordings, self.session.skipped)
         total = len(self.planned)
@@ -74,7 +74,7 @@ class GuidedAcquisition:
             elif choice is Choice.QUIT:
                 self._drop_partial(grasp)
                 break
-        return Outcome(self._recorded, len(queue), self.session.skipped)
+        return AcquisitionOutcome(self._recorded, len(queue), self.session.skipped)
 
     def _grasp(self, grasp: PlannedGrasp) -> Choice:
         """Make one attempt at a grasp; return the decision about it."""
@@ -85,7 +85,7 @@ class GuidedAcquisition:
                 complete = len(self.session.whole(grasp)) == grasp.samples  # it failed afterwards
                 return self._decide(str(error), complete)
             return self._judge(grasp, attempt)
-        except Decision as decision:
+        except OperatorDecision as decision:
             return decision.choice
         except BaseException as error:  # a card that is gone, Ctrl-C, a full disk
             self._drop_partial(grasp)

@@ -29,7 +29,7 @@ class Choice(StrEnum):
 _KEYS = {"s": Choice.SKIP, "q": Choice.QUIT}
 
 
-class Decision(Exception):  # noqa: N818  # not an error: it ends a prompt
+class OperatorDecision(Exception):  # noqa: N818  # not an error: it ends a prompt
     """The operator answered a prompt with a decision about the grasp."""
 
     def __init__(self, choice: Choice) -> None:
@@ -38,7 +38,7 @@ class Decision(Exception):  # noqa: N818  # not an error: it ends a prompt
 
 
 class Operator:
-    """A person who reads lines and types answers. Prompts may raise Decision."""
+    """A person who reads lines and types answers. Prompts may raise OperatorDecision."""
 
     #: True if a person can correct problems.
     attended = True
@@ -52,13 +52,13 @@ class Operator:
         self._print(f"[b]{done + 1} of {total}: {escape(name)}[/b], number {grasp.number}")
 
     def confirm(self, text: str) -> None:
-        """Print a request and wait for Enter. Raises Decision for s and q."""
+        """Print a request and wait for Enter. Raises OperatorDecision for s and q."""
         while True:
             reply = self._input(f"  {text}; then Enter (s: skip, q: quit) ")
             if not reply:
                 return
             if reply in _KEYS:
-                raise Decision(_KEYS[reply])
+                raise OperatorDecision(_KEYS[reply])
 
     def show(
         self,
@@ -94,7 +94,7 @@ class Operator:
             return self._console.input(escape(prompt)).strip()
         except EOFError:
             self._print("")
-            raise Decision(Choice.QUIT) from None
+            raise OperatorDecision(Choice.QUIT) from None
 
 
 class Unattended(Operator):

@@ -20,7 +20,7 @@ NEW = "new"
 
 
 @dataclass(frozen=True)
-class Grasp:
+class RecipeGrasp:
     """One grasp of one object, and how often it is recorded.
 
     `placement_id` is "" for a reference, for which no object is placed.
@@ -75,7 +75,7 @@ def plan_session(
     session: str,
     code: str,
     played: ExcitationSpec = DEFAULT_EXCITATION,
-) -> list[Grasp]:
+) -> list[RecipeGrasp]:
     """Return every grasp of one session: references first, then the objects in the recipe's order.
 
     Each grasp draws from its own seed, derived from (recipe seed, data set or `grasps_of`, session,
@@ -91,7 +91,7 @@ def plan_session(
     names = (recipe.seed, recipe.grasps_of or dataset, drawn_by)
     varied = _Varied.of(recipe, scene, *names)
 
-    def planned(held: RecipeObject | None, number: int, before: int) -> Grasp:
+    def planned(held: RecipeObject | None, number: int, before: int) -> RecipeGrasp:
         name = held.name if held else ""
         seed = derive_seed(*names, name, number)
         setup = _setup(scene, recipe, held, seed)
@@ -101,7 +101,7 @@ def plan_session(
         # The draw of a single placement has no number.
         put_down = () if placements(recipe) == 1 else (placement,)
         setup = varied.setup(setup, (*names, name, *put_down), names, before)
-        return Grasp(
+        return RecipeGrasp(
             grasp_id=f"{session}_{name or EMPTY}_{number:02d}",
             placement_id=f"{session}_{name}_placement_{placement:02d}" if held else "",
             object=name,

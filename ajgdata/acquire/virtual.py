@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ajgdata import gripper
 from ajgdata.acquire.card import DEVICE, Capture, CardSettings
 from ajgdata.acquire.excitation import excitation_samples
-from ajgdata.acquire.recipe import NEW, Grasp, new_setup
+from ajgdata.acquire.recipe import NEW, RecipeGrasp, new_setup
 from ajgdata.acquire.robot import Robot
 from ajgdata.acquire.sound_card import SoundCard
 from ajgdata.gripper.grippers import GRIPPERS
@@ -25,13 +25,6 @@ from ajgdata.types import DEFAULT_EXCITATION, DataError, ExcitationSpec, Recipe,
 
 #: What of a scene is the same for a session.
 SHARED = ("gripper", "medium", "environment", "assembly", "session", "numerics")
-
-
-class Take(NamedTuple):
-    """One recording: samples (n,) in [-1, 1] of full scale, and how many were clipped."""
-
-    samples: np.ndarray
-    clipped: int = 0
 
 
 class GraspError(DataError):
@@ -70,11 +63,13 @@ class VirtualGripper:
         """Return the samples (n,) that are played; None for a silent speaker."""
         return None if self._chain.level_db_spl is None else self._samples
 
-    def take(self, grasp: Grasp, sample: int) -> Take:
+    def take(self, grasp: RecipeGrasp, sample: int) -> gripper.SimulatedRecording:
         """Return one recording of a grasp. Raises GraspError for an impossible scene."""
         return self.record(grasp, sample, [self._samples])[0]
 
-    def record(self, grasp: Grasp, sample: int, sounds: Sequence[np.ndarray]) -> list[Take]:
+    def record(
+        self, grasp: RecipeGrasp, sample: int, sounds: Sequence[np.ndarray]
+    ) -> list[gripper.SimulatedRecording]:
         """Return recordings (n,) of one sample of a grasp, one for each of `sounds` (n,)."""
         scene = checked(gripper.Scene, grasp.grasp_id, grasp.setup)
         if self._response is None or self._response[0] != grasp.digest:
@@ -85,8 +80,7 @@ class VirtualGripper:
         seed = gripper.derive_seed(scene.grasp.seed, "noise", sample)
         angle = scene.grasp.angle_deg
         response = self._response[1]
-        takes = (gripper.record(response, sound, self._chain, seed, angle) for sound in sounds)
-        return [Take(take.samples, take.clipped_count) for take in takes]
+        return [gripper.record(response, sound, self._chain, seed, angle) for sound in sounds]
 
     def describe(self) -> Mapping[str, Any]:
         """Return its keys of session.yaml."""

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import NamedTuple
 
-from ajgdata.acquire.recipe import Grasp
+from ajgdata.acquire.recipe import RecipeGrasp
 from ajgdata.acquire.virtual import GraspError, VirtualGripper
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE
 from ajgdata.store.audio import SIMULATED, file_sha256, write_pcm24
@@ -41,7 +41,9 @@ def recording_alone(folder: Path) -> AbstractContextManager[None]:
     return alone(folder, "recording into this session", fix)
 
 
-def acquire_session(folder: Path, source: VirtualGripper, grasps: Sequence[Grasp]) -> Acquired:
+def acquire_session(
+    folder: Path, source: VirtualGripper, grasps: Sequence[RecipeGrasp]
+) -> Acquired:
     """Write the session at `folder` so that it contains exactly `grasps`.
 
     Existing recordings of the same setup stay. The table is written after each grasp, so a killed
@@ -76,7 +78,7 @@ def acquire_session(folder: Path, source: VirtualGripper, grasps: Sequence[Grasp
     return Acquired(recorded, len(complete) - recorded, skipped, source.solved)
 
 
-def _rows(folder: Path, grasp: Grasp, known: Mapping[str, Recording]) -> list[Recording]:
+def _rows(folder: Path, grasp: RecipeGrasp, known: Mapping[str, Recording]) -> list[Recording]:
     """Return a row for each sample of `grasp`; rows that need no recording have their sha256."""
     rows = []
     for sample in range(grasp.samples):
@@ -90,7 +92,7 @@ def _rows(folder: Path, grasp: Grasp, known: Mapping[str, Recording]) -> list[Re
 
 
 def _record_missing(
-    folder: Path, source: VirtualGripper, grasp: Grasp, rows: Sequence[Recording]
+    folder: Path, source: VirtualGripper, grasp: RecipeGrasp, rows: Sequence[Recording]
 ) -> tuple[list[Recording], str]:
     """Record `rows` without sha256; return the rows that have a file, and why others have none."""
     complete = [row for row in rows if row.sha256]
@@ -104,10 +106,10 @@ def _record_missing(
     return sorted(complete, key=lambda row: row.sample), reason
 
 
-def _record(folder: Path, source: VirtualGripper, grasp: Grasp, row: Recording) -> Recording:
+def _record(folder: Path, source: VirtualGripper, grasp: RecipeGrasp, row: Recording) -> Recording:
     take = source.take(grasp, row.sample)
     write_pcm24(folder / row.file, take.samples, source.sample_rate_hz, SIMULATED)
-    quality = "clipped" if take.clipped else "ok"
+    quality = "clipped" if take.clipped_count else "ok"
     digest = file_sha256(folder / row.file)
     return row.model_copy(update={"sha256": digest, "quality": quality})
 
@@ -132,7 +134,7 @@ def _session(folder: Path, source: VirtualGripper, skipped: dict[str, str]) -> S
     )
 
 
-def _row(grasp: Grasp, sample: int) -> Recording:
+def _row(grasp: RecipeGrasp, sample: int) -> Recording:
     name = grasp.recording_id(sample)
     targets = {key: str(value) for key, value in grasp.targets.items()}
     return Recording(

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ajgdata.store.features import Column, FeatureRows
+from ajgdata.models.thinning import thinned
+from ajgdata.store.features import FeatureColumn, FeatureRows
 from ajgdata.types import Embedding, Kind, NotPossibleError
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ class EmbeddingData:
     instance: np.ndarray
     grasp: np.ndarray
     group: np.ndarray
-    columns: Mapping[str, Column]
+    columns: Mapping[str, FeatureColumn]
     available: int = 0
 
     @property
@@ -52,7 +53,7 @@ class EmbeddingData:
         return len(pairs) == len(np.unique(self.instance))
 
 
-class Run(NamedTuple):
+class EmbeddingRun(NamedTuple):
     """One network, or one fold of the raw features: points (n, d), rows trained on, rows tested."""
 
     points: np.ndarray
@@ -66,8 +67,6 @@ def embedding_data(table: FeatureRows, settings: Embedding) -> EmbeddingData:
     Of more than `most_recordings` as many of every grasp as can be. Raises
     ValueError for a column that is missing, and where fewer than two things are left.
     """
-    from ajgdata.models import thinned
-
     names = (settings.instance, "grasp_id", settings.groups)
     for name in names:
         if name not in table.columns:
@@ -80,7 +79,7 @@ def embedding_data(table: FeatureRows, settings: Embedding) -> EmbeddingData:
     count, limit = len(rows), settings.most_recordings
     if count > limit:
         rows = rows[thinned(text[1][rows], limit, text[0][rows])]
-    columns = {n: Column(c.values[rows], c.attrs) for n, c in table.columns.items()}
+    columns = {n: FeatureColumn(c.values[rows], c.attrs) for n, c in table.columns.items()}
     instance, grasp, group = (column[rows] for column in text)
     if len(np.unique(instance)) < 2:
         raise NotPossibleError(
@@ -127,16 +126,18 @@ def fold_of(folds: Folds) -> np.ndarray:
     return number
 
 
-def runs_of(latent: np.ndarray, fold: np.ndarray) -> Iterator[Run]:
+def runs_of(latent: np.ndarray, fold: np.ndarray) -> Iterator[EmbeddingRun]:
     """Yield the runs of latents (fold, init, n, d), of which `fold` (n,) says which tests a row."""
     for number, of_fold in enumerate(latent):
         for points in of_fold:
-            yield Run(points, np.flatnonzero(fold != number), np.flatnonzero(fold == number))
+            yield EmbeddingRun(
+                points, np.flatnonzero(fold != number), np.flatnonzero(fold == number)
+            )
 
 
 def runs_by_space(
     data: EmbeddingData, latent: np.ndarray, fold: np.ndarray
-) -> Iterator[tuple[str, list[Run]]]:
+) -> Iterator[tuple[str, list[EmbeddingRun]]]:
     """Yield the runs of the latent, then of the raw features, which have one for each fold."""
     from ajgdata.models.scaling import raw_scaling
 
@@ -145,5 +146,5 @@ def runs_by_space(
     for number in range(len(latent)):
         train, test = np.flatnonzero(fold != number), np.flatnonzero(fold == number)
         scaling = raw_scaling().fit(data.feature[train])
-        runs.append(Run(scaling.transform(data.feature), train, test))
+        runs.append(EmbeddingRun(scaling.transform(data.feature), train, test))
     yield "raw", runs

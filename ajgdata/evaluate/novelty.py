@@ -51,7 +51,7 @@ ENERGY, PROBABILITY = "energy", "probability"
 
 
 @dataclass(frozen=True, eq=False)
-class Guard:
+class NoveltyGuard:
     """Grasps and objects that a model knows, and how far from them is too far.
 
     `grasps` (g, f) and `references` (r, f), recordings of an empty gripper, are points z (see
@@ -83,7 +83,7 @@ class Guard:
             f"{len(self.grasps)} grasps, {len(self.references)} references, {len(self.mean)} bins"
         )
         threshold = "no threshold" if self.threshold is None else f"threshold {self.threshold:.3g}"
-        return f"<Guard: {sizes}, {threshold}>"
+        return f"<NoveltyGuard: {sizes}, {threshold}>"
 
     @classmethod
     def absent(cls, bins: int) -> Self:
@@ -308,7 +308,7 @@ def held_out_scores(
     parts = list(grouped_folds(np.zeros(len(features)), groups, "regression", folds, seed))
     for known, held in parts:
         own = None if objects is None else objects[known]
-        guard = Guard.of(features[known], grasp[known], own)
+        guard = NoveltyGuard.of(features[known], grasp[known], own)
         rows.append(held)
         for name, score in guard.scores(features[held]).items():
             held_out.setdefault(name, []).append(score)
@@ -431,7 +431,7 @@ def novel_scores(
         train, test = known[train], known[test]
         chosen = random.permutation(held)[: MAX_TESTED // folds]
         tested = features[np.concatenate([test, chosen])]
-        guard = Guard.of(features[train], grasp[train], objects[train])
+        guard = NoveltyGuard.of(features[train], grasp[train], objects[train])
         held_out = guard.scores(tested)
         if classifier and len(np.unique(objects[train])) > 1:
             fitted = fit_named_model(

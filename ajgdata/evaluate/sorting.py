@@ -91,14 +91,14 @@ def _share(holds: np.ndarray, grasp: np.ndarray) -> Share:
 
 
 @dataclass(frozen=True)
-class Run:
+class SortingRun:
     """One run: objects sorted until the first refusal, and how many of them are in a wrong bin."""
 
     sorts: int
     errors: int
 
 
-def run_of(decided: np.ndarray, label: np.ndarray, order: Iterable[int]) -> Run:
+def run_of(decided: np.ndarray, label: np.ndarray, order: Iterable[int]) -> SortingRun:
     """Sort the rows of `order` until the first refusal.
 
     `decided` (n,) are decisions, `label` (n,) true classes. An error does not end a run.
@@ -107,7 +107,7 @@ def run_of(decided: np.ndarray, label: np.ndarray, order: Iterable[int]) -> Run:
     refusals = np.flatnonzero(decided[rows] == STOP)
     if len(refusals):
         rows = rows[: refusals[0]]
-    return Run(len(rows), int(np.sum(decided[rows] != label[rows])))
+    return SortingRun(len(rows), int(np.sum(decided[rows] != label[rows])))
 
 
 def stream(label: np.ndarray, seed: int) -> np.ndarray:

@@ -43,6 +43,7 @@ SHARED = (
     "embedding",
     "plots",
     "scores",
+    "silence_tests",
 )
 
 

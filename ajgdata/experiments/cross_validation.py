@@ -87,7 +87,7 @@ class Settings(Strict):
         return model in self.compare_sessions
 
 
-class Evaluation(NamedTuple):
+class SplitResults(NamedTuple):
     """Cross-validations by their part, and the recordings of all parts by name."""
 
     splits: dict[str, CrossValidation]
@@ -96,7 +96,7 @@ class Evaluation(NamedTuple):
 
 def evaluate(
     inputs: Inputs, model: str, test_on: Sequence[str] = (), compare_random: bool = False
-) -> Evaluation:
+) -> SplitResults:
     """Cross-validate `model` on a task, with the data sets `test_on` as further test sets.
 
     Recordings whose target is withheld are trained on by no fold and predicted by all. So are those
@@ -126,7 +126,7 @@ def evaluate(
     }
     if compare_random:
         splits[RANDOM] = cross_validate(known.feature, known.value, None, **options)
-    return Evaluation(splits, {**dict.fromkeys(splits, known), **data})
+    return SplitResults(splits, {**dict.fromkeys(splits, known), **data})
 
 
 def known_grasps(inputs: Inputs) -> np.ndarray:
@@ -134,7 +134,7 @@ def known_grasps(inputs: Inputs) -> np.ndarray:
     return split_withheld(inputs.all_data(groups="grasp_id"), inputs.withhold)[0].group
 
 
-def evaluate_sessions(inputs: Inputs, model: str) -> Evaluation | None:
+def evaluate_sessions(inputs: Inputs, model: str) -> SplitResults | None:
     """Cross-validate `model` with sessions held out; None if it would repeat the task's own split.
 
     It would, with a single session, if sessions are the groups of the task, and if placements are
@@ -159,7 +159,7 @@ def evaluate_sessions(inputs: Inputs, model: str) -> Evaluation | None:
         grasps=known_grasps(inputs),
         **inputs.split_of(in_sessions.group),
     )
-    return Evaluation({SESSIONS: result}, {SESSIONS: known, **data})
+    return SplitResults({SESSIONS: result}, {SESSIONS: known, **data})
 
 
 def have_one_placement(data: TaskData, sessions: np.ndarray) -> bool:
@@ -171,7 +171,7 @@ def have_one_placement(data: TaskData, sessions: np.ndarray) -> bool:
     return len(np.unique(data.group)) == len(units)
 
 
-def evaluate_placebo(inputs: Inputs, model: str, settings: Settings) -> Evaluation | None:
+def evaluate_placebo(inputs: Inputs, model: str, settings: Settings) -> SplitResults | None:
     """Cross-validate `model` on one object under several names, by the splits of the task.
 
     The recordings are in the data set `settings.placebo`, or else in that of the task: None if it
@@ -203,12 +203,12 @@ def evaluate_placebo(inputs: Inputs, model: str, settings: Settings) -> Evaluati
             grasps=data.group,
             **inputs.split_of(in_sessions.group),
         )
-    return Evaluation(splits, dict.fromkeys(splits, data))
+    return SplitResults(splits, dict.fromkeys(splits, data))
 
 
 def evaluate_controls(
     inputs: Inputs, model: str, settings: Settings
-) -> tuple[Evaluation, dict[str, str]]:
+) -> tuple[SplitResults, dict[str, str]]:
     """Return held-out sessions and the placebo, and the reason of each that is not possible.
 
     For example, a class may be in one session only. The score of the task is possible then.
@@ -216,7 +216,7 @@ def evaluate_controls(
     controls = {"placebo": partial(evaluate_placebo, inputs, model, settings)}
     if settings.compares_sessions(model):
         controls["held-out sessions"] = partial(evaluate_sessions, inputs, model)
-    together = Evaluation({}, {})
+    together = SplitResults({}, {})
     unmeasured: dict[str, str] = {}
     for name, evaluate_control in controls.items():
         try:

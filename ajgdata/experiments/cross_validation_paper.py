@@ -18,6 +18,7 @@ from ajgdata.experiments.cross_validation_results import (
     marks_of,
     models_of,
 )
+from ajgdata.experiments.silence_tests import silence_tests
 from ajgdata.report.comparison import (
     NEAR_CHANCE,
     PaperComparison,
@@ -120,11 +121,9 @@ def _failing(paper: PaperFigure, model: ModelResult, part: str, lookup: Lookup) 
 
 def _flags(model: ModelResult, lookup: Lookup) -> list[bool]:
     """Return whether the test on silence flags the model, for each data set that it is asked."""
-    from ajgdata.experiments.shortcut import tests_of  # imports this module
-
     task = model.task.dataset, model.task.task
     results = lookup("shortcut", *task)
     if results is None or (results.dataset, results.task) != task:
         return []
-    tests = tests_of(results)
+    tests = silence_tests(results)
     return [row["flagged"] for result, row in tests if result.model == model.result.model]

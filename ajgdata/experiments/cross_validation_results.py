@@ -36,9 +36,9 @@ from ajgdata.experiments.base import Result, TaskResults
 from ajgdata.experiments.plots import Plot, binned
 from ajgdata.experiments.scores import SCORES
 from ajgdata.report.comparison import (
-    Cost,
     Mark,
     PaperFigure,
+    ResultCost,
     mark_of,
 )
 from ajgdata.report.format import Score, column_title, mean_sd, number, sentence, words
@@ -198,9 +198,9 @@ class ModelResult:
         return {str(row["metric"]): float(row["value"] or 0) for row in rows}
 
     @property
-    def cost(self) -> Cost:
+    def cost(self) -> ResultCost:
         """Return the cost of the model on the grouped split."""
-        return Cost(self.measured["train_cpu_s"], 1e3 * self.measured["latency_s"])
+        return ResultCost(self.measured["train_cpu_s"], 1e3 * self.measured["latency_s"])
 
     def predictions(self, part: str = GROUPED) -> tuple[np.ndarray, np.ndarray]:
         """Return true and predicted values (n,) of a part: numbers, or labels of classes.
@@ -253,7 +253,7 @@ def best_of(models: Sequence[ModelResult]) -> ModelResult:
     return min(models, key=ModelResult.error)
 
 
-def training_cost(results: TaskResults, label: str) -> Cost | None:
+def training_cost(results: TaskResults, label: str) -> ResultCost | None:
     """Return the cost of the model with a label, if the task has it."""
     return next((model.cost for model in models_of(results) if model.label == label), None)
 

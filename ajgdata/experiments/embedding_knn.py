@@ -18,7 +18,7 @@ from ajgdata.experiments.base import (
 from ajgdata.experiments.embedding import run_scores, scores_by, trained, with_space_titles
 from ajgdata.experiments.plots import Plot, value_range
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
-from ajgdata.report.comparison import Cost, PaperComparison
+from ajgdata.report.comparison import PaperComparison, ResultCost
 from ajgdata.report.format import Score, mean_sd, number
 from ajgdata.store.metrics import COST
 from ajgdata.types import Embedding
@@ -126,7 +126,7 @@ def finding(results: TaskResults) -> str:
     )
 
 
-def encoder_cost(results: TaskResults, lookup: Lookup) -> Cost | None:
+def encoder_cost(results: TaskResults, lookup: Lookup) -> ResultCost | None:
     """Return the cost of the encoders of the shown dimension in all folds, one network each, if
     k-NN was measured on them; a recording is placed with others."""
     measured = lookup(NAME, results.dataset, results.task)
@@ -134,7 +134,7 @@ def encoder_cost(results: TaskResults, lookup: Lookup) -> Cost | None:
         return None
     (raw, _), (_, times) = (at_shown(measured, space) for space in ("raw", "latent"))
     predict_s = times["transform_s"] + times["query_s"]
-    return Cost(len(raw.per_fold) * times["fit_s"], 1e3 * predict_s / times["recordings"])
+    return ResultCost(len(raw.per_fold) * times["fit_s"], 1e3 * predict_s / times["recordings"])
 
 
 def relative_gain(latent: Score, raw: Score) -> tuple[Score, Interval]:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ajgdata.experiments.base import TaskResults
-    from ajgdata.report.marks import MarkName, Picture, Point
+    from ajgdata.report.marks import FigureContent, MarkName, Point
 
 #: Percentiles that are given of a histogram.
 PERCENTILES = (5, 50, 95)
@@ -353,14 +353,14 @@ class BoundPlot:
     # Figure and rows
 
     @cached_property
-    def picture(self) -> Picture:
+    def content(self) -> FigureContent:
         """Points and words that the mark draws."""
-        from ajgdata.report.marks import Picture
+        from ajgdata.report.marks import FigureContent
 
         axis = self.axis
         if self.plot.mark == "matrix":  # its columns are the series, its cells have no axis
             axis = Axis(_lowered(self.columns[self.plot.series[0]].title))
-        return Picture(
+        return FigureContent(
             title=self.conclusion,
             subtitle=f"{self.results.title}: {self.plot.about}",
             sources=(self.results.source,),
@@ -377,7 +377,7 @@ class BoundPlot:
         """Return the figure."""
         from ajgdata.report.marks import draw
 
-        return draw(self.plot.mark, self.picture)
+        return draw(self.plot.mark, self.content)
 
     @property
     def illustration(self) -> Illustration:

@@ -15,12 +15,12 @@ from ajgdata.experiments.base import (
     Experiment,
     Inputs,
     Outcome,
-    Result,
     TaskResults,
 )
 from ajgdata.experiments.cross_validation import evaluate
 from ajgdata.experiments.plots import Plot
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
+from ajgdata.experiments.silence_tests import silence_tests
 from ajgdata.report.format import number
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import table_of
@@ -72,31 +72,9 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     )
 
 
-def tests_of(results: TaskResults) -> list[tuple[Result, dict]]:
-    """Return the tests on silence, rows of the table `silence`, each with its model's result.
-
-    p values are corrected for all tests on the page (Holm), and decide which model is flagged.
-    """
-    from ajgdata.evaluate.fold_tests import holm  # SciPy
-    from ajgdata.evaluate.shortcut_test import LEVEL
-
-    rows = [
-        (result, row)
-        for task in results.same_page or (results,)
-        for result in task.results
-        for row in result.tables["silence"].rows
-    ]
-    corrected = holm([float(row["p"]) for _, row in rows])
-    return [
-        (result, row | {"p": p, "flagged": p < LEVEL, "tests": len(rows)})
-        for (result, row), p in zip(rows, corrected, strict=True)
-        if result in results.results
-    ]
-
-
 def verdicts(results: TaskResults) -> str:
     """Return a sentence per test: dependence, chance, corrected p, and whether it is flagged."""
-    tests = tests_of(results)
+    tests = silence_tests(results)
     lines = [
         f"{result.label} on {results.other_sets[row['data_set']].title}: {row['measure']} with the "
         f"truth {number(row['value'], 2)}, {number(row['null'], 2)} with labels exchanged, "

@@ -48,7 +48,7 @@ RUN_METRICS = {
 
 
 @dataclasses.dataclass(frozen=True)
-class Quantity:
+class DecisionShare:
     """A share of decisions that the paper also has.
 
     `part` names the published value in `paper` of a task. The columns `key`, `key low` and
@@ -68,8 +68,8 @@ class Quantity:
 
 #: A model without information refuses all objects; if it must choose, it is correct by chance.
 QUANTITIES = (
-    Quantity("sorting", "accepted", "accepted among presented", chance=0.0),
-    Quantity("sorting.correct", "correct", "correct among accepted"),
+    DecisionShare("sorting", "accepted", "accepted among presented", chance=0.0),
+    DecisionShare("sorting.correct", "correct", "correct among accepted"),
 )
 
 
@@ -153,12 +153,12 @@ def _decision_row(result: Result, part: str) -> Row:
     return {key: np.nan if cell is None else cell for key, cell in row.items()}
 
 
-def _interval_of(quantity: Quantity, row: Row) -> Interval:
+def _interval_of(quantity: DecisionShare, row: Row) -> Interval:
     """Return the interval of a share of decisions."""
     return Interval(row[f"{quantity.key} low"], row[f"{quantity.key} high"])
 
 
-def _share_text(quantity: Quantity, row: Row) -> str:
+def _share_text(quantity: DecisionShare, row: Row) -> str:
     """Return a share of decisions with its interval: `85 % (76 to 92)`."""
     value = row[quantity.key]
     if np.isnan(value):
@@ -180,7 +180,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
 
 
 def _compared(
-    results: TaskResults, result: Result, quantity: Quantity, paper: PaperFigure
+    results: TaskResults, result: Result, quantity: DecisionShare, paper: PaperFigure
 ) -> PaperComparison:
     """Return a share next to the published count; the verdict uses the intervals of both."""
     from ajgdata.evaluate.intervals import clopper_pearson, exact_lower_bound

@@ -20,7 +20,12 @@ from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene, derive_seed, scene_dige
 from ajgdata.gripper.signal_settings import SignalChain
 
 if TYPE_CHECKING:
-    from ajgdata.gripper.signal_chain import ImpulseResponse, Take, excitation_sweep, record
+    from ajgdata.gripper.signal_chain import (
+        ImpulseResponse,
+        SimulatedRecording,
+        excitation_sweep,
+        record,
+    )
     from ajgdata.gripper.simulation import simulate
     from ajgdata.gripper.solver_plan import Plan, build_plan
 
@@ -29,7 +34,7 @@ _HOME = {
     "build_plan": "solver_plan",
     "simulate": "simulation",
     "ImpulseResponse": "signal_chain",
-    "Take": "signal_chain",
+    "SimulatedRecording": "signal_chain",
     "excitation_sweep": "signal_chain",
     "record": "signal_chain",
 }
@@ -41,7 +46,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "SignalChain",
-    "Take",
+    "SimulatedRecording",
     "build_plan",
     "derive_seed",
     "excitation_sweep",

@@ -22,7 +22,7 @@ from ajgdata.gripper.contact import GRAIN_SOLIDS, GRAVITY, Latex, Pack, seat
 from ajgdata.gripper.geometry import Cavity
 from ajgdata.gripper.grid import FINER, Cells
 from ajgdata.gripper.medium import Air
-from ajgdata.gripper.membrane import Film, Skin, film_spring, gap_m
+from ajgdata.gripper.membrane import AirFilm, Skin, film_spring, gap_m
 from ajgdata.gripper.objects import (
     MM,
     Box,
@@ -34,7 +34,7 @@ from ajgdata.gripper.objects import (
     Sphere,
     material_of,
 )
-from ajgdata.gripper.parts import Part, left_out
+from ajgdata.gripper.parts import PhysicsPart, left_out
 from ajgdata.gripper.rest import Footing, lies_on_rim, rest_on, rim_of, section
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.walls import NO_MODES, NO_WALLS, ModeList, WallList
@@ -251,13 +251,13 @@ def ringing_list(
 class Grasped:
     """The object's parts, and what they are on the grid."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[PhysicsPart, ...]
     walls: WallList = NO_WALLS
     modes: ModeList = NO_MODES
 
 
 #: Nothing under the membrane gives way.
-RIGID = Grasped(tuple(Part(name, False) for name in (*get_args(ObjectPart), "support")))
+RIGID = Grasped(tuple(PhysicsPart(name, False) for name in (*get_args(ObjectPart), "support")))
 
 
 def grasped(scene: Scene, shape: Cavity, cells: Cells, where: Imprint) -> Grasped:
@@ -293,19 +293,19 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, where: Imprint) -> Graspe
     below = wall if present["compliance"] else None
     yielding = film.over(below) if film is not None and present["film"] else below
     walls = NO_WALLS if yielding is None else skin_walls(where, cells, yielding)
-    parts = [Part(name, solved) for name, solved in present.items()]
+    parts = [PhysicsPart(name, solved) for name, solved in present.items()]
     # The support is felt through the object's motion and bending, and solved with them.
-    support = Part("support", scene.support.kind != "rigid" and (moves or rings))
+    support = PhysicsPart("support", scene.support.kind != "rigid" and (moves or rings))
     return Grasped((*parts, support), walls, modes)
 
 
-def _skins(scene: Scene, body: Body) -> tuple[Skin, Film | None]:
+def _skins(scene: Scene, body: Body) -> tuple[Skin, AirFilm | None]:
     """The object's skin with the membrane on it, and the air between the two, if there is any."""
     membrane, gap, air = scene.gripper.membrane.mass_kg_m2, gap_m(scene), scene.environment
     wall = Skin(*skin(body, membrane))
     if not gap:
         return wall, None
-    return wall, Film(gap, film_spring(gap, Air(air.temperature_c, air.pressure_pa)), membrane)
+    return wall, AirFilm(gap, film_spring(gap, Air(air.temperature_c, air.pressure_pa)), membrane)
 
 
 def _slow(square: Real, highest_hz: float) -> NDArray[np.bool_]:

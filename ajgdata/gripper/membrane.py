@@ -94,7 +94,7 @@ class Skin(NamedTuple):
     stiffness: float
 
 
-class Film(NamedTuple):
+class AirFilm(NamedTuple):
     """A film of air of some thickness (m), its spring, and the membrane over it (kg/m²)."""
 
     thickness: float

@@ -36,7 +36,7 @@ SETTLED = 22
 BINS = 513
 
 
-class Skin(NamedTuple):
+class MembranePatches(NamedTuple):
     """Patches of membrane: of each wall its cell, patch and area (m²); of each patch its centre
     (m; x, y, z) and per area m, r, k (SI)."""
 
@@ -47,7 +47,7 @@ class Skin(NamedTuple):
     motion: Real
 
 
-def skin(walls: WallList, cells: Cells) -> Skin:
+def skin(walls: WallList, cells: Cells) -> MembranePatches:
     """Return the walls in patches, each of walls that lie together and are of one kind."""
     z, y, x = np.unravel_index(walls.cell, cells.shape)
     place = np.column_stack([cells.x[x], cells.y[y], cells.z[z]])
@@ -59,7 +59,7 @@ def skin(walls: WallList, cells: Cells) -> Skin:
     centre = np.column_stack(
         [np.bincount(patch, walls.area * axis, len(groups)) / total for axis in place.T]
     )
-    return Skin(walls.cell.astype(np.uint64), patch, walls.area, centre, groups[:, 3:])
+    return MembranePatches(walls.cell.astype(np.uint64), patch, walls.area, centre, groups[:, 3:])
 
 
 @cache

@@ -16,7 +16,7 @@ BLOCK_MM = 10.0
 
 
 @dataclass(frozen=True)
-class Part:
+class PhysicsPart:
     """One part of the physics: solved or left out."""
 
     name: PartName

@@ -51,7 +51,7 @@ class ImpulseResponse:
 
 
 @dataclass(frozen=True)
-class Take:
+class SimulatedRecording:
     """One recording: samples (n,) in [-1, 1), exact multiples of 2^-23, and how many clipped."""
 
     samples: Real
@@ -132,7 +132,7 @@ def record(
     chain: SignalChain = DEFAULT_CHAIN,
     seed: int = 0,
     angle_deg: float = 0.0,
-) -> Take:
+) -> SimulatedRecording:
     """Play `excitation` (n,), full scale 1, in the scene of `ir` and record it, (n,).
 
     Recording = (excitation ∗ speaker ∗ h ∗ microphone + noise) gain, clipped and quantised to 24
@@ -200,7 +200,7 @@ def volume_velocity(chain: SignalChain) -> float:
     return FLOW_AT_100_DB_M3_S * float(10 ** ((chain.level_db_spl - 100) / 20))
 
 
-def _convert(signal: Real) -> Take:
+def _convert(signal: Real) -> SimulatedRecording:
     codes = np.round(signal * PCM24_STEPS)
     clipped = int(np.count_nonzero((codes > PCM24_STEPS - 1) | (codes < -PCM24_STEPS)))
-    return Take(np.clip(codes, -PCM24_STEPS, PCM24_STEPS - 1) / PCM24_STEPS, clipped)
+    return SimulatedRecording(np.clip(codes, -PCM24_STEPS, PCM24_STEPS - 1) / PCM24_STEPS, clipped)

@@ -207,7 +207,7 @@ def lowpass(factor: int) -> tuple[Real, int]:
 
 
 @dataclass(frozen=True)
-class Film:
+class PressureFrames:
     """Pressure (Pa) in the plane y = 0: `frames` (n, up, across) float32 at `times_s` (n,).
 
     `across_m` and `up_m` are the centres of the cells, `open` (up, across) says which hold fluid;
@@ -231,7 +231,7 @@ def ricker_wavelet(dt_s: float, peak_hz: float) -> Real:
     return (1 - 2 * a) * np.exp(-a)
 
 
-def slices(plan: Plan, every: int, frames: int, peak_hz: float = 4_000.0) -> Film:
+def slices(plan: Plan, every: int, frames: int, peak_hz: float = 4_000.0) -> PressureFrames:
     """Play a Ricker wavelet of volume velocity (peak 1 m³/s) at the speaker and keep every
     `every`-th step of the pressure in the cells of the plane y = 0, `frames` times.
 
@@ -250,4 +250,4 @@ def slices(plan: Plan, every: int, frames: int, peak_hz: float = 4_000.0) -> Fil
         march(system, state, plan.speaker, plan.microphone, now, every)
         pressures[n] = np.where(live, state.p.reshape(system.shape)[:, index], 0) / scale
     times_s = system.dt * every * np.arange(1, frames + 1)
-    return Film(cells.x, cells.z, live, times_s, pressures)
+    return PressureFrames(cells.x, cells.z, live, times_s, pressures)

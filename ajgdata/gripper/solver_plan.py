@@ -15,8 +15,8 @@ from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.membrane import membrane_walls
 from ajgdata.gripper.objects import MM, SceneError
-from ajgdata.gripper.outside import Skin, skin
-from ajgdata.gripper.parts import Part
+from ajgdata.gripper.outside import MembranePatches, skin
+from ajgdata.gripper.parts import PhysicsPart
 from ajgdata.gripper.random_fields import RandomField
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, as_met
 from ajgdata.gripper.solver import Probe
@@ -36,10 +36,10 @@ class Plan:
     """
 
     scene: Scene
-    parts: tuple[Part, ...]
+    parts: tuple[PhysicsPart, ...]
 
     cells: Cells
-    skin: Skin
+    skin: MembranePatches
     system: System
     speaker: Probe
     microphone: Probe
@@ -128,17 +128,17 @@ def _planned(scene: Scene) -> Plan:
 
 def _parts(
     scene: Scene, shape: Cavity, cells: Cells
-) -> tuple[tuple[Part, ...], WallList, ModeList]:
+) -> tuple[tuple[PhysicsPart, ...], WallList, ModeList]:
     """Return the parts, solved or not, and the walls and modes of what is grasped."""
     full = scene.medium.kind != "air"
     relaxing = full and scene.numerics.poles > 0
     where = where_grasped(scene, shape, cells)
     held = RIGID if where is None else grasped(scene, shape, cells, where)
     parts = (
-        Part("bed", full),
-        Part("poles", relaxing),
-        Part("membrane", True),
-        Part("object", scene.object is not None),
+        PhysicsPart("bed", full),
+        PhysicsPart("poles", relaxing),
+        PhysicsPart("membrane", True),
+        PhysicsPart("object", scene.object is not None),
         *held.parts,
     )
     return parts, held.walls, held.modes

@@ -157,7 +157,7 @@ class Feed:
         return "stopped" if is_stopped else "running"
 
 
-class Guard:
+class RequestGuard:
     """Middleware that refuses requests from other pages, and adds headers."""
 
     def __init__(self, app: ASGIApp) -> None:
@@ -216,6 +216,6 @@ def _app(files: Mapping[str, Response], feed: Feed, control: Control, token: str
     routes += [Route("/events", events), Route("/stop", stop, methods=["POST"])]
     hosts = [HOST, "localhost"]  # a foreign name may lead here (DNS rebinding)
     trusted = Middleware(TrustedHostMiddleware, allowed_hosts=hosts, www_redirect=False)
-    app = Starlette(routes=routes, middleware=[Middleware(Guard), trusted])
+    app = Starlette(routes=routes, middleware=[Middleware(RequestGuard), trusted])
     app.router.redirect_slashes = False
     return app

@@ -88,7 +88,7 @@ class EventLog:
 
 
 @dataclass
-class Grasp:
+class GraspState:
     """One object in the gripper.
 
     `value` and `probability` (None for numbers) are those of the prediction, `action` is that of
@@ -130,13 +130,13 @@ class RunState:
     take: Event | None = None
     prediction: Event | None = None
     decision: Event | None = None
-    grasps: list[Grasp] = field(default_factory=list)
+    grasps: list[GraspState] = field(default_factory=list)
     drift: str = ""  #: warning of the last reference
     problems: list[str] = field(default_factory=list)
     stopped: Event | None = None
 
     @property
-    def placed(self) -> list[Grasp]:
+    def placed(self) -> list[GraspState]:
         """Grasps whose object is in a bin."""
         return [grasp for grasp in self.grasps if grasp.placed]
 
@@ -206,7 +206,7 @@ class RunState:
     def _add_to_grasp(self, event: Event) -> None:
         """Update the last grasp by an event, or begin the next grasp."""
         if event["event"] == "grasp":
-            self.grasps.append(Grasp(event["number"], event["object"]))
+            self.grasps.append(GraspState(event["number"], event["object"]))
             self.take = self.prediction = self.decision = None
             return
         grasp = self.grasps[-1]

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ajgdata.evaluate.calibration import with_temperature
 from ajgdata.evaluate.in_use import Calibration
-from ajgdata.evaluate.novelty import Guard
+from ajgdata.evaluate.novelty import NoveltyGuard
 from ajgdata.features.checks import BEYOND, check_audio
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.store.audio import Audio, AudioInfo, read_audio
@@ -91,7 +91,7 @@ class Predictor:
     audio: AudioSettings
     features: FeatureSettings
     calibration: Calibration
-    guard: Guard
+    guard: NoveltyGuard
 
     def __repr__(self) -> str:
         """Return data set, task, model, what it predicts, and the rate of recordings."""

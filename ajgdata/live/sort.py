@@ -56,7 +56,7 @@ class Action(StrEnum):
 
 
 @dataclass(frozen=True)
-class Decision:
+class SortingDecision:
     """A decision, and why.
 
     `value` is the most probable class ("" if the recording is not of a known class), `bin` where
@@ -69,10 +69,10 @@ class Decision:
     reason: str
 
 
-def judge(prediction: Prediction, plan: SortPlan) -> Decision:
+def judge(prediction: Prediction, plan: SortPlan) -> SortingDecision:
     """Return what happens to a sensed object."""
     if prediction.verdict is Verdict.NOTHING:
-        return Decision(Action(plan.nothing), "", "", "nothing held")
+        return SortingDecision(Action(plan.nothing), "", "", "nothing held")
     best = str(prediction.value)
     if prediction.verdict is Verdict.UNKNOWN:
         best = ""
@@ -87,11 +87,11 @@ def judge(prediction: Prediction, plan: SortPlan) -> Decision:
                 note = ", novelty not checked"
             elif prediction.verdict is Verdict.NO_SIGN:
                 note = f", no sign of a novel object ({detection_text(prediction)})"
-            return Decision(Action.PLACE, best, plan.bins[best], f"{best}, {share}{note}")
+            return SortingDecision(Action.PLACE, best, plan.bins[best], f"{best}, {share}{note}")
         reason = f"{best} has {share}, needs {percent(plan.threshold)}"
         action = Action(plan.below)
     where = (plan.reject_bin or "") if action is Action.REJECT else ""
-    return Decision(action, best, where, reason)
+    return SortingDecision(action, best, where, reason)
 
 
 def percent(share: float) -> str:

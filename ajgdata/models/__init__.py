@@ -1,4 +1,4 @@
-"""Models: arrays in, arrays out. Importing this package costs nothing; `make_model` imports.
+"""Models: arrays in, arrays out. Importing this package is fast; `make_model` imports scikit-learn.
 
 Which models there are stands in `types.registry.MODELS`.
 """
@@ -8,10 +8,12 @@ from __future__ import annotations
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, get_args
 
+import numpy as np
+
+from ajgdata.models.thinning import thinned
 from ajgdata.types import MODELS, Kind
 
 if TYPE_CHECKING:
-    import numpy as np
     from sklearn.base import BaseEstimator
 
 
@@ -65,7 +67,6 @@ def fit_model(
     Inner folds of a tuned model never split `groups` (n,); without groups it chooses nothing.
     With more than `limit` recordings, an even subset is used (see `thinned`).
     """
-    import numpy as np
     from sklearn.utils.validation import has_fit_parameter
 
     if limit is not None and len(target) > limit:
@@ -91,31 +92,6 @@ def fit_named_model(
     """Return the model `name` (see `make_model`), trained by `fit_model` with its limit."""
     model = make_model(name, kind, seed, period)
     return fit_model(model, features, target, groups, MODELS[name].most_recordings)
-
-
-def thinned(groups: np.ndarray, limit: int, target: np.ndarray | None = None) -> np.ndarray:
-    """Return `limit` sorted row numbers, equally many of every part, as far as possible.
-
-    A part is a value of `target` (n,) in a group of `groups` (n,). The rows of a part are a random
-    choice, which is the same each time; if some parts get a row more, these have all values alike.
-
-    >>> import numpy as np
-    >>> from ajgdata.models import thinned
-    >>> groups = np.array([7, 7, 7, 7, 8, 8, 9])
-    >>> groups[thinned(groups, 5)].tolist()
-    [7, 7, 8, 8, 9]
-    """
-    import numpy as np
-    import pandas as pd
-
-    if limit >= len(groups):
-        return np.arange(len(groups))
-    order = np.random.default_rng(0).permutation(len(groups))
-    value = np.zeros(len(groups)) if target is None else np.asarray(target)
-    rows = pd.DataFrame({"group": np.asarray(groups)[order], "value": value[order]})
-    rows["round"] = rows.groupby(["group", "value"]).cumcount()
-    rows["turn"] = rows.groupby(["round", "value"]).cumcount()
-    return np.sort(order[rows.sort_values(["round", "turn"]).index[:limit]])
 
 
 def chosen(fitted: BaseEstimator) -> tuple[BaseEstimator, dict[str, Any] | None]:

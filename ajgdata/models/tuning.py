@@ -19,8 +19,8 @@ from sklearn.utils import get_tags
 from sklearn.utils.metaestimators import available_if
 from sklearn.utils.validation import check_is_fitted
 
-from ajgdata.models import thinned
 from ajgdata.models.scaling import AtLeast
+from ajgdata.models.thinning import thinned
 
 Folds = list[tuple[np.ndarray, np.ndarray]]
 #: Inner folds; two for more than LARGE recordings, because candidates then differ by more than

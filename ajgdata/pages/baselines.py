@@ -15,7 +15,7 @@ from ajgdata.experiments.cross_validation_results import (
     ModelResult,
     models_of,
 )
-from ajgdata.pages import models
+from ajgdata.pages.models import figures as cost_figures
 from ajgdata.pages.selection import alternative, first_on, paper_sentence, shown_value
 from ajgdata.report.comparison import PaperFigure
 from ajgdata.report.format import Caption, column_title, mean_sd, number
@@ -39,7 +39,7 @@ def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
     task = first_on(results, PAGE, CROSS_VALIDATION)
     if task is not None and task.kind == "classification":
         yield accuracy_figure(task, published_accuracies(results))
-    yield from models.figures(results)
+    yield from cost_figures(results)
 
 
 def accuracy_figure(task: TaskResults, known: Mapping[str, PaperFigure]) -> Illustration:

@@ -48,7 +48,7 @@ class Ellipse(NamedTuple):
     angle_deg: float
 
 
-class Box(NamedTuple):
+class Rectangle(NamedTuple):
     """A rectangle in the units of the axes."""
 
     left: float
@@ -66,19 +66,19 @@ class Box(NamedTuple):
         """Return the middle between bottom and top."""
         return (self.bottom + self.top) / 2
 
-    def overlaps(self, other: Box) -> bool:
+    def overlaps(self, other: Rectangle) -> bool:
         """Return whether the rectangles have a common area."""
         is_apart_x = self.right <= other.left or other.right <= self.left
         is_apart_y = self.top <= other.bottom or other.top <= self.bottom
         return not (is_apart_x or is_apart_y)
 
 
-def box_of(ellipse: Ellipse) -> Box:
+def box_of(ellipse: Ellipse) -> Rectangle:
     """Return the smallest rectangle around an ellipse, with sides along the axes."""
     angle = np.radians(ellipse.angle_deg)
     width = float(np.hypot(ellipse.major * np.cos(angle), ellipse.minor * np.sin(angle)))
     height = float(np.hypot(ellipse.major * np.sin(angle), ellipse.minor * np.cos(angle)))
-    return Box(ellipse.x - width, ellipse.x + width, ellipse.y - height, ellipse.y + height)
+    return Rectangle(ellipse.x - width, ellipse.x + width, ellipse.y - height, ellipse.y + height)
 
 
 class Plane(NamedTuple):
@@ -243,10 +243,10 @@ def _name_objects(axes: Axes, ellipses: Mapping[str, Ellipse], colours: Mapping[
     for name, box in boxes.items():
         width = letter * len(name)
         places = (
-            Box(box.right, box.right + width, box.y - line / 2, box.y + line / 2),
-            Box(box.left - width, box.left, box.y - line / 2, box.y + line / 2),
-            Box(box.x - width / 2, box.x + width / 2, box.top, box.top + line),
-            Box(box.x - width / 2, box.x + width / 2, box.bottom - line, box.bottom),
+            Rectangle(box.right, box.right + width, box.y - line / 2, box.y + line / 2),
+            Rectangle(box.left - width, box.left, box.y - line / 2, box.y + line / 2),
+            Rectangle(box.x - width / 2, box.x + width / 2, box.top, box.top + line),
+            Rectangle(box.x - width / 2, box.x + width / 2, box.bottom - line, box.bottom),
         )
         free = [place for place in places if not any(place.overlaps(other) for other in covered)]
         chosen = next(iter(free), places[0])

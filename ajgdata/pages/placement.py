@@ -115,7 +115,7 @@ def conclusion(table: Table) -> str:
 
 def draw_figure(models: Sequence[ModelResult], table: Table, title: str) -> Figure:
     """Draw a panel per number of placements: accuracy of objects and placebo by split."""
-    from ajgdata.report.marks import Picture, Point, draw
+    from ajgdata.report.marks import FigureContent, Point, draw
 
     points = []
     for row in table.rows:
@@ -123,7 +123,7 @@ def draw_figure(models: Sequence[ModelResult], table: Table, title: str) -> Figu
         score = Score(value, 0.0, (), low, high)
         points.append(Point(str(row["order"]), str(row["recordings"]), str(row["split"]), score))
     levels = {str(row["order"]): float(row["chance"]) for row in table.rows}
-    picture = Picture(
+    content = FigureContent(
         title=title,
         subtitle=f"{models[0].task.dataset_title}, {models[0].label}",
         sources=(models[0].task.source,),
@@ -132,4 +132,4 @@ def draw_figure(models: Sequence[ModelResult], table: Table, title: str) -> Figu
         chance=tuple(levels.items()),
         limits=(0.0, 100.0),
     )
-    return draw("rows", picture)
+    return draw("rows", content)

@@ -11,7 +11,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from ajgdata.acquire.card import CardSettings
-from ajgdata.acquire.guided import GuidedAcquisition, Outcome
+from ajgdata.acquire.guided import AcquisitionOutcome, GuidedAcquisition
 from ajgdata.acquire.live_session import LiveSession, live_session, recorded_microphone
 from ajgdata.acquire.operator import Operator
 from ajgdata.acquire.protocol import plan_protocol, remaining
@@ -37,7 +37,7 @@ VIRTUAL = "virtual"
 
 def acquire_live(
     paths: Paths, dataset: str, session: str, *, device: Mapping[str, Any], operator: Operator
-) -> tuple[str, Outcome]:
+) -> tuple[str, AcquisitionOutcome]:
     """Record the missing grasps of a protocol; return the session's name and the outcome.
 
     An empty `session` means `session_name`. `device` are keys of `CardSettings` except the rate,

@@ -12,7 +12,7 @@ from ajgdata.experiments.cross_validation import PREDICTIONS
 from ajgdata.experiments.scores import SCORES
 from ajgdata.paths import TABLES
 from ajgdata.report.comparison import PaperComparison
-from ajgdata.report.render import Picture
+from ajgdata.report.render import DrawnFigure
 from ajgdata.report.report_data import Report
 from ajgdata.store.files import csv_bytes, replacing_folder, write_bytes
 from ajgdata.types.table import Column, Table, table_of
@@ -71,7 +71,7 @@ def table_files(results: TaskResults) -> dict[str, Table]:
     return files
 
 
-def with_tables(shown: Picture, names: Iterable[str]) -> Picture:
+def with_tables(shown: DrawnFigure, names: Iterable[str]) -> DrawnFigure:
     """Return a picture that also links its table, if there is one: the longest of `names` that its
     name begins with."""
     own = [name for name in names if re.match(rf"{re.escape(name)}(-|$)", shown.name)]

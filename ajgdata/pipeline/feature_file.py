@@ -80,7 +80,7 @@ class Previous:
 
 
 @dataclass(frozen=True)
-class Part:
+class SessionFeatures:
     """The usable recordings of a session, with labels; columns of its table;
     issues of all its recordings; how many were read and how many reused."""
 
@@ -159,7 +159,7 @@ def _parts(
     features: FeatureSettings,
     targets: Mapping[str, Target],
     threads: int,
-) -> list[Part]:
+) -> list[SessionFeatures]:
     """Return the usable recordings of each session of `digests`, computed in several processes if
     many are new."""
     checked: list[SessionAudio] = []
@@ -225,7 +225,7 @@ def _part(
     computed: int,
     targets: Mapping[str, Target],
     audio: AudioSettings,
-) -> Part:
+) -> SessionFeatures:
     """Return the usable recordings of a session."""
     name = session.session_id
     table = {row["recording_id"]: row for row in session.labels}
@@ -234,7 +234,7 @@ def _part(
     levels = {key: row.levels_db for key, row in usable.items()}
     issues += level_issues(name, levels, table, targets, audio.microphone)
     issues += [issue for key in usable for issue in bad_labels(name, key, table[key], targets)]
-    return Part(
+    return SessionFeatures(
         rows=list(usable.values()),
         labels=[{**table[key], "session_id": name} for key in usable],
         columns={column for row in session.labels for column in row},
@@ -245,7 +245,7 @@ def _part(
 
 
 def _joined(
-    parts: Sequence[Part],
+    parts: Sequence[SessionFeatures],
     audio: AudioSettings,
     features: FeatureSettings,
     targets: Mapping[str, Target],

@@ -33,7 +33,7 @@ from ajgdata.types import (
 
 if TYPE_CHECKING:
     from ajgdata.gripper import Scene
-    from ajgdata.gripper.simulation import Film
+    from ajgdata.gripper.simulation import PressureFrames
     from ajgdata.report.opening import Opening
     from ajgdata.store.features import FeatureRows
 
@@ -151,7 +151,7 @@ def _typical(predictions: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
     return ordered[(len(ordered) - 1) // 2]
 
 
-def field_of(scene: Scene) -> Film:
+def field_of(scene: Scene) -> PressureFrames:
     """Return the pressure of a short pulse in the plane xz at three moments.
 
     Their times count from when the pulse leaves: on its way, when sound in air is at the highest

@@ -22,7 +22,7 @@ from ajgdata.store.freshness import check_up_to_date
 from ajgdata.store.provenance import commit_date, settings_digest, software
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.documents import About, croissant, datapackage
-from ajgdata.store.publishing.table import FILE_NAME, Table, table_of
+from ajgdata.store.publishing.table import FILE_NAME, PublishedTable, table_of
 from ajgdata.store.publishing.typed_table import parquet_bytes
 from ajgdata.store.sessions import audio_path, inside, read_dataset, write_session
 from ajgdata.types import DataError, DatasetSpec, Recording, Session
@@ -150,7 +150,7 @@ def _write(tree: Tree, name: str, content: bytes) -> None:
     path.write_bytes(content)
 
 
-def _write_audio(tree: Tree, table: Table, contents: _Contents) -> None:
+def _write_audio(tree: Tree, table: PublishedTable, contents: _Contents) -> None:
     """Copy every recording, once as a file and once into the archive, in one reading."""
     with ZipFile(tree / tree.ARCHIVE, "w") as packed:
         for row, name in zip(
@@ -172,7 +172,7 @@ def _write_audio(tree: Tree, table: Table, contents: _Contents) -> None:
 
 
 def _write_sessions(
-    tree: Tree, paths: Paths, dataset: str, table: Table, contents: _Contents
+    tree: Tree, paths: Paths, dataset: str, table: PublishedTable, contents: _Contents
 ) -> None:
     """Write session.yaml, recordings.csv and the played sound of each session.
 
@@ -203,7 +203,7 @@ def _write_sessions(
 
 
 def _describe(
-    tree: Tree, paths: Paths, spec: DatasetSpec, table: Table, contents: _Contents
+    tree: Tree, paths: Paths, spec: DatasetSpec, table: PublishedTable, contents: _Contents
 ) -> tuple[int, bool]:
     """Write the description, metadata and figures; return the last fields of `Published`."""
     from ajgdata.pipeline.dataset_summary import summary

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from ajgdata import gripper
-from ajgdata.acquire.recipe import Grasp, plan_session, session_names
+from ajgdata.acquire.recipe import RecipeGrasp, plan_session, session_names
 from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.acquire.writer import Acquired, acquire_session
 from ajgdata.gripper.variation import Variation
@@ -38,7 +38,9 @@ def recipe_of(path: Path, spec: DatasetSpec) -> Recipe:
     return spec.recipe
 
 
-def planned_grasps(path: Path, spec: DatasetSpec, sessions: Sequence[str]) -> list[list[Grasp]]:
+def planned_grasps(
+    path: Path, spec: DatasetSpec, sessions: Sequence[str]
+) -> list[list[RecipeGrasp]]:
     """Return the grasps of each session of the recipe of `spec`, which is in the file `path`.
 
     Raises DataError with file, object, key and fix for an invalid scene, variation or signal chain.
@@ -62,7 +64,7 @@ def _check_variation(path: Path, recipe: Recipe) -> None:
         raise describe(error, f"{path}:{line}: recipe, variation") from None
 
 
-def _check_scenes(path: Path, recipe: Recipe, planned: Sequence[Sequence[Grasp]]) -> None:
+def _check_scenes(path: Path, recipe: Recipe, planned: Sequence[Sequence[RecipeGrasp]]) -> None:
     """Raise DataError for an invalid signal chain, and for the first invalid scene."""
     try:
         gripper.SignalChain.model_validate(recipe.signal)
@@ -101,7 +103,7 @@ def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
     return done
 
 
-def show_savings(session: str, grasp: Grasp) -> None:
+def show_savings(session: str, grasp: RecipeGrasp) -> None:
     """Print what the plan of a grasp leaves out, the time that this saves, and its error."""
     # The solver, which Snakemake does not need while it parses.
     from ajgdata.pipeline.savings import measured_savings
@@ -118,7 +120,7 @@ def renderer(paths: Paths, dataset: str) -> Render:
     they were recorded gives the same samples.
     """
     spec = read_dataset(paths, dataset)
-    recipe, samples_of = spec.recipe, dict[str, tuple[Grasp, int]]()
+    recipe, samples_of = spec.recipe, dict[str, tuple[RecipeGrasp, int]]()
     if recipe is not None:
         sessions = session_names(recipe)
         planned = planned_grasps(paths.dataset(dataset), spec, sessions)

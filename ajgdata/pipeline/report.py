@@ -39,7 +39,7 @@ from ajgdata.report.comparison import (
 )
 from ajgdata.report.format import number, words
 from ajgdata.report.navigation import LEADS, Group, Link, experiment_link, navigation
-from ajgdata.report.report_data import Part, Report, TaskSection
+from ajgdata.report.report_data import Report, ReportPart, TaskSection
 from ajgdata.store.features import open_store, read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.models import ABOUT_FILE, read_description
@@ -362,9 +362,9 @@ def _sections(paths: Paths, results: Sequence[TaskResults]) -> Iterator[TaskSect
         )
 
 
-def _part(paths: Paths, results: TaskResults) -> Part:
+def _part(paths: Paths, results: TaskResults) -> ReportPart:
     experiment = EXPERIMENTS[results.experiment]
-    return Part(
+    return ReportPart(
         experiment=experiment.name,
         page=results.page,
         title=experiment.title,

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.paths import Paths
-from ajgdata.store.features import Column, FeatureRows
+from ajgdata.store.features import FeatureColumn, FeatureRows
 from ajgdata.store.findings import is_rejected
 from ajgdata.store.labels import CHANNEL_LEVELS, label_columns
 from ajgdata.store.publishing.differences import Rows, counted, differences
@@ -151,7 +151,7 @@ def _different_labels(spec: DatasetSpec, store: FeatureRows, tables: SessionTabl
     return phrases
 
 
-def _rows(used: list[str], columns: Mapping[str, Column], names: list[str]) -> Rows:
+def _rows(used: list[str], columns: Mapping[str, FeatureColumn], names: list[str]) -> Rows:
     """Return the cells of the recordings `names`; `used` are the recordings of `columns`."""
     cells = {column: cell_texts(values.values) for column, values in columns.items()}
     position = {name: row for row, name in enumerate(used)}

@@ -136,12 +136,12 @@ def _guard_arrays(
 ) -> dict[str, np.ndarray]:
     """Return the arrays of the guard by name; references are recordings of no object that have no
     value of the target either: if an empty gripper is a class, there are no references."""
-    from ajgdata.evaluate.novelty import Guard
+    from ajgdata.evaluate.novelty import NoveltyGuard
 
     values = table.columns[target].values
     missing = ~np.isfinite(values) if kind == "regression" else values == ""
     empty = missing & (table.columns["object"].values == "")
-    guard = Guard.of(data.feature, grasp, objects).with_references(table.feature[empty])
+    guard = NoveltyGuard.of(data.feature, grasp, objects).with_references(table.feature[empty])
     names = [field.name for field in dataclasses.fields(guard)]
     return {name: getattr(guard, name) for name in names if not name.endswith("threshold")}
 

@@ -13,7 +13,7 @@ from ajgdata.report.render import environment
 from ajgdata.report.report_data import DatasetSummary
 from ajgdata.store.files import yaml_bytes
 from ajgdata.store.publishing.documents import About
-from ajgdata.store.publishing.table import Table
+from ajgdata.store.publishing.table import PublishedTable
 
 #: Types that pandas has for the columns of metadata.csv.
 PANDAS_TYPES = {"string": "str", "integer": "int64", "number": "float64"}
@@ -24,7 +24,7 @@ MAX_FINDINGS = 20
 def render_card(
     about: About,
     summary: DatasetSummary,
-    table: Table,
+    table: PublishedTable,
     sizes: Mapping[str, int],
     provenance: Mapping[str, str],
     project: Paths | None = None,

@@ -150,7 +150,7 @@ def mark_of(role: Role, score: Score, scale: float = 1.0) -> Mark:
     return Mark(role, value, value - below, value + above)
 
 
-class Cost(NamedTuple):
+class ResultCost(NamedTuple):
     """Cost of a result: CPU time of training, and wall time of predicting one recording alone."""
 
     train_cpu_s: float
@@ -210,7 +210,7 @@ class PaperComparison:
     result: str
     model: str
     agrees: Verdict
-    cost: Cost | None = None
+    cost: ResultCost | None = None
     reasons: tuple[Reason, ...] = ()
     marks: tuple[Mark, ...] = ()
     label: str = ""

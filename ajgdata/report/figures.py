@@ -7,8 +7,7 @@ import math
 import numpy as np
 
 from ajgdata.report.format import Caption, Score, number, words
-from ajgdata.report.marks import Picture, Point, illustration
-from ajgdata.report.page import spectra_name
+from ajgdata.report.marks import FigureContent, Point, illustration
 from ajgdata.report.report_data import DatasetSummary, Illustration, Spectra
 
 #: Where the mean spectrum is further below its peak, differences are of next to nothing.
@@ -30,7 +29,7 @@ def spectra_figure(dataset: DatasetSummary, spectra: Spectra) -> Illustration:
         at = int(np.argmax(spread))
         where = f"{number(frequency[at], 2)} Hz, by {number(float(spread[at]), 2)} dB"
         title = f"Means per {grouping} differ most at {where}"
-    picture = Picture(
+    content = FigureContent(
         title,
         f"{dataset.title}, {dataset.n_recordings:,} recordings",
         (dataset.source,),
@@ -43,7 +42,7 @@ def spectra_figure(dataset: DatasetSummary, spectra: Spectra) -> Illustration:
         ("frequency", "Hz"),
     )
     text = f"Mean spectrum of each {grouping} of {dataset.title} ({dataset.source}), in dB of the "
-    drawn = illustration(spectra_name(dataset.name), "lines", picture, f"{text}highest value.")
+    drawn = illustration(dataset.spectra_name, "lines", content, f"{text}highest value.")
     alt = f"{title}. Mean spectrum in dB for each {grouping}: {', '.join(spectra.labels)}."
     return drawn._replace(caption=Caption(drawn.caption.text, alt))
 

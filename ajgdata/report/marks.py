@@ -55,7 +55,7 @@ class Point(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Picture:
+class FigureContent:
     """Points and the words of a figure; `axis` and `place` name its value and its x axis.
 
     `chance` is the chance level per panel, `published` a value of the paper, or x and value
@@ -92,62 +92,62 @@ class Picture:
         return [p for p in self.points if (p.panel, p.series) == (panel, series)]
 
 
-def illustration(name: str, mark: MarkName, picture: Picture, text: str) -> Illustration:
+def illustration(name: str, mark: MarkName, content: FigureContent, text: str) -> Illustration:
     """Return a figure with a caption; its alternative text lists title and points."""
     listed = (
         f"{', '.join(place_text(part, '') for part in (p.panel, p.series, p.x) if part != '')}: "
         f"{value_text(p.score.mean)}"
-        for p in picture.points[:MAX_LISTED]
+        for p in content.points[:MAX_LISTED]
     )
-    suffix = " and more" if len(picture.points) > MAX_LISTED else ""
-    alt = f"{picture.title}. {'; '.join(listed)}{suffix}."
-    return Illustration(name, Caption(text, alt), partial(draw, mark, picture), picture.title)
+    suffix = " and more" if len(content.points) > MAX_LISTED else ""
+    alt = f"{content.title}. {'; '.join(listed)}{suffix}."
+    return Illustration(name, Caption(text, alt), partial(draw, mark, content), content.title)
 
 
-def draw(mark: MarkName, picture: Picture) -> Figure:
+def draw(mark: MarkName, content: FigureContent) -> Figure:
     """Return the figure of a mark. Raises ValueError for an unknown mark, and without points."""
     if mark not in MARKS:
         raise ValueError(f"there is no mark {mark!r}: use one of {', '.join(MARKS)}")
-    if not picture.points:
-        raise ValueError(f"{picture.title}: there are no points to draw")
-    return MARKS[mark](picture)
+    if not content.points:
+        raise ValueError(f"{content.title}: there are no points to draw")
+    return MARKS[mark](content)
 
 
-def lines(picture: Picture) -> Figure:
+def lines(content: FigureContent) -> Figure:
     """Return one line per series over the x axis, with bars."""
-    figure, grid = _grid(picture)
-    for axes, panel in zip(grid, picture.panels, strict=True):
-        for index, name in enumerate(picture.series):
-            points = sorted(picture.of(panel, name), key=lambda point: point.x)
-            x, mean, bars = _arrays(points, picture.limits)
+    figure, grid = _grid(content)
+    for axes, panel in zip(grid, content.panels, strict=True):
+        for index, name in enumerate(content.series):
+            points = sorted(content.of(panel, name), key=lambda point: point.x)
+            x, mean, bars = _arrays(points, content.limits)
             style = line_style(index)
             if len(points) > MAX_MARKERS:
                 axes.plot(x, mean, label=name, **style | {"marker": "", "lw": 0.9})
             elif points:
                 axes.errorbar(x, mean, bars, label=name, capsize=2.0, elinewidth=0.7, **style)
-        _references(axes, picture, panel, "y")
-        _numeric_x(axes, picture, panel)
-    return _finished(figure, grid, picture)
+        _references(axes, content, panel, "y")
+        _numeric_x(axes, content, panel)
+    return _finished(figure, grid, content)
 
 
-def scatter(picture: Picture) -> Figure:
+def scatter(content: FigureContent) -> Figure:
     """Return points over their cost, with a line along their Pareto front: no point is lower at the
     same cost or less."""
-    figure, grid = _grid(picture)
-    for axes, panel in zip(grid, picture.panels, strict=True):
-        own = [point for point in picture.points if point.panel == panel]
-        cost, value, _ = _arrays(own, picture.limits)
+    figure, grid = _grid(content)
+    for axes, panel in zip(grid, content.panels, strict=True):
+        own = [point for point in content.points if point.panel == panel]
+        cost, value, _ = _arrays(own, content.limits)
         front = np.flatnonzero(pareto_front(cost, value))
         front = front[np.argsort(cost[front], kind="stable")]
         axes.plot(cost[front], value[front], color=GREY, lw=0.8, zorder=1)
-        for index, name in enumerate(picture.series):
-            if points := picture.of(panel, name):
+        for index, name in enumerate(content.series):
+            if points := content.of(panel, name):
                 style = {**line_style(index), "ls": "", "elinewidth": 0.7}
-                axes.errorbar(*_arrays(points, picture.limits), label=name, **style)
-        _references(axes, picture, panel, "y")
-        _numeric_x(axes, picture, panel)
+                axes.errorbar(*_arrays(points, content.limits), label=name, **style)
+        _references(axes, content, panel, "y")
+        _numeric_x(axes, content, panel)
         axes.margins(x=0.12)
-    return _finished(figure, grid, picture)
+    return _finished(figure, grid, content)
 
 
 def pareto_front(cost: np.ndarray, value: np.ndarray) -> np.ndarray:
@@ -161,58 +161,58 @@ def pareto_front(cost: np.ndarray, value: np.ndarray) -> np.ndarray:
     return ~np.any(no_worse & better, axis=0)
 
 
-def rows(picture: Picture) -> Figure:
+def rows(content: FigureContent) -> Figure:
     """Return one row per place, with the interval of each series."""
-    places = list(dict.fromkeys(str(point.x) for point in picture.points))
-    count, series = len(picture.panels), picture.series
+    places = list(dict.fromkeys(str(point.x) for point in content.points))
+    count, series = len(content.panels), content.series
     height = 1.5 + max(ROW_IN, 0.16 * len(series)) * len(places)
-    figure = new_figure((WIDTH_IN, height), picture.title, picture.subtitle, picture.sources)
+    figure = new_figure((WIDTH_IN, height), content.title, content.subtitle, content.sources)
     grid = figure.subplots(1, count, sharey=True, squeeze=False)[0]
-    for axes, panel in zip(grid, picture.panels, strict=True):
+    for axes, panel in zip(grid, content.panels, strict=True):
         for index, name in enumerate(series):
-            if points := picture.of(panel, name):
-                _, mean, bars = _arrays(points, picture.limits)
+            if points := content.of(panel, name):
+                _, mean, bars = _arrays(points, content.limits)
                 shift = 0.14 * (index - (len(series) - 1) / 2)
                 y = np.array([places.index(str(point.x)) for point in points]) + shift
                 style = {**line_style(index), "ls": "", "capsize": 2.0}
                 axes.errorbar(mean, y, xerr=bars, label=name, **style)
-        _references(axes, picture, panel, "x")
+        _references(axes, content, panel, "x")
         axes.set_yticks(range(len(places)), places)
         axes.set_ylim(len(places) - 0.5, -0.5)
-        if picture.log:
+        if content.log:
             axes.set_xscale("log")
             plain_ticks(axes.xaxis)
         axes.grid(False, axis="y")
         axes.set_title(fill(panel, 60 // count), fontsize=9)
-        axes.set_xlabel(_axis_label(picture.axis, 60 // count))
+        axes.set_xlabel(_axis_label(content.axis, 60 // count))
     return _legend(figure, grid)
 
 
-def histogram(picture: Picture) -> Figure:
+def histogram(content: FigureContent) -> Figure:
     """Return the share of the points of each series that are at least as large as the value."""
-    figure, grid = _grid(picture)
-    for axes, panel in zip(grid, picture.panels, strict=True):
-        for index, name in enumerate(picture.series):
-            values = np.sort([point.score.mean for point in picture.of(panel, name)])
+    figure, grid = _grid(content)
+    for axes, panel in zip(grid, content.panels, strict=True):
+        for index, name in enumerate(content.series):
+            values = np.sort([point.score.mean for point in content.of(panel, name)])
             if len(values):
                 share = np.append(1, 1 - np.arange(len(values)) / len(values))
                 style = line_style(index)
                 look = {"color": style["color"], "ls": style["ls"]}
                 axes.step(np.append(values[0], values), share, label=name, **look)
-        _references(axes, picture, panel, "x")
-        axes.set(ylim=(0, 1.02), xlabel=_axis_label(picture.axis))
+        _references(axes, content, panel, "x")
+        axes.set(ylim=(0, 1.02), xlabel=_axis_label(content.axis))
     grid[0].set_ylabel("share at least as large")
     return _legend(figure, grid)
 
 
-def matrix(picture: Picture) -> Figure:
+def matrix(content: FigureContent) -> Figure:
     """Return shares (score) of predicted classes (series) per true class (x)."""
-    predicted, true = picture.series, list(dict.fromkeys(str(p.x) for p in picture.points))
+    predicted, true = content.series, list(dict.fromkeys(str(p.x) for p in content.points))
     shares = np.zeros((len(true), len(predicted)))
-    for point in picture.points:
+    for point in content.points:
         shares[true.index(str(point.x)), predicted.index(point.series)] = point.score.mean
     size = (WIDTH_IN, 1.9 + min(0.34 * len(true), 5.0))
-    figure = new_figure(size, picture.title, picture.subtitle, picture.sources)
+    figure = new_figure(size, content.title, content.subtitle, content.sources)
     axes = figure.subplots()
     axes.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="equal")
     axes.grid(False)
@@ -221,7 +221,7 @@ def matrix(picture: Picture) -> Figure:
     axes.set_xticks(range(len(predicted)), predicted, **many)
     axes.set_yticks(range(len(true)), true)
     axes.tick_params(length=0)
-    axes.set(xlabel=_axis_label(picture.axis), ylabel=_axis_label(picture.place))
+    axes.set(xlabel=_axis_label(content.axis), ylabel=_axis_label(content.place))
     for row, column in np.argwhere(shares >= 0.005) if len(true) <= MAX_NUMBERED else ():
         share = shares[row, column]
         style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8}
@@ -230,18 +230,18 @@ def matrix(picture: Picture) -> Figure:
     return figure
 
 
-def _grid(picture: Picture) -> tuple[Figure, list[Axes]]:
-    """Return a figure with one panel of equal axes per panel of the picture."""
-    count = len(picture.panels)
+def _grid(content: FigureContent) -> tuple[Figure, list[Axes]]:
+    """Return a figure with one panel of equal axes per panel of the content."""
+    count = len(content.panels)
     columns = min(COLUMNS, count)
     panel_in = 3.0 if count == 1 else PANEL_IN if count <= FEW_PANELS else SMALL_IN
     height = 0.8 + panel_in * math.ceil(count / columns)
-    figure = new_figure((WIDTH_IN, height), picture.title, picture.subtitle, picture.sources)
+    figure = new_figure((WIDTH_IN, height), content.title, content.subtitle, content.sources)
     size: dict[str, Any] = {"nrows": math.ceil(count / columns), "ncols": columns}
     grid = figure.subplots(**size, sharey=True, squeeze=False).ravel().tolist()
     for axes in grid[count:]:
         axes.set_visible(False)
-    for axes, panel in zip(grid, picture.panels, strict=False):
+    for axes, panel in zip(grid, content.panels, strict=False):
         axes.set_title(fill(panel, TITLE_LETTERS), fontsize=9)
     return figure, grid[:count]
 
@@ -260,41 +260,41 @@ def _arrays(
     return x, mean, np.stack([below, above])
 
 
-def _numeric_x(axes: Axes, picture: Picture, panel: str) -> None:
-    x = sorted({float(p.x) for p in picture.points if p.panel == panel})
+def _numeric_x(axes: Axes, content: FigureContent, panel: str) -> None:
+    x = sorted({float(p.x) for p in content.points if p.panel == panel})
     if x[0] > 0 and x[-1] / x[0] >= LOG_RATIO:
         axes.set_xscale("log")
         plain_ticks(axes.xaxis, x if len(x) <= MAX_TICKS else ())
     elif len(x) <= MAX_TICKS:
         axes.set_xticks(x, [number(place) for place in x])
-    axes.set_xlabel(_axis_label(picture.place))
+    axes.set_xlabel(_axis_label(content.place))
 
 
-def _references(axes: Axes, picture: Picture, panel: str, axis: Literal["x", "y"]) -> None:
+def _references(axes: Axes, content: FigureContent, panel: str, axis: Literal["x", "y"]) -> None:
     """Draw chance, the published value, and the line of equal x and value."""
     line = axes.axhline if axis == "y" else axes.axvline
-    for name, value in picture.chance:
+    for name, value in content.chance:
         if name == panel and math.isfinite(value):
-            label = "guess" if picture.ideal else "chance"
+            label = "guess" if content.ideal else "chance"
             line(value, label=label, **CHANCE)
-    if len(picture.published) == 1:
-        line(picture.published[0], label="the paper", **PUBLISHED)
-    elif picture.published:
-        places, values = picture.published[::2], picture.published[1::2]
+    if len(content.published) == 1:
+        line(content.published[0], label="the paper", **PUBLISHED)
+    elif content.published:
+        places, values = content.published[::2], content.published[1::2]
         axes.plot(places, values, "*", color="black", ms=9, ls="", label="the paper")
-    if picture.ideal:
-        ends = [float(f(p.x for p in picture.points)) for f in (min, max)]
+    if content.ideal:
+        ends = [float(f(p.x for p in content.points)) for f in (min, max)]
         axes.plot(ends, ends, label="ideal", **IDEAL)
 
 
-def _finished(figure: Figure, grid: Sequence[Axes], picture: Picture) -> Figure:
-    if picture.log:
+def _finished(figure: Figure, grid: Sequence[Axes], content: FigureContent) -> Figure:
+    if content.log:
         grid[0].set_yscale("log")
         plain_ticks(grid[0].yaxis)
     else:
         grid[0].locator_params(axis="y", nbins=6)  # independent of the layout
     for axes in grid[:: min(COLUMNS, len(grid))]:
-        axes.set_ylabel(_axis_label(picture.axis))
+        axes.set_ylabel(_axis_label(content.axis))
     return _legend(figure, grid)
 
 
@@ -321,7 +321,7 @@ def place_text(x: float | str, unit: str) -> str:
     return x if isinstance(x, str) else with_unit(number(float(x)), unit)
 
 
-MARKS: dict[MarkName, Callable[[Picture], Figure]] = {
+MARKS: dict[MarkName, Callable[[FigureContent], Figure]] = {
     "lines": lines,
     "rows": rows,
     "scatter": scatter,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.signal import spectrogram
 
 from ajgdata.gripper.scene import Scene
-from ajgdata.gripper.simulation import Film
+from ajgdata.gripper.simulation import PressureFrames
 from ajgdata.report.canvas import COLOURS, GREY, SOURCE_COLOURS, styled
 from ajgdata.report.format import number, words
 from ajgdata.report.scenes import draw_pressure, draw_section, section
@@ -41,7 +41,7 @@ class Opening:
     recording: str
     object: str
     scene: Scene
-    film: Film
+    film: PressureFrames
     sweep: Real
     sample_rate_hz: int
     frequency_hz: Real

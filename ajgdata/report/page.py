@@ -23,8 +23,8 @@ from ajgdata.report.comparison import (
 from ajgdata.report.forest import TICKS, model_rows, paper_rows, place
 from ajgdata.report.format import DASH, enumerated, sentence
 from ajgdata.report.navigation import FIXED, PAPER_PAGE, Group, experiment_link
-from ajgdata.report.render import Picture, render, web_link
-from ajgdata.report.report_data import ExperimentPage, Illustration, Part, Report, TaskSection
+from ajgdata.report.render import DrawnFigure, render, web_link
+from ajgdata.report.report_data import ExperimentPage, Illustration, Report, ReportPart, TaskSection
 from ajgdata.types import FeatureSettings
 
 #: End of the name of a task's figure of error against run time.
@@ -74,14 +74,9 @@ def task_figures(report: Report) -> list[Illustration]:
     return list(shown.values())
 
 
-def spectra_name(dataset: str) -> str:
-    """Return the file name, without suffix, of a data set's spectra."""
-    return f"spectra--{dataset}"
-
-
 def render_pages(
     report: Report,
-    figures: Mapping[str, Picture],
+    figures: Mapping[str, DrawnFigure],
     nav: Sequence[Group] = (),
     published: Sequence[str] = (),
     project: Paths | None = None,
@@ -119,7 +114,6 @@ def _shared(report: Report, project: Paths) -> dict[str, Any]:
         "evidence": evidence,
         "published_link": lambda name: link_from_report(project, project.published(name)),
         "quarantine_link": lambda name: link_from_report(project, project.quarantine(name)),
-        "spectra_name": spectra_name,
         "web_link": web_link,
         "feature_settings": _feature_settings(report),
         "run_time_link": run_time_link(report),
@@ -194,7 +188,7 @@ def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
     }
 
 
-def open_figures(page: ExperimentPage, parts: Sequence[Part]) -> list[Illustration]:
+def open_figures(page: ExperimentPage, parts: Sequence[ReportPart]) -> list[Illustration]:
     """Return the figures of a page that are not folded.
 
     A page with its own figures shows only them. Other pages show the first figure of each part.
@@ -234,7 +228,7 @@ def _causes(comparisons: Sequence[PaperComparison]) -> list[tuple[bool, Reason, 
 def _page_answer(
     page: ExperimentPage,
     comparisons: Sequence[PaperComparison],
-    parts: Sequence[tuple[TaskSection, Part]],
+    parts: Sequence[tuple[TaskSection, ReportPart]],
 ) -> str:
     """Return the first sentence of a page: on the paper's result, the figure or the best model."""
     compared = filter(None, map(compared_sentence, comparisons))

@@ -20,7 +20,7 @@ from ajgdata.report.report_data import Illustration
 from ajgdata.store.report_files import template_folders
 
 
-class Picture(NamedTuple):
+class DrawnFigure(NamedTuple):
     """A figure that is drawn: `image` is its address relative to the report's folder, as are
     `links`, its files by suffix.
     """
@@ -31,14 +31,14 @@ class Picture(NamedTuple):
     links: Mapping[str, str]
 
 
-def picture(illustration: Illustration, folder: str) -> Picture:
+def drawn_figure(illustration: Illustration, folder: str) -> DrawnFigure:
     """Return an illustration whose files lie in `folder` of the report."""
     name = illustration.name
     links = {suffix: f"{folder}/{name}.{suffix}" for suffix in FIGURE_FORMATS}
-    return Picture(name, illustration.caption, links["svg"], links)
+    return DrawnFigure(name, illustration.caption, links["svg"], links)
 
 
-def draw_figures(illustrations: Iterable[Illustration], folder: Path) -> dict[str, Picture]:
+def draw_figures(illustrations: Iterable[Illustration], folder: Path) -> dict[str, DrawnFigure]:
     """Draw figures, save them to `folder`, one of the report's, and return them by name."""
     from ajgdata.report.canvas import draw, save_figure
 
@@ -46,12 +46,12 @@ def draw_figures(illustrations: Iterable[Illustration], folder: Path) -> dict[st
     folder.mkdir(parents=True, exist_ok=True)  # also if it holds none
     for illustration in listed:
         save_figure(draw(illustration), folder / illustration.name)
-    return {illustration.name: picture(illustration, folder.name) for illustration in listed}
+    return {illustration.name: drawn_figure(illustration, folder.name) for illustration in listed}
 
 
 def render(
     template: str,
-    figures: Mapping[str, Picture],
+    figures: Mapping[str, DrawnFigure],
     *,
     here: str = "",
     project: Paths | None = None,

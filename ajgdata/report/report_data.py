@@ -1,6 +1,6 @@
 """Content of a report: plain values, figures that are not drawn yet, and text.
 
-The report knows a list of experiments and none by name: what one has to show is in its `Part`.
+The report has a list of experiments, and none by name: a `ReportPart` has what an experiment shows.
 """
 
 from __future__ import annotations
@@ -102,6 +102,11 @@ class DatasetSummary:
     samples: tuple[tuple[str, str], ...] = ()  #: label and link of a recording of each class
 
     @property
+    def spectra_name(self) -> str:
+        """Return the name of the figure of its mean spectra."""
+        return f"spectra--{self.name}"
+
+    @property
     def n_left_out(self) -> int:
         """Return the number of recordings that were left out."""
         return len(left_out(self.findings))
@@ -118,7 +123,7 @@ class DatasetSummary:
 
 
 @dataclass(frozen=True)
-class Part:
+class ReportPart:
     """One experiment on one task: rows of the main table, figures, tables.
 
     `summary` stands first; `text` (Markdown) has question, method, and how to read the figure.
@@ -148,7 +153,7 @@ class TaskSection:
     task: str
     title: str
     source: Source
-    parts: tuple[Part, ...]
+    parts: tuple[ReportPart, ...]
 
     @property
     def anchor(self) -> str:

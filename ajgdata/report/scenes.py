@@ -16,7 +16,7 @@ from scipy.ndimage import binary_closing, zoom
 from ajgdata.gripper.geometry import cavity
 from ajgdata.gripper.relief import RASTER_M, relief
 from ajgdata.gripper.scene import Scene
-from ajgdata.gripper.simulation import Film
+from ajgdata.gripper.simulation import PressureFrames
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.format import number
 
@@ -109,7 +109,7 @@ def draw_section(axes: Axes, scene: Scene, cut: Section, held: str, pt: float) -
     axes.text(at, middle, held.replace(" ", "\n"), **bold, **name)
 
 
-def draw_pressure(axes: Axes, scene: Scene, cut: Section, film: Film, index: int) -> None:
+def draw_pressure(axes: Axes, scene: Scene, cut: Section, film: PressureFrames, index: int) -> None:
     """Draw the pressure of a frame of `film` (plane xz) over the cut: clear where nothing moves."""
     _draw_parts(axes, scene, cut, lw=1.0)
     half = 500 * (film.up_m[1] - film.up_m[0])

@@ -11,11 +11,10 @@ import numpy as np
 from ajgdata.paths import Paths
 from ajgdata.report.accuracy_figure import accuracy_figure
 from ajgdata.report.format import Score, number, words
-from ajgdata.report.marks import MarkName, Picture, Point, illustration
+from ajgdata.report.marks import FigureContent, MarkName, Point, illustration
 from ajgdata.report.navigation import LEADS, Group
 from ajgdata.report.omissions_figure import omissions_figure
-from ajgdata.report.render import Picture as Drawn
-from ajgdata.report.render import render
+from ajgdata.report.render import DrawnFigure, render
 from ajgdata.report.report_data import Illustration
 from ajgdata.report.stability_figure import stability_figure
 from ajgdata.report.study_tables import holds, numeric, passed, shown_tables
@@ -27,7 +26,7 @@ def render_study(
     name: str,
     provenance: Mapping[str, Any],
     tables: Sequence[Table],
-    figures: Mapping[str, Drawn],
+    figures: Mapping[str, DrawnFigure],
     nav: Sequence[Group] = (),
     project: Paths | None = None,
 ) -> str:
@@ -78,8 +77,8 @@ def _illustration(
 ) -> Illustration:  # fmt: skip
     """Return a figure of simulated results with a logarithmic axis; values of 0 are left out."""
     shown = tuple(point for point in points if point.score.mean > 0)
-    picture = Picture(title, about, ("simulated",), shown, (axis, ""), place, log=True)
-    return illustration(table.name, mark, picture, text)
+    content = FigureContent(title, about, ("simulated",), shown, (axis, ""), place, log=True)
+    return illustration(table.name, mark, content, text)
 
 
 def _points(table: Table, key: str, series: str, x: str) -> list[Point]:
@@ -131,7 +130,7 @@ def breaking_mirror(table: Table) -> Illustration:
     ]
     chance = {str(row["task"]): float(row["chance"]) for row in table.rows}
     title, _, unit = x_title.removesuffix(")").partition(" (")
-    picture = Picture(
+    content = FigureContent(
         smallest_changes(table),
         "paper's protocol: 19 angles, 8 withheld; mean and standard deviation over folds",
         ("simulated",),
@@ -145,7 +144,7 @@ def breaking_mirror(table: Table) -> Illustration:
         "Error of the direction of the bar at withheld angles. A plain number, as in the paper, or "
         "sine and cosine of twice the angle are predicted."
     )
-    return illustration(table.name, "lines", picture, text)
+    return illustration(table.name, "lines", content, text)
 
 
 def smallest_changes(table: Table) -> str:

@@ -36,7 +36,7 @@ _COMPRESSED = {"zlib": True, "complevel": 4, "shuffle": True}
 
 
 @dataclass(frozen=True)
-class Column:
+class FeatureColumn:
     """One labelled column: text, int or float values and their attributes."""
 
     values: np.ndarray
@@ -49,16 +49,16 @@ class FeatureRows:
 
     feature: np.ndarray
     frequency_hz: np.ndarray
-    columns: Mapping[str, Column]
+    columns: Mapping[str, FeatureColumn]
     attrs: Mapping[str, str | float | int]
 
 
-def text_column(values: Sequence[str], **attrs: str) -> Column:
+def text_column(values: Sequence[str], **attrs: str) -> FeatureColumn:
     """Return a column of text; the empty string is a missing value. Raises ValueError for text that
     holds NUL, which ends a text in netCDF."""
     if any("\0" in value for value in values):
         raise ValueError("a text holds a NUL character")
-    return Column(np.asarray(values, dtype=np.str_), attrs)
+    return FeatureColumn(np.asarray(values, dtype=np.str_), attrs)
 
 
 def write_store(path: Path, table: FeatureRows) -> None:
@@ -81,7 +81,7 @@ def write_store(path: Path, table: FeatureRows) -> None:
     write_netcdf(path, dataset)
 
 
-def as_coordinates(columns: Mapping[str, Column]) -> dict[str, xr.Variable]:
+def as_coordinates(columns: Mapping[str, FeatureColumn]) -> dict[str, xr.Variable]:
     """Return columns (n,) as coordinates along `recording`, in the order of their names."""
     import xarray as xr
 
@@ -168,10 +168,12 @@ def open_netcdf(path: Path) -> xr.Dataset:
     return dataset
 
 
-def columns_of(dataset: xr.Dataset) -> dict[str, Column]:
+def columns_of(dataset: xr.Dataset) -> dict[str, FeatureColumn]:
     """Return the coordinates (n,) along `recording`, in the order of their names."""
     return {
-        str(name): Column(array.values, {key: str(text) for key, text in array.attrs.items()})
+        str(name): FeatureColumn(
+            array.values, {key: str(text) for key, text in array.attrs.items()}
+        )
         for name, array in sorted(dataset.coords.items(), key=lambda item: str(item[0]))
         if array.dims == ("recording",)
     }
@@ -216,7 +218,7 @@ class Latents:
 
     latent: Mapping[int, np.ndarray]
     validation_fold: np.ndarray
-    columns: Mapping[str, Column]
+    columns: Mapping[str, FeatureColumn]
     attrs: Mapping[str, str | float | int]
 
 
@@ -224,7 +226,7 @@ def write_latents(path: Path, latents: Latents) -> None:
     """Write atomically; the same content gives the same bytes."""
     import xarray as xr
 
-    fold = Column(latents.validation_fold.astype(np.int32))
+    fold = FeatureColumn(latents.validation_fold.astype(np.int32))
     arrays = {
         f"{LATENT}{dimension}": xr.Variable(
             ("fold", "init", "recording", f"dimension_{dimension}"),

@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
-from ajgdata.store.features import Column, FeatureRows, text_column
+from ajgdata.store.features import FeatureColumn, FeatureRows, text_column
 from ajgdata.types import Finding, Target
 
 #: Columns of the table of labels that identify rows; all others become coordinates as they are.
@@ -103,13 +103,13 @@ def parse_levels(text: str) -> tuple[float, ...]:
 
 def take_rows(table: FeatureRows, rows: np.ndarray) -> FeatureRows:
     """Return the rows that `rows` (m,), numbers or booleans, chooses."""
-    columns = {n: Column(c.values[rows], c.attrs) for n, c in table.columns.items()}
+    columns = {n: FeatureColumn(c.values[rows], c.attrs) for n, c in table.columns.items()}
     return dataclasses.replace(table, feature=table.feature[rows], columns=columns)
 
 
 def label_columns(
     rows: Sequence[Mapping[str, str]], names: Collection[str], targets: Mapping[str, Target]
-) -> dict[str, Column]:
+) -> dict[str, FeatureColumn]:
     """Return the columns of recordings (n,), of which each has a row of labels with `session_id`.
 
     `recording`, `grasp_id` and `placement_id` become unique in the data set by putting the session
@@ -135,7 +135,7 @@ def label_columns(
             for name, target in targets.items()
             if name in names
         },
-        "sample": Column(samples, {"long_name": MEANINGS["sample"], "units": "1"}),
+        "sample": FeatureColumn(samples, {"long_name": MEANINGS["sample"], "units": "1"}),
     }
 
 
@@ -145,19 +145,19 @@ def placement_name(row: Mapping[str, str]) -> str:
     return f"{row['session_id']}/{placement}" if placement else ""
 
 
-def _standard(name: str, values: Sequence[str]) -> Column:
+def _standard(name: str, values: Sequence[str]) -> FeatureColumn:
     """Return a column of text that is no target, with its meaning if every store has it."""
     return text_column(values, **({"long_name": MEANINGS[name]} if name in MEANINGS else {}))
 
 
-def target_column(values: Sequence[float | str], target: Target) -> Column:
+def target_column(values: Sequence[float | str], target: Target) -> FeatureColumn:
     """Return values of a target with their unit and meaning."""
     attrs = {"long_name": target.description} if target.description else {}
     if target.kind == "classification":
         return text_column([str(v) for v in values], **attrs, role="target")
     if target.unit:
         attrs["units"] = target.unit
-    return Column(np.asarray(values, np.float64), {**attrs, "role": "target"})
+    return FeatureColumn(np.asarray(values, np.float64), {**attrs, "role": "target"})
 
 
 def without_copies(table: FeatureRows, targets: Sequence[str]) -> tuple[FeatureRows, list[Finding]]:

@@ -14,7 +14,7 @@ from pathlib import Path
 from ajgdata.paths import SOURCE_FILE, Paths, brought
 from ajgdata.store.files import alone, read_model, write_if_changed
 from ajgdata.store.publishing.archive import AGAIN
-from ajgdata.types import DataError, GitPart, Source
+from ajgdata.types import DataError, DatasetSource, GitPart
 
 #: Files are stored unchanged: line ends are not converted and no filter of the user is run.
 _ATTRIBUTES = b"* -text !eol -ident -filter -working-tree-encoding\n"
@@ -29,16 +29,16 @@ def list_sources(paths: Paths) -> list[str]:
     return sorted(file.parent.name for file in paths.datasets.glob(f"*/{SOURCE_FILE}"))
 
 
-def read_source(paths: Paths, dataset: str) -> Source:
+def read_source(paths: Paths, dataset: str) -> DatasetSource:
     """Return the source of a data set; DataError names file, line, key, value and fix."""
     path = paths.source(dataset)
     if not path.is_file():
         known = ", ".join(list_sources(paths)) or "none"
         raise DataError(path, "there is no such file", f"fetch one of {known}")
-    return read_model(path, Source)
+    return read_model(path, DatasetSource)
 
 
-def bring(dataset: str, source: Source) -> Path:
+def bring(dataset: str, source: DatasetSource) -> Path:
     """Return the folder with the recordings of a source, each part as in its commit.
 
     Git downloads only missing files, so the same call resumes after

@@ -14,7 +14,7 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from ajgdata.store.audio import check_layout, inspect_audio, read_audio
-from ajgdata.store.features import Column, text_column
+from ajgdata.store.features import FeatureColumn, text_column
 from ajgdata.store.findings import is_rejected
 from ajgdata.store.labels import bad_labels, label_columns
 from ajgdata.store.session_audio import checked_sha256, label_rows
@@ -105,7 +105,7 @@ def _source(
 
 
 def _lazy(
-    sources: Sequence[AudioSource], columns: Mapping[str, Column], audio: AudioSettings
+    sources: Sequence[AudioSource], columns: Mapping[str, FeatureColumn], audio: AudioSettings
 ) -> xr.Dataset:
     """Return the lazy array with its time axis in seconds, and `columns` (n,) as coordinates."""
     lazy = Waveforms(sources, audio)

@@ -79,17 +79,17 @@ ALL = "together"
 
 
 @dataclass(frozen=True)
-class Run:
+class SimulationRun:
     """Result and cost of one simulation."""
 
     feature: Real
     time_s: float
 
 
-def run(scene: Scene, repeats: int = 1) -> Run:
+def run(scene: Scene, repeats: int = 1) -> SimulationRun:
     """Simulate a scene `repeats` times; the time is the shortest."""
     response, time_s = timed(partial(simulate, scene), repeats)
-    return Run(unit_feature(noise_free(response)), time_s)
+    return SimulationRun(unit_feature(noise_free(response)), time_s)
 
 
 def level_db(feature: Real) -> Real:
@@ -133,8 +133,8 @@ def budget_rows(
     kind: str,
     settings: Settings,
     sources: Mapping[str, Sequence[Settings]],
-    default: Run,
-    best: Run,
+    default: SimulationRun,
+    best: SimulationRun,
     repeats: int,
 ) -> list[dict[str, Value]]:
     """Return a row for each setting of each source of error of a scene, and one for the default
@@ -161,8 +161,8 @@ def _row(
     kind: str,
     source: str,
     setting: str,
-    result: Run,
-    reference: Run,
+    result: SimulationRun,
+    reference: SimulationRun,
     default_s: float,
     *,
     is_default: bool,
@@ -180,7 +180,7 @@ def _row(
 
 
 def difference_rows(
-    kind: str, settings: Settings, defaults: Sequence[Run], bests: Sequence[Run]
+    kind: str, settings: Settings, defaults: Sequence[SimulationRun], bests: Sequence[SimulationRun]
 ) -> list[dict[str, Value]]:
     """Return a row per band: the error of the default settings in the difference between the levels
     of two objects in the same grasp, and the scatter between grasps of the first object.

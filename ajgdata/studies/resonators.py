@@ -24,14 +24,14 @@ TABLE = "resonators.yaml"
 HIGHEST_DEGREE = 6
 
 
-class Quantity(Strict):
+class MeasuredValue(Strict):
     """A measured or fitted value and its standard uncertainty, in the unit that its key names."""
 
     value: float
     uncertainty: float
 
 
-class Source(Strict):
+class MeasurementSource(Strict):
     """Origin of the recordings: repository, commit, licence, and the files that were used."""
 
     repository: str
@@ -47,11 +47,11 @@ class SphereMeasurement(Strict):
     subtracted. The radius is fitted to the same resonances, so only their ratios are a test.
     """
 
-    source: Source
+    source: MeasurementSource
     temperature_c: float
-    radius_mm: Quantity
-    lag_hz: Quantity
-    resonances_hz: tuple[Quantity, ...]
+    radius_mm: MeasuredValue
+    lag_hz: MeasuredValue
+    resonances_hz: tuple[MeasuredValue, ...]
 
 
 class TubeMeasurement(Strict):
@@ -60,14 +60,14 @@ class TubeMeasurement(Strict):
     length_mm: float
     temperature_c: float
     modes: tuple[int, ...]
-    fundamental_hz: Quantity
+    fundamental_hz: MeasuredValue
 
 
 class TubeSeries(Strict):
     """Tubes of several lengths, with one fitted lag of the sweep for all of them."""
 
-    source: Source
-    lag_hz: Quantity
+    source: MeasurementSource
+    lag_hz: MeasuredValue
     tubes: tuple[TubeMeasurement, ...]
 
 
@@ -75,7 +75,7 @@ class Attenuation(Strict):
     """Attenuation of a plane wave in a band around `frequency_hz`."""
 
     frequency_hz: float
-    attenuation_np_m: Quantity
+    attenuation_np_m: MeasuredValue
 
 
 class ImpedanceTube(Strict):
@@ -85,11 +85,11 @@ class ImpedanceTube(Strict):
     over the thermoviscous attenuation, one value for the complete band.
     """
 
-    source: Source
+    source: MeasurementSource
     width_mm: float
-    sound_speed_m_s: Quantity
+    sound_speed_m_s: MeasuredValue
     temperature_c: float
-    ratio: Quantity
+    ratio: MeasuredValue
     bands: tuple[Attenuation, ...]
 
 

@@ -48,5 +48,5 @@ from ajgdata.types.session import (
     is_reserved,
 )
 from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
-from ajgdata.types.source import GitOrigin, GitPart, Source
+from ajgdata.types.source import DatasetSource, GitOrigin, GitPart
 from ajgdata.types.tasks import CROSS_VALIDATION, Embedding, Task

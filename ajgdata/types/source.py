@@ -44,7 +44,7 @@ class GitOrigin(Strict):
         return self
 
 
-class Source(Strict):
+class DatasetSource(Strict):
     """source.yaml: source of the recordings of a data set. Its dataset.yaml describes them,
     their licence, and how they are read."""
 

@@ -10,7 +10,7 @@ from report_samples import PAPER, sample_report
 
 from ajgdata.paths import FIGURES, TABLES
 from ajgdata.pipeline.exports import write_exports
-from ajgdata.report.comparison import Cost, PaperComparison, mark_of
+from ajgdata.report.comparison import PaperComparison, ResultCost, mark_of
 from ajgdata.report.format import Score
 from ajgdata.report.navigation import Link, experiment_link, navigation
 from ajgdata.report.page import illustrations, render_pages
@@ -99,7 +99,7 @@ def full_report() -> Report:
     )
     page = experiment_link("size")
     comparison = PaperComparison(
-        PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", "better", Cost(7.6, 0.9),
+        PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", "better", ResultCost(7.6, 0.9),
         marks=marks, page=page,
     )  # fmt: skip
     absent = PAPER.model_copy(update={"id": "x", "where": "angles", "text": "8°"})

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ajgdata as package
-from ajgdata.evaluate.novelty import Guard
+from ajgdata.evaluate.novelty import NoveltyGuard
 from ajgdata.loading import Part
 from ajgdata.types import DataError
 
@@ -67,8 +67,8 @@ def test_completion_lists_the_public_names_and_imports_nothing():
 def test_descriptions_state_sizes_and_no_arrays():
     generator = np.random.default_rng(0)
     grasps = np.arange(12) // 2
-    guard = Guard.of(generator.uniform(1, 2, (12, 500)).astype(np.float32), grasps)
-    assert repr(guard) == "<Guard: 6 grasps, 0 references, 500 bins, no threshold>"
+    guard = NoveltyGuard.of(generator.uniform(1, 2, (12, 500)).astype(np.float32), grasps)
+    assert repr(guard) == "<NoveltyGuard: 6 grasps, 0 references, 500 bins, no threshold>"
     x = np.zeros((12, 500), np.float32)
     part = Part(x, np.zeros(12), grasps, grasps.astype(str), ())
     assert repr(part) == "<Part: 12 recordings of 6 groups, 500 bins>"

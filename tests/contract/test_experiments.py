@@ -18,7 +18,7 @@ from ajgdata.gripper import SAMPLE_RATE_HZ
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import requests_for, run_experiment
 from ajgdata.pipeline.recipes import planned_grasps
-from ajgdata.store.features import Column, FeatureRows, text_column, write_store
+from ajgdata.store.features import FeatureColumn, FeatureRows, text_column, write_store
 from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.store.tables import read_measurements
 from ajgdata.types.table import Table
@@ -94,7 +94,7 @@ def write(path: Path, name: str) -> Path:
         values = [row[target] for row in rows]
         if declared.kind == "regression":
             number = np.asarray(values, float)
-            columns[target] = Column(number, {"units": declared.unit})
+            columns[target] = FeatureColumn(number, {"units": declared.unit})
             level += np.outer((number - number.mean()) / number.std(), shape_of(target))
         else:
             columns[target] = text_column([str(value) for value in values])

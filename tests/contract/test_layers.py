@@ -101,7 +101,6 @@ NOT_USED = {
     "publish": {
         "acquire/recipe.py:session_names",
         "report/page.py:link_from_report",
-        "report/page.py:spectra_name",
         "store/report_files.py:template_folders",
         "store/sessions.py:dropped_sessions",
         "types/issue_counts.py:IssueCounts",

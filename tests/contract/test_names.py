@@ -1,40 +1,21 @@
-"""Names of variables, functions, arguments and classes are neither pronouns nor participles."""
+"""One name for one class, and no modules that import each other."""
 
 import ast
-from collections.abc import Iterator
-from pathlib import Path
 
-import pytest
-
-ROOT = Path(__file__).resolve().parents[2]
-AVOIDED = {
-    *("told", "asked", "found", "made", "noted", "parted", "surveyed", "heard"),
-    *("one", "others", "beside"),
-}
-#: Not in the package either.
-AVOIDED_IN_PACKAGE = AVOIDED | {"given", "kept", "wanted", "rest", "most", "more"}
-PACKAGE = ROOT / "ajgdata"
-FOLDERS = (PACKAGE, *(ROOT / name for name in ("tests", "tools", "benchmarks", "docs")))
-FILES = sorted(file for folder in FOLDERS for file in folder.rglob("*.py"))
+from tools.measure_code import import_circles, modules, shared_class_names
 
 
-def names(source: str) -> Iterator[tuple[int, str]]:
-    """Line and name of each variable, function, argument and class."""
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Name):
-            yield node.lineno, node.id
-        elif isinstance(node, ast.arg):
-            yield node.lineno, node.arg
-        elif isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
-            yield node.lineno, node.name
+def test_no_two_classes_have_one_name():
+    assert shared_class_names(modules()) == []
 
 
-@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(ROOT)))
-def test_names_are_nouns(file):
-    avoided = AVOIDED_IN_PACKAGE if file.is_relative_to(PACKAGE) else AVOIDED
-    poor = [
-        f"{file}:{line}: {name}"
-        for line, name in names(file.read_text(encoding="utf-8"))
-        if name.strip("_").lower() in avoided
-    ]
-    assert not poor
+def test_no_modules_import_each_other():
+    assert import_circles(modules()) == []
+
+
+def test_shared_names_and_circles_are_found():
+    first = ast.parse("class Table: ...\nclass Settings: ...\ndef f():\n    import second")
+    second = ast.parse("import first\nclass Table: ...\nclass Settings: ...")
+    trees = {"first": first, "second": second}
+    assert shared_class_names(trees) == ["Table"]
+    assert import_circles(trees) == [["first", "second"]]

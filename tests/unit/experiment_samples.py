@@ -9,7 +9,7 @@ import numpy as np
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Inputs, Other, Outcome, Result, TaskResults
 from ajgdata.models import model_label
-from ajgdata.store.features import Column, FeatureRows, text_column
+from ajgdata.store.features import FeatureColumn, FeatureRows, text_column
 from ajgdata.types import Kind
 from ajgdata.types.table import Table
 
@@ -27,7 +27,7 @@ def small_store(seed: int = 0) -> FeatureRows:
         "recording": text_column([f"s/{n}" for n in range(60)]),
         "grasp_id": text_column([f"s/g{n}" for n in grasp]),
         "object": text_column([OBJECTS[k] for k in kind]),
-        "size": Column(10.0 * kind, {"units": "mm"}),
+        "size": FeatureColumn(10.0 * kind, {"units": "mm"}),
     }
     attrs = {"data_set": "d", "source": "simulated", "git_commit": "", "settings": "{}"}
     return FeatureRows(feature.astype(np.float32), np.arange(60.0), columns, attrs)

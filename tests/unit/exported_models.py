@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ajgdata.evaluate.in_use import Calibration
-from ajgdata.evaluate.novelty import Guard
+from ajgdata.evaluate.novelty import NoveltyGuard
 from ajgdata.features.spectrum import spectrum
 from ajgdata.live.predictor import Predictor
 from ajgdata.models import make_model
@@ -61,7 +61,7 @@ def predictor_of(
     estimator,
     question: str = "classes",
     features: FeatureSettings = FEATURES,
-    guard: Guard | None = None,
+    guard: NoveltyGuard | None = None,
     **calibration,
 ) -> Predictor:
     """An estimator in use."""
@@ -89,9 +89,9 @@ def predictor_of(
         audio=AUDIO,
         features=features,
         calibration=calibrated,
-        guard=Guard.absent(1),
+        guard=NoveltyGuard.absent(1),
     )
-    guard = guard or Guard.absent(len(predictor.frequency_hz))
+    guard = guard or NoveltyGuard.absent(len(predictor.frequency_hz))
     limits = {
         "threshold": calibrated.novelty_threshold,
         "relative_threshold": calibrated.relative_threshold,

@@ -8,7 +8,7 @@ import numpy as np
 import yaml
 from fake_card import FakeLine, fake_card
 
-from ajgdata.acquire.operator import Choice, Decision
+from ajgdata.acquire.operator import Choice, OperatorDecision
 from ajgdata.paths import Paths
 from ajgdata.pipeline import acquire_live as module
 from ajgdata.pipeline.acquire_live import acquire_live
@@ -54,7 +54,7 @@ class Scripted:
         self.calls.append(text)
         answer = self.confirms.get(len(self.calls) - 1)
         if isinstance(answer, Choice):
-            raise Decision(answer)
+            raise OperatorDecision(answer)
         if answer is not None:
             raise answer
 

@@ -9,8 +9,8 @@ from ajgdata.report.report_data import (
     DatasetSummary,
     ExperimentPage,
     Illustration,
-    Part,
     Report,
+    ReportPart,
     ResultRow,
     Spectra,
     TaskSection,
@@ -38,7 +38,7 @@ def row(label: str, value: str, **changes) -> ResultRow:
     return ResultRow(label, "RMSE", value, "8.2 mm", "3.2", "0.21", **changes)
 
 
-def part(rows: tuple[ResultRow, ...], **changes) -> Part:
+def part(rows: tuple[ResultRow, ...], **changes) -> ReportPart:
     values = {
         "experiment": "cross_validation",
         "page": "size",
@@ -48,7 +48,7 @@ def part(rows: tuple[ResultRow, ...], **changes) -> Part:
         "rows": rows,
         "figures": (illustration("size--cnn"), illustration("size--run-time")),
     }
-    return Part(**{**values, **changes})
+    return ReportPart(**{**values, **changes})
 
 
 def sections() -> tuple[TaskSection, ...]:

@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ajgdata.acquire.recipe import Grasp, plan_session, session_names
-from ajgdata.acquire.virtual import GraspError, Take
+from ajgdata.acquire.recipe import RecipeGrasp, plan_session, session_names
+from ajgdata.acquire.virtual import GraspError
 from ajgdata.acquire.writer import acquire_session
+from ajgdata.gripper import SimulatedRecording
 from ajgdata.store.audio import read_audio
 from ajgdata.store.sessions import read_recordings, read_session
 from ajgdata.types import AudioSettings, Recipe
@@ -33,7 +34,8 @@ class Tones:
             raise RuntimeError("the cable came off")
         self.takes.append((grasp.grasp_id, sample))
         phase = 2 * np.pi * np.arange(1000) / self.sample_rate_hz
-        return Take(0.5 * np.sin(grasp.setup["hz"] * phase + sample), clipped=int(sample == 1))
+        samples = 0.5 * np.sin(grasp.setup["hz"] * phase + sample)
+        return SimulatedRecording(samples, clipped_count=int(sample == 1))
 
     def describe(self):
         return {"gripper": "fake", "medium": "air", "device": "none", "scene": {"a": 1}}
@@ -41,7 +43,7 @@ class Tones:
 
 def grasp(name, hz, samples=2):
     placement, digest = f"placement {name}", f"digest of {hz}"
-    return Grasp(name, placement, f"object {name}", samples, {"hz": hz}, {"hz": hz}, digest)
+    return RecipeGrasp(name, placement, f"object {name}", samples, {"hz": hz}, {"hz": hz}, digest)
 
 
 GRASPS = [grasp("g1", 500), grasp("g2", 600), grasp("g3", 700)]

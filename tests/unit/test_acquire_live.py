@@ -13,7 +13,7 @@ from live_lab import Lab, Scripted, declare, response
 from rich.console import Console
 
 from ajgdata.acquire.card import CardError
-from ajgdata.acquire.operator import Choice, Decision, Unattended
+from ajgdata.acquire.operator import Choice, OperatorDecision, Unattended
 from ajgdata.acquire.protocol import whole_grasps
 from ajgdata.acquire.robot import RobotError
 from ajgdata.paths import Paths
@@ -235,7 +235,7 @@ def test_who_ends_it_at_a_question_leaves_no_half_grasp(lab, ends):
     class Leaves(Scripted):
         def decide(self, problem, choices):
             if isinstance(ends, Choice):
-                raise Decision(ends)  # the terminal is gone
+                raise OperatorDecision(ends)  # the terminal is gone
             raise ends
 
     lab.lines = [FakeLine(response(), noise=1e-4, faults=[Fault(), *[Fault(nan=True)] * 3])]

@@ -16,7 +16,7 @@ from ajgdata.features.spectrum import spectrum
 from ajgdata.pipeline.recipes import acquire_virtual, renderer
 from ajgdata.pipeline.recordings import RecordingReader
 from ajgdata.store.audio import read_audio, write_pcm24
-from ajgdata.store.features import Column, FeatureRows, text_column
+from ajgdata.store.features import FeatureColumn, FeatureRows, text_column
 from ajgdata.store.sessions import read_dataset, read_recordings
 from ajgdata.types import (
     AudioSettings,
@@ -52,7 +52,7 @@ def recorded(project) -> Inputs:
     columns = {
         "recording": text_column([f"virtual-01/{row.recording_id}" for row in rows]),
         "grasp_id": text_column([f"virtual-01/{row.grasp_id}" for row in rows]),
-        "edge_mm": Column(np.array([float(row.labels["edge_mm"]) for row in rows])),
+        "edge_mm": FeatureColumn(np.array([float(row.labels["edge_mm"]) for row in rows])),
     }
     feature = np.array([spectrum(signal, RATE, FeatureSettings()) for signal in samples])
     attrs = {"data_set": "d", "source": "simulated", "git_commit": "", "settings": "{}"}
@@ -133,7 +133,7 @@ def echoes(project) -> Inputs:
     columns = {
         "recording": text_column(NAMES),
         "grasp_id": text_column([f"s1/g{n}" for n in grasp]),
-        "edge_mm": Column(1.0 + grasp, {"units": "mm"}),
+        "edge_mm": FeatureColumn(1.0 + grasp, {"units": "mm"}),
     }
     attrs = {"data_set": "d", "source": "simulated", "settings": "{}"}
     store = FeatureRows(np.ones((24, 129), np.float32), np.arange(129.0), columns, attrs)

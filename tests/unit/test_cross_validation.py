@@ -13,7 +13,7 @@ from ajgdata.experiments import cross_validation
 from ajgdata.experiments.base import Inputs
 from ajgdata.experiments.cross_validation import Settings
 from ajgdata.models import fit_model
-from ajgdata.store.features import Column, FeatureRows, text_column
+from ajgdata.store.features import FeatureColumn, FeatureRows, text_column
 
 
 def store(**columns) -> FeatureRows:
@@ -29,9 +29,9 @@ def store(**columns) -> FeatureRows:
     given = {
         "recording": text_column([f"s/{n:02d}" for n in range(40)]),
         "grasp_id": text_column([f"s/g{n}" for n in grasp]),
-        "edge_mm": Column(np.where(missing, np.nan, size), {"units": "mm"}),
+        "edge_mm": FeatureColumn(np.where(missing, np.nan, size), {"units": "mm"}),
         "kind": text_column(kind.tolist()),
-        "constant": Column(np.full(40, 3.0)),
+        "constant": FeatureColumn(np.full(40, 3.0)),
         "one_group": text_column(["x"] * 40),
         "some_group": text_column(["" if n == 20 else "x" for n in range(40)]),
     }

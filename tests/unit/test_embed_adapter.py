@@ -15,7 +15,7 @@ from ajgdata.experiments.base import Inputs, Outcome
 from ajgdata.experiments.embedding import scores_by
 from ajgdata.pipeline.train import train_embedding
 from ajgdata.store.features import (
-    Column,
+    FeatureColumn,
     FeatureRows,
     Latents,
     read_latents,
@@ -50,7 +50,8 @@ def shard() -> FeatureRows:
     columns = {
         "recording": text_column([f"r{n:04d}" for n in range(len(rows))]),
         "session_id": text_column(session), "object": text_column(thing),
-        "kind": text_column(kind), "grasp_id": text_column(grasp), "pose": Column(np.array(pose)),
+        "kind": text_column(kind), "grasp_id": text_column(grasp),
+        "pose": FeatureColumn(np.array(pose)),
     }  # fmt: skip
     feature = np.array(rows, np.float32)
     return FeatureRows(feature, bins * 21.5, columns, {"source": "simulated", "data_set": "toy"})
@@ -128,7 +129,7 @@ def test_classes_are_not_looked_at(output, tmp_path):
     """Class labels, and every other column but the log's, may say anything: nothing changes."""
     plain, rng = shard(), np.random.default_rng(5)
     columns = {
-        name: Column(rng.permutation(column.values))
+        name: FeatureColumn(rng.permutation(column.values))
         if name not in ("recording", "object", "grasp_id")
         else column
         for name, column in plain.columns.items()

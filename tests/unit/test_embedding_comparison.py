@@ -10,12 +10,12 @@ from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Result, TaskResults
 from ajgdata.experiments.cross_gripper import Settings as GripperSettings
 from ajgdata.experiments.embedding_distances import categories_of
-from ajgdata.report.comparison import Cost, PaperFigure
+from ajgdata.report.comparison import PaperFigure, ResultCost
 from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 
 #: Two folds of 4 s; 0.03 s for 20 recordings.
-COST = Cost(8.0, pytest.approx(1.5))
+COST = ResultCost(8.0, pytest.approx(1.5))
 
 
 def listed(name: str, rows: list[dict]) -> Table:

@@ -8,7 +8,7 @@ from result_samples import two_tasks
 
 from ajgdata.experiments.base import TaskResults
 from ajgdata.pipeline.exports import table_files, write_csv, write_exports
-from ajgdata.report.comparison import Cost, PaperComparison
+from ajgdata.report.comparison import PaperComparison, ResultCost
 from ajgdata.types.table import table_of
 
 THIRD = 1 / 3
@@ -56,8 +56,15 @@ def test_tables_of_all_models_are_one_file_and_predictions_are_elsewhere():
 
 def test_a_report_is_written_whole(tmp_path):
     comparison = PaperComparison(
-        PAPER, "size", "edge", "simulated", "2.2 ± 0.3 mm", "CNN", "no: lower", Cost(3.2, 0.21),
-    )  # fmt: skip
+        PAPER,
+        "size",
+        "edge",
+        "simulated",
+        "2.2 ± 0.3 mm",
+        "CNN",
+        "no: lower",
+        ResultCost(3.2, 0.21),
+    )
     report = dataclasses.replace(sample_report(), comparisons=(comparison,))
     tables = tmp_path / "report" / "tables"
     tables.mkdir(parents=True)

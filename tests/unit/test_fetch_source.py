@@ -14,7 +14,7 @@ import yaml
 from ajgdata.paths import Paths, brought
 from ajgdata.pipeline.fetch import fetch_source
 from ajgdata.store.sessions import list_sessions, read_recordings
-from ajgdata.types import DataError, Source
+from ajgdata.types import DataError, DatasetSource
 
 NOBODY = {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_NOSYSTEM": "1"} | {
     f"GIT_{who}_{what}": "nobody@example.org"
@@ -179,4 +179,4 @@ def test_a_part_stays_inside_and_names_its_commit(wrong):
     part = {"commit": "0" * 40, **wrong}
     origin = {"repository": ADDRESS, "parts": [part]}
     with pytest.raises(ValueError, match=next(iter(wrong))):
-        Source.model_validate({"status": "not yet run", "size_mb": 1, "origin": origin})
+        DatasetSource.model_validate({"status": "not yet run", "size_mb": 1, "origin": origin})

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from ajgdata.evaluate.crossval import cross_validate
-from ajgdata.models import chosen, fit_model, make_model, thinned
+from ajgdata.models import chosen, fit_model, make_model
+from ajgdata.models.thinning import thinned
 from ajgdata.types import MODELS
 
 

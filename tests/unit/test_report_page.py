@@ -11,12 +11,12 @@ from report_samples import PAPER, SCRIPT, illustration, sample_report
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.site import COMPARISON, section_of
-from ajgdata.report.comparison import Change, Cost, PaperComparison, Reason, mark_of
+from ajgdata.report.comparison import Change, PaperComparison, Reason, ResultCost, mark_of
 from ajgdata.report.forest import paper_rows, place
 from ajgdata.report.format import Score
 from ajgdata.report.navigation import Link, navigation
 from ajgdata.report.page import illustrations, link_from_report, render_pages
-from ajgdata.report.render import picture
+from ajgdata.report.render import drawn_figure
 from ajgdata.report.report_data import Report
 from ajgdata.store.report_files import read_page_text
 
@@ -25,7 +25,7 @@ LISTED = [Link("experiments/size.html", "How large?", "Paper's")]
 
 
 def render(report: Report, *more) -> dict[str, str]:
-    figures = {figure.name: picture(figure, "figures") for figure in illustrations(report)}
+    figures = {figure.name: drawn_figure(figure, "figures") for figure in illustrations(report)}
     nav = navigation(LISTED, ["accuracy"], compares=bool(report.comparisons))
     return render_pages(report, figures, nav, *more)
 
@@ -99,7 +99,7 @@ def test_each_task_says_simulated_or_recorded_and_has_the_published_value(pages)
 
 
 COMPARED = PaperComparison(
-    PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", "better", Cost(7.6, 0.9),
+    PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", "better", ResultCost(7.6, 0.9),
     marks=(
         mark_of("ours", Score(0.7, 0.1)),
         mark_of("baseline", Score(0.9, 0.2)),

@@ -10,6 +10,7 @@ from test_cross_validation import inputs, score, store
 from ajgdata.experiments import shortcut
 from ajgdata.experiments.base import Other, Result, TaskResults
 from ajgdata.experiments.shortcut import TEST_COLUMNS, Settings
+from ajgdata.experiments.silence_tests import silence_tests
 from ajgdata.store.features import FeatureRows, text_column
 from ajgdata.types.table import table_of
 
@@ -73,5 +74,5 @@ def test_a_model_that_knows_the_answer_in_silence_is_shown_as_flagged():
 
 def test_p_is_corrected_for_all_tests_on_the_page():
     here, there = silence(cnn=True), silence(cnn=True, knn=False)
-    (test,) = shortcut.tests_of(dataclasses.replace(here, same_page=(here, there)))
+    (test,) = silence_tests(dataclasses.replace(here, same_page=(here, there)))
     assert test[0] is here.results[0] and test[1]["p"] == pytest.approx(0.003)

@@ -9,7 +9,7 @@ import xarray as xr
 
 import ajgdata
 from ajgdata.store.features import (
-    Column,
+    FeatureColumn,
     FeatureRows,
     Latents,
     read_latents,
@@ -24,7 +24,7 @@ from ajgdata.types.formats import FEATURES
 NOTES = ["", "größe", "日本語", "a,b 'c'", "  "]
 
 
-def sample(rows: int = 5, start: int = 0, **columns: Column) -> FeatureRows:
+def sample(rows: int = 5, start: int = 0, **columns: FeatureColumn) -> FeatureRows:
     generator = np.random.default_rng(start)
     feature = generator.random((rows, 17), np.float32)
     feature[0, :3] = 0, 1e-45, 3e38  # smallest subnormal and nearly the largest
@@ -34,9 +34,9 @@ def sample(rows: int = 5, start: int = 0, **columns: Column) -> FeatureRows:
         {
             "recording": text_column([f"s1/{start + n:03d}" for n in range(rows)]),
             "sha256": text_column([f"{start + n:064x}" for n in range(rows)]),
-            "edge_mm": Column(np.r_[np.nan, np.arange(1.0, rows)], {"units": "mm"}),
+            "edge_mm": FeatureColumn(np.r_[np.nan, np.arange(1.0, rows)], {"units": "mm"}),
             "note": text_column((NOTES * rows)[:rows]),
-            "sample": Column(np.arange(rows, dtype=np.int32)),
+            "sample": FeatureColumn(np.arange(rows, dtype=np.int32)),
             **columns,
         },
         {"data_set": "d", "source": "recorded", "settings": "{}"},
@@ -143,7 +143,10 @@ def test_a_file_without_spectra_is_no_store(tmp_path):
 
 def test_latents(tmp_path):
     path = tmp_path / "latents.nc"
-    columns = {"recording": text_column(["a", "b"]), "edge_mm": Column(np.r_[1, 2], {"units": "m"})}
+    columns = {
+        "recording": text_column(["a", "b"]),
+        "edge_mm": FeatureColumn(np.r_[1, 2], {"units": "m"}),
+    }
     latent = {
         2: np.arange(4, dtype=np.float32).reshape(1, 1, 2, 2),
         10: np.ones((1, 1, 2, 10), np.float32),

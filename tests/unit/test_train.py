@@ -8,7 +8,7 @@ import pytest
 from ajgdata.loading import read_model
 from ajgdata.models import chosen, fit_model, make_model
 from ajgdata.pipeline.train import train_model, train_models
-from ajgdata.store.features import Column, FeatureRows, read_store, text_column, write_store
+from ajgdata.store.features import FeatureColumn, FeatureRows, read_store, text_column, write_store
 from ajgdata.store.models import read_guard
 from ajgdata.types import DataError, NotPossibleError
 
@@ -43,7 +43,7 @@ def store(tmp_path):
     columns = {
         "recording": text_column([f"s/{n:02d}" for n in range(24)]),
         "grasp_id": text_column([f"s/{n}" for n in range(24)]),
-        "edge_mm": Column(edge, {"units": "mm"}),
+        "edge_mm": FeatureColumn(edge, {"units": "mm"}),
         "kind": text_column(kinds),
         "object": text_column(["cube"] * 24),
     }
@@ -147,7 +147,7 @@ def test_references_are_recordings_without_object_and_without_label(store, targe
     objects, labels = whole.columns["object"].values, whole.columns[target].values
     objects[[2, 23]] = ""  # 2 has a label; 23 has none: the empty gripper
     labels[22] = np.nan if target == "edge_mm" else ""  # its object is known
-    columns = {**whole.columns, "object": text_column(objects), target: Column(labels)}
+    columns = {**whole.columns, "object": text_column(objects), target: FeatureColumn(labels)}
     write_store(store, FeatureRows(whole.feature, whole.frequency_hz, columns, whole.attrs))
     guard = read_guard(train(store, target, "knn"))
     assert guard["references"].shape == (1, 64)

@@ -5,7 +5,7 @@ import pytest
 
 from ajgdata.gripper import Scene
 from ajgdata.gripper.medium import Air
-from ajgdata.gripper.membrane import Film, Skin, film_spring, gap_m
+from ajgdata.gripper.membrane import AirFilm, Skin, film_spring, gap_m
 
 AIR = Air(22.0)
 
@@ -40,7 +40,7 @@ def _exact(film, below, omega):
     ],
 )
 def test_one_degree_of_freedom_stands_for_two(below, thickness):
-    film = Film(thickness, film_spring(thickness, AIR), 0.3)
+    film = AirFilm(thickness, film_spring(thickness, AIR), 0.3)
     got = film.over(below)
     for hertz in (200.0, 1_000.0, 3_000.0):
         omega = 2 * np.pi * hertz

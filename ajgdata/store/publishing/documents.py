@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from ajgdata.paths import AUDIO_FOLDER, Tree
 from ajgdata.store.files import read_json
-from ajgdata.store.publishing.table import FILE_NAME, PublishedColumn, Table
+from ajgdata.store.publishing.table import FILE_NAME, PublishedColumn, PublishedTable
 from ajgdata.types import DataError, DatasetSpec
 from ajgdata.types.formats import PACKAGE_KEY, PUBLISHED
 
@@ -96,7 +96,7 @@ class About:
 
 
 def croissant(
-    about: About, table: Table, hashes: Mapping[str, str], sizes: Mapping[str, int]
+    about: About, table: PublishedTable, hashes: Mapping[str, str], sizes: Mapping[str, int]
 ) -> dict[str, Any]:
     """Return croissant.json; `hashes` and `sizes` (bytes) are those of the files it names."""
     import mlcroissant as mlc
@@ -120,7 +120,9 @@ def croissant(
     return {**document, "alternateName": about.title}
 
 
-def _distribution(table: Table, hashes: Mapping[str, str], sizes: Mapping[str, int]) -> list[Any]:
+def _distribution(
+    table: PublishedTable, hashes: Mapping[str, str], sizes: Mapping[str, int]
+) -> list[Any]:
     """Return the files of the data set, and the set of recordings in the archive."""
     import mlcroissant as mlc
 
@@ -150,7 +152,7 @@ def _distribution(table: Table, hashes: Mapping[str, str], sizes: Mapping[str, i
     return [*files, audio]
 
 
-def _recordings(table: Table) -> Any:
+def _recordings(table: PublishedTable) -> Any:
     """Return the record set of the labels: a field for each column of metadata.parquet."""
     import mlcroissant as mlc
 
@@ -205,7 +207,7 @@ def _record_set(
 
 
 def datapackage(
-    about: About, table: Table, hashes: Mapping[str, str], sizes: Mapping[str, int]
+    about: About, table: PublishedTable, hashes: Mapping[str, str], sizes: Mapping[str, int]
 ) -> dict[str, Any]:
     """Return datapackage.json; `hashes` and `sizes` (bytes) are those of the files it names."""
     import frictionless

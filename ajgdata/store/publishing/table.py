@@ -47,7 +47,7 @@ class PublishedColumn:
 
 
 @dataclass(frozen=True)
-class Table:
+class PublishedTable:
     """metadata.csv: a missing value is an empty cell."""
 
     columns: tuple[PublishedColumn, ...]
@@ -58,7 +58,7 @@ class Table:
         return csv_bytes([column.name for column in self.columns], self.rows)
 
 
-def table_of(store: FeatureRows, suffixes: Sequence[str], location: object) -> Table:
+def table_of(store: FeatureRows, suffixes: Sequence[str], location: object) -> PublishedTable:
     """Return the table of a feature file; `suffixes` (with the dot) are those of the recordings.
 
     Raises DataError, with all of them, for columns whose names readers take for something else.
@@ -79,7 +79,7 @@ def table_of(store: FeatureRows, suffixes: Sequence[str], location: object) -> T
         for row, recording in enumerate(cells["recording"])
     ]
     first = PublishedColumn(FILE_NAME, "string", description=MEANING[FILE_NAME])
-    return Table((first, *(_column(name, store) for name in names)), tuple(rows))
+    return PublishedTable((first, *(_column(name, store) for name in names)), tuple(rows))
 
 
 def _column(name: str, store: FeatureRows) -> PublishedColumn:

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import io
 
-from ajgdata.store.publishing.table import PublishedColumn, Table
+from ajgdata.store.publishing.table import PublishedColumn, PublishedTable
 
 
-def parquet_bytes(table: Table) -> bytes:
+def parquet_bytes(table: PublishedTable) -> bytes:
     """Return metadata.parquet; an empty cell of `table` is a missing value (null)."""
     import pyarrow
     import pyarrow.parquet
@@ -30,7 +30,7 @@ def parquet_bytes(table: Table) -> bytes:
     return buffer.getvalue()
 
 
-def _values(table: Table, column: PublishedColumn) -> list[str | int | float | None]:
+def _values(table: PublishedTable, column: PublishedColumn) -> list[str | int | float | None]:
     """Return the values (n,) of a column; None if missing."""
     read = {"string": str, "integer": int, "number": float}[column.kind]
     cells = [row[column.name] for row in table.rows]
