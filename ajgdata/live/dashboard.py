@@ -1,4 +1,4 @@
-"""A live run in a browser: one page, served by this process to this computer only.
+"""A live run in a browser: one page, which this process serves to this computer only.
 
 The page receives the state of the run as server-sent events. Stop is a POST request with a token
 that only the printed address contains (see `docs/dashboard.md`).
@@ -35,8 +35,10 @@ HOST = "127.0.0.1"
 TOKEN_HEADER = "X-Ajgdata-Token"
 #: Seconds after which a page that reads nothing is dropped.
 PATIENCE_S = 10.0
-#: Seconds between two signs of life, and between two checks for a newer state.
-HEARTBEAT_S, POLL_S = 2.0, 0.02
+#: Seconds between two heartbeats of an open page.
+HEARTBEAT_S = 2.0
+#: Seconds between two checks for a newer state.
+POLL_S = 0.02
 #: Seconds for the pages to receive the last event.
 _FAREWELL_S = 1.0
 #: The files of the page by route, with their templates and types.
@@ -59,9 +61,9 @@ _HEADERS = {
 
 
 class Dashboard(NamedTuple):
-    """A served page; pass the events of a run to `feed.tell`.
+    """A served page. `feed.tell` receives the events of the run.
 
-    With `address`, a person controls the run; with `watching`, a person only watches.
+    A person who opens `address` can stop the run; a person who opens `watching` can only watch.
     """
 
     feed: Feed
@@ -73,12 +75,14 @@ class Dashboard(NamedTuple):
 def dashboard(control: Control, *, port: int = 0) -> Iterator[Dashboard]:
     """Serve the page of a run during the block; its button calls `control.stop`.
 
-    Begin before the first event. `port` 0 is any free port. Templates are those of the
-    working folder, else those of the package. Raises OSError if the port is not free.
+    The block begins before the first event of the run. `port` 0 selects a free port. Templates in
+    the working folder are used instead of those of the package. Raises OSError if the port is not
+    free.
     """
     from ajgdata.report.render import render
 
-    feed, token = Feed(control), secrets.token_urlsafe(16)
+    feed = Feed(control)
+    token = secrets.token_urlsafe(16)
     files = {
         route: Response(render(template, {}), media_type=kind)
         for route, (template, kind) in _FILES.items()
@@ -87,10 +91,17 @@ def dashboard(control: Control, *, port: int = 0) -> Iterator[Dashboard]:
     listener = socket.create_server((HOST, port), backlog=128)
     server = uvicorn.Server(
         uvicorn.Config(
-            app, http="h11", ws="none", lifespan="off", access_log=False, log_config=None,
-            log_level="critical", server_header=False, timeout_graceful_shutdown=1,
+            app,
+            http="h11",
+            ws="none",
+            lifespan="off",
+            access_log=False,
+            log_config=None,
+            log_level="critical",
+            server_header=False,
+            timeout_graceful_shutdown=1,
         )
-    )  # fmt: skip
+    )
     thread = threading.Thread(target=server.run, args=([listener],), daemon=True)
     thread.start()
     watching = f"http://{HOST}:{listener.getsockname()[1]}/"
@@ -135,10 +146,12 @@ class Feed:
         number = 0
         try:
             while True:
-                is_last, version = self._closed, (self._events, self._mode)
+                is_last = self._closed
+                version = self._events, self._mode
                 if version != seen:
                     yield ServerSentEvent(self.text, event="state", id=str(number), retry=1000)
-                    seen, number = version, number + 1
+                    seen = version
+                    number += 1
                 if is_last:
                     return
                 await asyncio.sleep(POLL_S)
@@ -147,7 +160,8 @@ class Feed:
 
     def close(self, timeout_s: float) -> None:
         """End all streams after the last state, and wait for them."""
-        self._closed, end = True, time.monotonic() + timeout_s
+        self._closed = True
+        end = time.monotonic() + timeout_s
         while self.readers and time.monotonic() < end:
             time.sleep(POLL_S)
 
@@ -201,9 +215,11 @@ def _app(files: Mapping[str, Response], feed: Feed, control: Control, token: str
 
     async def events(request: Request) -> Response:
         return EventSourceResponse(
-            feed.updates(), send_timeout=PATIENCE_S, ping=HEARTBEAT_S,
+            feed.updates(),
+            send_timeout=PATIENCE_S,
+            ping=HEARTBEAT_S,
             ping_message_factory=lambda: ServerSentEvent("", event="alive"),
-        )  # fmt: skip
+        )
 
     async def stop(request: Request) -> Response:
         sent = request.headers.get(TOKEN_HEADER, "")

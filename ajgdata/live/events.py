@@ -1,7 +1,7 @@
-"""Events of a live run: their log, which only grows, and the state of the run that they describe.
+"""Events of a live run: their log, and the state of the run that follows from them.
 
-One JSON object per line: `n` counts from 0, `time` is ISO 8601 in UTC, `event` is the kind, and the
-other keys depend on the kind.
+The log has one JSON object per line. `n` counts from 0, `time` is ISO 8601 in UTC, `event` is the
+name of the event, and the other keys depend on this name.
 """
 
 from __future__ import annotations
@@ -17,24 +17,33 @@ from typing import Any, Literal, Self
 
 from ajgdata.types.protocol import NOTHING
 
-#: Kinds of events and what each has.
+#: Events, and the keys of each:
 #: start: dataset task model classes threshold bins device robot session; for the dashboard
-#:        also source ("simulated", "recorded"); for the terminal also novelty (why nothing is
-#:        called known, "" if some predictions are)
-#: grasp: number object ("" if nobody knows what it is)
+#:        also source ("simulated", "recorded"); for the terminal also novelty (why no prediction
+#:        is called known, "" if some are)
+#: grasp: number object ("" if it is unknown)
 #: step: step seconds                      (loosen approach wait jam lift place release halt)
 #: take: recording seconds peak_dbfs clipped xruns attempts
 #: prediction: recording seconds and the keys of `Prediction.plain`
 #: decision: action (place wait reject stop) value bin reason seconds
-#: placed: value bin object ("" if nobody knows)
+#: placed: value bin object ("" if it is unknown)
 #: reference: kind (empty) recording verdict (nothing, if the model recognises the empty gripper)
 #: drift: text                             (the gripper has changed)
 #: stopped: reason held ("" for nothing) sorts seconds finished (as planned)
 #: problem: text                           (one line, with what to do)
-Kind = Literal[
-    "start", "grasp", "step", "take", "prediction", "decision", "placed", "reference", "drift",
-    "stopped", "problem",
-]  # fmt: skip
+EventName = Literal[
+    "start",
+    "grasp",
+    "step",
+    "take",
+    "prediction",
+    "decision",
+    "placed",
+    "reference",
+    "drift",
+    "stopped",
+    "problem",
+]
 Event = Mapping[str, Any]
 Listener = Callable[[Event], object]
 #: Grasps and problems that a page lists.
@@ -57,25 +66,25 @@ class EventLog:
         """Call `listener` with each event from now on, in order."""
         self._listeners.append(listener)
 
-    def say(self, event: Kind, **about: Any) -> None:
+    def say(self, event: EventName, **about: Any) -> None:
         """Write an event; raises ValueError for values that JSON cannot represent, such as NaN.
 
-        Raises OSError if a listener does (a terminal that is gone), after all were called.
+        Raises OSError if a listener does (its terminal was closed), after all were called.
         """
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         entry = {"n": self._count, "time": now, "event": event, **about}
         line = json.dumps(entry, allow_nan=False).encode() + b"\n"
-        self._count += 1  # first: no two events have one number, even if this is interrupted
+        self._count += 1  # before writing: an interruption cannot give two events one number
         self._file.write(line)
         self._file.flush()
-        gone = None
+        listener_error = None
         for listener in self._listeners:
             try:
                 listener(entry)
             except OSError as error:
-                gone = error
-        if gone is not None:
-            raise gone
+                listener_error = error
+        if listener_error is not None:
+            raise listener_error
 
     def __enter__(self) -> Self:
         return self
@@ -105,9 +114,9 @@ class GraspState:
 
     @property
     def outcome(self) -> str:
-        """The class that the run decided on its own, UNSURE, or "" while it is open."""
+        """The class on which the run decided, UNSURE, or "" before the decision."""
         if self.truth == NOTHING and not self.placed:
-            return ""  # correct, and none of the classes
+            return ""  # the empty gripper was recognised: no class was decided
         if self.action == "stop" or (self.placed and self.action == "reject"):
             return UNSURE
         return str(self.value) if self.placed else ""
@@ -147,7 +156,10 @@ class RunState:
 
     @property
     def rows(self) -> tuple[int, int]:
-        """Objects sorted in a row now, and at most: without help and without a known mistake."""
+        """Number of objects sorted in a row now, and the largest number of the run.
+
+        A row ends at a decision that was uncertain, and at an object in a wrong bin.
+        """
         row = longest = 0
         for grasp in self.placed:
             row = 0 if grasp.outcome == UNSURE or grasp.wrong else row + 1
@@ -189,19 +201,23 @@ class RunState:
             case "step":
                 self.step = event["step"]
             case "take":
-                self.step, self.take = "sense", event
+                self.step = "sense"
+                self.take = event
             case "reference":
                 self.drift = ""
             case "drift":
                 self.drift = event["text"]
             case "stopped":
-                self.stopped, self.step = event, ""
+                self.stopped = event
+                self.step = ""
             case "problem":
                 self.problems = [*self.problems, event["text"]][-PROBLEMS:]
             case "grasp" | "prediction" | "decision" | "placed":
                 self._add_to_grasp(event)
-        self.n, self.time = event["n"], event["time"]
-        self.began = self.began or self.time
+        self.n = event["n"]
+        self.time = event["time"]
+        if not self.began:
+            self.began = self.time
 
     def _add_to_grasp(self, event: Event) -> None:
         """Update the last grasp by an event, or begin the next grasp."""
@@ -212,9 +228,12 @@ class RunState:
         grasp = self.grasps[-1]
         match event["event"]:
             case "prediction":
-                self.prediction, grasp.value = event, event["value"]
+                self.prediction = event
+                grasp.value = event["value"]
                 grasp.probability = max(event["probability"].values(), default=None)
             case "decision":
-                self.decision, grasp.action = event, event["action"]
+                self.decision = event
+                grasp.action = event["action"]
             case "placed":
-                grasp.placed, grasp.bin = True, event["bin"]
+                grasp.placed = True
+                grasp.bin = event["bin"]

@@ -1,7 +1,7 @@
-"""A trained model in use: one recording in, a prediction with its uncertainty out.
+"""A trained model in use: it predicts one recording, with the uncertainty of the prediction.
 
-Checks and features are those of the workflow: a recording that the workflow would not use is
-refused in its words, and one that it did use gives the feature of the store.
+Checks and features are those of the workflow. A recording that the workflow would quarantine is
+refused with the same message, and a recording of the workflow has the same feature.
 """
 
 from __future__ import annotations
@@ -26,34 +26,37 @@ from ajgdata.types import AudioSettings, DataError, FeatureSettings, Kind
 if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
 
-#: Samples beyond this are of another scale: converters of ±1 clip, volts stay far below.
+#: Samples with a larger peak have another scale, for example 16-bit integers: samples relative to
+#: full scale end at 1, and voltages of a microphone are far below this limit.
 MAX_PEAK = 100.0
-#: What samples that came from no file are called in complaints.
+#: Name, in error messages, of samples that are not from a file.
 HERE = Path("this recording")
 
 
 class Verdict(StrEnum):
-    """Whether a prediction is about something that the model knows."""
+    """Whether the model knows the object of a prediction."""
 
     KNOWN = "known"  #: not novel, by a guard that detects at least half of the novel objects
-    NOTHING = "nothing"  #: nearer to recordings of an empty gripper, or of silence, than to any
-    UNKNOWN = "unknown"  #: further from what was trained on than recordings of new grasps are
+    NOTHING = "nothing"  #: nearer to references or to silence than to any training recording
+    UNKNOWN = "unknown"  #: farther from the training recordings than new grasps are
     NO_SIGN = "no sign"  #: not flagged, by a guard that detects too few novel objects
     NOT_CHECKED = "not checked"  #: the model has no threshold for novel objects
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """One recording as a trained model sees it.
+    """The prediction of a trained model for one recording.
 
-    `value` is the most probable class, or the number in `unit`; it is given for every verdict, and
-    meaningless for NOTHING and UNKNOWN. `probability` is calibrated, by class in the order of
-    the model's classes (empty for numbers, and for models without probabilities). `interval` holds
-    the true number with the model's stated coverage (None for classes). `novelty` is the distance
-    to training grasps or objects in units of its threshold: above 1 is UNKNOWN; None if it was NOT
-    CHECKED. `detection_rate` is the share of novel objects that this check detects (None if it was
-    not measured); below one half, the verdict is NO_SIGN instead of KNOWN. `remarks` are the
-    warnings of the checks of the recording, one line each.
+    - `value` is the most probable class, or the number in `unit`. It has no meaning if the verdict
+      is NOTHING or UNKNOWN.
+    - `probability` has the calibrated probability of each class, in the order of the model's
+      classes. It is empty for numbers and for models without probabilities.
+    - `interval` contains the true number with the model's stated coverage (None for classes).
+    - `novelty` is the distance to training grasps or objects, divided by its threshold. Above 1,
+      the verdict is UNKNOWN. It is None if the verdict is NOT_CHECKED.
+    - `detection_rate` is the share of novel objects that this check detects (None if it was not
+      measured). Below one half, the verdict is NO_SIGN instead of KNOWN.
+    - `remarks` are the warnings of the checks of the recording, one line each.
     """
 
     kind: Kind
@@ -67,18 +70,21 @@ class Prediction:
     detection_rate: float | None = None
 
     def plain(self) -> dict[str, Any]:
-        """Return it as JSON can hold it."""
+        """Return the fields as values of JSON."""
         interval = None if self.interval is None else list(self.interval)
-        plain = {"verdict": str(self.verdict), "probability": dict(self.probability)}
-        return vars(self) | plain | {"interval": interval, "remarks": list(self.remarks)}
+        return vars(self) | {
+            "verdict": str(self.verdict),
+            "probability": dict(self.probability),
+            "interval": interval,
+            "remarks": list(self.remarks),
+        }
 
 
 @dataclass(frozen=True, eq=False)
 class Predictor:
     """A model trained for a task of a data set, with its calibration. See `load_predictor`.
 
-    `classes` are sorted (none for numbers); `audio` and `features` are the data set's settings.
-    Raises ValueError for features that a single recording does not give.
+    `classes` are sorted (empty for numbers). `audio` and `features` are settings of the data set.
     """
 
     estimator: BaseEstimator
@@ -103,7 +109,7 @@ class Predictor:
 
     @property
     def sample_rate_hz(self) -> int:
-        """Return the rate of recordings as the model knows them."""
+        """Return the sample rate of the recordings that the model can predict."""
         return self.audio.sample_rate_hz
 
     @property
@@ -113,17 +119,17 @@ class Predictor:
 
     @property
     def has_probabilities(self) -> bool:
-        """Return whether predictions come with calibrated probabilities, as sorting needs them."""
+        """Return whether predictions have calibrated probabilities. Sorting requires them."""
         return self.calibration.temperature is not None
 
     @property
     def has_references(self) -> bool:
-        """Return whether the model has recordings of the empty gripper to recognise it by."""
+        """Return whether the model has references, by which it recognises the empty gripper."""
         return len(self.guard.references) > 0
 
     @property
     def novelty_note(self) -> str:
-        """Return why no prediction is called known, in a clause; "" if some are."""
+        """Return why no verdict is KNOWN, as a clause; "" if there can be such verdicts."""
         if not self.guard.can_check:
             return "novelty is not checked"
         rate = self.calibration.detection_rate
@@ -134,22 +140,23 @@ class Predictor:
         return f"the novelty check detects only {100 * rate:.0f} % of novel objects"
 
     def with_references(self, features: np.ndarray) -> Self:
-        """Return the same with features (r, f) of further recordings in which nothing is held.
+        """Return a copy with the features (r, f) of further references.
 
         Raises ValueError for arrays of another shape, NaN and infinity.
         """
         return replace(self, guard=self.guard.with_references(features))
 
     def feature(self, waveform: ArrayLike, sample_rate_hz: float) -> NDArray[np.float32]:
-        """Return the feature (f,) of one recording, as `predict` makes it."""
+        """Return the feature (f,) of one recording, as `predict` computes it."""
         audio = _audio(waveform, sample_rate_hz, self.audio)
         return self._feature_and_remarks(audio, HERE)[0]
 
     def predict(self, waveform: ArrayLike, sample_rate_hz: float) -> Prediction:
-        """Return what the model says of one recording.
+        """Return the prediction for one recording.
 
-        `waveform` (n,) floats at the sample rate of the model, full scale ±1. Raises DataError for
-        other waveforms, and for what the workflow would not use: too short, NaN, silence.
+        `waveform` (n,) are floats at the sample rate of the model, with full scale ±1. Raises
+        DataError for other waveforms, and for recordings that the workflow would quarantine: too
+        short, NaN, silence.
         """
         return self._predicted(_audio(waveform, sample_rate_hz, self.audio), HERE)
 
@@ -158,36 +165,52 @@ class Predictor:
         return self._predicted(read_audio(Path(path), self.audio), Path(path))
 
     def of_features(self, features: np.ndarray) -> list[Prediction]:
-        """Return what the model says of features (m, f), as `feature` or a store gives them."""
+        """Return the predictions for features (m, f), from `feature` or a feature file.
+
+        Raises ValueError for another number of values per feature.
+        """
         features = np.asarray(features, np.float32)
         if features.ndim != 2 or features.shape[1] != len(self.guard.mean):
             raise ValueError(f"need features (m, {len(self.guard.mean)}), not {features.shape}")
         nothing = self.guard.is_nothing(features)
-        checks = self.guard.can_check
-        novelty = self.guard.novelty(features).tolist() if checks else [None] * len(features)
-        model: Any = self.estimator
-        if self.kind == "regression":
-            values, table = model.predict(features).astype(float), None
-        elif self.calibration.temperature is None:
-            values, table = model.predict(features), None
-        else:
-            table = with_temperature(model.predict_proba(features), self.calibration.temperature)
-            values = np.array(self.classes)[table.argmax(axis=1)]
+        novelty: list[float | None] = [None] * len(features)
+        detection_rate = None
+        if self.guard.can_check:
+            novelty = self.guard.novelty(features).tolist()
+            detection_rate = self.calibration.detection_rate
+        values, probabilities = self._values_and_probabilities(features)
         return [
             Prediction(
                 kind=self.kind,
                 value=value,
                 unit=self.unit,
-                verdict=self._verdict(bool(nothing[row]), far),
-                novelty=far,
-                probability={}
-                if table is None
-                else dict(zip(self.classes, table[row].tolist(), strict=True)),
+                verdict=self._verdict(bool(nothing[row]), novelty[row]),
+                novelty=novelty[row],
+                probability=probabilities[row],
                 interval=self._interval(value),
-                detection_rate=self.calibration.detection_rate if checks else None,
+                detection_rate=detection_rate,
             )
-            for row, (value, far) in enumerate(zip(values.tolist(), novelty, strict=True))
+            for row, value in enumerate(values)
         ]
+
+    def _values_and_probabilities(
+        self, features: np.ndarray
+    ) -> tuple[Sequence[str | float], list[dict[str, float]]]:
+        """Return the value of each of the features (m, f), and its probability of each class.
+
+        A model without calibrated probabilities has no probability of any class.
+        """
+        model: Any = self.estimator
+        temperature = self.calibration.temperature
+        if self.kind == "regression" or temperature is None:
+            predicted = model.predict(features)
+            if self.kind == "regression":
+                predicted = predicted.astype(float)
+            return predicted.tolist(), [{} for _ in features]
+        table = with_temperature(model.predict_proba(features), temperature)
+        classes = np.array(self.classes)
+        probabilities = [dict(zip(self.classes, row.tolist(), strict=True)) for row in table]
+        return classes[table.argmax(axis=1)].tolist(), probabilities
 
     def _verdict(self, nothing: bool, novelty: float | None) -> Verdict:
         if nothing:
@@ -200,7 +223,9 @@ class Predictor:
 
     def _interval(self, value: Any) -> tuple[float, float] | None:
         half = self.calibration.half_width
-        return None if half is None else (value - half, value + half)
+        if half is None:
+            return None
+        return value - half, value + half
 
     def _predicted(self, audio: Audio, where: Path) -> Prediction:
         feature, remarks = self._feature_and_remarks(audio, where)
@@ -209,7 +234,10 @@ class Predictor:
     def _feature_and_remarks(
         self, audio: Audio, where: Path
     ) -> tuple[NDArray[np.float32], Sequence[str]]:
-        """Return the feature (f,) of a recording, and warnings about it. Raises DataError."""
+        """Return the feature (f,) of a recording, and its warnings.
+
+        Raises DataError for a recording that the workflow would quarantine.
+        """
         remarks = check_audio(audio, self.features.window, self.features.band_hz)
         for remark in remarks:
             if remark.level == "error":
@@ -232,14 +260,15 @@ def _audio(waveform: ArrayLike, sample_rate_hz: float, settings: AudioSettings) 
         fix = "give floats (n,), with full scale ±1 (divide 16-bit integers by 32768)"
         raise DataError(HERE, f"samples are {array.dtype} of shape {array.shape}", fix)
     finite = array[np.isfinite(array)]
-    if finite.size and (peak := float(np.abs(finite).max())) > MAX_PEAK:
+    peak = float(np.abs(finite).max(initial=0.0))
+    if peak > MAX_PEAK:
         fix = "divide by full scale (32768 for 16-bit samples), so that full scale is ±1"
         raise DataError(HERE, f"the peak is {peak:.4g}, of a full scale of 1", fix)
     rate_hz = settings.sample_rate_hz
     if sample_rate_hz != rate_hz:
         problem = f"sampled at {sample_rate_hz:g} Hz, not {rate_hz} Hz"
         raise DataError(HERE, problem, f"resample it to {rate_hz} Hz")
-    with np.errstate(over="ignore"):  # infinity is for the checks
+    with np.errstate(over="ignore"):  # the checks refuse infinite samples
         samples = array.astype(np.float32)
     return Audio(
         samples, samples[:, np.newaxis], AudioInfo("", "FLOAT", rate_hz, 1, len(array)), ()

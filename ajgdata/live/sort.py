@@ -1,4 +1,4 @@
-"""The sorting loop: approach, sense, decide, jam, lift, place; and a safe end from anywhere."""
+"""The sorting loop: approach, sense, decide, jam, lift, place. It ends safely at any step."""
 
 from __future__ import annotations
 
@@ -31,12 +31,15 @@ CHANGED = (
 )
 
 
-class EndedByPerson(Exception):  # noqa: N818  # no error: somebody has had enough
-    """The person who was asked ended the run instead."""
+class EndedByPerson(Exception):  # noqa: N818  # a decision of a person, not an error
+    """A person ended the run at a prompt."""
 
 
 def arrivals(plan: SortPlan) -> Iterator[str]:
-    """Yield the name of each object that comes; "" for ever where a plan does not say."""
+    """Yield the name of each object in the order of arrival.
+
+    A plan without objects yields "" without end.
+    """
     if plan.order == "random":
         generator = np.random.default_rng(plan.seed)
         while True:
@@ -47,20 +50,20 @@ def arrivals(plan: SortPlan) -> Iterator[str]:
 
 
 class Action(StrEnum):
-    """What is done next."""
+    """Action after a decision."""
 
     PLACE = "place"
-    WAIT = "wait"  #: nothing is there: try later
+    WAIT = "wait"  #: the gripper is empty: grasp again later
     REJECT = "reject"
     STOP = "stop"
 
 
 @dataclass(frozen=True)
 class SortingDecision:
-    """A decision, and why.
+    """A decision with its reason.
 
-    `value` is the most probable class ("" if the recording is not of a known class), `bin` where
-    the object goes ("" unless it is placed or rejected).
+    `value` is the most probable class ("" if the recording is not of a known class). `bin` is the
+    bin of the object ("" unless it is placed or rejected).
     """
 
     action: Action
@@ -70,37 +73,41 @@ class SortingDecision:
 
 
 def judge(prediction: Prediction, plan: SortPlan) -> SortingDecision:
-    """Return what happens to a sensed object."""
+    """Return the decision on a recorded object."""
     if prediction.verdict is Verdict.NOTHING:
         return SortingDecision(Action(plan.nothing), "", "", "nothing held")
-    best = str(prediction.value)
     if prediction.verdict is Verdict.UNKNOWN:
-        best = ""
         reason = f"novel object: novelty {prediction.novelty:.2f}, limit 1"
-        action = Action(plan.unknown)
-    else:
-        probability = np.array(list(prediction.probability.values()))
-        share = percent(float(probability.max()))
-        if decide(probability, plan.threshold) is not None:
-            note = ""
-            if prediction.verdict is Verdict.NOT_CHECKED:
-                note = ", novelty not checked"
-            elif prediction.verdict is Verdict.NO_SIGN:
-                note = f", no sign of a novel object ({detection_text(prediction)})"
-            return SortingDecision(Action.PLACE, best, plan.bins[best], f"{best}, {share}{note}")
+        return _not_placed(Action(plan.unknown), "", plan, reason)
+    best = str(prediction.value)
+    probability = np.array(list(prediction.probability.values()))
+    share = percent(float(probability.max()))
+    if decide(probability, plan.threshold) is None:
         reason = f"{best} has {share}, needs {percent(plan.threshold)}"
-        action = Action(plan.below)
-    where = (plan.reject_bin or "") if action is Action.REJECT else ""
-    return SortingDecision(action, best, where, reason)
+        return _not_placed(Action(plan.below), best, plan, reason)
+    note = ""
+    if prediction.verdict is Verdict.NOT_CHECKED:
+        note = ", novelty not checked"
+    elif prediction.verdict is Verdict.NO_SIGN:
+        note = f", no sign of a novel object ({detection_text(prediction)})"
+    return SortingDecision(Action.PLACE, best, plan.bins[best], f"{best}, {share}{note}")
+
+
+def _not_placed(action: Action, value: str, plan: SortPlan, reason: str) -> SortingDecision:
+    """Return the decision on an object that is not put into the bin of a class."""
+    reject_bin = ""
+    if action is Action.REJECT:
+        reject_bin = plan.reject_bin or ""
+    return SortingDecision(action, value, reject_bin, reason)
 
 
 def percent(share: float) -> str:
-    """Return a share as people read it; what is not all is never 100 %."""
+    """Return a share in per cent, rounded down: only the whole is 100 %."""
     return f"{min(np.floor(1000 * share) / 10, 100):g} %"
 
 
 def detection_text(prediction: Prediction) -> str:
-    """Return how many novel objects the check of a prediction detects."""
+    """Return the share of novel objects that the check of a prediction detects, as a clause."""
     rate = prediction.detection_rate
     if rate is None:
         return "the detection rate of this check is not measured"
@@ -109,11 +116,12 @@ def detection_text(prediction: Prediction) -> str:
 
 @dataclass
 class Sorter:
-    """Sorts by a plan, for which everything is open.
+    """A run that sorts by a plan. Sound card, robot, session and log are open.
 
-    `played` float32 (n,) is the excitation, `labels` gives the targets of an object by its name,
-    `target` is the sorted one. The robot may raise EndedByPerson. Recordings are stored in
-    `session`, events in `log`; `control` stops the run. `recordings` counts what was recorded.
+    `played` float32 (n,) is the excitation. `labels` returns the targets of an object by its name,
+    and `target` is the target that decides the bin. The robot may raise EndedByPerson. Recordings
+    are stored in `session`, events in `log`; `control` stops the run. `recordings` is the number of
+    stored recordings.
     """
 
     plan: SortPlan
@@ -127,7 +135,7 @@ class Sorter:
     labels: Callable[[str], Mapping[str, float | str]]
     control: Control = field(default_factory=Control)
     recordings: int = 0
-    #: The model as it was before this run, or with the first reference: what changes are judged by.
+    #: The model before this run, or with the first reference; later references are compared with it
     _before: Predictor | None = None
     _state: RunState = field(default_factory=RunState)
     _begun: float = 0.0
@@ -136,10 +144,11 @@ class Sorter:
         self._steps = Steps(self.robot, self.plan.wait_s, self.log, self.control)
 
     def run(self) -> RunState:
-        """Sort what comes by the plan, in the main thread; return the state at the end.
+        """Sort the arriving objects in the main thread; return the state at the end.
 
-        Whatever else ends it, the robot halts, `stopped` says why and what is held, and the error
-        propagates: CardError, RobotError, KeyboardInterrupt (Ctrl-C, `Control.stop`), SystemExit.
+        If an error ends the run, the robot halts, the event `stopped` has the reason and the held
+        object, and the error propagates: CardError, RobotError, KeyboardInterrupt (Ctrl-C,
+        `Control.stop`), SystemExit.
         """
         self._begun = time.monotonic()
         self.log.listen(self._state.add)
@@ -150,21 +159,25 @@ class Sorter:
             self.control.end()
             self._say_stopped(reason, finished=finished)
         except BaseException as error:
-            ending = error  # worded only when nothing can come before the robot halts
+            ending = error  # the robot halts before the text of the error is made
             self._steps.halt(lambda: self._say_stopped(_why(ending)))
             raise
         return self._state
 
     def _sort_all(self, coming: Iterable[str]) -> tuple[str, bool]:
-        """Return why the run ends, and whether it finished: nothing was left to sort, or the person
-        ended it; otherwise an object was in doubt."""
+        """Return the reason of the end, and whether the run finished.
+
+        A run has finished if no object is left, or if a person ended it. It has not finished if a
+        decision stopped it.
+        """
         every = self.plan.references.every if self.plan.references else 0
         try:
-            for number, thing in enumerate(coming, start=1):
+            for number, name in enumerate(coming, start=1):
                 if every and (number - 1) % every == 0:
-                    self._refer(number)
-                if doubt := self._sort(number, thing):
-                    return doubt, False
+                    self._record_reference(number)
+                reason_to_stop = self._sort(number, name)
+                if reason_to_stop:
+                    return reason_to_stop, False
                 if len(self._state.placed) == self.plan.sorts:
                     return f"{self.plan.sorts} objects are sorted, as planned", True
         except EndedByPerson:
@@ -175,7 +188,9 @@ class Sorter:
 
     def _sort(self, number: int, name: str) -> str:
         """Sort one object; return the reason to stop, "" if the run continues."""
-        known = str(self.labels(name).get(self.target, name)) if name != NOTHING else name
+        known = name
+        if name != NOTHING:
+            known = str(self.labels(name).get(self.target, name))
         self.log.say("grasp", number=number, object=known)
         prediction = self._sense(number, name)
         begin = time.perf_counter()
@@ -193,34 +208,51 @@ class Sorter:
         return ""
 
     def _sense(self, number: int, name: str) -> Prediction:
-        """Grasp, record and predict; the recording is stored before anything else happens."""
-        held = "" if name == NOTHING else name
+        """Grasp, record and predict. The recording is stored before it is predicted."""
+        if name == NOTHING:
+            held = touched = ""
+            reference = NOTHING
+        else:
+            held = name
+            touched = name or UNNAMED
+            reference = ""
         targets = self.labels(held) if held else {}
-        reference = NOTHING if name == NOTHING else ""
         grasp = PlannedGrasp(f"sort_{number:04d}", held, number, 1, targets, reference)
-        touched = "" if name == NOTHING else name or UNNAMED
         force = self._steps.grasp(RobotGrasp(grasp.name, touched, number, self.plan.force_n))
         begin = time.perf_counter()
         capture = self.card.take(self.played)
-        seconds = time.perf_counter() - begin
-        labels = dict.fromkeys((PREDICTED, CONFIDENCE, VERDICT), "") | {SORT: str(number)}
-        labels["force_reached_n"] = "" if force is None else f"{force:g}"
+        recording_s = time.perf_counter() - begin
+        labels = {
+            PREDICTED: "",
+            CONFIDENCE: "",
+            VERDICT: "",
+            SORT: str(number),
+            "force_reached_n": "" if force is None else f"{force:g}",
+        }
         recording = self._store(grasp, capture, labels, known=bool(name))
         begin = time.perf_counter()
         prediction = self.senses.predict(capture.samples, self.card.settings.sample_rate_hz)
-        predicting = time.perf_counter() - begin
+        predicting_s = time.perf_counter() - begin
         self.log.say(
-            "take", recording=recording, seconds=seconds, peak_dbfs=capture.peak_dbfs,
-            clipped=capture.clipped, xruns=capture.xruns, attempts=capture.attempts,
-        )  # fmt: skip
-        self.log.say("prediction", recording=recording, seconds=predicting, **prediction.plain())
+            "take",
+            recording=recording,
+            seconds=recording_s,
+            peak_dbfs=capture.peak_dbfs,
+            clipped=capture.clipped,
+            xruns=capture.xruns,
+            attempts=capture.attempts,
+        )
+        self.log.say("prediction", recording=recording, seconds=predicting_s, **prediction.plain())
         confidence = max(prediction.probability.values(), default=None)
-        predicted = {PREDICTED: str(prediction.value), VERDICT: str(prediction.verdict)}
-        predicted[CONFIDENCE] = "" if confidence is None else f"{confidence:.4f}"
+        predicted = {
+            PREDICTED: str(prediction.value),
+            VERDICT: str(prediction.verdict),
+            CONFIDENCE: "" if confidence is None else f"{confidence:.4f}",
+        }
         self.session.label(grasp, predicted)
         return prediction
 
-    def _refer(self, number: int) -> None:
+    def _record_reference(self, number: int) -> None:
         """Record the empty gripper; warn if the model has references and does not recognise it."""
         grasp = PlannedGrasp(f"{NOTHING}_{number:04d}", "", number, 1, {}, NOTHING)
         self._steps.grasp(RobotGrasp(grasp.name, "", number, self.plan.force_n))
@@ -241,12 +273,17 @@ class Sorter:
     def _store(
         self, grasp: PlannedGrasp, capture: Capture, labels: Mapping[str, str], *, known: bool
     ) -> str:
-        """Store a recording; return its name in the feature store.
+        """Store a recording; return its name in the feature file.
 
-        If the object is not `known`, it has `quality: reject`: it is no recording of an empty
-        gripper, and no model is trained on it before a person fills in its label and quality.
+        A recording of an object that is not `known` has `quality: reject`. It is not a reference,
+        and no model is trained on it before a person enters its label and quality.
         """
-        quality = ("clipped" if capture.clipped else "ok") if known else REJECTED
+        if not known:
+            quality = REJECTED
+        elif capture.clipped:
+            quality = "clipped"
+        else:
+            quality = "ok"
         self.recordings += 1
         self.session.record(
             grasp, 1, 0, capture.samples, quality=quality, labels={**capture.labels(), **labels}
@@ -269,14 +306,18 @@ class Sorter:
         )
 
     def _say_stopped(self, reason: str, *, finished: bool = False) -> None:
-        seconds, held = time.monotonic() - self._begun, self._steps.held
         self.log.say(
-            "stopped", reason=reason, held=held, sorts=len(self._state.placed),
-            seconds=seconds, finished=finished,
-        )  # fmt: skip
+            "stopped",
+            reason=reason,
+            held=self._steps.held,
+            sorts=len(self._state.placed),
+            seconds=time.monotonic() - self._begun,
+            finished=finished,
+        )
 
 
 def _why(error: BaseException) -> str:
+    """Return the reason for which an error ended the run."""
     if isinstance(error, KeyboardInterrupt):
         return "stopped by a person"
     if isinstance(error, SystemExit):

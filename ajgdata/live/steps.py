@@ -1,4 +1,4 @@
-"""The robot's steps of a live run, the object that is held, the stop and the halt."""
+"""Steps of the robot in a live run, the held object, and the ways to stop a run."""
 
 from __future__ import annotations
 
@@ -16,28 +16,31 @@ from ajgdata.live.events import EventLog
 
 
 class Control:
-    """Stops a run from any thread; `begin` and `end` are called by the run in the main thread."""
+    """Stops a run from any thread. The run calls `begin` and `end` in the main thread."""
 
     def __init__(self) -> None:
-        self.stopped = False  #: also after the run has ended
+        self.stopped = False  #: whether the run was stopped, or has ended
         self._in_run = False
         self._lock = threading.Lock()
 
     def stop(self) -> None:
-        """End the run now, in the middle of a step: as Ctrl-C does, by KeyboardInterrupt in the
-        main thread. If it is called again, or after the run has ended, it does nothing."""
+        """End the run immediately, also in the middle of a step.
+
+        The main thread gets KeyboardInterrupt, as after Ctrl-C. A second call does nothing, and
+        neither does a call after the run has ended.
+        """
         with self._lock:
             if self._in_run and not self.stopped:
-                # a signal also wakes what sleeps, reads, or waits for a program
+                # A signal also interrupts sleeping, reading, and waiting for a program.
                 signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
             self.stopped = True
 
     def begin(self) -> None:
-        """Mark the begin of the run: only now may `stop` interrupt it. Raises KeyboardInterrupt if
-        it has been stopped before.
+        """Mark the begin of the run: from now on, `stop` interrupts the main thread.
 
-        A program that a shell started in the background ignores SIGINT; a run must be stoppable.
+        Raises KeyboardInterrupt if `stop` was called before.
         """
+        # A program that a shell started in the background ignores SIGINT.
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         with self._lock:
@@ -46,17 +49,18 @@ class Control:
             raise KeyboardInterrupt
 
     def end(self) -> None:
-        """Mark the end of the run: nothing is interrupted from now on."""
+        """Mark the end of the run: from now on, `stop` interrupts nothing."""
         with self._lock:
-            self._in_run, self.stopped = False, True
+            self._in_run = False
+            self.stopped = True
 
 
 @dataclass
 class Steps:
-    """Makes the paper's steps of a sort.
+    """The paper's steps of sorting one object.
 
-    `held` is what is in the gripper, or may be: from the moment in which it goes down until it has
-    let go. `pressing`: `release` is still to come.
+    `held` is the object that is in the gripper or may be: it is set before the gripper goes down,
+    and cleared after the gripper has let go. `pressing` is whether `release` is still due.
     """
 
     robot: Robot
@@ -88,29 +92,33 @@ class Steps:
             self._step("release")
 
     def wait(self) -> None:
-        """Keep still for `wait_s`, as before sensing."""
+        """Keep the gripper still for `wait_s`."""
         self._step("wait")
 
     def halt(self, then: Callable[[], object]) -> None:
-        """Let the robot halt, once, and call `then`. Nothing disturbs it, neither a failure nor a
-        second Ctrl-C, nor a terminal that is gone."""
+        """Halt the robot once, then call `then`.
+
+        A failure, a second Ctrl-C or a closed terminal does not prevent the halt.
+        """
         while not self._halted:
             try:
                 with undisturbed():
                     self._halt(then)
-            except KeyboardInterrupt:  # in the instant before it is ignored
+            except KeyboardInterrupt:  # it came before `undisturbed` ignored the signal
                 continue
 
     def _halt(self, then: Callable[[], object]) -> None:
         self._halted = True
         self.control.end()
-        begin, problem = time.perf_counter(), ""
+        problem = ""
+        begin = time.perf_counter()
         try:
             self.robot.move("halt", held=self.held)
-        except BaseException as failure:  # whatever it is, the rest must be ended, too
+        except BaseException as failure:  # the log and the card must be closed after any failure
             problem = f"the robot did not halt: {failure}; look at it first"
         seconds = time.perf_counter() - begin
-        # What ended the run goes on, not that nobody listens: the log has it all the same.
+        # The log writes an event before a closed terminal raises OSError. The caller raises the
+        # error that ended the run, so these errors are dropped.
         if problem:
             with suppress(OSError):
                 self.log.say("problem", text=problem)
@@ -121,10 +129,12 @@ class Steps:
 
     def _step(self, step: str, about: Any = None) -> float | None:
         """Make one step; return the force of `approach`."""
-        begin, force = time.perf_counter(), None
+        force = None
+        begin = time.perf_counter()
         match step:
             case "approach":
-                self.pressing, self.held = True, about.object
+                self.pressing = True
+                self.held = about.object
                 force = self.robot.move("approach", **vars(about))
             case "wait":
                 self.robot.move("hold", seconds=self.wait_s)
@@ -133,7 +143,8 @@ class Steps:
                 self.held = ""
             case "release":
                 self.robot.move("release")
-                self.pressing, self.held = False, ""
+                self.pressing = False
+                self.held = ""
             case _:
                 self.robot.move(step)
         self.log.say("step", step=step, seconds=time.perf_counter() - begin)

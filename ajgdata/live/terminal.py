@@ -18,14 +18,17 @@ class SortTerminal:
         self._state = RunState()
 
     def confirm(self, text: str) -> None:
-        """Say it and wait for Enter; q ends the run."""
-        if self._control.stopped:  # nobody is waited for now
+        """Print a request to the person and wait for Enter; q ends the run."""
+        if self._control.stopped:  # a run that ends does not wait for a person
             self._say(f"[b red]{escape(text)}[/]")
             return
         try:
-            while answer := self._console.input(f"  {escape(text)}; then Enter (q: end) ").strip():
+            while True:
+                answer = self._console.input(f"  {escape(text)}; then Enter (q: end) ").strip()
                 if answer == "q":
                     raise EndedByPerson
+                if not answer:
+                    return
         except EOFError:
             raise EndedByPerson from None
 
@@ -40,13 +43,14 @@ class SortTerminal:
         self._console.print(text, soft_wrap=True)
 
     def _start(self, event: Event) -> None:
-        kind = " [b](simulated)[/b]" if event.get("source") == "simulated" else ""
-        what = f"{event['dataset']}, {event['task']}, {event['model']}"
+        simulated = " [b](simulated)[/b]" if event.get("source") == "simulated" else ""
+        model = f"{event['dataset']}, {event['task']}, {event['model']}"
         self._say(
-            f"sorting {escape(', '.join(event['classes']))} by {escape(what)} on "
-            f"{escape(event['device'])}{kind}; at {percent(event['threshold'])}; Ctrl-C stops"
+            f"sorting {escape(', '.join(event['classes']))} by {escape(model)} on "
+            f"{escape(event['device'])}{simulated}; at {percent(event['threshold'])}; Ctrl-C stops"
         )
-        if note := event.get("novelty"):
+        note = event.get("novelty")
+        if note:
             self._say(f"[yellow]note[/] {escape(note)}")
 
     def _take(self, event: Event) -> None:
@@ -59,10 +63,13 @@ class SortTerminal:
             self._say(f"[dim]{number:4}  {escape(event['reason'])}: wait[/]")
 
     def _placed(self, event: Event) -> None:
-        value, truth = event["value"] or "?", event["object"]
+        value = event["value"] or "?"
+        truth = event["object"]
         grasp = self._state.grasps[-1]
-        wrong = truth and truth != value
-        note = f"[red]wrong: {escape(truth)}[/]" if wrong else f"{self._state.rows[0]} in a row"
+        if truth and truth != value:
+            note = f"[red]wrong: {escape(truth)}[/]"
+        else:
+            note = f"{self._state.rows[0]} in a row"
         self._say(
             f"{grasp.number:4}  {escape(value)}, {percent(grasp.probability or 0.0)}"
             f"  → {escape(event['bin'])}  {note}"
