@@ -39,7 +39,6 @@ from ajgdata.store.files import read_yaml
 from ajgdata.store.freshness import (
     count_changed,
     features_key,
-    files_digest,
     run_tables,
 )
 from ajgdata.store.provenance import settings_digest

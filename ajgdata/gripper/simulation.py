@@ -9,7 +9,7 @@ Exact this is for the leapfrog. What is averaged over a step, by the exponential
 trapezoidal rule, keeps an error that is known as well: of the drag, of walls' resistances and of
 relaxation times about (ωΔt)²/8 (1.6 % at 10 kHz with four steps a sample), of walls' masses twice
 that, of the grains' density (γΔt)²/12 with γ the drag over the density, at all frequencies alike
-(known_cases/time_step.py of the tests has the terms, and measures that nothing else is left).
+(`ajgdata/studies/known_cases/time_step.py` has the terms, and measures that nothing else is left).
 """
 
 from __future__ import annotations

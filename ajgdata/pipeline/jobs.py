@@ -24,13 +24,11 @@ def run_job(job: Any) -> None:
 
     It gets the inputs, outputs, wildcards and params that it takes, by name. `job` is the object
     `snakemake` of scripts. Values become what the function's annotations require, e.g. paths and
-    settings. Other arguments: `paths`, `log`, `threads`, and `workflow`, the folder of the
-    Snakefile. Networks are trained on `device`.
+    settings. Other arguments: `paths`, `log` and `threads`. Networks are trained on `device`.
     """
     function = resolve_name(f"{__package__}.{job.params.function}")
     values = {"paths": Paths(run=job.params.get("run", "")), "log": job.log[0]}
     values["threads"] = job.threads
-    values["workflow"] = Path(job.scriptdir).parents[1]
     for named in (job.input, job.output, job.wildcards, job.params):
         values |= {key: [*v] if isinstance(v, list) else v for key, v in named.items()}
     arguments = {

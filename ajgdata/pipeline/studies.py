@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import sys
 from pathlib import Path
 
 from ajgdata.ablations import read_ablations
@@ -20,29 +19,15 @@ STUDIES: tuple[str, ...] = ("verification", "validation", "stability", "accuracy
 REQUESTED_STUDIES = STUDIES[2:]
 #: Page on all ablations: why simulation and paper differ.
 ABLATIONS_PAGE = "ablations"
-#: The verification is a folder of the tests, which assert the same claims on coarser grids.
-VERIFICATION = "known_cases"
 
 
-def run_study(
-    study: str,
-    tables: Path,
-    *,
-    code: str,
-    workflow: Path = Path(),
-    tests: str = "",
-    quick: bool = False,
-) -> None:
-    """Run a study and write its tables, with what made them, to `tables` (JSON).
+def run_study(study: str, tables: Path, *, code: str, quick: bool = False) -> None:
+    """Run a study and write its tables and their provenance to `tables` (JSON).
 
-    `quick`: coarser grids and fewer cases; `tests`: folder of the tests of the solver, for the
-    verification, relative to the folder `workflow`. Raises ValueError for a table whose rows do not
+    `quick` selects coarser grids and fewer cases. Raises ValueError for a table whose rows do not
     have its columns.
     """
-    if tests:
-        sys.path.append(str(workflow / tests))
-    module = VERIFICATION if study == "verification" else f"ajgdata.studies.{study}"
-    results = importlib.import_module(module).tables(quick)
+    results = importlib.import_module(f"ajgdata.studies.{study}").tables(quick)
     write_tables(tables, results, study=study, quick=quick, code=code, **software())
 
 

@@ -158,6 +158,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "features/spectrum.py",
         "pipeline/studies.py:run_study",
         "studies/*.py",
+        "studies/known_cases/*.py",
         "studies/resonators.yaml",
         "types/settings.py",
     ),

@@ -133,15 +133,6 @@ def features_key(sources: Iterable[str], spec: DatasetSpec) -> str:
     return sha256_of("\n".join(lines).encode())[:16]
 
 
-def files_digest(folder: Path, pattern: str) -> str:
-    """Return the digest of the files of a folder; their names count, its own path does not."""
-    lines = [
-        f"{path.relative_to(folder).as_posix()} {sha256_of(path.read_bytes())}"
-        for path in sorted(folder.glob(pattern))
-    ]
-    return sha256_of("\n".join(lines).encode())[:16]
-
-
 def table_digests(paths: Paths, dataset: str, virtual: Collection[str]) -> dict[str, str]:
     """Return the digest of the tables of each session that a run uses now, by its name.
 

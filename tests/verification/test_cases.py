@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from known_cases import CASES
-from known_cases.identities import (
+
+from ajgdata.studies.known_cases.identities import (
     EnergyConstant,
     WaveDispersion,
 )
+from ajgdata.studies.verification import CASES
 
 #: What a result must keep beside its own limits.
 ALSO = {
@@ -25,8 +26,8 @@ def test_the_claim_holds(name):
 
 
 class EnergyOfACellInError(EnergyConstant):
-    def struck(self):
-        system, state = super().struck()
+    def start(self):
+        system, state = super().start()
         system.capacities.yield_[np.argmax(system.mass)] *= 1 + 1e-3
         return system, state
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from known_cases.tube import reflection
 
 from ajgdata.gripper.medium import Packing, fit_fluid
 from ajgdata.studies.extreme_cases import AIR, PLASTIC
+from ajgdata.studies.known_cases.tube import reflection
 
 
 @pytest.mark.parametrize(

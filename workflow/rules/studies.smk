@@ -4,10 +4,6 @@ wildcard_constraints:
     ablation="|".join(ABLATED) or "-",
 
 
-# Digest of the cases of the verification, by file name: equal in each copy of the workflow.
-KNOWN_CASES = files_digest(HERE / "tests/verification/known_cases", "*.py")
-
-
 rule study:
     output:
         tables=PATHS.study("{study}"),
@@ -20,8 +16,6 @@ rule study:
     params:
         function="studies:run_study",
         quick=config["quick"],
-        tests="tests/verification",
-        cases=KNOWN_CASES,
         code=lambda wildcards: code_hash("study"),
     message:
         "Studying the virtual gripper: {wildcards.study}"

@@ -1,4 +1,4 @@
-"""A piston of any mass, resistance and stiffness at the end of a tube, as a wall and as a mode."""
+"""Piston with mass, resistance and stiffness at the end of a tube, as a wall and as a mode."""
 
 from __future__ import annotations
 
@@ -13,21 +13,23 @@ from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.system import assemble
 from ajgdata.gripper.walls import NO_MODES, NO_WALLS, ModeList, WallList
 from ajgdata.studies.extreme_cases import AIR, time_step
+from ajgdata.studies.known_cases.case import Identity, Refinement
 from ajgdata.studies.rigid_domains import box
-from known_cases.case import Identity, Refinement
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]
 #: Mass kg/m², resistance Pa s/m, stiffness N/m³.
 Parameters = tuple[float, float, float]
 LENGTH_M = 0.24
-#: Transfer functions are taken at ω - iα: what is left of the response after TIME_S is e^-20.
-TIME_S, FADE = 20e-3, 1_000.0
+#: Length of a response (s).
+TIME_S = 20e-3
+#: Imaginary part α (1/s) of the frequencies ω - iα: it reduces the response after TIME_S to e^-20.
+FADE = 1_000.0
+#: Frequencies (rad/s) of the transfer functions.
 OMEGA = 2 * np.pi * np.linspace(100, 3_000, 30) - 1j * FADE
-
-
-#: `styrofoam` is a plate of 10 mm that yields along its thickness; `fast` resonates at 50 MHz, on
-#: grids that end at 90 kHz; `massless` is a spring softer than the air of a cell.
+#: Pistons by name. `styrofoam` is a plate of 10 mm, compressed along its thickness. `fast`
+#: resonates at 50 MHz, far above the limit of the grids (90 kHz). `massless` is a spring that is
+#: softer than the air of a cell.
 PISTONS: dict[str, Parameters] = {
     "latex": (0.3, 450.0, 1e5),
     "styrofoam": (0.25, 671.0, 5e8),
@@ -37,12 +39,15 @@ PISTONS: dict[str, Parameters] = {
 
 
 def tube(h: float, piston: Parameters, as_mode: bool) -> tuple[Real, float, float]:
-    """Pressure (n,) beside the piston after a pulse of one step at the far end; Δt (s) and
-    cross-section (m²)."""
+    """Return the pressure (n,) at the piston after a pulse of one step at the far end.
+
+    The second and third values are Δt (s) and the cross-section (m²).
+    """
     cells = cut_cells(box(2 * h, 2 * h, LENGTH_M, 0.0), h, 2 * h, 0.0, LENGTH_M)
     end, start = np.flatnonzero(cells.volume.any((1, 2)))[[0, -1]].tolist()
     area = np.where(np.arange(len(cells.z))[:, None, None] == end, cells.volume / h, 0.0)
-    walls, modes = WallList.uniform(area, *piston), NO_MODES
+    walls = WallList.uniform(area, *piston)
+    modes = NO_MODES
     if as_mode:
         modal = [np.array([area.sum() * value]) for value in piston]
         modes = ModeList(walls.cell, walls.area[None, :], *modal)
@@ -56,13 +61,15 @@ def tube(h: float, piston: Parameters, as_mode: bool) -> tuple[Real, float, floa
 
 
 def transfer_function(h: float, piston: Parameters) -> Complex:
-    """Pressure (Pa) in the middle of the last cell per volume velocity per area (m/s) at the far
-    end, (ω,) at OMEGA.
+    """Return the exact transfer function of a tube with a piston, (ω,) at OMEGA.
 
-    p = Z cos kx + i ρc sin kx up to a factor, for a piston of impedance Z; u by Euler's equation.
+    It is the pressure (Pa) in the middle of the last cell per volume velocity per area (m/s) at the
+    far end. With a piston of impedance Z, p = Z cos kx + i ρc sin kx up to a factor; u follows from
+    Euler's equation.
     """
     mass, resistance, stiffness = piston
-    k, z0 = OMEGA / AIR.sound_speed, AIR.density * AIR.sound_speed
+    k = OMEGA / AIR.sound_speed
+    z0 = AIR.density * AIR.sound_speed
     impedance = 1j * OMEGA * mass + resistance + stiffness / (1j * OMEGA)
     inflow = (1j * impedance * np.sin(k * LENGTH_M) + z0 * np.cos(k * LENGTH_M)) / z0
     return np.asarray((impedance * np.cos(k * h / 2) + 1j * z0 * np.sin(k * h / 2)) / inflow)
@@ -70,7 +77,7 @@ def transfer_function(h: float, piston: Parameters) -> Complex:
 
 @dataclass(eq=False)
 class Piston(Refinement):
-    """Its transfer function, for one of PISTONS."""
+    """Transfer function of a tube with one of PISTONS at its end."""
 
     title = "transfer function from the far end of a tube"
     derived = (
@@ -83,11 +90,11 @@ class Piston(Refinement):
 
     @property
     def least_order(self) -> float:
-        """A soft piston acts on the centre of its cell, which costs an order."""
+        """Smallest order that passes; a soft piston has 1, as it acts on the centre of a cell."""
         return 1.0 if self.piston == "massless" else 1.8
 
     def error(self, h: float) -> float:
-        """Return the relative L2 error over 100 Hz-3 kHz."""
+        """Return the relative L2 error from 100 Hz to 3 kHz."""
         sound, dt, area = tube(h, PISTONS[self.piston], as_mode=True)
         time = (np.arange(len(sound)) + 0.5) * dt
         measured = np.exp(-1j * OMEGA[:, None] * time) @ sound * area
@@ -95,14 +102,17 @@ class Piston(Refinement):
         return float(np.linalg.norm(measured - exact) / np.linalg.norm(exact))
 
     def cap(self, h: float) -> float:
-        """See `derived`."""
+        """Return the largest error that passes; `derived` gives its derivation."""
         top = float(OMEGA[-1].real)
         k = top / AIR.sound_speed
-        return top * (k * h) ** 2 / 24 / FADE + (self.piston == "massless") * k * h / 2
+        dispersion = top * (k * h) ** 2 / 24 / FADE
+        if self.piston == "massless":
+            return dispersion + k * h / 2
+        return dispersion
 
 
 class OnePiston(Identity):
-    """A wall and a mode are two implementations of the same piston."""
+    """Difference between a wall and a mode, which are two implementations of the same piston."""
 
     title = "locally reacting wall and mode are the same piston, for all four"
     derived = "sums in another order differ by an ulp a step, and nothing forgets: steps ε"
@@ -110,9 +120,10 @@ class OnePiston(Identity):
     roundings = TIME_S / time_step(h)
 
     def deviation(self, quick: bool) -> float:
-        """Return the largest difference over the largest pressure, of all pistons."""
+        """Return the largest difference of all pistons, relative to the largest pressure."""
         differences = []
         for piston in PISTONS.values():
-            local, modal = (tube(self.h, piston, as_mode)[0] for as_mode in (False, True))
+            local, _, _ = tube(self.h, piston, as_mode=False)
+            modal, _, _ = tube(self.h, piston, as_mode=True)
             differences.append(float(np.max(np.abs(local - modal)) / np.max(np.abs(local))))
         return max(differences)

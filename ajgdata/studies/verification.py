@@ -1,31 +1,31 @@
-"""The virtual gripper against what is known exactly: one small class for each claim."""
+"""Verification of the virtual gripper: identities at round-off, and convergence with the grid."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ajgdata.types.table import Column, Table, Value
-from known_cases.case import Case, CaseResult
-from known_cases.identities import (
+from ajgdata.studies.known_cases.case import KnownCase, KnownCaseResult
+from ajgdata.studies.known_cases.identities import (
     EnergyConstant,
     EnergyNeverGrows,
     Reciprocity,
     SinglePrecision,
     WaveDispersion,
 )
-from known_cases.membrane import ReciprocityOfMembrane
-from known_cases.moving import (
+from ajgdata.studies.known_cases.membrane import ReciprocityOfMembrane
+from ajgdata.studies.known_cases.moving import (
     EnergyConstantWithModes,
     EnergyNeverGrowsWithModes,
     StaticPressure,
 )
-from known_cases.piston import PISTONS, OnePiston, Piston
-from known_cases.resonances import BoxOffGrid, BoxOnGrid
-from known_cases.time_step import TimeStep
-from known_cases.tube import BedLayer
+from ajgdata.studies.known_cases.piston import PISTONS, OnePiston, Piston
+from ajgdata.studies.known_cases.resonances import BoxOffGrid, BoxOnGrid
+from ajgdata.studies.known_cases.time_step import TimeStep
+from ajgdata.studies.known_cases.tube import BedLayer
+from ajgdata.types.table import Column, Table, Value
 
-#: By name, in the order of the report.
-CASES: dict[str, Case] = {
+#: All cases by name, in the order of the report.
+CASES: dict[str, KnownCase] = {
     case.name: case
     for case in (
         EnergyConstant(),
@@ -49,12 +49,13 @@ CASES: dict[str, Case] = {
 
 
 def tables(quick: bool = False) -> list[Table]:
-    """Run every case: what each measured against its limits, and the points of the refinements."""
+    """Run every case, and return the results with their limits and the points of refinements."""
     results = [case.run(quick) for case in CASES.values()]
-    return [_summary(results), _convergence(results)]
+    return [_result_table(results), _convergence_table(results)]
 
 
-def _summary(results: Sequence[CaseResult]) -> Table:
+def _result_table(results: Sequence[KnownCaseResult]) -> Table:
+    """Return one row per case: its value and its order of convergence, with the limits of both."""
     columns = (
         Column("case", "case"),
         Column("title", "claim"),
@@ -70,11 +71,14 @@ def _summary(results: Sequence[CaseResult]) -> Table:
         "Relative numbers. An identity holds at round-off on every grid; a refinement must reach "
         "its order and, on the finest grid, stay below its cap."
     )
-    rows = tuple({column.key: getattr(f, column.key) for column in columns} for f in results)
+    rows = tuple(
+        {column.key: getattr(result, column.key) for column in columns} for result in results
+    )
     return Table("verification", "What holds, and how well", note, columns, rows)
 
 
-def _convergence(results: Sequence[CaseResult]) -> Table:
+def _convergence_table(results: Sequence[KnownCaseResult]) -> Table:
+    """Return one row per grid of a refinement: the spacing of the grid and the error on it."""
     columns = (
         Column("case", "case"),
         Column("title", "claim"),
@@ -82,9 +86,9 @@ def _convergence(results: Sequence[CaseResult]) -> Table:
         Column("error", "relative error"),
     )
     rows: tuple[dict[str, Value], ...] = tuple(
-        {"case": f.case, "title": f.title, "dx_mm": 1e3 * h, "error": error}
-        for f in results
-        for h, error in f.points
+        {"case": result.case, "title": result.title, "dx_mm": 1e3 * h, "error": error}
+        for result in results
+        for h, error in result.points
     )
     note = "The points that the orders above are fitted to."
     return Table("convergence", "Error against grid spacing", note, columns, rows)

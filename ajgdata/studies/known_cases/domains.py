@@ -1,4 +1,4 @@
-"""A lossy bowl that the known cases march."""
+"""Domain with losses that several known cases simulate."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from ajgdata.studies.extreme_cases import AIR, PLASTIC, bowl_cells, time_step
 
 
 def lossy_bowl(h: float, dtype: type = np.float64) -> System:
-    """Grains with varying packing, light, stiff, heavy and resistive walls."""
+    """Return a bowl of grains with varying packing, and light, stiff, heavy and resistive walls.
+
+    `h` is the grid spacing (m).
+    """
     cells = bowl_cells(h)
     ratio = 1 + 0.1 * np.sin(np.arange(np.prod(cells.shape))).reshape(cells.shape)
     walls = (

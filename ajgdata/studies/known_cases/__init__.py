@@ -1,0 +1,1 @@
+"""Known cases of the virtual gripper: one class for each claim whose exact result is known."""
