@@ -107,7 +107,7 @@ def measured(
 ) -> dict[str, Any]:
     """Return the digest of the result of an experiment, and its values by part and statistic."""
     spec = read_dataset(paths, dataset)
-    split = spec.task_settings(task)
+    task_settings = spec.task_settings(task)
     requests = requested_experiments(spec, task)
     (request,) = (item for item in requests if item.experiment.name == experiment)
     request = replace(request, models=(model,))
@@ -120,15 +120,16 @@ def measured(
         tables = Path(folder, "tables.json")
         run_experiment(
             paths.features(dataset), dataset=dataset, task=task, experiment=experiment,
-            models=models, settings=settings, split=split, other_sets=request.other_sets,
+            models=models, settings=settings, task_settings=task_settings,
+            other_sets=request.other_sets,
             audio=spec.audio, features=spec.features, paths=paths, seed=0, tables=tables,
             cost=Path(folder, "cost.json"),
         )  # fmt: skip
         ((about, (scores, *_)),) = read_measurements(tables)
         content = tables.read_bytes()
-    rows = scores.where(metric="rmse" if split["kind"] == "regression" else "accuracy").rows
+    rows = scores.where(metric="rmse" if task_settings.kind == "regression" else "accuracy").rows
     values = {f"{_part(row, dataset)} {row['statistic']}": row["value"] for row in rows}
-    scale, unit = (1, split["unit"]) if split["kind"] == "regression" else (100, "%")
+    scale, unit = (1, task_settings.unit) if task_settings.kind == "regression" else (100, "%")
     digest = hashlib.sha256(content).hexdigest()
     counts = {part: count["recordings"] for part, count in about.get("parts", {}).items()}
     return {

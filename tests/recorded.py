@@ -70,7 +70,7 @@ def run_experiments(paths: Paths, dataset: str) -> list[Request]:
                 experiment=experiment,
                 models=request.job_models[models],
                 settings=request.job_settings(models),
-                split=spec.task_settings(request.task),
+                task_settings=spec.task_settings(request.task),
                 other_sets=request.other_sets,
                 audio=spec.audio,
                 features=spec.features,

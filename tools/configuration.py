@@ -154,9 +154,10 @@ def meaning_of(key: str, field: FieldInfo) -> str:
 
 
 def table(model: Model) -> list[str]:
-    """The keys of a model."""
+    """The keys of a model, required keys first."""
     rows = ["| key | value | default | meaning |", "|---|---|---|---|"]
-    for key, field in model.model_fields.items():
+    fields = sorted(model.model_fields.items(), key=lambda item: not item[1].is_required())
+    for key, field in fields:
         cells = [f"`{key}`", kind_of(field), default_of(field), meaning_of(key, field)]
         rows.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return rows

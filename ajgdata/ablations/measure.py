@@ -26,7 +26,7 @@ from ajgdata.paths import Paths
 from ajgdata.store.features import read_store
 from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import overridden, read_dataset
-from ajgdata.types import DatasetSpec, NotPossibleError
+from ajgdata.types import DatasetSpec, NotPossibleError, TaskSettings
 from ajgdata.types.comparison import WITHHELD, Ablation, AblationVariant, Grasps, Grid
 from ajgdata.types.table import Table, table_of
 
@@ -47,7 +47,7 @@ def measure(paths: Paths, name: str, ablation: Ablation, *, seed: int) -> Table:
     """
     spec = read_dataset(paths, ablation.train)
     task = spec.task_settings(ablation.task)
-    metric = "accuracy" if task["kind"] == "classification" else "rmse"
+    metric = "accuracy" if task.kind == "classification" else "rmse"
     folds: dict[str, dict[str, Sequence[float]]] = {model: {} for model in ablation.models}
     for variant_name, variant in ablation.variants.items():
         data = VariantData(paths, spec, ablation, variant)
@@ -57,7 +57,7 @@ def measure(paths: Paths, name: str, ablation: Ablation, *, seed: int) -> Table:
             for tested, result in scores.items():
                 label = f"{variant_name} on:{tested}" if tested else variant_name
                 variants[label] = result.per_fold[metric]
-    return trial_table(name, ablation, folds, metric, task["unit"] if metric == "rmse" else "")
+    return trial_table(name, ablation, folds, metric, task.unit if metric == "rmse" else "")
 
 
 def measure_grid(paths: Paths, ablation: Ablation, grid: Grid, *, seed: int) -> Table:
@@ -80,7 +80,7 @@ def measure_grid(paths: Paths, ablation: Ablation, grid: Grid, *, seed: int) -> 
         data = VariantData(paths, spec, ablation, variant)
         simulated = data.changed(data.planned(grasps))
         for task, label in zip(tasks, grid.tasks.values(), strict=True):
-            known, withheld = split_withheld(simulated, task["withhold"])
+            known, withheld = split_withheld(simulated, task.withhold)
             scores = _evaluated(variant, task, known, {WITHHELD: withheld}, grid.model, seed)
             errors = scores[WITHHELD].per_fold["rmse"]
             chance = scores[WITHHELD].chance["rmse"]
@@ -94,7 +94,7 @@ def measure_grid(paths: Paths, ablation: Ablation, grid: Grid, *, seed: int) -> 
                     "chance": chance,
                 }
             )
-    unit = f" ({tasks[0]['unit']})"
+    unit = f" ({tasks[0].unit})"
     columns = {
         "task": "Task",
         "x": f"{grid.x.title} ({grid.x.unit})",
@@ -108,7 +108,7 @@ def measure_grid(paths: Paths, ablation: Ablation, grid: Grid, *, seed: int) -> 
 
 def _evaluated(
     variant: AblationVariant,
-    task: Mapping[str, Any],
+    task: TaskSettings,
     known: TaskData,
     tests: Mapping[str, TaskData],
     model: str,
@@ -117,9 +117,9 @@ def _evaluated(
     """Return the scores of a model on held-out grasps, by what is tested on ("": its own)."""
     grouped = variant.split == "grouped"
     result = cross_validate(
-        known.feature, known.value, known.group if grouped else None, kind=task["kind"],
-        column=task["groups"] if grouped else "",
-        model=model, folds=task["folds"], seed=seed, period=task["period_deg"],
+        known.feature, known.value, known.group if grouped else None, kind=task.kind,
+        column=task.groups if grouped else "",
+        model=model, folds=task.folds, seed=seed, period=task.period_deg,
         extra_tests=tests if grouped else None,
     )  # fmt: skip
     return {"": result.scores} | {k: result.scores for k, result in result.extra_tests.items()}
@@ -135,7 +135,7 @@ class VariantData:
     variant: AblationVariant
 
     @cached_property
-    def task(self) -> dict[str, Any]:
+    def task(self) -> TaskSettings:
         """Return the settings of the task that the variant evaluates."""
         return self.spec.task_settings(self.variant.task or self.ablation.task)
 
@@ -145,7 +145,7 @@ class VariantData:
             grasps = self.planned(self.variant.grasps)
             changed = self.variant.grasps.is_changed
             return (self.changed if changed else self.recorded)(grasps), {}
-        withhold = self.task["withhold"]
+        withhold = self.task.withhold
         trained = [
             split_withheld(self._stored(name), withhold)
             for name in self.variant.train or (self.spec.name,)
@@ -161,11 +161,11 @@ class VariantData:
         table, task = read_store(self.paths.features(dataset)), self.task
         rows = task_data(
             table,
-            task["target"],
-            task["kind"],
-            task["groups"],
-            task["classes"],
-            task["placebo_objects"],
+            task.target,
+            task.kind,
+            task.groups,
+            task.classes,
+            task.placebo_objects,
         )
         rows = rows.where(np.argsort(rows.name))
         if self.ablation.exclude:
@@ -205,7 +205,7 @@ class VariantData:
 
     def changed(self, grasps: Sequence[RecipeGrasp]) -> TaskData:
         """Return the same grasps simulated with the variant's changes, each recorded once."""
-        change, recipe, target = self.variant.grasps, self.spec.recipe, self.task["target"]
+        change, recipe, target = self.variant.grasps, self.spec.recipe, self.task.target
         assert recipe is not None and change is not None, "planned from them"
         solver, feature, value = ResponseStore(self.paths.responses), [], []
         # One for all: what is played is filtered once.

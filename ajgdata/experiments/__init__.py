@@ -77,10 +77,15 @@ class Request:
     models: tuple[str, ...]
 
     @property
+    def test_sets(self) -> tuple[str, ...]:
+        """Return the data sets that it tests on in addition to its own, the setting `test_on`."""
+        return tuple(getattr(self.settings, "test_on", ()))
+
+    @property
     def other_sets(self) -> tuple[str, ...]:
-        """Return the data sets that it needs in addition to its own."""
+        """Return all data sets that it needs in addition to its own: test sets, and the placebo."""
         placebo = getattr(self.settings, "placebo", None)
-        return (*getattr(self.settings, "test_on", ()), *([placebo] if placebo else []))
+        return self.test_sets if placebo is None else (*self.test_sets, placebo)
 
     def label(self, model: str, kind: Kind) -> str:
         """Return the name of a measurement for people: a model, or a comparison."""

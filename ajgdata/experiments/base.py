@@ -21,7 +21,7 @@ from ajgdata.paths import short_name
 from ajgdata.report.comparison import PaperComparison, PaperFigure
 from ajgdata.report.format import Source, words
 from ajgdata.report.report_data import Illustration, ResultRow
-from ajgdata.types import AudioSettings, FeatureSettings, Kind, Level, Strict
+from ajgdata.types import AudioSettings, FeatureSettings, Kind, Level, Strict, TaskSettings
 from ajgdata.types.table import Table
 
 if TYPE_CHECKING:
@@ -48,35 +48,24 @@ class Recordings(Protocol):
 class Inputs:
     """Inputs of a measurement: a task, its features and recordings.
 
-    `store` are the features of the data set; `others` those of the data sets in `test_on` of the
-    settings, or of the `base` of an embedding, or the `placebo`; `placebo_objects` are one object
-    of the store under several names. `recordings` reads recordings if the experiment
-    `reads_recordings`; `render` simulates other sounds if it `renders`. For an embedding, `task` is
-    its name, `latents` and `training_cost` are of its encoders, and `kinds` those of all targets.
+    `store` are the features of the data set, and `other_sets` those of the data sets that the
+    settings of the experiment name in `test_on` and `placebo`. `recordings` reads recordings if the
+    experiment `reads_recordings`; `render` simulates other sounds if it `renders`. For an
+    embedding, `task` is its name, and `latents` and `training_cost` are of its encoders.
     """
 
     dataset: str
     task: str
-    target: str
-    kind: Kind
-    unit: str
-    groups: str
-    folds: int
+    task_settings: TaskSettings
     seed: int
     store: FeatureRows
     other_sets: Mapping[str, FeatureRows] = field(default_factory=dict)
-    period_deg: float | None = None
-    withhold: Sequence[float] = ()
-    classes: Sequence[str] = ()
-    min_groups: int = 0
-    placebo_objects: Sequence[str] = ()
     audio: AudioSettings = field(default_factory=AudioSettings)
     features: FeatureSettings = field(default_factory=FeatureSettings)
     recordings: Recordings | None = None
     render: Render | None = None
     latents: Latents | None = None
     training_cost: Mapping[str, float] = field(default_factory=dict)
-    kinds: Mapping[str, Kind] = field(default_factory=dict)
 
     def all_data(self, other: str = "", groups: str = "") -> TaskData:
         """Return every recording that has the target, of the store or of that of `other`; with
@@ -86,9 +75,10 @@ class Inputs:
         `task_data`.
         """
         table = self.other_sets[other] if other else self.store
+        task = self.task_settings
+        column = groups or task.groups
         classes = self.classes_of_task[0]
-        column = groups or self.groups
-        return task_data(table, self.target, self.kind, column, classes, self.placebo_objects)
+        return task_data(table, task.target, task.kind, column, classes, task.placebo_objects)
 
     def placebo_data(self, other: str | None) -> TaskData:
         """Return the recordings of one object under several names.
@@ -97,31 +87,33 @@ class Inputs:
         the placebo objects of the store, with their names as values.
         """
         if other is not None:
-            return split_withheld(self.all_data(other), self.withhold)[0]
-        return task_data(self.store, "object", "classification", self.groups, self.placebo_objects)
+            return self.data(other)
+        task = self.task_settings
+        return task_data(self.store, "object", "classification", task.groups, task.placebo_objects)
 
     @property
     def classes_of_task(self) -> tuple[Sequence[str], Mapping[str, int]]:
         """Return the classes that the task is about (none: all), and the groups of each that has
         fewer than `min_groups` of the store. Raises NotPossibleError where too few are left."""
-        if not self.min_groups:
-            return self.classes, {}
-        named = self.target, self.groups, self.classes
-        return frequent_classes(self.store, *named, self.min_groups, self.placebo_objects)
+        task = self.task_settings
+        if not task.min_groups:
+            return task.classes, {}
+        return frequent_classes(
+            self.store,
+            task.target,
+            task.groups,
+            task.classes,
+            task.min_groups,
+            task.placebo_objects,
+        )
 
     def data(self, other: str = "") -> TaskData:
         """Return the recordings of `all_data` whose value is not withheld from training."""
-        return split_withheld(self.all_data(other), self.withhold)[0]
+        return split_withheld(self.all_data(other), self.task_settings.withhold)[0]
 
-    @property
-    def split(self) -> dict[str, Any]:
-        """Return what an evaluation of models takes, by name."""
-        named = {"kind": self.kind, "folds": self.folds, "seed": self.seed}
-        return named | {"period": self.period_deg}
-
-    def split_of(self, group: np.ndarray) -> dict[str, Any]:
-        """Return `split` for recordings with a `group` (n,): at most as many folds as groups."""
-        return self.split | {"folds": min(self.folds, len(np.unique(group)))}
+    def fold_count(self, group: np.ndarray) -> int:
+        """Return the number of folds for recordings with a `group` (n,): at most one per group."""
+        return min(self.task_settings.folds, len(np.unique(group)))
 
 
 @dataclass(frozen=True)
@@ -163,17 +155,13 @@ class TaskResults:
     dataset: str
     dataset_title: str
     task: str
-    kind: Kind
-    target: str
-    unit: str
-    groups: str
+    task_settings: TaskSettings
     source: Source
     settings: Any
     results: tuple[Result, ...]
     papers: Mapping[str, PaperFigure] = field(default_factory=dict)
     other_sets: Mapping[str, Other] = field(default_factory=dict)
     level: Level | None = None
-    period_deg: float | None = None
     mirror_deg: float | None = None  #: mirror plane of the gripper, if the target is an angle
     left_out: Mapping[str, int] = field(default_factory=dict)  #: groups of classes too rare
     page: str = ""  #: of the report, by name
@@ -192,28 +180,30 @@ class TaskResults:
     @property
     def metric(self) -> str:
         """Return the metric that is read first: `rmse` or `accuracy`."""
-        return "rmse" if self.kind == "regression" else "accuracy"
+        return "rmse" if self.task_settings.kind == "regression" else "accuracy"
 
     @property
     def metric_title(self) -> str:
         """Return the metric that is read first as a reader says it: `RMSE` or `accuracy`."""
-        return "RMSE" if self.kind == "regression" else "accuracy"
+        return "RMSE" if self.task_settings.kind == "regression" else "accuracy"
 
     @property
     def scale(self) -> int:
         """Return what a metric is multiplied by to be shown: accuracies are shown in per cent."""
-        return 100 if self.kind == "classification" else 1
+        return 100 if self.task_settings.kind == "classification" else 1
 
     @property
     def target_title(self) -> str:
         """Return the target for people, without its unit: `edge`."""
-        suffix = "deg" if self.unit == "°" else self.unit
-        return words(self.target.removesuffix(f"_{suffix}"))
+        task = self.task_settings
+        suffix = "deg" if task.unit == "°" else task.unit
+        return words(task.target.removesuffix(f"_{suffix}"))
 
     @property
     def shown_unit(self) -> str:
         """Return the unit of the metric as it is shown."""
-        return "%" if self.kind == "classification" else self.unit
+        task = self.task_settings
+        return "%" if task.kind == "classification" else task.unit
 
     def title_of(self, dataset: str) -> str:
         """Return the title of the data set of the task, or of another that it is tested on."""
@@ -226,7 +216,7 @@ class TaskResults:
 
         Both numbers are as shown.
         """
-        perfect = 100.0 if self.kind == "classification" else 0.0
+        perfect = 100.0 if self.task_settings.kind == "classification" else 0.0
         if Estimate(value, UNDEFINED, chance, perfect).is_better_than_chance:
             return text
         return f"{text}, {NO_BETTER}"

@@ -128,8 +128,11 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
                 own.group,
                 model=name,
                 extra_tests=extra,
-                column=inputs.groups,
-                **inputs.split,
+                column=inputs.task_settings.groups,
+                kind=inputs.task_settings.kind,
+                folds=inputs.task_settings.folds,
+                seed=inputs.seed,
+                period=inputs.task_settings.period_deg,
             )
             tests = {GROUPED: result.scores}
             tests |= {elsewhere(other): part.scores for other, part in result.extra_tests.items()}
@@ -256,7 +259,7 @@ def _axis_title(key: str) -> str:
 
 def _folds(results: TaskResults, table: Table) -> Iterator[dict[str, float | str]]:
     """Yield the value of each fold of each model, with chance; errors of classes are in %."""
-    wrong = results.kind == "classification"
+    wrong = results.task_settings.kind == "classification"
     for model, scores in table.split_by("model").items():
         (chance,) = scores.where(statistic="chance").numbers("value")
         for row in scores.rows:

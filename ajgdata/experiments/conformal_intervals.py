@@ -48,19 +48,20 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     from ajgdata.evaluate.splits import grouped_folds
     from ajgdata.models import fit_named_model
 
-    data, period = inputs.data(), inputs.period_deg
+    data = inputs.data()
+    kind = inputs.task_settings.kind
+    period = inputs.task_settings.period_deg
     x, y, group = data.feature, data.value, data.group
-    folds = min(inputs.folds, len(np.unique(group)))
     scores, rows, spent = [], [], 0.0
     with threadpool_limits(limits=1):
-        parts = grouped_folds(y, group, inputs.kind, folds, inputs.seed)
+        parts = grouped_folds(y, group, kind, inputs.fold_count(group), inputs.seed)
         for fold, (train, test) in enumerate(parts):
             begun = time.process_time()
             residual = held_out_residuals(
                 x[train], y[train], group[train], model=model, seed=inputs.seed, period=period
             )
             fitted = fit_named_model(
-                model, inputs.kind, x[train], y[train], group[train],
+                model, kind, x[train], y[train], group[train],
                 seed=inputs.seed, period=period,
             )  # fmt: skip
             away = np.abs(wrapped(y[test] - fitted.predict(x[test]), period))
@@ -74,7 +75,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
                 scores.append(ScoreRow("coverage", f"fold {fold}", held, key))
                 scores.append(ScoreRow("width", f"fold {fold}", width, key))
                 rows.append({"coverage": coverage, "fold": fold, "held": held, "width": width})
-    columns = COLUMNS | {"width": column_title("Width", inputs.unit)}
+    columns = COLUMNS | {"width": column_title("Width", inputs.task_settings.unit)}
     cost = [ScoreRow("train_cpu_s", COST, spent, ScoreKey(model))]
     return Outcome(
         (score_table(scores, TITLE), table_of("intervals", TITLE, rows, **columns)),

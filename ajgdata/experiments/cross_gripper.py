@@ -45,8 +45,15 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
 
     grippers = {name: inputs.data(name) for name in settings.test_on}
     points = cross_gripper(
-        inputs.data(), grippers, model=model, sizes=settings.grasps, **inputs.split
-    )  # fmt: skip
+        inputs.data(),
+        grippers,
+        kind=inputs.task_settings.kind,
+        model=model,
+        sizes=settings.grasps,
+        folds=inputs.task_settings.folds,
+        seed=inputs.seed,
+        period=inputs.task_settings.period_deg,
+    )
     scores, rows = [], []
     for name in settings.test_on:
         for point in points[name]:
@@ -116,7 +123,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     grippers = GRIPPERS.bind(results)
     points = grippers.points_with(model=label, grasps=min(results.settings.grasps))
     homes = _home_scores(results, label)
-    sign = 1 if results.kind == "classification" else -1
+    sign = 1 if results.task_settings.kind == "classification" else -1
     gaps = [
         Score(sign * (homes[point.panel].mean - point.score.mean), homes[point.panel].sd)
         for point in points
@@ -150,7 +157,7 @@ def reason(results: TaskResults, label: str) -> str:
     only about the model `label`.
     """
     grippers = GRIPPERS.bind(results)
-    sign = 1 if results.kind == "classification" else -1
+    sign = 1 if results.task_settings.kind == "classification" else -1
     texts = []
     for result in results.results:
         if result.label == label:

@@ -12,7 +12,6 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from pydantic import Field
 
 from ajgdata.evaluate.design import Design, recording_design
 from ajgdata.evaluate.parts import (
@@ -37,7 +36,7 @@ from ajgdata.experiments.base import Experiment, Inputs, Outcome
 from ajgdata.experiments.cross_validation_paper import paper_comparison
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, fold_scores, score_table
 from ajgdata.store.metrics import COST
-from ajgdata.types import ModelName, Name, NotPossibleError, Strict
+from ajgdata.types import CrossValidationSettings, NotPossibleError
 from ajgdata.types.session import PLACEMENT_COLUMN, SESSION_COLUMN
 from ajgdata.types.table import table_of
 
@@ -59,34 +58,6 @@ PREDICTION_COLUMNS = {
 TRAINED_ON = ("training_recordings_used", "training_recordings_available")
 
 
-class Settings(Strict):
-    """Cross-validation of models on a task; they stand in the task itself."""
-
-    models: tuple[ModelName, ...] = Field(
-        ("cnn", "linear", "knn"), description="models that are trained and evaluated"
-    )
-    compare_random: bool = Field(
-        False, description="also evaluate a split that ignores groups, to show its optimistic bias"
-    )
-    compare_sessions: bool | tuple[ModelName, ...] = Field(
-        True,
-        description="also evaluate held-out sessions, if there are two or more: all models, none, "
-        "or the named ones",
-    )
-    test_on: tuple[Name, ...] = Field(
-        (), description="data sets whose recordings the folds' models are tested on as well"
-    )
-    placebo: Name | None = Field(
-        None, description="data set of one object under the names of the classes"
-    )
-
-    def compares_sessions(self, model: str) -> bool:
-        """Return whether a model is also evaluated on held-out sessions."""
-        if isinstance(self.compare_sessions, bool):
-            return self.compare_sessions
-        return model in self.compare_sessions
-
-
 class SplitResults(NamedTuple):
     """Cross-validations by their part, and the recordings of all parts by name."""
 
@@ -105,33 +76,66 @@ def evaluate(
     their errors compare with those of the known ones. With fewer groups than folds each group is a
     fold. Raises ValueError for a task that cannot be evaluated, for instance with a single group.
     """
-    from ajgdata.evaluate.crossval import cross_validate
-
-    known, withheld = split_withheld(inputs.all_data(), inputs.withhold)
-    data = {WITHHELD: withheld} if inputs.withhold else {}
+    task = inputs.task_settings
+    known, withheld = split_withheld(inputs.all_data(), task.withhold)
+    data = {WITHHELD: withheld} if task.withhold else {}
     for name in test_on:
         other = inputs.all_data(name)
-        data[elsewhere(name)] = other.where(~is_among(other.value, inputs.withhold))
-    options = inputs.split_of(known.group) | {"model": model}
+        data[elsewhere(name)] = other.where(~is_among(other.value, task.withhold))
+    folds = inputs.fold_count(known.group)
     splits = {
-        GROUPED: cross_validate(
-            known.feature,
-            known.value,
+        GROUPED: cross_validated(
+            inputs,
+            model,
+            known,
             known.group,
+            folds=folds,
+            column=task.groups,
             extra_tests=data,
-            column=inputs.groups,
             grasps=known_grasps(inputs),
-            **options,
         )
     }
     if compare_random:
-        splits[RANDOM] = cross_validate(known.feature, known.value, None, **options)
+        splits[RANDOM] = cross_validated(inputs, model, known, None, folds=folds)
     return SplitResults(splits, {**dict.fromkeys(splits, known), **data})
+
+
+def cross_validated(
+    inputs: Inputs,
+    model: str,
+    data: TaskData,
+    group: np.ndarray | None,
+    *,
+    folds: int,
+    column: str = "",
+    extra_tests: Mapping[str, TaskData] | None = None,
+    grasps: np.ndarray | None = None,
+) -> CrossValidation:
+    """Return the cross-validation of `model` on recordings of a task; see `cross_validate`.
+
+    `group` (n,) is never split; it is None for a random split.
+    """
+    from ajgdata.evaluate.crossval import cross_validate
+
+    return cross_validate(
+        data.feature,
+        data.value,
+        group,
+        kind=inputs.task_settings.kind,
+        model=model,
+        folds=folds,
+        seed=inputs.seed,
+        period=inputs.task_settings.period_deg,
+        extra_tests=extra_tests,
+        column=column,
+        grasps=grasps,
+    )
 
 
 def known_grasps(inputs: Inputs) -> np.ndarray:
     """Return the grasp (n,) of each recording whose value is not withheld."""
-    return split_withheld(inputs.all_data(groups="grasp_id"), inputs.withhold)[0].group
+    by_grasp = inputs.all_data(groups="grasp_id")
+    return split_withheld(by_grasp, inputs.task_settings.withhold)[0].group
 
 
 def evaluate_sessions(inputs: Inputs, model: str) -> SplitResults | None:
@@ -141,23 +145,22 @@ def evaluate_sessions(inputs: Inputs, model: str) -> SplitResults | None:
     and each class has one per session. Withheld values are tested in the sessions that a fold
     holds out. Settings are chosen by sessions, or by grasps if one session is left to train on.
     """
-    from ajgdata.evaluate.crossval import cross_validate
-
-    known, withheld = split_withheld(inputs.all_data(), inputs.withhold)
-    in_sessions = known.by_session()
-    if len(np.unique(in_sessions.group)) < 2 or inputs.groups == SESSION_COLUMN:
+    task = inputs.task_settings
+    known, withheld = split_withheld(inputs.all_data(), task.withhold)
+    session = known.by_session().group
+    if len(np.unique(session)) < 2 or task.groups == SESSION_COLUMN:
         return None
-    if inputs.groups == PLACEMENT_COLUMN and have_one_placement(known, in_sessions.group):
+    if task.groups == PLACEMENT_COLUMN and have_one_placement(known, session):
         return None
-    data = {SESSIONS_WITHHELD: withheld} if inputs.withhold else {}
-    result = cross_validate(
-        known.feature,
-        known.value,
-        in_sessions.group,
-        model=model,
+    data = {SESSIONS_WITHHELD: withheld} if task.withhold else {}
+    result = cross_validated(
+        inputs,
+        model,
+        known,
+        session,
+        folds=inputs.fold_count(session),
         extra_tests={part: rows.by_session() for part, rows in data.items()},
         grasps=known_grasps(inputs),
-        **inputs.split_of(in_sessions.group),
     )
     return SplitResults({SESSIONS: result}, {SESSIONS: known, **data})
 
@@ -171,43 +174,44 @@ def have_one_placement(data: TaskData, sessions: np.ndarray) -> bool:
     return len(np.unique(data.group)) == len(units)
 
 
-def evaluate_placebo(inputs: Inputs, model: str, settings: Settings) -> SplitResults | None:
+def evaluate_placebo(
+    inputs: Inputs, model: str, settings: CrossValidationSettings
+) -> SplitResults | None:
     """Cross-validate `model` on one object under several names, by the splits of the task.
 
     The recordings are in the data set `settings.placebo`, or else in that of the task: None if it
     has none, and for a regression, because names are no numbers.
     """
-    from ajgdata.evaluate.crossval import cross_validate
-
+    task = inputs.task_settings
     other = settings.placebo
-    has_own = bool(inputs.placebo_objects) and inputs.kind == "classification"
+    has_own = bool(task.placebo_objects) and task.kind == "classification"
     if other is None and not has_own:
         return None
     data = inputs.placebo_data(other)
-    options = inputs.split_of(data.group) | {"model": model}
+    folds = inputs.fold_count(data.group)
     name = other or inputs.dataset
     splits = {
-        placebo(name): cross_validate(
-            data.feature, data.value, data.group, column=inputs.groups, **options
+        placebo(name): cross_validated(
+            inputs, model, data, data.group, folds=folds, column=task.groups
         )
     }
     if settings.compare_random:
-        splits[placebo(name, RANDOM)] = cross_validate(data.feature, data.value, None, **options)
-    in_sessions = data.by_session()
-    if len(np.unique(in_sessions.group)) > 1 and inputs.groups != SESSION_COLUMN:
-        splits[placebo(name, SESSION_SPLIT)] = cross_validate(
-            data.feature,
-            data.value,
-            in_sessions.group,
-            model=model,
+        splits[placebo(name, RANDOM)] = cross_validated(inputs, model, data, None, folds=folds)
+    session = data.by_session().group
+    if len(np.unique(session)) > 1 and task.groups != SESSION_COLUMN:
+        splits[placebo(name, SESSION_SPLIT)] = cross_validated(
+            inputs,
+            model,
+            data,
+            session,
+            folds=inputs.fold_count(session),
             grasps=data.group,
-            **inputs.split_of(in_sessions.group),
         )
     return SplitResults(splits, dict.fromkeys(splits, data))
 
 
 def evaluate_controls(
-    inputs: Inputs, model: str, settings: Settings
+    inputs: Inputs, model: str, settings: CrossValidationSettings
 ) -> tuple[SplitResults, dict[str, str]]:
     """Return held-out sessions and the placebo, and the reason of each that is not possible.
 
@@ -230,7 +234,7 @@ def evaluate_controls(
     return together, unmeasured
 
 
-def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
+def measure(inputs: Inputs, settings: CrossValidationSettings, model: str) -> Outcome:
     """Return errors, predictions and cost of `model` on the folds of a task."""
     splits, data = evaluate(inputs, model, settings.test_on, settings.compare_random)
     controls, unmeasured = evaluate_controls(inputs, model, settings)
@@ -248,7 +252,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             count = float(np.mean(counts))
             scores.append(ScoreRow(name, "mean", count, _cost_key(model, split, inputs)))
     for split_parts in (BY_GROUP, BY_SESSION):
-        if inputs.kind == "regression" and split_parts.withheld in data:
+        if inputs.task_settings.kind == "regression" and split_parts.withheld in data:
             scores += _overall_scores(model, split_parts, splits, data, inputs)
     predicted = (
         row
@@ -306,9 +310,9 @@ def _overall_scores(
 
     result = splits[parts.training]
     known, withheld = result.predictions, result.extra_tests[parts.withheld].predictions
-    chance = overall_chance(known, withheld, inputs.period_deg)
+    chance = overall_chance(known, withheld, inputs.task_settings.period_deg)
     key = ScoreKey(model, *part_columns(parts.overall, inputs.dataset))
-    for metric, values in overall(known, withheld, inputs.period_deg).items():
+    for metric, values in overall(known, withheld, inputs.task_settings.period_deg).items():
         statistics = {f"fold {fold}": value for fold, value in enumerate(values)}
         statistics["mean"] = float(np.mean(values))
         statistics["sd"] = deviation(values)
@@ -343,11 +347,11 @@ def _interval_scores(
         fold,
         group,
         part=parts,
-        kind=inputs.kind,
-        period=inputs.period_deg,
+        kind=inputs.task_settings.kind,
+        period=inputs.task_settings.period_deg,
         seed=inputs.seed,
     )
-    metric = METRICS[inputs.kind][0]
+    metric = METRICS[inputs.task_settings.kind][0]
     key = ScoreKey(model, *part_columns(part, inputs.dataset))
     for end, value in zip(GRASP_INTERVAL, interval, strict=True):
         yield ScoreRow(metric, end, value, key)
@@ -370,7 +374,7 @@ def _rows(data: TaskData, part: PartColumns, predictions: Predictions) -> Iterat
 EXPERIMENT = Experiment(
     name="cross_validation",
     title="Cross-validation",
-    settings=Settings,
+    settings=CrossValidationSettings,
     measure=measure,
     plots=shown.PLOTS,
     own_rows=shown.rows,

@@ -174,7 +174,7 @@ class ModelResult:
     @property
     def perfect(self) -> float:
         """Return the best possible value of the metric that is read first."""
-        return 0.0 if self.task.kind == "regression" else 1.0
+        return 0.0 if self.task.task_settings.kind == "regression" else 1.0
 
     def error(self, part: str = GROUPED) -> float:
         """Return the distance of the metric from its best value: RMSE, or 1 - accuracy."""
@@ -211,8 +211,8 @@ class ModelResult:
 
         table = self.result.tables["predictions"].where(**self._columns(part))
         true, predicted = np.array(table.column("y_true")), np.array(table.column("y_pred"))
-        if self.task.period_deg:
-            predicted = true + wrapped(predicted - true, self.task.period_deg)
+        if self.task.task_settings.period_deg:
+            predicted = true + wrapped(predicted - true, self.task.task_settings.period_deg)
         return true, predicted
 
     def mirror_inputs(self, part: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -227,7 +227,7 @@ class ModelResult:
         if self.task.mirror_deg is None:
             return None
         inputs = self.mirror_inputs(part)
-        return mirror_errors(*inputs, self.task.mirror_deg, self.task.period_deg)
+        return mirror_errors(*inputs, self.task.mirror_deg, self.task.task_settings.period_deg)
 
     @property
     def parts(self) -> list[tuple[str, PaperFigure | None]]:
@@ -281,7 +281,7 @@ def class_shares(results: TaskResults) -> Table:
     from sklearn.metrics import confusion_matrix
 
     rows = []
-    if results.kind == "classification":
+    if results.task_settings.kind == "classification":
         model = shown_model(results)
         classes = model.classes
         shares = confusion_matrix(*model.predictions(), labels=classes, normalize="true")
@@ -297,7 +297,7 @@ def class_shares(results: TaskResults) -> Table:
 def numbers(results: TaskResults) -> Table:
     """Return true and predicted values of each model; `mean` is that of the known true values."""
     parts, rows = {"known values": GROUPED, "withheld values": WITHHELD}, []
-    for model in models_of(results) if results.kind == "regression" else ():
+    for model in models_of(results) if results.task_settings.kind == "regression" else ():
         mean = float(model.predictions()[0].mean())
         for values, part in parts.items():
             if model.has(part):
@@ -305,7 +305,7 @@ def numbers(results: TaskResults) -> Table:
                 row = {"model": model.label, "values": values, "mean": mean}
                 pairs = zip(binned(true), predicted, strict=True)
                 rows += [{**row, "true": t, "predicted": p} for t, p in pairs]
-    name = column_title(results.target_title, results.unit)
+    name = column_title(results.target_title, results.task_settings.unit)
     columns = {"model": "Model", "values": "Values", "true": f"True {name}"}
     return table_of(
         "values", "Predictions", rows, **columns, predicted=f"Predicted {name}", mean=""
@@ -465,10 +465,11 @@ def summary(results: TaskResults) -> str:
     """Return what was evaluated, and which model is best, in two sentences."""
     models = models_of(results)
     top, counts = best_of(models), models[0].result.about["parts"][GROUPED]
-    unit = f" in {results.unit}" if results.unit else ""
+    task = results.task_settings
+    unit = f" in {task.unit}" if task.unit else ""
     return (
-        f"{results.kind.capitalize()} of {results.target}{unit} from "
-        f"{counts['recordings']:,} recordings in {counts['groups']:,} groups ({results.groups}), "
+        f"{task.kind.capitalize()} of {task.target}{unit} from "
+        f"{counts['recordings']:,} recordings in {counts['groups']:,} groups ({task.groups}), "
         f"{counts['folds']} folds. "
         f"Lowest error: {top.label}, {results.metric_title} {top.shown(top.score())}."
         f"{placement_sentence(results, top)}{unmeasured_sentence(results)}"
@@ -501,7 +502,8 @@ def design_of(results: TaskResults) -> Design | None:
     None for a regression, and for a task that holds out sessions, or groups of a label.
     """
     stored = results.results[0].about.get("design")
-    is_by_grasp = results.kind == "classification" and results.groups == "grasp_id"
+    task = results.task_settings
+    is_by_grasp = task.kind == "classification" and task.groups == "grasp_id"
     return Design(**stored) if stored and is_by_grasp else None
 
 
@@ -534,7 +536,7 @@ def advice(results: TaskResults) -> Iterator[str]:
 
 def falls(model: ModelResult, sessions: Score) -> bool:
     """Return whether the interval with held-out sessions is below the value of held-out grasps."""
-    is_class = model.task.kind == "classification"
+    is_class = model.task.task_settings.kind == "classification"
     return is_class and sessions.has_interval and sessions.high < model.score().mean
 
 

@@ -67,7 +67,7 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     tables = (
         score_table(scores, TITLE),
         silhouettes,
-        _recordings(data, settings, inputs.kinds, training),
+        _recordings(data, settings, inputs.task_settings.kinds, training),
         table_of("points", TITLE, points, note, space="Space", method="Method", x="x", y="y"),
     )
     about = {"fold": FOLD, "init": INIT, "dimension": settings.shown, **data.thinned}

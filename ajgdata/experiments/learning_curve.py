@@ -47,8 +47,15 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     from ajgdata.evaluate.few_grasps import learning_curve
 
     curve = learning_curve(
-        inputs.data(), model=model, sizes=settings.groups, repeats=settings.repeats, **inputs.split,
-    )  # fmt: skip
+        inputs.data(),
+        kind=inputs.task_settings.kind,
+        model=model,
+        sizes=settings.groups,
+        folds=inputs.task_settings.folds,
+        repeats=settings.repeats,
+        seed=inputs.seed,
+        period=inputs.task_settings.period_deg,
+    )
     points = curve.points
     key = ScoreKey(model, *part_columns(GROUPED, inputs.dataset))
     scores = (
@@ -104,7 +111,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     first = results.results[0]
     if paper is None or paper.value is None or paper.reached is None:
         return
-    if results.kind != "classification":
+    if results.task_settings.kind != "classification":
         return
     sizes, correct = correct_recordings(first)
     needed, interval = grasps_needed(sizes, correct, paper.reached / results.scale)

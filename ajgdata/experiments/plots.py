@@ -151,7 +151,7 @@ class BoundPlot:
     def limits(self) -> tuple[float, float]:
         """Lowest and highest possible value: shares and errors are not negative, accuracies are
         between 0 and 100 %."""
-        if self.plot.metric and self.results.kind == "classification":
+        if self.plot.metric and self.results.task_settings.kind == "classification":
             return 0.0, 100.0
         if self.plot.metric or self.plot.value in self.plot.percent:
             return 0.0, math.inf
@@ -217,7 +217,7 @@ class BoundPlot:
             case "label":
                 return text
             case "model":
-                return model_label(text, self.results.kind)
+                return model_label(text, self.results.task_settings.kind)
             case "data set":
                 return self.results.title_of(text)
         return words(text)

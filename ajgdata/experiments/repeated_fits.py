@@ -52,22 +52,24 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     tests = {name: inputs.data(name) for name in settings.test_on}
     squared: dict[str, list[np.ndarray]] = {name: [] for name in tests}
     chance: dict[str, list[float]] = {name: [] for name in tests}
-    folds = min(inputs.folds, len(np.unique(own.group)))
+    task = inputs.task_settings
     begun = time.process_time()
     for repeat in range(settings.repeats):
-        split = inputs.split | {"folds": folds, "seed": repeat_seed(inputs.seed, repeat)}
         result = cross_validate(
             own.feature,
             own.value,
             own.group,
             model=model,
             extra_tests=tests,
-            column=inputs.groups,
-            **split,
+            column=task.groups,
+            kind=task.kind,
+            folds=inputs.fold_count(own.group),
+            seed=repeat_seed(inputs.seed, repeat),
+            period=task.period_deg,
         )
         for name, rows in squared.items():
             predictions = result.extra_tests[name].predictions
-            rows.append(grasp_errors(predictions, tests[name].group, inputs.period_deg))
+            rows.append(grasp_errors(predictions, tests[name].group, task.period_deg))
             chance[name].append(result.extra_tests[name].scores.chance["rmse"])
     spent = time.process_time() - begun
     scores: list[ScoreRow] = []

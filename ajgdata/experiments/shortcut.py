@@ -54,9 +54,14 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     for name in settings.test_on:
         p = evaluation.splits[GROUPED].extra_tests[elsewhere(name)].predictions
         test = shortcut_test(
-            p.y_true, p.y_pred, p.fold, evaluation.data[elsewhere(name)].group[p.row],
-            kind=inputs.kind, period=inputs.period_deg, seed=inputs.seed,
-        )  # fmt: skip
+            p.y_true,
+            p.y_pred,
+            p.fold,
+            evaluation.data[elsewhere(name)].group[p.row],
+            kind=inputs.task_settings.kind,
+            period=inputs.task_settings.period_deg,
+            seed=inputs.seed,
+        )
         key = ScoreKey(model, *part_columns(elsewhere(name), inputs.dataset))
         scores += [
             ScoreRow(test.measure, "pooled", test.value, key),

@@ -89,7 +89,12 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
 
     data = inputs.data()
     result = calibrated(
-        data.feature, data.value, data.group, model=model, folds=inputs.folds, seed=inputs.seed
+        data.feature,
+        data.value,
+        data.group,
+        model=model,
+        folds=inputs.task_settings.folds,
+        seed=inputs.seed,
     )
     label = np.searchsorted(result.classes, data.value)
     scores: list[ScoreRow] = []

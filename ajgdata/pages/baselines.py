@@ -37,7 +37,7 @@ TIME_TICKS_S = (0.001, 0.01, 0.1, 1, 10, 100, 1000)
 def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
     """Yield accuracy and training time of the paper's comparison, then all tasks."""
     task = first_on(results, PAGE, CROSS_VALIDATION)
-    if task is not None and task.kind == "classification":
+    if task is not None and task.task_settings.kind == "classification":
         yield accuracy_figure(task, published_accuracies(results))
     yield from cost_figures(results)
 

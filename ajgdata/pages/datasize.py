@@ -134,7 +134,7 @@ def draw_figure(task: TaskResults, table: Table, title: str) -> Figure:
             ha="right",
             va="bottom",
         )
-    if task.kind == "classification":
+    if task.task_settings.kind == "classification":
         axes.set_ylim(0, 100)
     places = sorted({*table.column("grasps")})
     axes.set_xticks(places, [str(place) for place in places])

@@ -80,7 +80,7 @@ def compared_tasks(results: Sequence[TaskResults]) -> list[TaskResults]:
     tasks = [
         task
         for task in tasks_on(results, PAGE, CROSS_VALIDATION)
-        if task.kind == "classification" and paper_of(task) is not None
+        if task.task_settings.kind == "classification" and paper_of(task) is not None
     ]
     return sorted(tasks, key=_place)
 

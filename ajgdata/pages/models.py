@@ -83,7 +83,7 @@ def compared_tasks(results: Sequence[TaskResults]) -> list[TaskResults]:
     for task in results:
         if task.experiment != CROSS_VALIDATION or len(task.results) < 2:
             continue
-        question = task.dataset, task.target, task.groups
+        question = task.dataset, task.task_settings.target, task.task_settings.groups
         known = by_question.get(question)
         if known is None or len(task.results) > len(known.results):
             by_question[question] = task
@@ -93,12 +93,13 @@ def compared_tasks(results: Sequence[TaskResults]) -> list[TaskResults]:
 def model_costs(task: TaskResults) -> list[ModelCost]:
     """Return error and times of each model of a task whose chance level is known."""
     costs = []
+    target = task.task_settings.target.replace("_", " ")
     for model in models_of(task):
         guess = abs(model.chance() - model.perfect)
         if guess > 0:
             costs.append(
                 ModelCost(
-                    task=f"{task.dataset_title}, {task.target.replace('_', ' ')}, {split(task)}",
+                    task=f"{task.dataset_title}, {target}, {split(task)}",
                     model=model.label,
                     error=model.error() / guess,
                     train_cpu_s=max(model.cost.train_cpu_s, SHORTEST_S),
@@ -110,7 +111,7 @@ def model_costs(task: TaskResults) -> list[ModelCost]:
 
 def split(task: TaskResults) -> str:
     """Return what a task holds out, for people."""
-    return f"held-out {task.groups.removesuffix('_id')}s"
+    return f"held-out {task.task_settings.groups.removesuffix('_id')}s"
 
 
 def cost_table(costs: Sequence[ModelCost]) -> Table:

@@ -142,9 +142,8 @@ def mirror_results(task: TaskResults) -> tuple[MirrorResult, ...]:
     tested = [
         (model, part) for part in papers_of(task) for model in models_of(task) if model.has(part)
     ]
-    inputs = [
-        (*model.mirror_inputs(part), task.mirror_deg, task.period_deg) for model, part in tested
-    ]
+    period_deg = task.task_settings.period_deg
+    inputs = [(*model.mirror_inputs(part), task.mirror_deg, period_deg) for model, part in tested]
     corrected = holm([mirror_p(*values) for values in inputs])
     return tuple(
         MirrorResult(model, part, mirror_errors(*values), p)

@@ -34,7 +34,7 @@ SHOWN_PARTS = {GROUPED: "training sizes", WITHHELD: "withheld sizes"}
 def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
     """Yield predictions and errors of the paper's model, if sizes were predicted."""
     task = first_on(results, PAGE, CROSS_VALIDATION)
-    if task is None or task.kind != "regression":
+    if task is None or task.task_settings.kind != "regression":
         return
     model = shown_model(task)
     table = error_table(model)
@@ -44,9 +44,10 @@ def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
         f" held-out grasps, with its standard deviation. Right: {task.metric_title} of each size."
         f" {paper_sentence([*task.papers.values()])}"
     )
+    unit = task.task_settings.unit
     listed = [
-        f"{row['values']}, {number(row['true'])} {task.unit}: mean prediction"
-        f" {number(row['mean'])} {task.unit}, {task.metric_title} {number(row['rmse'])} {task.unit}"
+        f"{row['values']}, {number(row['true'])} {unit}: mean prediction"
+        f" {number(row['mean'])} {unit}, {task.metric_title} {number(row['rmse'])} {unit}"
         for row in table.rows
     ]
     yield Illustration(
@@ -71,12 +72,13 @@ def published_errors(task: TaskResults) -> Mapping[str, float]:
 
 def target_title(task: TaskResults) -> str:
     """Return the target of a task with its unit: `edge (mm)`."""
-    return f"{task.target_title} ({task.unit})" if task.unit else task.target_title
+    unit = task.task_settings.unit
+    return f"{task.target_title} ({unit})" if unit else task.target_title
 
 
 def error_table(model: ModelResult) -> Table:
     """Return mean, standard deviation and error of the predictions of each true size."""
-    unit = model.task.unit
+    unit = model.task.task_settings.unit
     rows = []
     for part, name in SHOWN_PARTS.items():
         if not model.has(part):
@@ -117,7 +119,7 @@ def conclusion(model: ModelResult) -> str:
     text = f"{model.label}: {task.metric_title} {errors}"
     if not numbers:
         return text
-    return f"{text}; published {with_unit(', '.join(numbers), task.unit)}"
+    return f"{text}; published {with_unit(', '.join(numbers), task.task_settings.unit)}"
 
 
 def draw_figure(model: ModelResult, table: Table, title: str) -> Figure:
@@ -142,7 +144,7 @@ def _draw_predictions(axes: Axes, task: TaskResults, table: Table) -> None:
     overall = published_errors(task).get(OVERALL)
     if overall is not None:
         axes.fill_between(ends, ends - overall, ends + overall, color="#e9e4d8", lw=0)
-        note = f"band: published RMSE\n± {number(overall)} {task.unit}"
+        note = f"band: published RMSE\n± {number(overall)} {task.task_settings.unit}"
         axes.text(0.98, 0.03, note, transform=axes.transAxes, fontsize=8, ha="right", va="bottom")
     axes.plot(ends, ends, color=GREY, lw=0.9)
     for (name, rows), look in zip(table.split_by("values").items(), _looks(), strict=False):
@@ -173,7 +175,7 @@ def _draw_errors(axes: Axes, task: TaskResults, table: Table) -> None:
         axes.axhline(known[part], color=look["color"], ls="--", lw=1.1)
         is_upper = known[part] == max(known.values())
         axes.annotate(
-            f"published, {name}: {number(known[part])} {task.unit}",
+            f"published, {name}: {number(known[part])} {task.task_settings.unit}",
             (float(np.mean(table.numbers("true"))), known[part]),
             (0, 3 if is_upper else -3),
             textcoords="offset points",
@@ -184,7 +186,8 @@ def _draw_errors(axes: Axes, task: TaskResults, table: Table) -> None:
         )
     highest = max([*known.values(), *table.column("rmse")])
     axes.set_ylim(0, 1.15 * highest)
-    axes.set(xlabel=f"true {target_title(task)}", ylabel=f"RMSE of this size ({task.unit})")
+    unit = task.task_settings.unit
+    axes.set(xlabel=f"true {target_title(task)}", ylabel=f"RMSE of this size ({unit})")
 
 
 def _looks() -> list[dict[str, Any]]:

@@ -43,7 +43,7 @@ COLUMNS = {
 def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
     """Yield the confusion matrix of the paper's model, if objects were classified."""
     task = first_on(results, PAGE, CROSS_VALIDATION)
-    if task is None or task.kind != "classification":
+    if task is None or task.task_settings.kind != "classification":
         return
     classes = ordered_classes(task)
     shares = share_matrix(task, classes)

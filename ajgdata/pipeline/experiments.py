@@ -35,6 +35,7 @@ from ajgdata.types import (
     FeatureSettings,
     NotPossibleError,
     Strict,
+    TaskSettings,
 )
 
 if TYPE_CHECKING:
@@ -124,7 +125,7 @@ def run_experiment(
     experiment: str,
     models: Sequence[str],
     settings: Mapping[str, Any],
-    split: Mapping[str, Any],
+    task_settings: TaskSettings,
     other_sets: Sequence[str],
     audio: AudioSettings,
     features: FeatureSettings,
@@ -137,22 +138,36 @@ def run_experiment(
 ) -> None:
     """Measure an experiment on a task with each model ("": all together); write the tables.
 
-    `split` are the settings of the task
-    (`DatasetSpec.task_settings`), `encoders` the latents and training cost of an embedding. If
-    `rendered` is not empty, sounds are simulated by the recipe of the data set. A task that lacks
-    what the experiment needs is written as skipped, with reason.
+    `encoders` are the latents and training cost of an embedding. If `rendered` is not empty, sounds
+    are simulated by the recipe of the data set. A task that lacks what the experiment needs is
+    written as skipped, with the reason.
     """
     measured = EXPERIMENTS[experiment]
     table = read_store(store)
-    about = {"experiment": experiment, "dataset": dataset, "task": task, "seed": seed}
-    about |= {**split, "settings": settings, "provenance": dict(table.attrs), **device_facts()}
+    about = {
+        "experiment": experiment,
+        "dataset": dataset,
+        "task": task,
+        "seed": seed,
+        **task_settings.model_dump(mode="json", exclude_unset=True),
+        "settings": settings,
+        "provenance": dict(table.attrs),
+        **device_facts(),
+    }
     compared = {other: _comparable(store, table, paths.features(other)) for other in other_sets}
     read_too = compared if measured.reads_recordings else {}
     inputs = Inputs(
-        dataset=dataset, task=task, **split, seed=seed, store=table, other_sets=compared,
-        audio=audio, features=features, **_encoded(*encoders),
+        dataset=dataset,
+        task=task,
+        task_settings=task_settings,
+        seed=seed,
+        store=table,
+        other_sets=compared,
+        audio=audio,
+        features=features,
+        **_encoded(*encoders),
         **_sounds(paths, dataset, audio, read_too, rendered),
-    )  # fmt: skip
+    )
     checked = measured.settings.model_validate(settings)
     refused = _copied_sets(inputs, getattr(checked, "test_on", ()))
     outcomes = [
@@ -261,11 +276,14 @@ def read_results(
 ) -> tuple[TaskResults, list[tuple[str, str]]]:
     """Return the results of an experiment on a task among those available, and the label of each
     model that was skipped, with the reason."""
-    spec, results, skipped = specs[request.dataset], [], []
-    split, source = spec.task_settings(request.task), "recorded"
+    spec = specs[request.dataset]
+    task_settings = spec.task_settings(request.task)
+    results = []
+    skipped = []
+    source = "recorded"
     for model, key in zip(request.models, request.keys, strict=True):
         about, tables, costs = available[key]
-        label = request.label(model or about["model"], split["kind"])
+        label = request.label(model or about["model"], task_settings.kind)
         source = about["provenance"]["source"]
         if "skipped" in about:
             skipped.append((label, about["skipped"]))
@@ -280,7 +298,7 @@ def read_results(
         dataset=spec.name,
         dataset_title=spec.title or spec.name,
         task=request.task,
-        **{key: split[key] for key in ("kind", "target", "unit", "groups")},
+        task_settings=task_settings,
         source="simulated" if source == "simulated" else "recorded",
         page=page_of(request, spec),
         settings=request.settings,
@@ -290,8 +308,7 @@ def read_results(
             n: Other(specs[n].title or n, specs[n].level) for n in request.other_sets if n in specs
         },
         level=spec.level,
-        period_deg=split.get("period_deg"),
-        mirror_deg=_mirror_deg(spec, split["target"]),
+        mirror_deg=_mirror_deg(spec, task_settings.target),
         left_out=results[0].about.get("left_out", {}) if results else {},
     ), skipped
 

@@ -31,11 +31,16 @@ from ajgdata.types import DataError, DatasetSpec, one_line
 
 @dataclass(frozen=True)
 class DatasetPlan:
-    """One data set of a run. `virtual` are the sessions of its recipe."""
+    """One data set of a run.
+
+    `virtual` are the sessions of its recipe, and `other_sets` the data sets that its experiments
+    need in addition.
+    """
 
     spec: DatasetSpec
     virtual: tuple[str, ...]
     sessions: tuple[str, ...]
+    other_sets: frozenset[str]
 
 
 def plan(
@@ -51,18 +56,18 @@ def plan(
     plans = {}
     for name in names:  # grows by the data sets that tasks are tested on
         spec = read_dataset(paths, name)
-        list(all_requests(spec, paths.dataset(name)))  # raises DataError for wrong settings
+        others = {other for _, other in other_sets(paths, spec)}
         virtual = tuple(session_names(spec.recipe))
         recorded = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
         if check:
             _check(paths, spec, virtual, recorded)
-        names += sorted(_test_datasets(spec) - set(names))
+        names += sorted(others - set(names))
         if sessions := sorted({*virtual, *recorded}):
-            plans[name] = DatasetPlan(spec, virtual, tuple(sessions))
+            plans[name] = DatasetPlan(spec, virtual, tuple(sessions), frozenset(others))
         elif only is not None:
             raise DataError(paths.sessions(name), "holds no sessions", _how_to_import(name))
     for name, planned in plans.items():
-        for missing in sorted(_test_datasets(planned.spec) - set(plans)):
+        for missing in sorted(planned.other_sets - set(plans)):
             problem = f"needs the data set {missing!r}, which holds no sessions"
             raise DataError(paths.dataset(name), problem, _how_to_import(missing))
     if not plans:
@@ -71,9 +76,14 @@ def plan(
     return plans
 
 
-def _test_datasets(spec: DatasetSpec) -> set[str]:
-    """Return the other data sets that tasks of `spec` are tested on."""
-    return {other for task in spec.tasks.values() for other in task.other_sets}
+def other_sets(paths: Paths, spec: DatasetSpec) -> list[tuple[str, str]]:
+    """Return each task with each other data set that its experiments need, once.
+
+    Raises DataError for wrong settings of an experiment.
+    """
+    requests = all_requests(spec, paths.dataset(spec.name))
+    pairs = ((request.task, other) for request in requests for other in request.other_sets)
+    return list(dict.fromkeys(pairs))
 
 
 def _how_to_import(name: str) -> str:
@@ -143,16 +153,18 @@ def _check(
 def config_problems(paths: Paths, spec: DatasetSpec) -> Iterator[tuple[str, str]]:
     """Yield problems, each with its fix: other data sets that do not exist or lack the target, and
     unknown figures of the paper."""
-    known, figures = list_datasets(paths), parse_paper(read_paper(paths))
+    known = list_datasets(paths)
+    figures = parse_paper(read_paper(paths))
+    for name, other in other_sets(paths, spec):
+        target = spec.tasks[name].target
+        if other == spec.name or other not in known:
+            problem = "the data set itself" if other == spec.name else "no such data set"
+            fix = f"correct the name; declared here: {', '.join(known)}"
+            yield f"task {name}: tested on {other!r}, {problem}", fix
+        elif read_dataset(paths, other).targets.get(target) != spec.targets[target]:
+            problem = f"task {name}: tested on {other!r}, which has no target {target!r}"
+            yield f"{problem} like this", "declare it there, or drop it"
     for name, task in spec.tasks.items():
-        for other in task.other_sets:
-            if other == spec.name or other not in known:
-                problem = "the data set itself" if other == spec.name else "no such data set"
-                fix = f"correct the name; declared here: {', '.join(known)}"
-                yield f"task {name}: tested on {other!r}, {problem}", fix
-            elif read_dataset(paths, other).targets.get(task.target) != spec.targets[task.target]:
-                problem = f"task {name}: tested on {other!r}, which has no target {task.target!r}"
-                yield f"{problem} like this", "declare it there, or drop it"
         for figure in sorted(set(task.papers.values()) - set(figures)):
             yield (
                 f"task {name}: the paper has no figure {figure!r}",

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ajgdata.acquire.protocol import REFERENCE
+from ajgdata.experiments import requested_experiments
 from ajgdata.features import similarity
 from ajgdata.features.spectrum import frequencies_hz, settings_text, spectrum
 from ajgdata.paths import Paths
@@ -312,10 +313,14 @@ def _stored(path: Path, spec: DatasetSpec) -> dict[str, np.ndarray]:
     return dict(zip(digests, prints, strict=True))
 
 
-def tested_on(spec: DatasetSpec) -> list[str]:
-    """Return the data sets that the tasks of a data set are tested on, without itself."""
-    names = [name for task in spec.tasks.values() for name in task.test_sets]
-    return [name for name in dict.fromkeys(names) if name != spec.name]
+def test_sets(spec: DatasetSpec) -> list[str]:
+    """Return the data sets that the tasks of a data set are tested on, without itself.
+
+    A placebo is no test set.
+    """
+    requests = (request for task in spec.tasks for request in requested_experiments(spec, task))
+    names = dict.fromkeys(name for request in requests for name in request.test_sets)
+    return [name for name in names if name != spec.name]
 
 
 def dataset_sounds(paths: Paths, dataset: str) -> Sounds | None:
@@ -360,7 +365,7 @@ def checked_sounds(paths: Paths, spec: DatasetSpec, sounds: Sounds) -> list[Find
     tasks are tested on."""
     if not sounds.recordings:
         return []
-    tests = {name: dataset_sounds(paths, name) for name in tested_on(spec)}
+    tests = {name: dataset_sounds(paths, name) for name in test_sets(spec)}
     comparable = {
         name: other
         for name, other in tests.items()

@@ -31,61 +31,85 @@ from ajgdata.store.features import FeatureRows, Latents, read_store, write_laten
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.models import ABOUT_FILE, write_about, write_estimator, write_guard
 from ajgdata.store.tables import plain
-from ajgdata.types import MODELS, Embedding, Kind, NotPossibleError
+from ajgdata.types import (
+    MODELS,
+    Embedding,
+    Kind,
+    NotPossibleError,
+    TaskTraining,
+    TrainingSettings,
+)
 
 if TYPE_CHECKING:
     from ajgdata.evaluate.splits import Folds
 
 
 def train_models(
-    store: Path, *, tasks: Mapping[str, Mapping[str, Any]], seed: int, folder: Path
+    store: Path, *, tasks: Mapping[str, TaskTraining], seed: int, folder: Path
 ) -> None:
     """Fit every model of every task, see `DatasetSpec.trainings`, and write each into
     `folder`/task/model. Tasks with equal settings share a training."""
-    table, trained = read_store(store), dict[str, Path]()
-    pairs = [(task, model) for task, declared in tasks.items() for model in declared["models"]]
+    table = read_store(store)
+    trained: dict[tuple[str, str], Path] = {}
+    pairs = [(task, model) for task, training in tasks.items() for model in training.models]
     for task, model in pairs:
         print(f"{task}: {model}")
-        settings, own = tasks[task]["settings"], folder / task / model
-        if same := trained.get(key := json.dumps([settings, model], sort_keys=True)):
-            copytree(same, own)
+        settings = tasks[task].settings
+        own = folder / task / model
+        key = settings.model_dump_json(), model
+        if key in trained:
+            copytree(trained[key], own)
             write_about(own, read_json(own / ABOUT_FILE) | {"task": task})
-            continue
-        train_model(table, **settings, task=task, model=model, seed=seed, folder=own)
-        trained[key] = own
+        else:
+            train_model(table, settings, task=task, model=model, seed=seed, folder=own)
+            trained[key] = own
 
 
 def train_model(
     table: FeatureRows,
+    settings: TrainingSettings,
     *,
-    target: str,
-    kind: Kind,
-    unit: str,
-    groups: str,
     model: str,
     seed: int,
     folder: Path,
-    classes: Sequence[str] = (),
-    min_groups: int = 0,
-    period_deg: float | None = None,
-    placebo_objects: Sequence[str] = (),
     task: str = "",
 ) -> None:
-    """Fit `model` on all recordings of `table` that have `target` and write it into `folder`, with
-    its calibration and the arrays that a predictor needs.
+    """Fit `model` on all recordings of `table` that have the target and write it into `folder`,
+    with its calibration and the arrays that a predictor needs.
 
     If the model cannot be trained, the reason is written instead; if it cannot be calibrated, the
     model is written with the reason.
     """
-    about: dict[str, Any] = {"target": target, "kind": kind, "unit": unit, "model": model}
-    about |= {"period": period_deg, "seed": seed, "task": task, "provenance": dict(table.attrs)}
-    about |= device_facts()
+    about: dict[str, Any] = {
+        "target": settings.target,
+        "kind": settings.kind,
+        "unit": settings.unit,
+        "model": model,
+        "period": settings.period_deg,
+        "seed": seed,
+        "task": task,
+        "provenance": dict(table.attrs),
+        **device_facts(),
+    }
+    classes: Sequence[str] = settings.classes
     try:
-        if min_groups:
+        if settings.min_groups:
             classes, _ = frequent_classes(
-                table, target, groups, classes, min_groups, placebo_objects
+                table,
+                settings.target,
+                settings.groups,
+                classes,
+                settings.min_groups,
+                settings.placebo_objects,
             )
-        data = task_data(table, target, kind, groups, classes, placebo_objects)
+        data = task_data(
+            table,
+            settings.target,
+            settings.kind,
+            settings.groups,
+            classes,
+            settings.placebo_objects,
+        )
         about |= _train(table, data, about, folder)
     except NotPossibleError as error:
         about["skipped"] = str(error)

@@ -74,6 +74,7 @@ _TASK = (
     "evaluate/task_data.py",
     "store/features.py:read_store",
     "types/settings.py",
+    "types/task_settings.py",
     "types/tasks.py",
 )
 _TABLES = ("store/tables.py", "types/formats.py:TABLES", "types/table.py")

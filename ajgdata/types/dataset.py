@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from enum import StrEnum
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -15,6 +15,7 @@ from ajgdata.types.recipe import Recipe
 from ajgdata.types.registry import Kind
 from ajgdata.types.session import SESSION_COLUMNS, is_reserved
 from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
+from ajgdata.types.task_settings import TaskSettings, TaskTraining, TrainingSettings
 from ajgdata.types.tasks import Embedding, Task
 
 
@@ -53,18 +54,6 @@ class ImportSettings(Strict):
         if bool(self.table) != bool(self.file):
             raise ValueError("table and file (--file, e.g. 'audio/{name}.wav') need each other")
         return self
-
-
-TRAINING = (
-    "target",
-    "classes",
-    "min_groups",
-    "kind",
-    "unit",
-    "groups",
-    "period_deg",
-    "placebo_objects",
-)
 
 
 #: Keys of a task that its kind has no use for.
@@ -180,34 +169,48 @@ class DatasetSpec(Strict):
                     raise ValueError(f"embedding {name}: {column!r} is a number, not a class")
         return self
 
-    def task_settings(self, task: str) -> dict[str, Any]:
-        """Return what every measurement on `task`, or on the embedding of that name, must know."""
+    def task_settings(self, task: str) -> TaskSettings:
+        """Return the settings of a task, or of the embedding of that name."""
         if task in self.embeddings:
-            include = {"target", "groups", "folds"}
-            named = self.embeddings[task].model_dump(include=include)
-            return {**named, "kind": "classification", "unit": "", "kinds": self.kinds}
-        settings = self.tasks[task]
-        target = self.targets[settings.target]
-        own = settings.model_dump(mode="json", include={*TRAINING, "folds", "withhold"})
-        return {
-            **own,
-            "kind": target.kind,
-            "unit": target.unit,
-            "placebo_objects": list(self.placebo),
-        }
+            embedding = self.embeddings[task]
+            return TaskSettings(
+                target=embedding.target,
+                kind="classification",
+                unit="",
+                groups=embedding.groups,
+                folds=embedding.folds,
+                kinds=self.kinds,
+            )
+        declared = self.tasks[task]
+        target = self.targets[declared.target]
+        return TaskSettings(
+            target=declared.target,
+            kind=target.kind,
+            unit=target.unit,
+            groups=declared.groups,
+            folds=declared.folds,
+            withhold=declared.withhold,
+            classes=declared.classes,
+            min_groups=declared.min_groups,
+            period_deg=declared.period_deg,
+            placebo_objects=self.placebo,
+        )
 
     @property
     def kinds(self) -> dict[str, Kind]:
         """The kind of each target, by name."""
         return {name: target.kind for name, target in self.targets.items()}
 
-    def training(self, task: str) -> dict[str, Any]:
-        """Return what training a model for `task` must know, by name."""
-        return {k: v for k, v in self.task_settings(task).items() if k in TRAINING}
+    def training(self, task: str) -> TrainingSettings:
+        """Return the settings of a task that decide what its models are trained on."""
+        settings = self.task_settings(task)
+        return TrainingSettings.model_validate(
+            settings.model_dump(include=set(TrainingSettings.model_fields))
+        )
 
-    def trainings(self) -> dict[str, dict[str, Any]]:
-        """Return the `models` of each task, and the `settings` of their training, by task."""
+    def trainings(self) -> dict[str, TaskTraining]:
+        """Return the training of the models of each task, by task."""
         return {
-            name: {"models": list(task.models), "settings": self.training(name)}
+            name: TaskTraining(models=task.models, settings=self.training(name))
             for name, task in self.tasks.items()
         }

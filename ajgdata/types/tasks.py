@@ -10,11 +10,41 @@ from ajgdata.types.base import Distinct, ModelName, Name, Strict
 
 #: The experiment whose settings are the task's own.
 CROSS_VALIDATION = "cross_validation"
-#: Settings of cross-validation among those of a task.
-OWN = ("models", "compare_random", "compare_sessions", "test_on", "placebo")
 
 
-class Task(Strict):
+class CrossValidationSettings(Strict):
+    """Cross-validation of models on a task. The keys are those of the task itself."""
+
+    models: Annotated[tuple[ModelName, ...], Distinct] = Field(
+        ("cnn", "linear", "knn"), description="models that are trained and evaluated"
+    )
+    compare_random: bool = Field(
+        False, description="also evaluate a split that ignores groups, to show its optimistic bias"
+    )
+    compare_sessions: bool | tuple[ModelName, ...] = Field(
+        True,
+        description="also evaluate held-out sessions, if there are two or more: all models, none, "
+        "or the named ones",
+    )
+    test_on: tuple[Name, ...] = Field(
+        (),
+        description="data sets whose recordings the folds' models are tested on as well, e.g. the "
+        "same grasps under noise; of a grasp that both hold, only the fold that holds it out",
+    )
+    placebo: Name | None = Field(
+        None,
+        description="data set of one object under the names of the classes, recorded by the same "
+        "protocol: its score is the chance level; null: `placebo` of the data set, if it has any",
+    )
+
+    def compares_sessions(self, model: str) -> bool:
+        """Return whether a model is also evaluated on held-out sessions."""
+        if isinstance(self.compare_sessions, bool):
+            return self.compare_sessions
+        return model in self.compare_sessions
+
+
+class Task(CrossValidationSettings):
     """Target + split: one row of the report for each model."""
 
     target: str = Field(description="which of the targets")
@@ -27,22 +57,6 @@ class Task(Strict):
         "holds out one placement of every class), session_id, or a label",
     )
     folds: int = Field(5, ge=2, description="of the cross-validation; at most one a group")
-    models: Annotated[tuple[ModelName, ...], Distinct] = Field(
-        ("cnn", "linear", "knn"), description="models that are trained and evaluated"
-    )
-    compare_random: bool = Field(
-        False, description="also evaluate a split that ignores groups, to show its optimistic bias"
-    )
-    compare_sessions: bool | tuple[ModelName, ...] = Field(
-        True,
-        description="also evaluate held-out sessions, if there are two or more: all models, none, "
-        "or the named ones",
-    )
-    placebo: Name | None = Field(
-        None,
-        description="data set of one object under the names of the classes, recorded by the same "
-        "protocol: its score is the chance level; null: `placebo` of the data set, if it has any",
-    )
     withhold: Annotated[tuple[float, ...], Distinct] = Field(
         (), description="target values that no fold trains on; every fold's model is tested on them"
     )
@@ -51,11 +65,6 @@ class Task(Strict):
         gt=0,
         description="the target repeats after this, as a bar's angle after 180: models learn sine "
         "and cosine, errors are the shortest way round",
-    )
-    test_on: tuple[Name, ...] = Field(
-        (),
-        description="data sets whose recordings the folds' models are tested on as well, e.g. the "
-        "same grasps under noise; of a grasp that both hold, only the fold that holds it out",
     )
     experiments: dict[Name, dict[str, JsonValue]] = Field(
         {}, description="what else is measured of it, by name of the experiment, with its settings"
@@ -81,21 +90,8 @@ class Task(Strict):
 
         Cross-validation, which most tasks want, has its settings in the task itself.
         """
-        own = {name: getattr(self, name) for name in OWN}
+        own = {name: getattr(self, name) for name in CrossValidationSettings.model_fields}
         return ({CROSS_VALIDATION: own} if self.models else {}) | self.experiments
-
-    @property
-    def other_sets(self) -> tuple[str, ...]:
-        """Return the other data sets that its experiments need: `test_on`, and the placebo."""
-        placebo = [self.placebo] if self.placebo and self.models else []
-        return tuple(dict.fromkeys([*self.test_sets, *placebo]))
-
-    @property
-    def test_sets(self) -> tuple[str, ...]:
-        """Return the other data sets that its experiments test on, from `test_on`."""
-        named = [settings.get("test_on", ()) for settings in self.requested.values()]
-        listed = (names for names in named if isinstance(names, (list, tuple)))
-        return tuple(dict.fromkeys(str(name) for names in listed for name in names))
 
     @property
     def papers(self) -> dict[str, str]:

@@ -205,7 +205,7 @@ def trained(ajgdata, src, paths):
     spec = read_dataset(paths, "mine")
     make_features(paths, "mine")
     train_model(
-        read_store(paths.features("mine")), **spec.training("label"), model="knn", seed=0,
+        read_store(paths.features("mine")), spec.training("label"), model="knn", seed=0,
         task="label", folder=paths.model("mine", "label", "knn"),
     )  # fmt: skip
     return load_predictor("mine", "label", "knn", paths.root)

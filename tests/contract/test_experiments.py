@@ -124,7 +124,7 @@ def run(stores: dict[str, Path], request: Request, folder: Path) -> tuple[dict, 
     tables, cost = folder / "tables.json", folder / "cost.json"
     run_experiment(
         stores[request.dataset], experiment=name, models=[model], dataset=request.dataset,
-        task=request.task, settings=settings, split=spec.task_settings(request.task),
+        task=request.task, settings=settings, task_settings=spec.task_settings(request.task),
         other_sets=list(request.other_sets), audio=spec.audio,
         features=spec.features, paths=Paths(stores[request.dataset].parents[2]), seed=0,
         tables=tables, cost=cost,

@@ -133,7 +133,7 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
             run_experiment(
                 paths.features("little"), dataset="little", task=item.task, experiment=experiment,
                 models=item.job_models[models], settings=item.job_settings(models),
-                split=spec.task_settings(item.task),
+                task_settings=spec.task_settings(item.task),
                 other_sets=list(item.other_sets), rendered="x" if item.experiment.renders else "",
                 audio=AudioSettings(sample_rate_hz=RATE_HZ), features=spec.features,
                 paths=paths, encoders=encoders if item.experiment.of_embedding else [], seed=0,
@@ -187,7 +187,7 @@ def test_a_model_that_cannot_be_trained_says_why(tmp_path, case):
             folder = paths.model("little", task, model)
             train_model(
                 read_store(paths.features("little")),
-                **spec.training(task),
+                spec.training(task),
                 model=model,
                 seed=0,
                 folder=folder,

@@ -11,6 +11,7 @@ from ajgdata.store.features import FeatureRows, read_store, text_column, write_s
 from ajgdata.types import (
     MODELS,
     Recipe,
+    TrainingSettings,
 )
 
 TARGETS = {"edge_mm": "regression", "shape": "classification"}
@@ -60,8 +61,8 @@ def test_a_model_comes_back_from_disk_as_it_was(name, tmp_path, monkeypatch):
         "shape": text_column(y["shape"]),
     }
     write_store(store, FeatureRows(x, np.arange(64.0), columns, SETTINGS))
-    train_model(read_store(store), target="shape", kind="classification", unit="",
-                     groups="grasp_id", model=name, seed=3, folder=tmp_path / "model")  # fmt: skip
+    settings = TrainingSettings(target="shape", kind="classification", unit="", groups="grasp_id")
+    train_model(read_store(store), settings, model=name, seed=3, folder=tmp_path / "model")
     loaded, about = read_model(tmp_path / "model")
     fitted = fit_model(make_model(name, "classification", 3), x, y["shape"], np.array(grasp))
     assert np.array_equal(loaded.predict(x), fitted.predict(x))

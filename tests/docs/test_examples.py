@@ -99,7 +99,7 @@ def example_project(tmp_path_factory) -> Paths:
     folder = paths.model("size", "size", "ridge")
     run_experiments(paths, "size")
     collect(paths, datasets=["size"], tasks=[("size", "size")])
-    train_model(read_store(paths.features("size")), **task, model="ridge", seed=0, folder=folder)
+    train_model(read_store(paths.features("size")), task, model="ridge", seed=0, folder=folder)
     return paths
 
 

@@ -10,7 +10,7 @@ from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Inputs, Other, Outcome, Result, TaskResults
 from ajgdata.models import model_label
 from ajgdata.store.features import FeatureColumn, FeatureRows, text_column
-from ajgdata.types import Kind
+from ajgdata.types import Kind, TaskSettings
 from ajgdata.types.table import Table
 
 OBJECTS = ("ball", "box", "rod")
@@ -36,12 +36,22 @@ def small_store(seed: int = 0) -> FeatureRows:
 def small_inputs(kind: Kind = "classification", **changes) -> Inputs:
     """The object (or its size in mm) from `small_store`, five folds by grasp."""
     numeric = kind == "regression"
-    values = {
-        "dataset": "d", "task": "t", "target": "size" if numeric else "object", "kind": kind,
-        "unit": "mm" if numeric else "", "groups": "grasp_id", "folds": 5, "seed": 0,
-        "store": small_store(),
-    } | changes  # fmt: skip
-    return Inputs(**values)
+    settings = {
+        "target": "size" if numeric else "object",
+        "kind": kind,
+        "unit": "mm" if numeric else "",
+        "groups": "grasp_id",
+        "folds": 5,
+    }
+    values = {"dataset": "d", "task": "t", "seed": 0, "store": small_store()}
+    return Inputs(**with_task_settings({**values, **settings, **changes}))
+
+
+def with_task_settings(values: Mapping) -> dict:
+    """Arguments of `Inputs` or `TaskResults`: the fields of `TaskSettings` become one argument."""
+    fields = TaskSettings.model_fields
+    settings = TaskSettings(**{key: value for key, value in values.items() if key in fields})
+    return {key: v for key, v in values.items() if key not in fields} | {"task_settings": settings}
 
 
 def measured(name: str, inputs: Inputs, model: str = "", **settings) -> Outcome:
@@ -68,11 +78,11 @@ def task_results(
     values = {
         "experiment": name, "dataset": "size", "dataset_title": "Cube size", "task": "edge",
         "kind": kind, "target": "edge_mm", "unit": "mm" if kind == "regression" else "",
-        "groups": "grasp_id", "source": "simulated",
+        "groups": "grasp_id", "folds": 5, "source": "simulated",
         "settings": EXPERIMENTS[name].settings.model_validate(settings or {}),
         "results": results, "other_sets": {n: Other(f"Gripper {n}") for n in ("b", "c")},
     } | changes  # fmt: skip
-    return TaskResults(**values)
+    return TaskResults(**with_task_settings(values))
 
 
 def numbers(tables: Sequence[Table], **wanted) -> list[float]:

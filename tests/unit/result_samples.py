@@ -3,16 +3,18 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from experiment_samples import with_task_settings
 from report_samples import PAPER, SCRIPT
 
 from ajgdata.evaluate.agreement import GRASP_INTERVAL, Interval
 from ajgdata.evaluate.parts import part_columns
 from ajgdata.experiments.base import Result, TaskResults
-from ajgdata.experiments.cross_validation import PREDICTION_COLUMNS, Settings
+from ajgdata.experiments.cross_validation import PREDICTION_COLUMNS
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.report.comparison import PaperFigure
 from ajgdata.report.format import Score
 from ajgdata.store.metrics import COST as COST_STATISTIC
+from ajgdata.types import CrossValidationSettings as Settings
 from ajgdata.types.table import table_of
 
 COST = (3.2, 0.21, 512.0)
@@ -115,10 +117,10 @@ def sizes(*results: Result, **changes) -> TaskResults:
     given = {
         "experiment": "cross_validation", "dataset": "size", "dataset_title": "Cube size",
         "task": "edge", "kind": "regression", "target": "edge_mm", "unit": "mm",
-        "groups": "grasp_id", "source": "simulated", "settings": Settings(),
+        "groups": "grasp_id", "folds": 5, "source": "simulated", "settings": Settings(),
         "results": results or (size_result(),), "papers": {"known": PAPER},
     }  # fmt: skip
-    return TaskResults(**(given | changes))
+    return TaskResults(**with_task_settings(given | changes))
 
 
 def kinds(*results: Result, **changes) -> TaskResults:

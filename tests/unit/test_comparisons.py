@@ -23,10 +23,12 @@ from ajgdata.types import (
     DataError,
     FeatureSettings,
     LogSweep,
+    TaskSettings,
 )
 from ajgdata.types.comparison import Comparison
 
 EXPERIMENT = EXPERIMENTS["comparison"]
+EDGE = TaskSettings(target="edge_mm", kind="regression", unit="mm", groups="grasp_id", folds=3)
 AUDIO, RATE = AudioSettings(), 44_100
 RECIPE = {
     "grasps_per_object": 3,
@@ -58,7 +60,7 @@ def recorded(project) -> Inputs:
     attrs = {"data_set": "d", "source": "simulated", "git_commit": "", "settings": "{}"}
     shard = FeatureRows(feature, np.fft.rfftfreq(2048, 1 / RATE), columns, attrs)
     return Inputs(
-        "d", "t", "edge_mm", "regression", "mm", "grasp_id", 3, 0, shard, audio=AUDIO,
+        "d", "t", EDGE, 0, shard, audio=AUDIO,
         render=renderer(project.paths, "d"),
     )  # fmt: skip
 
@@ -83,7 +85,13 @@ def test_other_sounds_are_played_in_the_same_scenes(recorded):
     outcome = measure(recorded, SOUNDS, "sounds")
     scores, data = outcome.tables[0], recorded.data()
     own = cross_validate(
-        data.feature, data.value, data.group, model="linear_plain", **recorded.split
+        data.feature,
+        data.value,
+        data.group,
+        model="linear_plain",
+        kind="regression",
+        folds=3,
+        seed=0,
     )
     names = dict.fromkeys(scores.column("condition"))
     sweeps = [f"excitation:log_sweep {n} s" for n in ("1", "0.1")]
@@ -138,7 +146,7 @@ def echoes(project) -> Inputs:
     attrs = {"data_set": "d", "source": "simulated", "settings": "{}"}
     store = FeatureRows(np.ones((24, 129), np.float32), np.arange(129.0), columns, attrs)
     return Inputs(
-        "d", "t", "edge_mm", "regression", "mm", "grasp_id", 3, 0, store, audio=SMALL_AUDIO,
+        "d", "t", EDGE, 0, store, audio=SMALL_AUDIO,
         features=FEATURES, recordings=RecordingReader(project.paths, {"d": SMALL_AUDIO}),
     )  # fmt: skip
 

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from experiment_samples import with_task_settings
 
 from ajgdata.evaluate import crossval
 from ajgdata.evaluate.agreement import GRASP_INTERVAL
@@ -11,9 +12,9 @@ from ajgdata.evaluate.intervals import metric_interval
 from ajgdata.evaluate.parts import part_columns
 from ajgdata.experiments import cross_validation
 from ajgdata.experiments.base import Inputs
-from ajgdata.experiments.cross_validation import Settings
 from ajgdata.models import fit_model
 from ajgdata.store.features import FeatureColumn, FeatureRows, text_column
+from ajgdata.types import CrossValidationSettings as Settings
 
 
 def store(**columns) -> FeatureRows:
@@ -43,7 +44,7 @@ def inputs(**changes) -> Inputs:
         "dataset": "d", "task": "t", "target": "edge_mm", "kind": "regression", "unit": "mm",
         "groups": "grasp_id", "folds": 3, "seed": 0, "store": store(),
     }  # fmt: skip
-    return Inputs(**(given | changes))
+    return Inputs(**with_task_settings(given | changes))
 
 
 KINDS = {"target": "kind", "kind": "classification", "unit": ""}

@@ -20,11 +20,12 @@ from test_shortcut import silence
 
 from ajgdata.evaluate.parts import placebo
 from ajgdata.experiments.base import Other
-from ajgdata.experiments.cross_validation import EXPERIMENT, Settings
+from ajgdata.experiments.cross_validation import EXPERIMENT
 from ajgdata.experiments.cross_validation_results import models_of, run_times
 from ajgdata.experiments.plots import binned
 from ajgdata.report.canvas import styled
 from ajgdata.report.format import Score
+from ajgdata.types import CrossValidationSettings as Settings
 
 
 def nothing(experiment, dataset, task):

@@ -14,7 +14,14 @@ from ajgdata.pipeline.plan import plan
 from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.features import write_store
 from ajgdata.store.sessions import write_session
-from ajgdata.types import AudioSettings, DataError, FeatureSettings, Recording, Session
+from ajgdata.types import (
+    AudioSettings,
+    DataError,
+    FeatureSettings,
+    Recording,
+    Session,
+    TaskSettings,
+)
 
 TARGETS = {"label": {"kind": "classification"}}
 
@@ -68,8 +75,9 @@ def test_stores_that_do_not_compare_are_refused_when_they_are_read(tmp_path):
         run_experiment(
             Paths(tmp_path).features("a"), experiment="cross_validation", models=["ridge"],
             dataset="a", task="t", settings=settings.model_dump(mode="json"), other_sets=["b"],
-            split={"target": "object", "kind": "classification", "unit": "", "groups": "grasp_id",
-                   "folds": 3},
+            task_settings=TaskSettings(
+                target="object", kind="classification", unit="", groups="grasp_id", folds=3
+            ),
             audio=AudioSettings(), features=FeatureSettings(), paths=Paths(tmp_path), seed=0,
             tables=tmp_path / "t.json", cost=tmp_path / "c.json",
         )  # fmt: skip

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from experiment_samples import with_task_settings
 from sklearn.decomposition import PCA
 from sklearn.metrics import silhouette_score
 
@@ -82,7 +83,7 @@ def measured(folder: Path, name: str) -> Outcome:
     }  # fmt: skip
     given |= {"store": read_store(folder / "store.nc"), "training_cost": read(folder, "cost")}
     given["latents"] = read_latents(folder / "latents.nc")
-    return EXPERIMENTS[name].measure(Inputs(**given), SETTINGS, "")
+    return EXPERIMENTS[name].measure(Inputs(**with_task_settings(given)), SETTINGS, "")
 
 
 def table(outcome: Outcome, name: str):

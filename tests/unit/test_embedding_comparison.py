@@ -11,9 +11,10 @@ from ajgdata.experiments.base import Result, TaskResults
 from ajgdata.experiments.cross_gripper import Settings as GripperSettings
 from ajgdata.experiments.embedding_distances import categories_of
 from ajgdata.report.comparison import PaperFigure, ResultCost
-from ajgdata.types import Embedding
+from ajgdata.types import Embedding, TaskSettings
 from ajgdata.types.table import Table, table_of
 
+TASK = TaskSettings(target="object", kind="classification", unit="", groups="grasp_id", folds=2)
 #: Two folds of 4 s; 0.03 s for 20 recordings.
 COST = ResultCost(8.0, pytest.approx(1.5))
 
@@ -27,7 +28,7 @@ def results(name, paper, tables=(), cost=(), **about):
     """Results of an experiment on embeddings with 2 and 4 dimensions."""
     stored = [{table.name: table for table in some} for some in (tables, cost)]
     return TaskResults(
-        name, "d", "Things", "poses", "classification", "object", "", "grasp_id", "simulated",
+        name, "d", "Things", "poses", TASK, "simulated",
         Embedding.model_validate(SETTINGS), (Result("", "", about, *stored),),
         papers={name: paper} if paper else {},
     )  # fmt: skip

@@ -15,12 +15,12 @@ from ajgdata.pipeline.experiments import measurements, read_results, requests_fo
 from ajgdata.store.features import write_store
 from ajgdata.store.metrics import KEYS
 from ajgdata.store.tables import write_tables
-from ajgdata.types import DatasetSpec
+from ajgdata.types import DatasetSpec, TaskSettings
 
-SPLIT = {
+TASK = TaskSettings.model_validate({
     "target": "object", "kind": "classification", "unit": "", "groups": "grasp_id", "folds": 5,
     "withhold": [], "period_deg": None,
-}  # fmt: skip
+})  # fmt: skip
 DECLARATION = {
     "name": "d",
     "targets": {"object": {"kind": "classification"}},
@@ -43,7 +43,8 @@ def run(paths: Paths, request: Request, **changes) -> None:
         values = {
             "dataset": "d", "task": "t", "experiment": experiment,
             "models": request.job_models[models],
-            "split": SPLIT, "settings": request.settings.model_dump(mode="json"), "other_sets": [],
+            "task_settings": TASK, "settings": request.settings.model_dump(mode="json"),
+            "other_sets": [],
             "audio": SPEC.audio, "features": SPEC.features, "paths": paths, "seed": 3,
             "tables": paths.experiment(*job), "cost": paths.experiment_cost(*job),
         } | changes  # fmt: skip

@@ -16,7 +16,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.audio import file_sha256, write_pcm24
 from ajgdata.store.features import read_store
-from ajgdata.types import Recording, Target
+from ajgdata.types import Recording, Target, TrainingSettings
 
 pytest.importorskip("onnx")
 pytest.importorskip("onnxscript")
@@ -45,10 +45,12 @@ def trained(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(in_use, "FOLDS", 2)
         train_model(
-            read_store(project.paths.features("d")), target="object", unit="",
-            kind="classification", groups="grasp_id", model="cnn", seed=0,
+            read_store(project.paths.features("d")),
+            TrainingSettings(target="object", kind="classification", unit="", groups="grasp_id"),
+            model="cnn",
+            seed=0,
             folder=project.paths.model("d", "what", "cnn"),
-        )  # fmt: skip
+        )
     return project
 
 

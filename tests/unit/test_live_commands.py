@@ -79,7 +79,7 @@ def trained(tmp_path_factory):
     shard = FeatureRows(np.array(features, np.float32), frequency_hz, columns, attrs)
     write_store(paths.features("d"), shard)
     train_model(
-        read_store(paths.features("d")), **spec.training("what"), model="linear", seed=0,
+        read_store(paths.features("d")), spec.training("what"), model="linear", seed=0,
         task="what", folder=paths.model("d", "what", "linear"),
     )  # fmt: skip
     return paths

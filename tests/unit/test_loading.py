@@ -10,7 +10,7 @@ from ajgdata.experiments.base import Inputs
 from ajgdata.paths import Paths
 from ajgdata.store.audio import read_audio, resample, write_pcm24
 from ajgdata.store.features import read_store
-from ajgdata.types import AudioSettings, Recording
+from ajgdata.types import AudioSettings, CrossValidationSettings, Recording
 
 #: One step of 24 bits: what writing a recording may change.
 STEP = 2.0**-23
@@ -125,10 +125,10 @@ def evaluated(tmp_path_factory):
 def test_splits_are_the_folds_of_the_evaluation(evaluated, task, seed):
     loaded = ajgdata.load_dataset("d", evaluated.root)
     inputs = Inputs(
-        "d", task, **loaded.spec.task_settings(task), seed=seed,
+        "d", task, loaded.spec.task_settings(task), seed=seed,
         store=read_store(evaluated.paths.features("d")),
     )  # fmt: skip
-    outcome = cross_validation.measure(inputs, cross_validation.Settings(), "knn")
+    outcome = cross_validation.measure(inputs, CrossValidationSettings(), "knn")
     (predictions,) = (table for table in outcome.tables if table.name == "predictions")
     folds = predictions.where(split="grouped", target_values="training").split_by("fold")
     tested = [set(folds[fold].column("recording")) for fold in sorted(folds)]

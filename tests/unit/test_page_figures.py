@@ -22,7 +22,6 @@ from result_samples import (
 from ajgdata.evaluate.mirror import mirror_image
 from ajgdata.evaluate.parts import GROUPED, SESSIONS, placebo
 from ajgdata.experiments.base import Other, Result, TaskResults
-from ajgdata.experiments.cross_validation import Settings
 from ajgdata.experiments.learning_curve import Settings as CurveSettings
 from ajgdata.experiments.reflected_energy import Settings as EnergySettings
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
@@ -41,6 +40,7 @@ from ajgdata.pages import (
 )
 from ajgdata.pages.selection import MAX_TITLE
 from ajgdata.report.format import Score
+from ajgdata.types import CrossValidationSettings as Settings
 from ajgdata.types import Embedding, Level
 from ajgdata.types.table import Table, table_of
 

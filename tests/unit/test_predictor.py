@@ -66,7 +66,7 @@ def trained(tmp_path_factory):
         for task, model in (("size", "knn"), ("what", "linear"), ("what", "svm")):
             spec = ajgdata.load_dataset("d", project.root).spec
             train_model(
-                read_store(project.paths.features("d")), **spec.training(task), model=model, seed=0,
+                read_store(project.paths.features("d")), spec.training(task), model=model, seed=0,
                 task=task, folder=project.paths.model("d", task, model),
             )  # fmt: skip
     return project

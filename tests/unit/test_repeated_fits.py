@@ -73,7 +73,14 @@ def test_fits_differ_by_their_seed_and_the_paper_s_value_is_compared_with_their_
     own, tested = inputs.data(), inputs.data("b")
     extra = {"b": tested}
     once = cross_validate(
-        own.feature, own.value, own.group, model="ridge_plain", extra_tests=extra, **inputs.split
+        own.feature,
+        own.value,
+        own.group,
+        model="ridge_plain",
+        extra_tests=extra,
+        kind="regression",
+        folds=5,
+        seed=0,
     )
     # five folds of as many recordings: the mean of their mean squares is the whole
     squares = np.square(once.extra_tests["b"].scores.per_fold["rmse"])

@@ -10,7 +10,7 @@ from ajgdata.models import chosen, fit_model, make_model
 from ajgdata.pipeline.train import train_model, train_models
 from ajgdata.store.features import FeatureColumn, FeatureRows, read_store, text_column, write_store
 from ajgdata.store.models import read_guard
-from ajgdata.types import DataError, NotPossibleError
+from ajgdata.types import DataError, NotPossibleError, TaskTraining, TrainingSettings
 
 TASKS = {"edge_mm": "regression", "kind": "classification"}
 
@@ -56,16 +56,21 @@ def store(tmp_path):
 
 def train(store, target, model, name="m"):
     folder = store.parent / name
-    about = {"target": target, "kind": TASKS[target], "unit": "", "groups": "grasp_id"}
-    train_model(read_store(store), **about, model=model, seed=3, folder=folder)
+    train_model(read_store(store), settings_of(target), model=model, seed=3, folder=folder)
     return folder
+
+
+def settings_of(target, **changes) -> TrainingSettings:
+    return TrainingSettings(
+        target=target, kind=TASKS[target], unit="", groups="grasp_id", **changes
+    )
 
 
 @pytest.mark.usefixtures("uncalibrated")
 def test_a_model_of_a_repeating_target_comes_back_whole(store):
     folder = store.parent / "m"
-    about = {"target": "edge_mm", "kind": "regression", "unit": "", "groups": "grasp_id"}
-    train_model(read_store(store), **about, model="knn", seed=3, folder=folder, period_deg=8.0)
+    settings = settings_of("edge_mm", period_deg=8.0)
+    train_model(read_store(store), settings, model="knn", seed=3, folder=folder)
     loaded, about = read_model(folder)
     shard, known = read_store(store), slice(0, 23)
     x, y, grasp = (c[known] for c in (shard.feature, shard.columns["edge_mm"].values,
@@ -96,10 +101,9 @@ def test_a_model_of_some_classes_knows_no_others(store):
     kinds = np.repeat(["a", "b", "c", "c"], 6)
     columns = {**shard.columns, "kind": text_column(kinds)}
     write_store(store, FeatureRows(shard.feature, shard.frequency_hz, columns, shard.attrs))
-    about = {"target": "kind", "kind": "classification", "unit": "", "groups": "grasp_id"}
-    for name, classes in (("all", []), ("two", ["c", "a"])):
-        train_model(read_store(store), **about, classes=classes, model="linear", seed=0,
-                         folder=store.parent / name)  # fmt: skip
+    for name, classes in (("all", ()), ("two", ("c", "a"))):
+        settings = settings_of("kind", classes=classes)
+        train_model(read_store(store), settings, model="linear", seed=0, folder=store.parent / name)
     every, facts = read_model(store.parent / "all")
     assert (every.classes_.tolist(), facts["recordings"]) == (["a", "b", "c"], 24)
     two, facts = read_model(store.parent / "two")
@@ -111,8 +115,8 @@ def test_a_model_of_some_classes_knows_no_others(store):
     np.testing.assert_array_equal(
         two.predict_proba(shard.feature), fitted.predict_proba(shard.feature)
     )
-    train_model(read_store(store), **about, classes=["a", "d"], model="linear", seed=0,
-                     folder=store.parent / "none")  # fmt: skip
+    settings = settings_of("kind", classes=("a", "d"))
+    train_model(read_store(store), settings, model="linear", seed=0, folder=store.parent / "none")
     with pytest.raises(DataError, match="classes: no recording has the kind 'd'"):
         read_model(store.parent / "none")
 
@@ -127,9 +131,12 @@ def test_tasks_with_equal_settings_share_a_training(store, monkeypatch):
             train_model(*args, **settings),
         ),
     )
-    same = {"target": "edge_mm", "kind": "regression", "unit": "", "groups": "grasp_id"}
-    declared = {"a": same, "b": same, "c": same | {"min_groups": 1}}
-    tasks = {name: {"models": ["linear_plain"], "settings": s} for name, s in declared.items()}
+    same = settings_of("edge_mm")
+    declared = {"a": same, "b": same, "c": settings_of("edge_mm", min_groups=1)}
+    tasks = {
+        name: TaskTraining(models=("linear_plain",), settings=settings)
+        for name, settings in declared.items()
+    }
     folder = store.parent / "models"
     train_models(store, tasks=tasks, seed=3, folder=folder)
     assert trained == ["a", "c"]

@@ -68,6 +68,18 @@ def requested(wildcards):
     ]
 
 
+def task_settings(wildcards):
+    """Settings of the task, or of the embedding, of an experiment, as plain values."""
+    settings = SPECS[wildcards.dataset].task_settings(wildcards.task)
+    return settings.model_dump(mode="json", exclude_unset=True)
+
+
+def trainings(wildcards):
+    """Models of each task of a data set, and the settings of their training, as plain values."""
+    tasks = SPECS[wildcards.dataset].trainings()
+    return {name: task.model_dump(mode="json") for name, task in tasks.items()}
+
+
 def solved_before(wildcards):
     """The same session of the data set whose grasps the recipe draws: its scenes are solved once."""
     name, session = wildcards.dataset, wildcards.session

@@ -28,7 +28,7 @@ rule experiment:
         function="experiments:run_experiment",
         models=lambda wildcards: requested(wildcards).job_models[wildcards.models],
         settings=lambda wildcards: requested(wildcards).job_settings(wildcards.models),
-        split=lambda wildcards: SPECS[wildcards.dataset].task_settings(wildcards.task),
+        task_settings=task_settings,
         other_sets=lambda wildcards: list(requested(wildcards).other_sets),
         audio=setting("audio"),
         features=setting("features"),

@@ -13,7 +13,7 @@ rule train:
         "../../environment.yml"
     params:
         function="train:train_models",
-        tasks=lambda wildcards: SPECS[wildcards.dataset].trainings(),
+        tasks=trainings,
         seed=config["seed"],
         device=config["device"],
         data=own_features,
