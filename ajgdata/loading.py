@@ -17,7 +17,7 @@ from ajgdata.paths import Paths, find_project, run_name
 from ajgdata.store.features import open_store, read_store
 from ajgdata.store.freshness import changes_since_features
 from ajgdata.store.models import other_version_reported, read_about, read_estimator, read_guard
-from ajgdata.store.sessions import check_declared, check_one_kind, read_dataset, whole_sessions
+from ajgdata.store.sessions import check_declared, check_one_source, read_dataset, whole_sessions
 from ajgdata.types import (
     AudioSettings,
     DataError,
@@ -91,7 +91,7 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
     paths = find_project(project)
     spec = read_dataset(paths, name)
     sessions = whole_sessions(paths, name, session_names(spec.recipe))
-    check_one_kind(paths, spec, sessions)
+    check_one_source(paths, spec, sessions)
     recordings, issues = open_recordings([paths.session(name, s) for s in sessions], spec)
     if recordings is None:
         fix = f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata record`"

@@ -79,7 +79,7 @@ def nested(roots: Mapping[str, Model]) -> Iterator[tuple[str, Model]]:
         waiting = [(f"{t} ({m.__name__})", m) for t, m in inner] + waiting
 
 
-def kind_of(field: FieldInfo) -> str:
+def type_of(field: FieldInfo) -> str:
     """A type as people read it."""
     if models := models_in(field.annotation):
         several = "mapping of " if typing.get_origin(field.annotation) is dict else ""
@@ -158,7 +158,7 @@ def table(model: Model) -> list[str]:
     rows = ["| key | value | default | meaning |", "|---|---|---|---|"]
     fields = sorted(model.model_fields.items(), key=lambda item: not item[1].is_required())
     for key, field in fields:
-        cells = [f"`{key}`", kind_of(field), default_of(field), meaning_of(key, field)]
+        cells = [f"`{key}`", type_of(field), default_of(field), meaning_of(key, field)]
         rows.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return rows
 

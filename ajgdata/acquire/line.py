@@ -198,11 +198,11 @@ class Duplex:
         self._flags: list[str] = []
         index, self._device = find_device(portaudio, self._name)
         self._version = portaudio.get_portaudio_version()[1]
-        for number, kind in ((self._output, "outputs"), (self._input, "inputs")):
-            if number > self._device[kind]:
-                option = "--output-channel" if kind == "outputs" else "--microphone"
+        for number, direction in ((self._output, "outputs"), (self._input, "inputs")):
+            if number > self._device[direction]:
+                option = "--output-channel" if direction == "outputs" else "--microphone"
                 fix = f"change {option}, or use one device that has inputs and outputs"
-                problem = f"{option} {number} of {self._device[kind]} {kind}"
+                problem = f"{option} {number} of {self._device[direction]} {direction}"
                 raise DataError(self._name, problem, fix)
         self._stream = self._open(portaudio, index)
 

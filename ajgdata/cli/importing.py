@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from ajgdata.pipeline.importing import Imported
     from ajgdata.types import DatasetSpec
 
-#: Kinds of remarks with their colours, the worst first.
-KINDS = {
+#: Types of remarks with their colours, the worst first.
+REMARK_COLOURS = {
     "failed": "red",
     "unreadable": "yellow",
     "kept": "yellow",
@@ -141,7 +141,7 @@ def show_file_names(folder: Path) -> None:
     table = Table("field", "kind", "values", "examples", box=None)
     for number, field in enumerate(form.fields, 1):
         examples = ", ".join(field.values[:4])
-        table.add_row(str(number), field.kind, str(len(field.values)), escape(examples))
+        table.add_row(str(number), field.value_type, str(len(field.values)), escape(examples))
     say(f"{len(form.files)} of {len(files)} file names have this form (fields from left to right):")
     out.print(table)
     for path in form.other_files[:3]:
@@ -177,9 +177,9 @@ def show_import(result: Imported, dataset: str, *, everything: bool) -> None:
     counts = f"{result.added} added, {result.changed} changed, {result.unchanged} unchanged"
     counts += f", {result.removed} removed" if result.removed else ""
     say(f"{counts} in {result.sessions} session(s) of [b]{dataset}[/b]")
-    for kind, colour in KINDS.items():
-        for name, reason in shortened(result.remarks[kind], everything=everything):
-            say(f"[{colour}]{kind}[/{colour}] {escape(f'{name}: {reason}')}")
+    for remark_type, colour in REMARK_COLOURS.items():
+        for name, reason in shortened(result.remarks[remark_type], everything=everything):
+            say(f"[{colour}]{remark_type}[/{colour}] {escape(f'{name}: {reason}')}")
 
 
 def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
@@ -295,10 +295,10 @@ def accept_changes(paths: Paths, datasets: Sequence[str], *, everything: bool) -
 def print_issues(issues: Sequence[Finding], *, everything: bool) -> None:
     """Print a line for each issue, errors first, and the number of issues by code.
 
-    Of one kind (level, code and fix) no more than a few lines are printed unless `everything`.
+    Of one type (level, code and fix) no more than a few lines are printed unless `everything`.
     """
-    kinds = dict.fromkeys((issue.level, issue.code, issue.fix) for issue in issues)
-    for level, code, fix in sorted(kinds, key=lambda kind: ISSUE_LEVELS.index(kind[0])):
+    types = dict.fromkeys((issue.level, issue.code, issue.fix) for issue in issues)
+    for level, code, fix in sorted(types, key=lambda issue_type: ISSUE_LEVELS.index(issue_type[0])):
         equal = [i for i in issues if (i.level, i.code, i.fix) == (level, code, fix)]
         names = [(f"{i.session_id}/{i.recording_id}: {i.problem}", fix) for i in equal]
         for name, reason in shortened(names, everything=everything):

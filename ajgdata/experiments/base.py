@@ -279,8 +279,8 @@ class Experiment:
     paper: str = ""
 
     @property
-    def job_kind(self) -> str:
-        """Return the kind of its job in `store.code_hash`: what its measurement is made from."""
+    def job_type(self) -> str:
+        """Return the type of its job in `store.code_hash`: what its measurement is made from."""
         if self.renders:
             return "experiment on rendered sounds"
         return "experiment on recordings" if self.reads_recordings else "experiment"

@@ -34,7 +34,7 @@ MAX_VALUES = 30
 #: Column with the label of the model, which the joined rows of a stored table get.
 MODEL = Column("model", "Model")
 #: What the cells of a column are: labels for people, names of models, or names of data sets.
-CellKind = Literal["label", "model", "data set"]
+CellRole = Literal["label", "model", "data set"]
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Plot:
     panel: str = ""
     over: str = "folds"
     interval: tuple[str, str] | None = None
-    cells: Mapping[str, CellKind] = field(default_factory=dict)
+    cells: Mapping[str, CellRole] = field(default_factory=dict)
     metric: str = ""
     percent: tuple[str, ...] = ()
     chance: str = ""
@@ -223,7 +223,7 @@ class BoundPlot:
         return words(text)
 
     @cached_property
-    def _cells(self) -> Mapping[str, CellKind]:
+    def _cells(self) -> Mapping[str, CellRole]:
         """What the cells of a column are: the column `model` of a stored table has labels."""
         if isinstance(self.plot.table, str):
             return {MODEL.key: "label", **self.plot.cells}

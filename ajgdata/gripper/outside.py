@@ -51,8 +51,8 @@ def skin(walls: WallList, cells: Cells) -> MembranePatches:
     """Return the walls in patches, each of walls that lie together and are of one kind."""
     z, y, x = np.unravel_index(walls.cell, cells.shape)
     place = np.column_stack([cells.x[x], cells.y[y], cells.z[z]])
-    kind = np.column_stack([walls.mass, walls.resistance, walls.stiffness])
-    key = np.column_stack([np.floor(place / PATCH_M), kind])
+    surface = np.column_stack([walls.mass, walls.resistance, walls.stiffness])
+    key = np.column_stack([np.floor(place / PATCH_M), surface])
     groups, patch = np.unique(key, axis=0, return_inverse=True)
     patch = patch.reshape(-1)
     total = np.bincount(patch, walls.area, len(groups))
@@ -89,10 +89,10 @@ def patch_velocity(push: Real, motion: Real, step_s: float) -> NDArray[np.comple
     spectrum = np.fft.rfft(change, axis=1)
     iw = 1j * np.pi / step_s * np.linspace(0, 1, BINS)
     iw[0] = iw[1]  # a membrane without stiffness would move for ever
-    kinds, kind = np.unique(motion, axis=0, return_inverse=True)
-    mass, resistance, stiffness = kinds.T[:, :, None]
+    surfaces, surface = np.unique(motion, axis=0, return_inverse=True)
+    mass, resistance, stiffness = surfaces.T[:, :, None]
     rate = iw / (-np.expm1(-iw * step_s) * (stiffness + iw * resistance + iw**2 * mass))
-    spectrum *= rate[kind.reshape(-1)]
+    spectrum *= rate[surface.reshape(-1)]
     return np.asarray(spectrum)
 
 

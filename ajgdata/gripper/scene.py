@@ -58,7 +58,7 @@ class Medium(SceneModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _by_kind(cls, content: Any) -> Any:
+    def _with_its_grains(cls, content: Any) -> Any:
         if isinstance(content, dict):
             diameter, porosity = GRAINS.get(content.get("kind", "plastic"), GRAINS["plastic"])
             return {"grain_diameter_mm": diameter, "porosity": porosity, **content}

@@ -84,8 +84,8 @@ def dashboard(control: Control, *, port: int = 0) -> Iterator[Dashboard]:
     feed = Feed(control)
     token = secrets.token_urlsafe(16)
     files = {
-        route: Response(render(template, {}), media_type=kind)
-        for route, (template, kind) in _FILES.items()
+        route: Response(render(template, {}), media_type=media_type)
+        for route, (template, media_type) in _FILES.items()
     }
     app = _app(files, feed, control, token)
     listener = socket.create_server((HOST, port), backlog=128)

@@ -194,8 +194,8 @@ def draw_figure(
 
     from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure
 
-    kind = "latent of two dimensions" if plane.is_latent else "projection of the latent"
-    subtitle = f"{task.dataset_title}: {kind}, training recordings of one fold"
+    plane_name = "latent of two dimensions" if plane.is_latent else "projection of the latent"
+    subtitle = f"{task.dataset_title}: {plane_name}, training recordings of one fold"
     figure = new_figure((WIDTH_IN, 5.4), title, subtitle, [task.source])
     axes = figure.subplots()
     categories = sorted({*plane.categories.values()})

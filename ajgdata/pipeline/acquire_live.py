@@ -21,7 +21,7 @@ from ajgdata.acquire.virtual import Card, VirtualTable
 from ajgdata.paths import EXCITATION_FILE, Paths
 from ajgdata.store.audio import read_audio
 from ajgdata.store.sessions import (
-    check_one_kind,
+    check_one_source,
     list_sessions,
     read_dataset,
     read_recordings,
@@ -47,7 +47,7 @@ def acquire_live(
     protocol = protocol_of(paths, spec)
     _check_robot(paths, dataset, protocol, operator)
     _check_recordable(paths.dataset(dataset), spec.audio)
-    check_one_kind(paths, spec, list_sessions(paths, dataset), adding=False)
+    check_one_source(paths, spec, list_sessions(paths, dataset), adding=False)
     session = checked_name(session or session_name(paths, dataset, protocol), "session")
     settings = checked(
         CardSettings, "sound card", {"sample_rate_hz": spec.audio.sample_rate_hz, **device}

@@ -206,12 +206,12 @@ def _unpack(tree: Tree, folder: Path) -> None:
     try:
         with open_archive(tree / tree.ARCHIVE) as packed:
             for name, digest in hashes.items():
-                kind, _, path = name.partition("/")
+                top, _, path = name.partition("/")
                 session, _, file = path.partition("/")
-                if kind == AUDIO_FOLDER:
+                if top == AUDIO_FOLDER:
                     source: IO[bytes] = packed.open(name)
                     file = f"{AUDIO_FOLDER}/{file}"
-                elif kind == "sessions" and PurePosixPath(file).stem in SESSION_FILES:
+                elif top == "sessions" and PurePosixPath(file).stem in SESSION_FILES:
                     source = (tree / name).open("rb")
                 else:
                     continue

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.added_channels import check_added_channels
-from ajgdata.pipeline.column_kinds import ColumnKind, column_kind
+from ajgdata.pipeline.inferred_targets import InferredTarget, inferred_target
 from ajgdata.pipeline.microphones import check_microphone, chosen_microphone
 from ajgdata.pipeline.progress import tracked
 from ajgdata.store.audio import AudioError, hash_and_inspect
@@ -28,7 +28,7 @@ from ajgdata.store.listing import listed
 from ajgdata.store.publishing.columns import RENAME, unpublishable
 from ajgdata.store.scan import Scan, scan, template_columns
 from ajgdata.store.session_names import slug
-from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset, write_dataset
+from ajgdata.store.sessions import check_one_source, list_sessions, read_dataset, write_dataset
 from ajgdata.types import (
     AudioSettings,
     DataError,
@@ -78,7 +78,7 @@ def import_folder(
     contents = _read(scanned)
     scanned.is_simulated = are_simulated(scanned, contents)
     if declared:
-        check_one_kind(paths, declared, list_sessions(paths, dataset), scanned.is_simulated)
+        check_one_source(paths, declared, list_sessions(paths, dataset), scanned.is_simulated)
         used = declared.audio.microphone
         is_requested = microphone is not None
         check_added_channels(paths, dataset, scanned, contents, used, is_requested=is_requested)
@@ -162,14 +162,14 @@ def declare(
     if settings.table and not targets:
         raise DataError("--target", "a table has many columns", f"name labels among {columns}")
     texts = {column: Counter(file.text(column) for file in scanned.files) for column in chosen}
-    inferred = {column: column_kind(texts[column]) for column in chosen}
-    for column, kind in inferred.items():
-        scanned.remarks["note"].append((f"target {column}", kind.reason))
-        _note_cells(scanned, column, kind)
+    inferred = {column: inferred_target(texts[column]) for column in chosen}
+    for column, inference in inferred.items():
+        scanned.remarks["note"].append((f"target {column}", inference.reason))
+        _note_cells(scanned, column, inference)
     possible = [
         column
-        for column, kind in inferred.items()
-        if len(set(texts[column]) - {"", *kind.target.missing}) > 1
+        for column, inference in inferred.items()
+        if len(set(texts[column]) - {"", *inference.target.missing}) > 1
     ]
     folder = scanned.folder.name
     try:
@@ -178,7 +178,7 @@ def declare(
             title=name,
             description=f"Imported from a folder named {folder!r}. Complete this declaration.",
             audio=_common_audio(scanned, contents, microphone),
-            targets={column: kind.target for column, kind in inferred.items()},
+            targets={column: inference.target for column, inference in inferred.items()},
             tasks={
                 column: Task(target=column, folds=FOLDS, models=FIRST_MODELS)
                 for column in possible or inferred
@@ -194,16 +194,16 @@ def _is_learnt(column: str) -> bool:
     return column not in COUNTERS and not re.fullmatch(UNUSED_FIELD.format(r"\d+"), column)
 
 
-def _note_cells(scanned: Scan, column: str, kind: ColumnKind) -> None:
+def _note_cells(scanned: Scan, column: str, inference: InferredTarget) -> None:
     """Note the recordings whose cell is missing by its text, and warn about doubtful cells."""
     files: dict[str, list[str]] = defaultdict(list)
     for file in scanned.files:
         files[file.text(column)].append(file.path.as_posix())
-    for text in kind.target.missing:
+    for text in inference.target.missing:
         noun = "recording" if len(files[text]) == 1 else "recordings"
         reason = f"{text!r} is missing in {len(files[text])} {noun}: {listed(files[text])}"
         scanned.remarks["note"].append((f"target {column}", reason))
-    for doubt in kind.doubts:
+    for doubt in inference.doubts:
         examples = [f"{text!r} ({listed(files[text])})" for text in doubt.texts]
         reason = f"{doubt.problem}: {listed(examples)}; {doubt.fix}"
         scanned.remarks["warning"].append((f"target {column}", reason))

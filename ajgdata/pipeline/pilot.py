@@ -62,8 +62,8 @@ def read_pilot(
     split = split or _default_split(rows, task, model)
     rows = _predictions_of(rows, file, task, model, split)
     columns = ("y_true", "y_pred")
-    kind_of_value = str if is_class else float
-    y_true, y_pred = (np.array([kind_of_value(row[name]) for row in rows]) for name in columns)
+    value_type = str if is_class else float
+    y_true, y_pred = (np.array([value_type(row[name]) for row in rows]) for name in columns)
     scores = recording_scores(y_true, y_pred, target.kind, settings.period_deg)
     names, first, member = np.unique(
         [row["recording"] for row in rows], return_index=True, return_inverse=True

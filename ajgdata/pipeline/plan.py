@@ -19,7 +19,7 @@ from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.report.comparison import parse_paper
 from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import (
-    check_one_kind,
+    check_one_source,
     dropped_sessions,
     incomplete_sessions,
     list_datasets,
@@ -147,7 +147,7 @@ def _check(
         raise DataError(paths.dataset(spec.name), problem + suffix, fix)
     if to_record := incomplete_sessions(paths, spec.name, virtual):
         planned_grasps(paths.dataset(spec.name), spec, sorted(to_record))
-    check_one_kind(paths, spec, recorded)
+    check_one_source(paths, spec, recorded)
 
 
 def config_problems(paths: Paths, spec: DatasetSpec) -> Iterator[tuple[str, str]]:

@@ -23,7 +23,7 @@ from ajgdata.pipeline.progress import tell
 from ajgdata.store.code_hash import code_hash
 from ajgdata.store.files import line_of
 from ajgdata.store.responses import ResponseStore
-from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
+from ajgdata.store.sessions import check_one_source, list_sessions, read_dataset
 from ajgdata.types import DataError, DatasetSpec, NotPossibleError, Recipe, describe, location
 from ajgdata.types.recipe import EMPTY
 
@@ -84,7 +84,7 @@ def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
     Raises DataError for an invalid recipe, before anything is recorded.
     """
     spec, path = read_dataset(paths, dataset), paths.dataset(dataset)
-    check_one_kind(paths, spec, list_sessions(paths, dataset))
+    check_one_source(paths, spec, list_sessions(paths, dataset))
     recipe = recipe_of(path, spec)
     if session not in session_names(recipe):
         problem = f"the recipe of {dataset} has no such session"

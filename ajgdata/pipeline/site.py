@@ -66,8 +66,8 @@ def _page(
         where = paths.dataset(on_tasks[0].dataset)
         raise DataError(where, f"{name} is the page of an experiment", "rename it")
     apart = [request for request in requests if request.experiment.name != CROSS_VALIDATION]
-    kind = apart[0].experiment.name if apart else CROSS_VALIDATION
-    text = written or read_experiment_text(paths, kind)
+    experiment = apart[0].experiment.name if apart else CROSS_VALIDATION
+    text = written or read_experiment_text(paths, experiment)
     title = heading(text) if written or not on_tasks else spec.title or spec.name
     return ExperimentPage(
         name=name,

@@ -14,7 +14,7 @@ from ajgdata.live.sort import Sorter
 from ajgdata.live.steps import Control
 from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire_live import VIRTUAL, open_hands, store_card, stored_excitation
-from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
+from ajgdata.store.sessions import check_one_source, list_sessions, read_dataset
 from ajgdata.types import DataError, DatasetSpec
 from ajgdata.types.protocol import NOTHING, SortPlan
 
@@ -33,7 +33,7 @@ def open_run(
     spec = read_dataset(paths, plan.dataset)
     predictor = sorting_model(paths, spec, plan)
     sessions = list_sessions(paths, spec.name)
-    check_one_kind(paths, spec, sessions, adding=plan.source == VIRTUAL)
+    check_one_source(paths, spec, sessions, adding=plan.source == VIRTUAL)
     session = _next_name(paths, spec.name)
     folder, log_file = paths.session(spec.name, session), paths.events(spec.name, session)
     target = spec.tasks[plan.task].target

@@ -22,7 +22,7 @@ from ajgdata.store.labels import bad_labels, comparable_labels, copies, parse_la
 from ajgdata.store.listing import listed
 from ajgdata.store.session_audio import SessionAudio, check_session, label_rows
 from ajgdata.store.sessions import (
-    check_one_kind,
+    check_one_source,
     list_datasets,
     list_sessions,
     read_dataset,
@@ -94,7 +94,7 @@ def _check_declaration(paths: Paths, spec: DatasetSpec, names: Sequence[str]) ->
     for problem, fix in config_problems(paths, spec):
         yield Finding(DATASET_FILE, WHOLE, "", "error", "declaration", problem, fix)
     try:
-        check_one_kind(paths, spec, names)
+        check_one_source(paths, spec, names)
     except DataError as error:
         yield Finding(WHOLE, WHOLE, "", "error", "mixed", error.problem, error.fix)
 

@@ -56,29 +56,29 @@ def largest_source(table: Table) -> str:
 
 
 def _draw(title: str, table: Table) -> Figure:
-    kinds = table.split_by("kind")
-    columns = min(COLUMNS, len(kinds))
-    lines = -(-len(kinds) // columns)
+    scene_classes = table.split_by("kind")
+    columns = min(COLUMNS, len(scene_classes))
+    lines = -(-len(scene_classes) // columns)
     size = (WIDTH_IN, 1.0 + PANEL_IN * lines)
     figure = new_figure(
         size, title, "error against run time over that of the default", ("simulated",)
     )
     grid = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
     sources = [source for source in table.split_by("source") if source != ALL]
-    for axes, (kind, rows) in zip(grid.ravel(), kinds.items(), strict=False):
-        _draw_kind(axes, kind, rows, sources)
+    for axes, (scene_class, rows) in zip(grid.ravel(), scene_classes.items(), strict=False):
+        _draw_scene_class(axes, scene_class, rows, sources)
     for axes in grid[-1]:
         axes.set_xlabel("run time over the default's")
     for axes in grid[:, 0]:
         axes.set_ylabel("relative error of the feature")
-    for axes in grid.ravel()[len(kinds) :]:
+    for axes in grid.ravel()[len(scene_classes) :]:
         axes.set_visible(False)
     handles, labels = grid[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4)
     return figure
 
 
-def _draw_kind(axes: Axes, kind: str, rows: Table, sources: list[str]) -> None:
+def _draw_scene_class(axes: Axes, scene_class: str, rows: Table, sources: list[str]) -> None:
     """Draw a class of scenes: a line for each source, the defaults and the total."""
     for index, source in enumerate(sources):
         own = rows.where(source=source)
@@ -93,6 +93,6 @@ def _draw_kind(axes: Axes, kind: str, rows: Table, sources: list[str]) -> None:
     axes.plot(np.ones(drawn.sum()), error[drawn], label="default", **DEFAULT)
     axes.plot(np.ones(is_total.sum()), error[is_total], label="together", **TOTAL)
     axes.set(xscale="log", yscale="log")
-    axes.set_title(kind, fontsize=9)
+    axes.set_title(scene_class, fontsize=9)
     plain_ticks(axes.xaxis, (0.5, 1, 2, 4))
     power_ticks(axes.yaxis)

@@ -48,7 +48,7 @@ def render_card(
         max_findings=MAX_FINDINGS,
         tree=Tree,
         column_types=json.dumps(
-            {column.name: PANDAS_TYPES[column.kind] for column in table.columns}
+            {column.name: PANDAS_TYPES[column.data_type] for column in table.columns}
         ),
     )
 

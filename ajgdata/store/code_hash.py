@@ -1,7 +1,7 @@
-"""Hash of the code that decides a result, for each kind of job.
+"""Hash of the code that decides a result, for each type of job.
 
 A result is computed again if the code that decides it changes. `CODE` names the sources of each
-kind of job. Comments, docstrings, descriptions of settings and texts inside `raise` do not count.
+type of job. Comments, docstrings, descriptions of settings and texts inside `raise` do not count.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ _EXPERIMENT = (
     "store/features.py:read_latents",
     "store/metrics.py:COST",
 )
-#: Sources by kind of job: files of the package, patterns, or `file:names` for definitions of a file
+#: Sources by type of job: files of the package, patterns, or `file:names` for definitions of a file
 #: with what they use there. A test compares them with the imports.
 CODE: dict[str, tuple[str, ...]] = {
     "gripper": _GRIPPER,
@@ -241,7 +241,7 @@ EXPERIMENTS = "experiments"
 NUMERICAL = ("numba", "numpy", "scipy", "soundfile")
 #: Libraries whose versions can change results of models.
 LEARNING = ("scikit-learn", "torch", "umap-learn")
-#: Kinds of jobs without models.
+#: Types of jobs without models.
 WITHOUT_MODELS = ("gripper", "features", "sample", "acquire", "study", "collect", "publish")
 
 
@@ -280,24 +280,24 @@ class CodeSource:
         return sha256_of(text.encode())
 
 
-def sources(kind: str) -> Iterator[CodeSource]:
-    """Yield the sources of a kind of job."""
-    for listed in CODE[kind]:
+def sources(job_type: str) -> Iterator[CodeSource]:
+    """Yield the sources of a type of job."""
+    for listed in CODE[job_type]:
         pattern, _, names = listed.partition(":")
         for file in sorted(PACKAGE.glob(pattern)):
             yield CodeSource(file, tuple(filter(None, names.split(","))))
 
 
 @functools.cache
-def code_hash(kind: str, *added: CodeSource) -> str:
-    """Return the hash of the code of a kind of job, and of the versions of its libraries.
+def code_hash(job_type: str, *added: CodeSource) -> str:
+    """Return the hash of the code of a type of job, and of the versions of its libraries.
 
     A rule has it as a parameter, so that its results are computed again if it changes. `added` are
     further sources. Models of other packages count as a whole.
     """
-    own = [*sources(kind), *added]
+    own = [*sources(job_type), *added]
     libraries: tuple[str, ...] = NUMERICAL
-    if kind not in WITHOUT_MODELS:
+    if job_type not in WITHOUT_MODELS:
         libraries = (*NUMERICAL, *LEARNING)
         own += [CodeSource(file) for file in _own_models()]
     content = {

@@ -63,7 +63,7 @@ class NameField:
         return affixes.pop() if all(matches) and len(affixes) == 1 else None
 
     @property
-    def kind(self) -> str:
+    def value_type(self) -> str:
         """Return a description: constant, number or text."""
         if len(self.values) == 1:
             return "constant"
@@ -72,7 +72,7 @@ class NameField:
     @cached_property
     def is_counter(self) -> bool:
         """True for whole numbers without a sign, and for single letters."""
-        if self.kind == "number":
+        if self.value_type == "number":
             return not any(character in f"{_SIGNS}." for text in self.texts for character in text)
         return max(map(len, self.values)) == 1
 
@@ -83,7 +83,7 @@ class NameField:
 
     def numbers(self) -> tuple[str, ...]:
         """Return the part of each text (n,) that a group captures: the number, else the text."""
-        if self.kind != "number" or self.affixes is None:
+        if self.value_type != "number" or self.affixes is None:
             return self.texts
         before, after = self.affixes
         return tuple(text[len(before) : len(text) - len(after)] for text in self.texts)
@@ -95,7 +95,7 @@ class NameField:
         a session. `before_number` is True if no separator is between this text and a number.
         """
         before, after = "", ""
-        if self.kind == "constant":
+        if self.value_type == "constant":
             expression = re.escape(self.values[0])
         elif self.affixes is not None:
             before, after = map(re.escape, self.affixes)
@@ -210,7 +210,7 @@ class NameForm:
 
     @property
     def _varied(self) -> list[int]:
-        return [i for i, field in enumerate(self.fields) if field.kind != "constant"]
+        return [i for i, field in enumerate(self.fields) if field.value_type != "constant"]
 
     @cached_property
     def _folders(self) -> set[tuple[int, int]]:
@@ -302,7 +302,7 @@ class NameForm:
         if not field.is_counter:
             return ""
         word = field.before
-        if not word and index and self.fields[index - 1].kind == "constant":
+        if not word and index and self.fields[index - 1].value_type == "constant":
             word = self.fields[index - 1].values[0].lower()
         word = word.strip("_ -.#")
         return next((role for role, words in _ROLE_WORDS.items() if word in words), "")
@@ -315,7 +315,7 @@ class NameForm:
         """True for a number that varies, after a hyphen that could be its sign."""
         field = self.fields[index]
         return (
-            field.kind == "number"
+            field.value_type == "number"
             and self.separators[index - 1] == "-"
             and self.fields[index - 1].texts[0][-1:].isalpha()
             and not self._word_role(index)
@@ -326,7 +326,7 @@ class NameForm:
         """True for two numbers that vary, with _ between them, if the second could be decimals."""
         before, field = self.fields[index - 1], self.fields[index]
         return (
-            before.kind == field.kind == "number"
+            before.value_type == field.value_type == "number"
             and self.separators[index - 1] == "_"
             and (before.affixes or ("", ""))[1] == ""
             and field.is_counter

@@ -64,9 +64,9 @@ GONE = "no longer in the folder; --on-change prune removes it here, if all files
 
 @dataclass
 class Imported:
-    """Counts of one import, and remarks: names and reasons by kind.
+    """Counts of one import, and remarks: names and reasons by type.
 
-    Kinds: `failed` could not be read, `unreadable` was imported but is not usable audio, `kept` has
+    Types: `failed` could not be read, `unreadable` was imported but is not usable audio, `kept` has
     different bytes in the folder, `label` a label that differs from the folder's, `gone` has no
     file in the folder, `channels` was imported with another number of channels than other files,
     `unused` a part of the file names that varies and is not in the pattern, `not used` is a file
@@ -84,8 +84,8 @@ class Imported:
     def is_complete(self) -> bool:
         """True if everything that belongs to the data set, by name or table, is imported, and no
         remark is a warning."""
-        kinds = ("failed", "unreadable", "kept", "channels", "unused", "warning")
-        return not any(self.remarks[kind] for kind in kinds)
+        remark_types = ("failed", "unreadable", "kept", "channels", "unused", "warning")
+        return not any(self.remarks[remark_type] for remark_type in remark_types)
 
 
 def are_simulated(scanned: Scan, contents: Contents) -> bool:

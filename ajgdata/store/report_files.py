@@ -65,9 +65,9 @@ def read_practice(project: Paths) -> list[dict[str, str]]:
     return list(read_yaml(path)["topics"]) if path.is_file() else []
 
 
-def read_experiment_text(project: Paths, kind: str) -> str:
-    """Return the Markdown on a kind of experiment; empty without a text."""
-    return _read(project, f"{EXPERIMENTS}/{kind}.md")
+def read_experiment_text(project: Paths, experiment: str) -> str:
+    """Return the Markdown on an experiment; empty without a text."""
+    return _read(project, f"{EXPERIMENTS}/{experiment}.md")
 
 
 def read_page_text(project: Paths, page: str) -> str:

@@ -41,7 +41,7 @@ UNUSED_PART = (
     "differ between files in a part that the pattern does not use. Name this part, e.g. "
     r"(?P<grasp>\d+), or (?P<take>.+) for a part that is stored and not learnt"
 )
-#: Names and reasons by kind, e.g. `failed`.
+#: Names and reasons by type, e.g. `failed`.
 Remarks = defaultdict[str, list[tuple[str, str]]]
 Rows = dict[Path, dict[str, str]]
 
@@ -73,7 +73,7 @@ class ScannedFile:
 class Scan:
     """Recordings found in a folder, and remarks.
 
-    Kinds of remarks: `failed` are files that belong to the recordings but cannot be imported,
+    Types of remarks: `failed` are files that belong to the recordings but cannot be imported,
     `unused` parts of file names that vary and that the pattern does not use, `warning` what is
     probably wrong, `not used` all other files.
     """
@@ -270,8 +270,8 @@ def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result:
     for step, examples in looser.items():
         noun = "file name matches" if len(examples) == 1 else "file names match"
         counted = f"{len(examples)} {noun} only without regard to {step}"
-        kind = "warning" if step == LOOSEST_STEP else "note"
-        result.remarks[kind].append((counted, listed(examples)))
+        remark_type = "warning" if step == LOOSEST_STEP else "note"
+        result.remarks[remark_type].append((counted, listed(examples)))
     result.remarks["failed"] += sorted(missing)
     unlisted = sorted(set(audio) - set(rows))
     result.remarks["not used"] += [

@@ -184,7 +184,7 @@ def dropped_sessions(paths: Paths, dataset: str, virtual: Collection[str]) -> se
     return dropped
 
 
-def check_one_kind(
+def check_one_source(
     paths: Paths, spec: DatasetSpec, sessions: Collection[str], adding: bool | None = None
 ) -> None:
     """Raise DataError if some sessions of a data set are simulated and others recorded.
@@ -193,16 +193,18 @@ def check_one_kind(
     to simulate count, and one that is to be added (`adding`: whether it is simulated); those that
     cannot be read are reported elsewhere.
     """
-    kinds = {True: "its recipe"} if spec.recipe else {}
+    sources = {True: "its recipe"} if spec.recipe else {}
     for name in sorted(sessions):
         with suppress(DataError):
             is_simulated = read_session(paths.session(spec.name, name)).is_simulated
-            kinds.setdefault(is_simulated, f"session {name}")
+            sources.setdefault(is_simulated, f"session {name}")
     if adding is not None:
-        kinds.setdefault(adding, "what is to be added")
-    if len(kinds) > 1:
-        problem = f"{kinds[True]} is simulated, {kinds[False]} is recorded: both in one data set"
-        fix = f"move {kinds[False].removeprefix('session ')} below a data set of its own"
+        sources.setdefault(adding, "what is to be added")
+    if len(sources) > 1:
+        problem = (
+            f"{sources[True]} is simulated, {sources[False]} is recorded: both in one data set"
+        )
+        fix = f"move {sources[False].removeprefix('session ')} below a data set of its own"
         fix = fix if adding is None else "choose another data set for it"
         raise DataError(paths.sessions(spec.name), problem, fix)
 

@@ -130,7 +130,7 @@ def best_settings(sources: Mapping[str, Sequence[Settings]]) -> Settings:
 
 
 def budget_rows(
-    kind: str,
+    scene_class: str,
     settings: Settings,
     sources: Mapping[str, Sequence[Settings]],
     default: SimulationRun,
@@ -142,7 +142,7 @@ def budget_rows(
 
     `default` and `best` are the runs of the scene with these settings.
     """
-    rows = [_row(kind, ALL, "default", default, best, default.time_s, is_default=True)]
+    rows = [_row(scene_class, ALL, "default", default, best, default.time_s, is_default=True)]
     for source, options in sources.items():
         limits: Settings = {"max_time_s": LONGEST_S} if source == "stopping" else {}
         reference = run(scene_of(settings, **options[-1], **limits))
@@ -152,13 +152,21 @@ def budget_rows(
             result = default if is_default else run(scene_of(settings, **option, **limits), repeats)
             label = f"{key} {'default' if value is None else value}"
             rows.append(
-                _row(kind, source, label, result, reference, default.time_s, is_default=is_default)
+                _row(
+                    scene_class,
+                    source,
+                    label,
+                    result,
+                    reference,
+                    default.time_s,
+                    is_default=is_default,
+                )
             )
     return rows
 
 
 def _row(
-    kind: str,
+    scene_class: str,
     source: str,
     setting: str,
     result: SimulationRun,
@@ -168,7 +176,7 @@ def _row(
     is_default: bool,
 ) -> dict[str, Value]:
     return {
-        "kind": kind,
+        "kind": scene_class,
         "source": source,
         "setting": setting,
         "error": relative_error(result.feature, reference.feature),
@@ -180,7 +188,10 @@ def _row(
 
 
 def difference_rows(
-    kind: str, settings: Settings, defaults: Sequence[SimulationRun], bests: Sequence[SimulationRun]
+    scene_class: str,
+    settings: Settings,
+    defaults: Sequence[SimulationRun],
+    bests: Sequence[SimulationRun],
 ) -> list[dict[str, Value]]:
     """Return a row per band: the error of the default settings in the difference between the levels
     of two objects in the same grasp, and the scatter between grasps of the first object.
@@ -200,7 +211,7 @@ def difference_rows(
         between = float(np.sqrt(np.mean(scatter[key] ** 2)))
         rows.append(
             {
-                "kind": kind,
+                "kind": scene_class,
                 "band": f"{low:g} to {high:g}",
                 "error_db": error,
                 "difference_db": size,
@@ -218,21 +229,22 @@ def tables(quick: bool = False) -> tuple[Table, ...]:
 
     Two minutes on one core; `quick` shows one class of scenes without the finest grid.
     """
-    kinds = list(SCENES)[: 1 if quick else None]
+    scene_classes = list(SCENES)[: 1 if quick else None]
     sources = dict(SOURCES)
     if quick:
         sources["grid"] = tuple({"dx_mm": dx_mm} for dx_mm in GRIDS_MM if dx_mm >= QUICK_MM)
     best = best_settings(sources)
     repeats = 1 if quick else REPEATS
-    simulate(scene_of(SCENES[kinds[0]][0], dx_mm=6.0))  # compiled kernels, before anything is timed
+    # Kernels are compiled before anything is timed.
+    simulate(scene_of(SCENES[scene_classes[0]][0], dx_mm=6.0))
     budget: list[dict[str, Value]] = []
     differences: list[dict[str, Value]] = []
-    for kind in kinds:
-        first = SCENES[kind][0]
-        defaults = [run(scene_of(settings), repeats) for settings in SCENES[kind]]
-        bests = [run(scene_of(settings, **best)) for settings in SCENES[kind]]
-        budget += budget_rows(kind, first, sources, defaults[0], bests[0], repeats)
-        differences += difference_rows(kind, first, defaults, bests)
+    for scene_class in scene_classes:
+        first = SCENES[scene_class][0]
+        defaults = [run(scene_of(settings), repeats) for settings in SCENES[scene_class]]
+        bests = [run(scene_of(settings, **best)) for settings in SCENES[scene_class]]
+        budget += budget_rows(scene_class, first, sources, defaults[0], bests[0], repeats)
+        differences += difference_rows(scene_class, first, defaults, bests)
     # The page shows the first rows: the totals, then the sources at the default settings.
     budget.sort(key=lambda row: (row["source"] != ALL, not row["is_default"]))
     note = (

@@ -68,10 +68,10 @@ QUICK = ("14 mm cube of PLA", "67 mm sphere of wood", "plate of wood")
 class Case:
     """An object on a support, in the pose of one grasp of one session of one gripper.
 
-    `kind` is the class of scenes that it belongs to.
+    `scene_class` is the class of scenes that it belongs to.
     """
 
-    kind: str
+    scene_class: str
     name: str
     shape: Shape
     support: str
@@ -218,8 +218,8 @@ def sample() -> list[Case]:
         cases.append(("plates", f"plate of {material}", plate, "concave"))
     for name in ("bar", "bar_flat", "foam_brick", "tennis_ball", "padlock"):
         shape = OBJECTS[name].shape.model_dump(exclude_none=True)
-        kind = "bars" if name.startswith("bar") else "household objects"
-        cases.append((kind, name.replace("_", " "), shape, "rigid"))
+        scene_class = "bars" if name.startswith("bar") else "household objects"
+        cases.append((scene_class, name.replace("_", " "), shape, "rigid"))
     return [Case(*case, seed) for seed, case in enumerate(cases)]
 
 
@@ -229,20 +229,20 @@ def omission_rows(cases: Sequence[Case]) -> list[dict[str, Value]]:
     by_part: dict[tuple[str, str], list[dict[str, float]]] = {}
     used: set[tuple[str, str]] = set()
     for case in cases:
-        used |= {(part, case.kind) for part in case.used_omissions()}
+        used |= {(part, case.scene_class) for part in case.used_omissions()}
         for part, change in changes(case).items():
-            by_part.setdefault((part, case.kind), []).append(change)
+            by_part.setdefault((part, case.scene_class), []).append(change)
     rows: list[dict[str, Value]] = []
-    for (part, kind), measured in sorted(by_part.items()):
+    for (part, scene_class), measured in sorted(by_part.items()):
         saved = 1 - float(np.median([change["time_ratio"] for change in measured]))
         feature = max(change["feature"] for change in measured)
         worst = max(change["measured"] for change in measured)
         is_safe = feature <= LARGEST_CHANGE and worst <= LARGEST_BAND_CHANGE
-        is_used = (part, kind) in used
+        is_used = (part, scene_class) in used
         rows.append(
             {
                 "part": part,
-                "kind": kind,
+                "kind": scene_class,
                 "saved": saved,
                 "feature": feature,
                 "measured": worst,

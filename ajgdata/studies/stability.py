@@ -170,8 +170,8 @@ def tables(quick: bool = False) -> list[Table]:
     cases = worst_trials(tested, rows, LONG_RUNS)
     runs = list(long_runs(cases, QUICK_LONG_STEPS if quick else LONG_STEPS))
     dx_mm = QUICK_DX_MM if quick else default_mm
-    limits = [(limit, limit.run()) for limit in (kind(dx_mm) for kind in LIMITS)]
-    unreached = [(limit, limit.run()) for limit in (kind(dx_mm) for kind in UNREACHED)]
+    limits = measured_limits(LIMITS, dx_mm)
+    unreached = measured_limits(UNREACHED, dx_mm)
     return [
         limit_table(limits),
         unreached_table(unreached),
@@ -180,6 +180,14 @@ def tables(quick: bool = False) -> list[Table]:
         energy_table(runs),
         distance_table(limits),
     ]
+
+
+def measured_limits(
+    limit_classes: Iterable[type[Limit]], dx_mm: float
+) -> list[tuple[Limit, LimitResult]]:
+    """Return each limit on a grid of `dx_mm`, with its result."""
+    limits = [limit_class(dx_mm) for limit_class in limit_classes]
+    return [(limit, limit.run()) for limit in limits]
 
 
 def limit_table(limits: Sequence[tuple[Limit, LimitResult]]) -> Table:

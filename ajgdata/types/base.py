@@ -198,10 +198,10 @@ def describe(error: ValidationError, where: object) -> DataError:
     return DataError(where, f"{key or 'content'}{value}: {message}{suffix}", "correct the value")
 
 
-def checked(kind: type[Model], where: object, content: Mapping[str, Any]) -> Model:
-    """Return settings of `kind`. Raises DataError with `where`, key, value and fix."""
+def checked(model: type[Model], where: object, content: Mapping[str, Any]) -> Model:
+    """Return settings of `model`. Raises DataError with `where`, key, value and fix."""
     try:
-        return kind.model_validate(content)
+        return model.model_validate(content)
     except ValidationError as error:
         raise describe(error, where) from None
 

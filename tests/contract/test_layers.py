@@ -76,7 +76,7 @@ TEXTS_AND_TYPES = {
     "types/session.py:PLACEMENT_COLUMN",
     "types/session.py:SESSION_COLUMN",
 }
-#: Definitions that jobs of a kind import, but that do not decide their results.
+#: Definitions that jobs of a type import, but that do not decide their results.
 NOT_USED = {
     # only experiments on recordings, or on rendered sounds, call these
     "experiment": {"pipeline/recipes.py:renderer", "pipeline/recordings.py:RecordingReader"},
@@ -86,7 +86,7 @@ NOT_USED = {
     # its recipes and hypotheses are parameters; savings are a line on the console
     "acquire": {
         "pipeline/savings.py:measured_savings",
-        "store/sessions.py:check_one_kind",
+        "store/sessions.py:check_one_source",
     },
     "ablation": {"ablations/__init__.py:read_ablations"},
     # the recording is an input; the model and the data set are named
@@ -173,19 +173,19 @@ def test_imports_go_downward():
     assert wrong == []
 
 
-def decided_elsewhere(kind: str, file: str, name: str) -> bool:
+def decided_elsewhere(job_type: str, file: str, name: str) -> bool:
     """Whether a file that the code of a job imports does not decide its result."""
     definition = f"{file}:{name}"
-    neutral = TEXTS_AND_TYPES | READING_AND_WRITING | NOT_USED.get(kind, set())
+    neutral = TEXTS_AND_TYPES | READING_AND_WRITING | NOT_USED.get(job_type, set())
     return file in NEUTRAL or definition in neutral
 
 
-def imports_of_job(kind: str) -> set[str]:
-    """Return all definitions that the code of a kind of job imports."""
-    halves = [measuring_half(n) for n, e in EXPERIMENTS.items() if e.job_kind == kind]
+def imports_of_job(job_type: str) -> set[str]:
+    """Return all definitions that the code of a type of job imports."""
+    halves = [measuring_half(n) for n, e in EXPERIMENTS.items() if e.job_type == job_type]
     return {
         f"{CodeSource(file).place}:{name}"
-        for source in (*sources(kind), *(source for half in halves for source in half))
+        for source in (*sources(job_type), *(source for half in halves for source in half))
         if source.file.suffix == ".py"
         for file, name in imported_definitions(source)
     }
@@ -198,7 +198,7 @@ def imported_definitions(source: CodeSource) -> set[tuple[Path, str]]:
     }
 
 
-def missing_sources(kind: str, listed: Iterable[CodeSource]) -> set[str]:
+def missing_sources(job_type: str, listed: Iterable[CodeSource]) -> set[str]:
     """Return the definitions that listed sources import, and that none of them contains."""
     own = [source for source in listed if source.file.suffix == ".py"]
     contained = {
@@ -212,7 +212,9 @@ def missing_sources(kind: str, listed: Iterable[CodeSource]) -> set[str]:
     places = {
         (CodeSource(file).place, name) for file, name in imported - contained if file not in whole
     }
-    return {f"{file}:{name}" for file, name in places if not decided_elsewhere(kind, file, name)}
+    return {
+        f"{file}:{name}" for file, name in places if not decided_elsewhere(job_type, file, name)
+    }
 
 
 def defined_in(file: Path, name: str) -> tuple[Path, str]:
@@ -224,20 +226,20 @@ def defined_in(file: Path, name: str) -> tuple[Path, str]:
     return file, name
 
 
-@pytest.mark.parametrize("kind", CODE)
-def test_the_sources_of_a_job_include_all_that_they_import(kind):
-    assert missing_sources(kind, sources(kind)) == set()
+@pytest.mark.parametrize("job_type", CODE)
+def test_the_sources_of_a_job_include_all_that_they_import(job_type):
+    assert missing_sources(job_type, sources(job_type)) == set()
 
 
 @pytest.mark.parametrize("name", EXPERIMENTS)
 def test_the_sources_of_an_experiment_include_all_that_it_measures_with(name):
-    kind = EXPERIMENTS[name].job_kind
-    assert missing_sources(kind, [*sources(kind), *measuring_half(name)]) == set()
+    job_type = EXPERIMENTS[name].job_type
+    assert missing_sources(job_type, [*sources(job_type), *measuring_half(name)]) == set()
 
 
-@pytest.mark.parametrize("kind", CODE)
-def test_each_listed_source_exists(kind):
-    for listed in CODE[kind]:
+@pytest.mark.parametrize("job_type", CODE)
+def test_each_listed_source_exists(job_type):
+    for listed in CODE[job_type]:
         pattern, _, names = listed.partition(":")
         (*files,) = PACKAGE.glob(pattern)
         assert files, listed
@@ -246,11 +248,11 @@ def test_each_listed_source_exists(kind):
 
 
 def test_each_exception_is_needed():
-    used = set().union(*(imports_of_job(kind) for kind in CODE))
+    used = set().union(*(imports_of_job(job_type) for job_type in CODE))
     assert {name.partition(":")[0] for name in used} >= NEUTRAL
     assert used >= TEXTS_AND_TYPES | READING_AND_WRITING
-    for kind, names in NOT_USED.items():
-        assert imports_of_job(kind) >= names
+    for job_type, names in NOT_USED.items():
+        assert imports_of_job(job_type) >= names
 
 
 def test_nobody_knows_snakemake_or_unpickles():

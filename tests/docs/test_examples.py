@@ -70,7 +70,7 @@ MODULES = (
     "ajgdata.loading",
     "ajgdata.models",
     "ajgdata.paths",
-    "ajgdata.pipeline.column_kinds",
+    "ajgdata.pipeline.inferred_targets",
     "ajgdata.pipeline.publish",
     "ajgdata.pipeline.similar_classes",
     "ajgdata.store.audio",

@@ -52,20 +52,20 @@ def forget():
         cached.cache_clear()
 
 
-def changed_kinds(change):
-    """Return the kinds of jobs whose hash `change()` changes."""
-    before = {kind: code_hash(kind) for kind in CODE}
+def changed_types(change):
+    """Return the types of jobs whose hash `change()` changes."""
+    before = {job_type: code_hash(job_type) for job_type in CODE}
     change()
     forget()
-    return {kind for kind in CODE if code_hash(kind) != before[kind]}
+    return {job_type for job_type in CODE if code_hash(job_type) != before[job_type]}
 
 
 def edit(package, file, old, new):
-    """Return the kinds of jobs that an edit of a file concerns."""
+    """Return the types of jobs that an edit of a file concerns."""
     path = package / file
     text = path.read_text()
     assert text.count(old) == 1
-    return changed_kinds(lambda: path.write_text(text.replace(old, new)))
+    return changed_types(lambda: path.write_text(text.replace(old, new)))
 
 
 @pytest.mark.parametrize(
@@ -85,8 +85,8 @@ def test_text_for_people_decides_no_result(package, file, old, new):
 
 
 def test_a_constant_concerns_the_jobs_that_use_its_file(package):
-    kinds = edit(package, "features/spectrum.py", "512", "256")
-    assert "features" in kinds and "acquire" not in kinds and "train" not in kinds
+    job_types = edit(package, "features/spectrum.py", "512", "256")
+    assert "features" in job_types and "acquire" not in job_types and "train" not in job_types
     assert edit(package, "store/scan.py", "1", "2") == set()
     assert "features" not in edit(package, "models/cnn.py", "3", "4")
     assert {"acquire", "gripper"} <= edit(package, "gripper/scene.py", "1", "2")
@@ -103,7 +103,7 @@ def test_an_error_decides_although_its_message_does_not(package, old, new):
 
 def test_of_a_named_definition_only_what_it_uses_decides(package):
     file = "pipeline/experiments.py"
-    experiments = {kind for kind in CODE if kind.startswith("experiment")}
+    experiments = {job_type for job_type in CODE if job_type.startswith("experiment")}
     assert edit(package, file, "LIMIT = 2", "LIMIT = 3") == experiments
     assert edit(package, file, "return write_bytes(x)", "return x") == set()
     imports = "read_json, write_bytes", "write_bytes, read_json"
@@ -120,7 +120,7 @@ def test_a_version_of_a_library_concerns_the_jobs_that_use_it(package, monkeypat
 
     learning = library in module.LEARNING
     unchanged = set(module.WITHOUT_MODELS) if learning else set()
-    assert changed_kinds(upgrade) == set(CODE) - unchanged
+    assert changed_types(upgrade) == set(CODE) - unchanged
 
 
 def test_a_copy_of_the_package_has_the_same_hash(package, tmp_path, monkeypatch):

@@ -104,7 +104,7 @@ def embedding_settings(wildcards):
 def experiment_code(wildcards):
     """Hash of the code of an experiment."""
     experiment = requested(wildcards).experiment
-    return code_hash(experiment.job_kind, *measuring_half(experiment.name))
+    return code_hash(experiment.job_type, *measuring_half(experiment.name))
 
 
 def report_code(wildcards):

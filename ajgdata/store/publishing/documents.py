@@ -162,8 +162,9 @@ def _recordings(table: PublishedTable) -> Any:
         unit = f" ({column.unit})" if column.unit else ""
         extract = mlc.Extract(column=column.name)
         source = mlc.Source(file_object=Tree.TYPED_METADATA, extract=extract)
-        text, kind = column.description or column.name, types.get(column.kind, mlc.DataType.FLOAT)
-        fields.append((column.name, f"{text}{unit}", kind, source))
+        text = column.description or column.name
+        data_type = types.get(column.data_type, mlc.DataType.FLOAT)
+        fields.append((column.name, f"{text}{unit}", data_type, source))
     return _record_set(RECORDINGS, "labels, one record per recording", "recording", fields)
 
 
@@ -198,10 +199,10 @@ def _record_set(
                 id=f"{identity}/{name}",
                 name=name,
                 description=text,
-                data_types=[kind],
+                data_types=[data_type],
                 source=source,
             )
-            for name, text, kind, source in fields
+            for name, text, data_type, source in fields
         ],
     )
 
@@ -273,7 +274,7 @@ def _field(column: PublishedColumn) -> dict[str, Any]:
     described = {"description": column.description, "unit": column.unit}
     return {
         "name": column.name,
-        "type": column.kind,
+        "type": column.data_type,
         **{key: text for key, text in described.items() if text},
         "constraints": {"required": required, "unique": required and column.name != "sha256"},
     }

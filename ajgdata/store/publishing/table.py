@@ -28,7 +28,7 @@ MEANING = MEANINGS | {
     "sha256": "SHA-256 of the file",
 }
 UNDECLARED = "label from recordings.csv; dataset.yaml does not describe it"
-_KINDS: dict[str, Literal["string", "integer", "number"]] = {
+_DATA_TYPES: dict[str, Literal["string", "integer", "number"]] = {
     "U": "string",
     "i": "integer",
     "f": "number",
@@ -40,7 +40,7 @@ class PublishedColumn:
     """A column of metadata.csv."""
 
     name: str
-    kind: Literal["string", "integer", "number"]
+    data_type: Literal["string", "integer", "number"]
     unit: str = ""
     description: str = ""
     is_target: bool = False
@@ -89,7 +89,7 @@ def _column(name: str, store: FeatureRows) -> PublishedColumn:
     if is_target:
         meaning = column.attrs.get("long_name", meaning)
     unit = column.attrs.get("units", "").removeprefix("1")
-    return PublishedColumn(name, _KINDS[column.values.dtype.kind], unit, meaning, is_target)
+    return PublishedColumn(name, _DATA_TYPES[column.values.dtype.kind], unit, meaning, is_target)
 
 
 def cell_texts(values: np.ndarray) -> list[str]:

@@ -22,7 +22,7 @@ def parquet_bytes(table: PublishedTable) -> bytes:
         "number": pyarrow.float64(),
     }
     columns = {
-        column.name: pyarrow.array(_values(table, column), types[column.kind])
+        column.name: pyarrow.array(_values(table, column), types[column.data_type])
         for column in table.columns
     }
     buffer = io.BytesIO()
@@ -32,6 +32,6 @@ def parquet_bytes(table: PublishedTable) -> bytes:
 
 def _values(table: PublishedTable, column: PublishedColumn) -> list[str | int | float | None]:
     """Return the values (n,) of a column; None if missing."""
-    read = {"string": str, "integer": int, "number": float}[column.kind]
+    read = {"string": str, "integer": int, "number": float}[column.data_type]
     cells = [row[column.name] for row in table.rows]
     return [read(cell) if cell else None for cell in cells]

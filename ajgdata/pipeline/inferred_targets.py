@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from ajgdata.store.labels import number
-from ajgdata.types import Target
+from ajgdata.types import Kind, Target
 
 #: A column with fewer distinct numbers is a class.
 MIN_NUMBERS = 11
@@ -40,7 +40,7 @@ class Doubt:
 
 
 @dataclass(frozen=True)
-class ColumnKind:
+class InferredTarget:
     """How a column is declared, the reason, and what is probably wrong with its cells."""
 
     target: Target
@@ -48,7 +48,7 @@ class ColumnKind:
     doubts: tuple[Doubt, ...] = ()
 
 
-def column_kind(cells: Mapping[str, int]) -> ColumnKind:
+def inferred_target(cells: Mapping[str, int]) -> InferredTarget:
     """Return how a column is declared; `cells` are the numbers of recordings with each text.
 
     It is a column of numbers if it has at least MIN_NUMBERS distinct numbers, and if at least
@@ -56,10 +56,10 @@ def column_kind(cells: Mapping[str, int]) -> ColumnKind:
     of classes. Texts in MISSING are missing in a column of numbers, and also among classes if
     MIN_SHARE of all cells are numbers and there is no other text.
 
-    >>> kind = column_kind({"NA": 2, "17,5": 1} | {str(n): 1 for n in range(20)})
-    >>> kind.target.kind, kind.target.missing, kind.doubts[0].problem
+    >>> inferred = inferred_target({"NA": 2, "17,5": 1} | {str(n): 1 for n in range(20)})
+    >>> inferred.target.kind, inferred.target.missing, inferred.doubts[0].problem
     ('regression', ('NA',), '1 of 21 cells is not a number')
-    >>> column_kind({"cube": 3, "NA": 2}).target.missing
+    >>> inferred_target({"cube": 3, "NA": 2}).target.missing
     ()
     """
     present = {text: count for text, count in cells.items() if text}
@@ -86,12 +86,12 @@ def column_kind(cells: Mapping[str, int]) -> ColumnKind:
 
 
 def _declared(
-    kind: str, missing: Collection[str], reason: str, doubts: Collection[Doubt | None]
-) -> ColumnKind:
+    kind: Kind, missing: Collection[str], reason: str, doubts: Collection[Doubt | None]
+) -> InferredTarget:
     if missing:
         reason += f"; declared missing: {', '.join(sorted(missing))}"
     target = Target.model_validate({"kind": kind, "missing": tuple(sorted(missing))})
-    return ColumnKind(target, reason, tuple(doubt for doubt in doubts if doubt))
+    return InferredTarget(target, reason, tuple(doubt for doubt in doubts if doubt))
 
 
 def _split(cells: Mapping[str, int]) -> tuple[dict[str, int], dict[str, int]]:
