@@ -1,12 +1,13 @@
-"""The stack ground - support - object - membrane - grains under the imprint, as a column of rods.
+"""The column under the imprint: ground, support, object, membrane and grains as a chain of rods.
 
-The object yields in two ways. Its skin, as deep as the imprint is wide or as the object is high,
-yields point by point: a locally reacting wall. What is below carries the load of the whole imprint
-as one-dimensional finite elements with the object's cross-section. Both are narrowed near imprint
-and foot to the cone along which a load spreads, so that together a half-space, a slender block, a
-thin layer and a sphere on its point all yield as they should. With the grains' frame, a seat and
-the grains, a solid of modulus M under lateral restraint, stand on top. Displacements and forces
-count downwards.
+The object yields in two parts. Its skin is as deep as the imprint is wide, or as the object is
+high. It yields point by point: a locally reacting wall. The core below the skin carries the load of
+the whole imprint: one-dimensional finite elements with the object's cross-section. Near the imprint
+and near the foot, only the cone along which a load spreads carries the load. The stiffness is then
+right for a half-space, a slender block, a thin layer and a sphere that stands on its lowest point.
+
+With the frame of the grains, a seat and the grains are on top. The grains are a solid of modulus M
+under lateral restraint. Displacements and forces are positive downwards.
 """
 
 from __future__ import annotations
@@ -24,16 +25,17 @@ from ajgdata.gripper.contact import Frame, Spring
 from ajgdata.gripper.objects import Material
 
 Real = NDArray[np.floating]
-Complex = NDArray[np.complexfloating]
+#: Elements of the object's core, of its skin, and of the grains.
 OBJECT_RODS = 32
+SKIN_RODS = 8
 GRAIN_RODS = 16
 
 
 @dataclass(frozen=True)
 class Body:
-    """A solid of `height` (m) whose cross-section (m²) at a height over its foot is `section`.
+    """A solid of `height` (m) whose cross-section (m²) at a height (m) over its foot is `section`.
 
-    It stands on `foot_m2`; a load on `imprint_m2` presses it from above.
+    It stands on `foot_m2`, and a load on `imprint_m2` presses it from above.
     """
 
     material: Material
@@ -44,18 +46,18 @@ class Body:
 
     @property
     def imprint_radius(self) -> float:
-        """Radius of a circle of the same area, m."""
+        """Radius of a circle with the area of the imprint, m."""
         return float(np.sqrt(self.imprint_m2 / np.pi))
 
     @property
     def core(self) -> float:
-        """Height of what lies below the skin, m; never quite zero, so that a column remains."""
+        """Height of the core below the skin, m; never quite zero, so that a column remains."""
         return max(self.height - self.imprint_radius, 1e-3 * self.height)
 
     @property
     def skin_flexibility(self) -> float:
         """Flexibility of the skin, m/Pa."""
-        flexibility, _ = _rods(self, self.core, self.height, 8)
+        flexibility, _ = _rods(self, self.core, self.height, SKIN_RODS)
         return float(flexibility.sum()) * self.imprint_m2
 
 
@@ -70,8 +72,10 @@ class Bed:
 
 @dataclass(frozen=True)
 class Stack:
-    """Matrices of the column: `mass` M, `stiffness` K (N/m) and `damping` ηK; node `contact` is
-    the imprint, the nodes above it are the grains from their seat to their surface."""
+    """Matrices of the column: `mass` M (kg), `stiffness` K (N/m) and `damping` ηK (N/m).
+
+    The node `contact` is the imprint; the nodes above it are the grains from seat to surface.
+    """
 
     mass: Real
     stiffness: Real
@@ -81,55 +85,26 @@ class Stack:
 
 @dataclass(frozen=True)
 class StackModes:
-    """Mass-normalised modes in order of frequency: ω² (N,), loss factor (N,), shapes (N, nodes),
-    first at the imprint, then in the grains from their seat to their surface, if there are any.
-    Where the object bends, `foot` (N, columns) is the displacement under each column of the imprint
-    and the first of `shape` its mean."""
+    """Mass-normalised modes of the column, in order of frequency.
 
-    square: Real
-    loss: Real
-    shape: Real
-    foot: Real | None = None
-
-
-def cone_slope(poisson: float) -> float:
-    """Slope at which the cone of a load widens: the mean displacement under a uniform load on a
-    circle of a half-space, 16 (1-ν²) p a / (3π E) (Johnson 1985, section 3.4)."""
-    return 3 * np.pi / (16 * (1 - poisson**2))
-
-
-def rod_areas(body: Body, z: Real) -> Real:
-    """Area (m²) that carries the load at the heights `z` (m), of its shape: the section within both
-    cones."""
-    slope = cone_slope(body.material.poisson)
-    depth = body.height - z
-    upper = np.pi * (np.sqrt(body.imprint_m2 / np.pi) + slope * depth) ** 2
-    lower = np.pi * (np.sqrt(body.foot_m2 / np.pi) + slope * z) ** 2
-    least = np.where(z > body.height / 2, body.imprint_m2, body.foot_m2)
-    return np.minimum(np.minimum(upper, lower), np.maximum(body.section(z), least))
-
-
-def pad_stiffness(rubber: Material, thickness: float, foot_m2: float) -> float:
-    """Stiffness (N/m) of a bonded sheet of rubber under a foot; infinite without a sheet.
-
-    E (1 + 2S²) with the shape factor S = a/2t of a disc, in series with the bulk (Gent & Lindley,
-    Proc. Inst. Mech. Eng. 173, 1959); under a small foot the load spreads in a cone.
+    `omega_squared` (N,) in 1/s², loss factor `loss` (N,), and `shapes` (N, nodes): the displacement
+    at the imprint, then in the grains from seat to surface if there are any. If the object bends,
+    the displacement at the imprint is a mean, and `column_shapes` (N, columns) has the displacement
+    in each column of the imprint.
     """
-    if thickness == 0:
-        return np.inf
-    radius = np.sqrt(foot_m2 / np.pi)
-    shape = rubber.young_pa * (1 + 2 * (radius / (2 * thickness)) ** 2)
-    bulk = rubber.young_pa / (3 * (1 - 2 * rubber.poisson))
-    wide = radius * (radius + cone_slope(rubber.poisson) * thickness) * np.pi
-    return float(1 / (1 / shape + 1 / bulk) * wide / thickness)
+
+    omega_squared: Real
+    loss: Real
+    shapes: Real
+    column_shapes: Real | None = None
 
 
 def skin(body: Body, membrane_kg_m2: float) -> tuple[float, float, float]:
-    """Mass, resistance and stiffness per area of the skin with the membrane on it.
+    """Return mass (kg/m²), resistance (Pa s/m) and stiffness (N/m³) of the skin with the membrane.
 
-    A third of the skin's mass moves with its surface (Rayleigh). Besides the material's loss,
-    waves leave downwards as into a cone, whose dashpot is ρc (Meek & Wolf, J. Geotech. Eng. 118,
-    1992), as far as there is more than skin.
+    A third of the skin's mass moves with its surface (Rayleigh). In addition to the material's
+    loss, waves radiate downwards as into a cone, whose dashpot is ρc (Meek & Wolf, J. Geotech. Eng.
+    118, 1992); the share of the core in the height weighs this radiation.
     """
     material = body.material
     stiffness = 1 / body.skin_flexibility
@@ -145,87 +120,126 @@ def stack(
     support: tuple[float, float] = (np.inf, 0.0),
     bed: Bed | None = None,
 ) -> Stack:
-    """Assemble the column; `support` is the stiffness (N/m) and loss of what it stands on."""
+    """Assemble the column of `body` and `bed`; `support` is the stiffness (N/m) and loss factor of
+    the support of the body."""
+    support_stiffness, support_loss = support
     flexibility, weight = _rods(body, 0.0, body.core, OBJECT_RODS)
     rods = np.stack([1 / flexibility, np.full(OBJECT_RODS, body.material.loss), weight], axis=1)
     if bed is not None:
         rods = np.concatenate([rods, _grain_rods(bed, body)])
     mass, stiffness, damping = _chain(rods)
-    _, cap = _rods(body, body.core, body.height, 8)
+    _, cap = _rods(body, body.core, body.height, SKIN_RODS)
     mass[OBJECT_RODS, OBJECT_RODS] += membrane_kg_m2 * body.imprint_m2 + cap.sum()
-    first = 1 if np.isinf(support[0]) else 0
-    if not first:
-        stiffness[0, 0] += support[0]
-        damping[0, 0] += support[0] * support[1]
+    if np.isinf(support_stiffness):
+        first = 1  # the foot does not move
+    else:
+        first = 0
+        stiffness[0, 0] += support_stiffness
+        damping[0, 0] += support_stiffness * support_loss
     free = slice(first, None)
     return Stack(mass[free, free], stiffness[free, free], damping[free, free], OBJECT_RODS - first)
 
 
 def grain_stack(body: Body, bed: Bed) -> Stack:
-    """Assemble the grains on their seat alone; the first node is the imprint, and free."""
+    """Assemble only the grains on their seat; the first node is the imprint, which moves freely."""
     return Stack(*_chain(_grain_rods(bed, body)), contact=0)
 
 
 def _chain(rods: Real) -> tuple[Real, Real, Real]:
-    """Mass, stiffness and damping of rods (n, 3) of spring, loss and mass, one on another."""
+    """Return mass, stiffness and damping (n + 1, n + 1) of a chain of rods (n, 3): spring (N/m),
+    loss factor and mass (kg)."""
     spring, loss, weight = rods.T
     nodes = len(rods) + 1
     mass, stiffness, damping = np.zeros((3, nodes, nodes))
-    lower, upper = np.arange(nodes - 1), np.arange(1, nodes)
-    for matrix, value, across in (
+    lower = np.arange(nodes - 1)
+    upper = np.arange(1, nodes)
+    for matrix, diagonal, off_diagonal in (
         (stiffness, spring, -spring),
         (damping, loss * spring, -loss * spring),
         (mass, weight / 3, weight / 6),
     ):
-        matrix[lower, lower] += value
-        matrix[upper, upper] += value
-        matrix[lower, upper] = matrix[upper, lower] = across
+        matrix[lower, lower] += diagonal
+        matrix[upper, upper] += diagonal
+        matrix[lower, upper] = matrix[upper, lower] = off_diagonal
     return mass, stiffness, damping
 
 
-def _rods(body: Body, low: float, high: float, count: int) -> tuple[Real, Real]:
-    """Flexibility (m/N) and mass (kg) of `count` equal elements from `low` to `high` (m).
+def _grain_rods(bed: Bed, body: Body) -> Real:
+    """Return the rods (1 + GRAIN_RODS, 3) of the seat, in series with the skin, and of the grains:
+    spring (N/m), loss factor and mass (kg)."""
+    area = body.imprint_m2
+    step = bed.depth / GRAIN_RODS
+    frame = bed.frame
+    seat = bed.seat
+    rod = (frame.modulus_pa * area / step, frame.loss, frame.density * area * step)
+    flexibility = 1 / seat.stiffness_n_m3 + body.skin_flexibility
+    loss = seat.loss / seat.stiffness_n_m3 + body.material.loss * body.skin_flexibility
+    return np.array([(area / flexibility, loss / flexibility, 0.0), *[rod] * GRAIN_RODS])
 
-    Between parts of a compound that do not touch there is no section: what carries the load there
-    has its mass, or nodes without any would have no frequency.
+
+def _rods(body: Body, low: float, high: float, count: int) -> tuple[Real, Real]:
+    """Return flexibility (m/N) and mass (kg) of `count` equal elements from `low` to `high` (m).
+
+    Between parts of a compound that do not touch, the section is empty. The area that carries the
+    load then also has the mass, because nodes without mass would have no frequency.
     """
     step = (high - low) / count
-    # Three points of Gauss in each element resolve the cones.
+    # Three Gauss points in each element resolve the cones.
     nodes, weights = leggauss(3)
     z = low + (np.arange(count)[:, None] + (nodes + 1) / 2) * step
-    carrying, section = rod_areas(body, z), body.section(z)
+    carrying = rod_areas(body, z)
+    section = body.section(z)
     flexibility = (weights / 2 / carrying).sum(1) * step / body.material.young_pa
     solid = np.where(section > 0, section, carrying)
     mass = (weights / 2 * solid).sum(1) * step * body.material.density_kg_m3
     return flexibility, mass
 
 
-def _grain_rods(bed: Bed, body: Body) -> Real:
-    """The seat, in series with the skin under it, and the grains: spring, loss, mass."""
-    area, step = body.imprint_m2, bed.depth / GRAIN_RODS
-    frame, seat = bed.frame, bed.seat
-    rod = (frame.modulus_pa * area / step, frame.loss, frame.density * area * step)
-    give = 1 / seat.stiffness_n_m3 + body.skin_flexibility
-    loss = seat.loss / seat.stiffness_n_m3 + body.material.loss * body.skin_flexibility
-    return np.array([(area / give, loss / give, 0.0), *[rod] * GRAIN_RODS])
+def rod_areas(body: Body, z: Real) -> Real:
+    """Return the area (m²) that carries the load at the heights `z` (m), of the shape of `z`: the
+    section within both cones."""
+    slope = cone_slope(body.material.poisson)
+    depth = body.height - z
+    upper = np.pi * (np.sqrt(body.imprint_m2 / np.pi) + slope * depth) ** 2
+    lower = np.pi * (np.sqrt(body.foot_m2 / np.pi) + slope * z) ** 2
+    least = np.where(z > body.height / 2, body.imprint_m2, body.foot_m2)
+    return np.minimum(np.minimum(upper, lower), np.maximum(body.section(z), least))
+
+
+def cone_slope(poisson: float) -> float:
+    """Return the slope of the cone along which a load spreads.
+
+    Its rod yields as a half-space under a uniform load on a circle, whose mean displacement is
+    16 (1-ν²) p a / (3π E) (Johnson 1985, section 3.4).
+    """
+    return 3 * np.pi / (16 * (1 - poisson**2))
 
 
 def solve(column: Stack) -> StackModes:
     """Return all modes of the column; each has the loss of its strain energy (Johnson & Kienholz
     1982)."""
-    square, vectors = eigh(column.stiffness, column.mass)
-    # What is as heavy as it is soft has frequencies that drown in rounding, below zero too.
-    square, shape = np.maximum(square, np.finfo(float).eps * square[-1]), vectors.T
-    loss = _energy(column.damping, shape) / _energy(column.stiffness, shape)
-    return StackModes(square, loss, shape[:, column.contact :])
+    omega_squared, vectors = _eigenmodes(column.stiffness, column.mass)
+    shapes = vectors.T
+    loss = _energy(column.damping, shapes) / _energy(column.stiffness, shapes)
+    return StackModes(omega_squared, loss, shapes[:, column.contact :])
 
 
-def _energy(matrix: Real, shape: Real) -> Real:
-    """Twice the strain energy (N,) of `shape` in a chain of springs, summed spring by spring, so
-    that stiff springs that hardly move do not drown the soft ones."""
+def _eigenmodes(stiffness: Real, mass: Real) -> tuple[Real, Real]:
+    """Return ω² (N,) and the mass-normalised vectors (nodes, N) of all modes."""
+    omega_squared, vectors = eigh(stiffness, mass)
+    # The lowest ω² of heavy, soft columns can be below the rounding error, and even negative.
+    return np.maximum(omega_squared, np.finfo(float).eps * omega_squared[-1]), vectors
+
+
+def _energy(matrix: Real, shapes: Real) -> Real:
+    """Return twice the strain energy (N,) of shapes (N, nodes) in a chain of springs.
+
+    The sum is over springs and not over elements of the matrix: rounding errors of stiff springs
+    that hardly move would hide the energy of soft ones.
+    """
     springs = -np.diag(matrix, 1)
     ground = matrix[0, 0] - springs[0] if len(springs) else matrix[0, 0]
-    return ground * shape[:, 0] ** 2 + (springs * np.diff(shape, axis=1) ** 2).sum(1)
+    return ground * shapes[:, 0] ** 2 + (springs * np.diff(shapes, axis=1) ** 2).sum(1)
 
 
 def bent_modes(
@@ -233,29 +247,29 @@ def bent_modes(
 ) -> StackModes:
     """Return the modes of a plate on a rim, and of the grains on it if there is a `bed`.
 
-    On a line of support a plate bends as it bounces: its own modes (`bending.ring_modes`) stand in
-    for the column below the imprint.
-
-    `shapes` (N, columns) are the plate's over the columns of the imprint, of `area` (m²). In its
-    modal coordinates the plate has unit masses and the springs ω²; the imprint moves by the mean of
-    the shapes, through which the grains are joined to it.
+    A plate that a line supports bends as it bounces, so its own modes (`bending.ring_modes`)
+    replace the column below the imprint. `shapes` (N, columns) are the modes of the plate in the
+    columns of the imprint, of `area` (m², (columns,)). In its modal coordinates, the plate has unit
+    masses and the springs ω². The grains move with the mean displacement of the imprint.
     """
     mean = shapes @ area / area.sum()
     if bed is None:
-        return StackModes(modes.square, modes.loss, mean[:, None], shapes)
-    grains, count = grain_stack(body, bed), len(modes.square)
+        return StackModes(modes.omega_squared, modes.loss, mean[:, None], shapes)
+    grains = grain_stack(body, bed)
+    count = len(modes.omega_squared)
     joined = np.zeros((len(grains.mass), count + len(grains.mass) - 1))
     joined[0, :count] = mean
     joined[1:, count:] = np.eye(len(grains.mass) - 1)
-    mass, stiffness, damping = (
-        joined.T @ matrix @ joined + np.diag(np.pad(of_plate, (0, len(matrix) - 1)))
-        for matrix, of_plate in (
-            (grains.mass, np.ones(count)),
-            (grains.stiffness, modes.square),
-            (grains.damping, modes.loss * modes.square),
-        )
-    )
-    square, vectors = eigh(stiffness, mass)
-    square = np.maximum(square, np.finfo(float).eps * square[-1])
-    loss = np.einsum("in,ij,jn->n", vectors, damping, vectors) / square
-    return StackModes(square, loss, (joined @ vectors).T, vectors[:count].T @ shapes)
+
+    def combined(of_grains: Real, of_plate: Real) -> Real:
+        """Return a matrix of the grains plus a diagonal of the plate, in common coordinates."""
+        padded = np.pad(of_plate, (0, len(of_grains) - 1))
+        return joined.T @ of_grains @ joined + np.diag(padded)
+
+    mass = combined(grains.mass, np.ones(count))
+    stiffness = combined(grains.stiffness, modes.omega_squared)
+    damping = combined(grains.damping, modes.loss * modes.omega_squared)
+    omega_squared, vectors = _eigenmodes(stiffness, mass)
+    loss = np.einsum("in,ij,jn->n", vectors, damping, vectors) / omega_squared
+    column_shapes = vectors[:count].T @ shapes
+    return StackModes(omega_squared, loss, (joined @ vectors).T, column_shapes)

@@ -1,4 +1,4 @@
-"""The parts of a scene's physics, and which of them its plan leaves out."""
+"""Parts of the physics that a plan omits because their measured effect is below the tolerance."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from ajgdata.gripper.objects import ObjectPart, PartName, material_of
 from ajgdata.gripper.scene import Scene
 
-#: Parts that the frame of the grains needs: with grains on it, the object moves.
+#: Parts that the frame of the grains requires: if grains are on the object, it moves.
 WITH_FRAME: frozenset[ObjectPart] = frozenset({"motion", "elastic"})
-#: Young's modulus (Pa) from which a block is hard: PLA and wood are.
+#: Least Young's modulus (Pa) of a hard block; PLA and wood are hard.
 HARD_PA = 1e9
 #: Least size of a block (mm).
 BLOCK_MM = 10.0
@@ -17,23 +17,23 @@ BLOCK_MM = 10.0
 
 @dataclass(frozen=True)
 class PhysicsPart:
-    """One part of the physics: solved or left out."""
+    """One part of the physics, solved or omitted."""
 
     name: PartName
     is_solved: bool
 
 
-def left_out(scene: Scene) -> set[ObjectPart]:
-    """Return the parts of the object that the plan of a scene leaves out.
+def omitted_parts(scene: Scene) -> set[ObjectPart]:
+    """Return the parts of the object that the plan of a scene omits.
 
-    If the scene names none, they are the frame of the grains, and with it the object's motion and
-    elasticity, for hard blocks: that saves 11 to 18 % of the time and changes the feature by less
-    than 0.01 (page *Omitted parts* of the report).
+    If the scene does not name them, a hard block is solved without the frame of the grains, and so
+    without its motion and elasticity. This saves 11 to 18 % of the time and changes the feature by
+    less than 0.01 (page *Omitted parts* of the report). All other objects are solved completely.
     """
     if scene.numerics.omit is None:
         return {"frame", *WITH_FRAME} if is_hard_block(scene) else set()
-    absent = set(scene.numerics.omit)
-    return absent if "frame" in absent else absent - WITH_FRAME
+    omitted = set(scene.numerics.omit)
+    return omitted if "frame" in omitted else omitted - WITH_FRAME
 
 
 def is_hard_block(scene: Scene) -> bool:
@@ -44,10 +44,10 @@ def is_hard_block(scene: Scene) -> bool:
     >>> is_hard_block(Scene.model_validate({"object": "foam_brick"}))
     False
     """
-    held = scene.object
-    if held is None or held.kind not in ("cube", "box") or held.shell_mm is not None:
+    shape = scene.object
+    if shape is None or shape.kind not in ("cube", "box") or shape.shell_mm is not None:
         return False
-    material = material_of(held.material)
+    material = material_of(shape.material)
     if material is None or scene.support.kind != "rigid":
         return False
-    return material.young_pa >= HARD_PA and min(held.size_mm) >= BLOCK_MM
+    return material.young_pa >= HARD_PA and min(shape.size_mm) >= BLOCK_MM

@@ -213,7 +213,7 @@ class Scene(SceneModel):
 
     @model_validator(mode="after")
     def _fits(self) -> Scene:
-        met = as_met(self)
+        met = actual_scene(self)
         _refuse_gripper(met)
         _refuse_air(met, self)
         reach = self.gripper.rim_radius_mm
@@ -239,14 +239,14 @@ class Scene(SceneModel):
         return self
 
 
-def as_met(scene: Scene) -> Scene:
+def actual_scene(scene: Scene) -> Scene:
     """Return the scene that the gripper meets: what differs from the design, and from what the
     session and the grasp were meant to be, is added to the settings that it changes.
 
     Balloon and fill stay as `assembly` has them. Nothing is checked again.
 
     >>> turned = Scene.model_validate({"grasp": {"angle_deg": 9, "placed_deg": -1.5}})
-    >>> as_met(turned).grasp.angle_deg, as_met(turned).grasp.placed_deg
+    >>> actual_scene(turned).grasp.angle_deg, actual_scene(turned).grasp.placed_deg
     (7.5, 0.0)
     """
     gripper, grasp, air = scene.gripper, scene.grasp, scene.environment

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
-from ajgdata.gripper.geometry import Cavity, cavity
-from ajgdata.gripper.grasped_object import RIGID, grasped, where_grasped
+from ajgdata.gripper.geometry import Cavity, grasp_cavity
+from ajgdata.gripper.grasped_object import grasped
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.membrane import membrane_walls
@@ -18,7 +18,7 @@ from ajgdata.gripper.objects import MM, SceneError
 from ajgdata.gripper.outside import MembranePatches, skin
 from ajgdata.gripper.parts import PhysicsPart
 from ajgdata.gripper.random_fields import RandomField
-from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, as_met
+from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, actual_scene
 from ajgdata.gripper.solver import Probe
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import NO_WALLS, ModeList, WallList
@@ -91,12 +91,12 @@ def build_plan(scene: Scene) -> Plan:
     """
     # Threads of BLAS spin on a busy computer, and their number changes how sums round.
     with _libraries().limit(limits=1, user_api="blas"):
-        return _planned(as_met(scene))
+        return _planned(actual_scene(scene))
 
 
 def _planned(scene: Scene) -> Plan:
     gripper, h = scene.gripper, scene.numerics.dx_mm * MM
-    shape = cavity(scene)
+    shape = grasp_cavity(scene)
     cells = cut_cells(
         shape, h, gripper.rim_radius_mm * MM, -gripper.balloon_depth_mm * MM, gripper.height_mm * MM
     )
@@ -132,8 +132,7 @@ def _parts(
     """Return the parts, solved or not, and the walls and modes of what is grasped."""
     full = scene.medium.kind != "air"
     relaxing = full and scene.numerics.poles > 0
-    where = where_grasped(scene, shape, cells)
-    held = RIGID if where is None else grasped(scene, shape, cells, where)
+    held = grasped(scene, shape, cells)
     parts = (
         PhysicsPart("bed", full),
         PhysicsPart("poles", relaxing),

@@ -13,7 +13,7 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 from scipy.ndimage import binary_closing, zoom
 
-from ajgdata.gripper.geometry import cavity
+from ajgdata.gripper.geometry import grasp_cavity
 from ajgdata.gripper.relief import RASTER_M, relief
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.simulation import PressureFrames
@@ -55,7 +55,7 @@ class Section:
 
 def section(scene: Scene) -> Section:
     """Return the cut through the axis of the cavity. Raises SceneError without a cavity."""
-    shape = cavity(scene)
+    shape = grasp_cavity(scene)
     row = int(np.argmin(np.abs(shape.axis)))
     x = shape.axis
     floor, roof, surface = (1e3 * field[row] for field in (shape.floor, shape.roof, shape.surface))

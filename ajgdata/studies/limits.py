@@ -533,8 +533,8 @@ class LightObjectWithCore(PowerLimit):
         body = _cube_body(value, float(cells.membrane.sum()))
         core = solve(stack(body, MEMBRANE[0]))
         cell = np.flatnonzero(cells.membrane)
-        weight = core.shape[:1, :1] * cells.membrane.ravel()[cell]
-        modes = ModeList(cell, weight, np.ones(1), np.zeros(1), core.square[:1])
+        weight = core.shapes[:1, :1] * cells.membrane.ravel()[cell]
+        modes = ModeList(cell, weight, np.ones(1), np.zeros(1), core.omega_squared[:1])
         return self._assembled(cells, skin(body, MEMBRANE[0]), modes)
 
     def expected(self, value: float) -> Ends:

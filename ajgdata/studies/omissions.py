@@ -1,4 +1,4 @@
-"""What leaving out parts of the physics saves and changes, by class of scenes.
+"""Omitted parts of the physics: the time that each saves, and the change of the sound.
 
 A change is the relative change (L2) of the feature, or the largest one of the amplitude in any
 third octave from 63 Hz up, because the feature hides what a narrow band loses.
@@ -23,7 +23,7 @@ from ajgdata.gripper import (
 )
 from ajgdata.gripper.object_library import MATERIAL_SET, OBJECTS, PLATE_MM
 from ajgdata.gripper.objects import ObjectPart
-from ajgdata.gripper.parts import WITH_FRAME, left_out
+from ajgdata.gripper.parts import WITH_FRAME, omitted_parts
 from ajgdata.gripper.scene import Numerics
 from ajgdata.gripper.variation import Variation
 from ajgdata.studies import TIMED
@@ -86,7 +86,7 @@ class Case:
 
     def used_omissions(self) -> set[str]:
         """Return what the default plan of the scene leaves out, by the names of `changes`."""
-        blocks = {BLOCK_PARTS} if left_out(self.scene(None)) else set()
+        blocks = {BLOCK_PARTS} if omitted_parts(self.scene(None)) else set()
         return {DEFAULT_MODES, *blocks}
 
     def scene(self, omit: Sequence[ObjectPart] | None) -> Scene:
@@ -179,7 +179,7 @@ def changes(case: Case) -> dict[str, dict[str, float]]:
                 measured[part] = free.change(sound(plan))
         else:
             measured[part] = full.change(sound(case.plan((part,))))
-    if left_out(case.scene(None)):
+    if omitted_parts(case.scene(None)):
         measured[BLOCK_PARTS] = full.change(sound(case.plan(("frame", *WITH_FRAME))))
     for name, settings in SOLVER.items():
         plan = replace(case, solver=COMPLETE | settings).plan()

@@ -23,7 +23,7 @@ def _block(height, area, material=FOAM):
 def _static(body, **given_):
     """Flexibility of the imprint, m/N: core and skin."""
     modes = solve(stack(body, 0.0, **given_))
-    core = float(np.sum(modes.shape[:, 0] ** 2 / modes.square))
+    core = float(np.sum(modes.shapes[:, 0] ** 2 / modes.omega_squared))
     return core + body.skin_flexibility / body.imprint_m2
 
 
@@ -54,4 +54,4 @@ def test_the_core_rings_as_a_rod_with_one_end_held():
     exact = root * np.sqrt(FOAM.young_pa / FOAM.density_kg_m3) / (0.2 - radius)
     # 32 linear elements err by (kh)²/24.
     cap = (root / 32) ** 2 / 24 * 1.05 + 1e-5
-    assert np.sqrt(solve(stack(body, 0.0)).square[0]) == pytest.approx(exact, rel=cap)
+    assert np.sqrt(solve(stack(body, 0.0)).omega_squared[0]) == pytest.approx(exact, rel=cap)

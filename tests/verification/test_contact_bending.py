@@ -15,7 +15,10 @@ DISC = Plate(0.1, 0.1, 5e-3, STEEL.model_copy(update={"poisson": 0.33}), round=T
 
 def _roots(plate: Plate, modes, length: float) -> np.ndarray:
     """λ² = ω a² √(ρh/D)."""
-    return np.sqrt(np.maximum(modes.square, 0) * plate.per_area / plate.rigidity) * length**2
+    return (
+        np.sqrt(np.maximum(modes.omega_squared, 0) * plate.mass_per_area / plate.rigidity)
+        * length**2
+    )
 
 
 def test_a_free_square_plate_has_leissas_roots():

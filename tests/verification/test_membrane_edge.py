@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper import Scene
-from ajgdata.gripper.geometry import RASTER_M, Cavity, cavity
+from ajgdata.gripper.geometry import RASTER_M, Cavity, grasp_cavity
 from ajgdata.gripper.solver_plan import build_plan
 from ajgdata.studies.accuracy import decibels, run
 
@@ -40,7 +40,7 @@ def test_the_bare_edge_of_a_sphere_is_a_zone(fill_mm):
 
 
 def test_the_edge_has_the_same_stiffness_and_area_on_each_grid():
-    edge = cavity(scene(4.2)).bare_edge(RIM_M)
+    edge = grasp_cavity(scene(4.2)).bare_edge(RIM_M)
     assert 5e-3 < edge.width_m < 20e-3
     for dx_mm in GRIDS_MM:
         plan = build_plan(scene(dx_mm))

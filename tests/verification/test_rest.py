@@ -5,14 +5,15 @@ import pytest
 from pydantic import ValidationError
 
 from ajgdata.gripper import Scene
-from ajgdata.gripper.column import pad_stiffness, solve
+from ajgdata.gripper.column import solve
 from ajgdata.gripper.contact import layer_stiffness
-from ajgdata.gripper.geometry import cavity
-from ajgdata.gripper.grasped_object import body_of, imprint, mode_weights, on_rim, stack_of
+from ajgdata.gripper.geometry import grasp_cavity
+from ajgdata.gripper.grasped_object import mode_weights, object_body, object_stack, rim_modes
 from ajgdata.gripper.grid import cut_cells
+from ajgdata.gripper.imprint import find_imprint
 from ajgdata.gripper.object_library import OBJECTS
 from ajgdata.gripper.objects import MATERIALS, Support
-from ajgdata.gripper.rest import lies_on_rim, rest_on, rim_of
+from ajgdata.gripper.rest import lies_on_rim, pad_stiffness, rest_on, rim_of
 
 RUBBER, STEEL = MATERIALS["rubber"], MATERIALS["steel"]
 CUP = Support(kind="concave")
@@ -40,22 +41,22 @@ def test_a_flat_dish_is_a_layer_and_one_as_round_as_the_ball_a_pad():
 
 def test_a_ball_in_its_dish_rings_as_a_mass_on_a_spring():
     scene = Scene(object=BALL, support=CUP)
-    shape = cavity(scene)
-    where = imprint(shape, cut_cells(shape, 4e-3, 0.05, -0.045, 0.045))
-    body, rest = body_of(scene, where, shape.force_n)
-    modes = solve(stack_of(scene, body, rest, None))
+    shape = grasp_cavity(scene)
+    where = find_imprint(shape, cut_cells(shape, 4e-3, 0.05, -0.045, 0.045))
+    body, rest = object_body(BALL, STEEL, CUP, where, shape.force_n)
+    modes = solve(object_stack(scene, BALL, body, rest, None))
     mass = STEEL.density_kg_m3 * np.pi / 6 * 0.08**3
     exact = np.sqrt(rest.stiffness / mass) / (2 * np.pi)
     # Steel under its foot gives way a hundred thousand times less; the membrane adds its 0.3 kg/m².
-    assert np.sqrt(modes.square[0]) / (2 * np.pi) == pytest.approx(exact, rel=1e-2)
+    assert np.sqrt(modes.omega_squared[0]) / (2 * np.pi) == pytest.approx(exact, rel=1e-2)
     assert 30 < exact < 70
     assert modes.loss[0] == pytest.approx(RUBBER.loss, rel=1e-2)
 
 
 def test_each_layer_of_air_takes_up_what_evenly_compressed_grains_leave_it():
-    shape = cavity(Scene(object=BALL))
+    shape = grasp_cavity(Scene(object=BALL))
     cells = cut_cells(shape, 4e-3, 0.05, -0.045, 0.045)
-    where = imprint(shape, cells)
+    where = find_imprint(shape, cells)
     _, ny, nx = cells.shape
     # The object moves by 1, the grains on it by 1, 1/2 and 0 from their seat to their surface.
     cell, weight = mode_weights(where, cells, np.array([[1.0, 1.0, 0.5, 0.0]]))
@@ -75,11 +76,11 @@ def test_each_layer_of_air_takes_up_what_evenly_compressed_grains_leave_it():
 def test_what_is_a_tenth_as_thick_as_wide_does_not_bend_on_the_rim(height_mm, is_plate):
     size = {"length_mm": 120, "width_mm": 80, "height_mm": height_mm}
     scene = Scene(object={"kind": "box", "material": "wood", **size}, support=CUP)
-    shape = cavity(scene)
+    shape = grasp_cavity(scene)
     cells = cut_cells(shape, 6e-3, 0.05, -0.045, 0.045)
-    where = imprint(shape, cells)
-    body, _ = body_of(scene, where, shape.force_n)
-    assert (on_rim(scene, where, cells, body) is not None) == is_plate
+    where = find_imprint(shape, cells)
+    modes = rim_modes(scene, MATERIALS["wood"], where, cells)
+    assert (modes is not None) == is_plate
 
 
 def test_what_is_wide_and_flat_lies_on_the_rim():

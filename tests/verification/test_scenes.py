@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper import Scene, simulate
-from ajgdata.gripper.geometry import cavity
+from ajgdata.gripper.geometry import grasp_cavity
 from ajgdata.gripper.grid import cut_cells
 
 
@@ -25,7 +25,7 @@ def test_media_reflect_in_the_order_of_the_paper():
 
 
 def test_the_scene_does_not_depend_on_the_grid():
-    shape = cavity(_scene(18.0))
+    shape = grasp_cavity(_scene(18.0))
     cells = cut_cells(shape, 3.3e-3, 0.05, -0.045, 0.045)
     pixel = 0.5e-3**2
     open_ = np.sum(np.clip(shape.roof - shape.floor, 0, None)) * pixel

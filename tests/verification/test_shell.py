@@ -15,7 +15,9 @@ def test_both_modes_of_a_degree_are_the_roots_of_junger_and_feit(thickness):
     material = MATERIALS["plastic"]
     modes = shell_modes(RADIUS, thickness, material)
     nu, bend = material.poisson, thickness**2 / (12 * RADIUS**2)
-    squares = modes.square * RADIUS**2 * material.density_kg_m3 * (1 - nu**2) / material.young_pa
+    squares = (
+        modes.omega_squared * RADIUS**2 * material.density_kg_m3 * (1 - nu**2) / material.young_pa
+    )
     assert squares[modes.degree == 0] == pytest.approx([2 * (1 + nu)])
     for degree in range(2, DEGREES + 1):
         lam = degree * (degree + 1)
@@ -27,7 +29,10 @@ def test_both_modes_of_a_degree_are_the_roots_of_junger_and_feit(thickness):
         assert squares[modes.degree == degree] == pytest.approx(
             roots, rel=2 * (lam * bend) ** 2 + 1e-9
         )
-    assert np.all(np.diff(modes.square) >= 0) and len(modes.square) == 2 * (DEGREES - 1) + 1
+    assert (
+        np.all(np.diff(modes.omega_squared) >= 0)
+        and len(modes.omega_squared) == 2 * (DEGREES - 1) + 1
+    )
 
 
 def test_under_pressure_from_all_sides_it_shrinks_as_a_vessel_does():
@@ -37,6 +42,6 @@ def test_under_pressure_from_all_sides_it_shrinks_as_a_vessel_does():
     nodes, weights = np.polynomial.legendre.leggauss(DEGREES + 2)
     shapes = modes.at(nodes)
     pressed = 2 * np.pi * RADIUS**2 * shapes @ weights
-    shrunk = (pressed / modes.square) @ shapes
+    shrunk = (pressed / modes.omega_squared) @ shapes
     vessel = RADIUS**2 * (1 - material.poisson) / (2 * material.young_pa * thickness)
     assert shrunk == pytest.approx(np.full(len(nodes), vessel), rel=1e-9)

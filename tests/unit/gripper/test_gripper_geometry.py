@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper import Scene, SceneError
-from ajgdata.gripper.geometry import cavity
+from ajgdata.gripper.geometry import grasp_cavity
 from ajgdata.gripper.random_fields import RandomField
 from ajgdata.gripper.relief import RASTER_M, STEEPEST, relief
 
@@ -27,7 +27,7 @@ SHAPES = [
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_the_gripper_sinks_until_force_and_stiffness_agree_and_grains_keep_their_volume(shape):
-    result, free = cavity(_scene(shape)), cavity(_scene(None))
+    result, free = grasp_cavity(_scene(shape)), grasp_cavity(_scene(None))
     # 8 N / 4e5 N/m3; brentq stops within 1 nm of height over the rim's area.
     assert result.displaced_m3 == pytest.approx(2e-5, abs=1e-9 * np.pi * 0.05**2)
     volumes = [
@@ -38,7 +38,7 @@ def test_the_gripper_sinks_until_force_and_stiffness_agree_and_grains_keep_their
 
 
 def test_the_free_balloon_is_a_half_ellipsoid():
-    balloon = cavity(_scene(None))
+    balloon = grasp_cavity(_scene(None))
     volume = -np.sum(balloon.floor) * RASTER_M**2
     assert volume == pytest.approx(2 / 3 * np.pi * 0.05**2 * 0.045, rel=1e-3)
     cone = np.sum(balloon.roof) * RASTER_M**2
@@ -105,7 +105,7 @@ APART = {
 def test_what_does_not_fit_is_refused(shape, grasp, gripper, named):
     scene = Scene.model_validate({"object": shape, "grasp": grasp, "gripper": gripper})
     with pytest.raises(SceneError, match=named) as refusal:
-        cavity(scene)
+        grasp_cavity(scene)
     assert "\n" not in str(refusal.value)
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from ajgdata.gripper.geometry import cavity
+from ajgdata.gripper.geometry import grasp_cavity
 from ajgdata.gripper.random_fields import normals
-from ajgdata.gripper.scene import History, Scene, as_met
+from ajgdata.gripper.scene import History, Scene, actual_scene
 
 CALM = {
     "roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0,
@@ -40,7 +40,9 @@ def test_numbers_of_a_history_keep_their_variance_and_forget_by_their_memory(mem
 
 def test_a_balloon_askew_keeps_rim_and_volume_and_moves_its_tip():
     straight, askew = (
-        cavity(Scene.model_validate({"assembly": {"askew_mm": tip}, "grasp": {"nuisance": CALM}}))
+        grasp_cavity(
+            Scene.model_validate({"assembly": {"askew_mm": tip}, "grasp": {"nuisance": CALM}})
+        )
         for tip in ((0, 0), (4, -3))
     )
     x, y = np.meshgrid(straight.axis, straight.axis)
@@ -66,7 +68,7 @@ def test_what_came_out_otherwise_is_as_if_it_had_been_meant():
         environment={"temperature_c": 23.5},
         grasp={"offset_x_mm": 3.5, "offset_y_mm": -0.75, "angle_deg": 8},
     )
-    assert as_met(came_out) == as_met(meant) == meant
-    result, expected = cavity(came_out), cavity(meant)
+    assert actual_scene(came_out) == actual_scene(meant) == meant
+    result, expected = grasp_cavity(came_out), grasp_cavity(meant)
     assert np.array_equal(result.floor, expected.floor)
     assert np.array_equal(result.surface, expected.surface)
