@@ -306,7 +306,7 @@ def _shell_modes(
 
 
 def _air_film(scene: Scene) -> AirFilm | None:
-    """Return the air between the membrane and the object; None if there is none."""
+    """Return the air between the membrane and the object; None without a gap."""
     gap = gap_m(scene)
     if not gap:
         return None
