@@ -195,24 +195,23 @@ def within(
     return np.reshape(rows, (len(feature), -1)).astype(np.float32), frequency_hz[inside]
 
 
-#: Of a spectrum; the rest of the feature settings moves no bin and scales none.
-SPECTRUM = ("kind", "window", "hop", "window_shape", "quantity", "normalisation", "band_hz")
-RATE = "audio.sample_rate_hz"
-
-
 def differing_axes(
     own: Mapping[str, Mapping[str, Any]], other: Mapping[str, Mapping[str, Any]]
 ) -> list[tuple[str, Any, Any]]:
     """Return the settings in which the features of two stores differ, with both values.
 
-    Each of the two is what a store says of itself: `audio` and `features` as JSON has them. The
-    frequencies of the bins follow from sample rate, window and band.
+    `own` and `other` are the settings in the attributes of the stores: `audio` and `features` as
+    in JSON. The frequencies of the bins follow from sample rate, window and band.
     """
-    pairs = [(RATE, "audio", "sample_rate_hz")] + [
-        (f"features.{k}", "features", k) for k in SPECTRUM
-    ]
-    values = [(name, own.get(p, {}).get(k), other.get(p, {}).get(k)) for name, p, k in pairs]
-    return [(name, a, b) for name, a, b in values if a != b]
+    keys = [("audio", "sample_rate_hz")]
+    keys += [("features", key) for key in FeatureSettings.model_fields]
+    differences = []
+    for part, key in keys:
+        own_value = own.get(part, {}).get(key)
+        other_value = other.get(part, {}).get(key)
+        if own_value != other_value:
+            differences.append((f"{part}.{key}", own_value, other_value))
+    return differences
 
 
 def settings_text(audio: AudioSettings, features: FeatureSettings) -> str:

@@ -65,14 +65,22 @@ def test_other_models_cannot_be_exported():
             Deployed(predictor_of(trained("ridge", question, X), question))
 
 
-@pytest.mark.parametrize(
-    "settings",
-    [
-        {"window": 101, "hop": 7, "window_shape": "boxcar", "normalisation": "max"},
-        {"band_hz": (0.0, 1000.0), "quantity": "power"},
-        {"quantity": "root_power", "normalisation": "none"},
-    ],
-)
+#: Settings of features that differ from the default.
+SETTINGS = [
+    {"window": 101, "hop": 7, "window_shape": "boxcar", "normalisation": "max"},
+    {"band_hz": (0.0, 1000.0), "quantity": "power"},
+    {"quantity": "root_power", "normalisation": "none"},
+]
+
+
+def test_every_setting_of_a_feature_is_exported():
+    only_value = {"kind"}
+    assert {key for case in SETTINGS for key in case} == {
+        *FeatureSettings.model_fields
+    } - only_value
+
+
+@pytest.mark.parametrize("settings", SETTINGS)
 def test_features_of_all_settings(settings):
     declared = FeatureSettings(**({"window": 64, "hop": 32} | settings))
     ours = features_of(SOUNDS, declared)
