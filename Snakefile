@@ -10,10 +10,16 @@ from snakemake.utils import min_version, validate
 from ajgdata.ablations import possible
 from ajgdata.acquire.recipe import recipe_hash
 from ajgdata.experiments import measuring_half, own_experiment_files
-from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths, run_name
+from ajgdata.paths import (
+    EXPERIMENT_PAGES_FOLDER,
+    FIGURES_FOLDER,
+    TABLES_FOLDER,
+    Paths,
+    run_name,
+)
 from ajgdata.pipeline.console import show_jobs
 from ajgdata.pipeline.experiments import requests_for, of_paper
-from ajgdata.pipeline.opening import OBJECT, SHOWN, subject_of
+from ajgdata.pipeline.opening import OBJECT, SHOWN_RESULT, subject_of
 from ajgdata.pipeline.plan import (
     Declared,
     errors_in_one_line,

@@ -24,7 +24,7 @@ from ajgdata.live.predictor import Predictor
 from ajgdata.types import FeatureSettings, NotPossibleError
 
 METADATA = "ajgdata"  #: key of the metadata that hold the description of the model, as JSON
-VERDICTS = ("known", "nothing", "unknown", "not checked", "no sign")
+NOVELTY_VERDICTS = ("known", "nothing", "unknown", "not checked", "no sign")
 OPSET = 20
 
 
@@ -86,7 +86,7 @@ class Novelty(nn.Module):
 
     def __init__(self, guard: NoveltyGuard, clear: str) -> None:
         super().__init__()
-        self.scale, self.clear = float(guard.scale), VERDICTS.index(clear)
+        self.scale, self.clear = float(guard.scale), NOVELTY_VERDICTS.index(clear)
         self.threshold, self.relative_threshold = guard.threshold, guard.relative_threshold
         self.has_references = len(guard.references) > 0
         for name in self.__annotations__:
@@ -99,16 +99,16 @@ class Novelty(nn.Module):
         z = (torch.log(x + torch.sqrt(x * x + 1)) - self.mean) / self.std
         near = _squared_distances(z, self.grasps).amin(1)
         outputs = {}
-        verdict = torch.full_like(near, VERDICTS.index("not checked"), dtype=torch.int64)
+        verdict = torch.full_like(near, NOVELTY_VERDICTS.index("not checked"), dtype=torch.int64)
         if self.threshold:
             novelty = near.sqrt() / self.threshold
             if self.relative_threshold is not None:
                 novelty = torch.maximum(novelty, self._relative(z) / self.relative_threshold)
             outputs["novelty"] = novelty.float()
-            verdict = torch.where(novelty > 1, VERDICTS.index("unknown"), self.clear)
+            verdict = torch.where(novelty > 1, NOVELTY_VERDICTS.index("unknown"), self.clear)
         if self.has_references:
             nothing = _squared_distances(z, self.references).amin(1) < near
-            verdict = torch.where(nothing, VERDICTS.index("nothing"), verdict)
+            verdict = torch.where(nothing, NOVELTY_VERDICTS.index("nothing"), verdict)
         return outputs | {"verdict": verdict}
 
     def _relative(self, z: Tensor) -> Tensor:

@@ -35,18 +35,23 @@ RECORDINGS_FILE = "recordings.csv"
 AUDIO_FOLDER = "audio"
 EXCITATION_FILE = "excitation.wav"
 #: In the folder of each report: figures, tables as CSV, pages on experiments, and its content.
-FIGURES, TABLES, EXPERIMENT_PAGES, RUNS_FILE = "figures", "tables", "experiments", "runs.json"
+FIGURES_FOLDER, TABLES_FOLDER, EXPERIMENT_PAGES_FOLDER, RUNS_FILE = (
+    "figures",
+    "tables",
+    "experiments",
+    "runs.json",
+)
 INDEX = "index.html"
 FIGURE_FORMATS = ("svg", "pdf")
 #: Of more data sets than this many letters name, a run's name holds a digest.
-LONGEST_RUN = 100
+LONGEST_RUN_NAME = 100
 
 
 def run_name(datasets: Sequence[str]) -> str:
     """Return the name of a run of only `datasets`, in any order; "" if there are none."""
     names = sorted(datasets)
     name = "+".join(names)
-    if len(name) <= LONGEST_RUN:
+    if len(name) <= LONGEST_RUN_NAME:
         return name
     digest = hashlib.sha256(name.encode()).hexdigest()
     return f"{names[0]}+{len(names) - 1}~{digest[:12]}"

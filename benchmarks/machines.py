@@ -41,7 +41,7 @@ from ajgdata.pipeline.experiments import run_experiment
 from ajgdata.store.audio import pcm24_bytes
 from ajgdata.store.files import read_yaml, write_bytes, yaml_bytes
 from ajgdata.store.provenance import software
-from ajgdata.store.report_files import SPREAD
+from ajgdata.store.report_files import MACHINE_SPREAD_FILE
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_measurements
 from ajgdata.types import CROSS_VALIDATION, FeatureSettings
@@ -247,7 +247,7 @@ def main(
     cpu = "family {}, model {}, {}".format(*known)
     content = {"commit": software()["git_commit"], "date": f"{datetime.now(UTC):%Y-%m-%d}"}
     content |= {"cpu": cpu, "variants": list(VARIANTS[2:]), "steps": changed}
-    file = HERE / "reports" / SPREAD
+    file = HERE / "reports" / MACHINE_SPREAD_FILE
     content["other_machines"] = read_yaml(file)["other_machines"]
     content["rows"] = [compared(row, runs) for row in ROWS]
     content = with_spreads(content)

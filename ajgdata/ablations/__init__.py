@@ -28,9 +28,9 @@ TRIALS = {
     "of": "Rows of the paper",
 }  # fmt: skip
 #: Columns that `with_verdicts` adds.
-VERDICT, CORRECTED_P = Column("verdict", "Verdict"), Column("p_holm", "p, corrected")
+HYPOTHESIS_VERDICT, CORRECTED_P = Column("verdict", "Verdict"), Column("p_holm", "p, corrected")
 #: Metric of each fold, by model and by variant with what it is tested on (`quiet on:size_80dba`).
-Folds = Mapping[str, Mapping[str, Sequence[float]]]
+FoldMetrics = Mapping[str, Mapping[str, Sequence[float]]]
 
 
 def read_ablations(paths: Paths) -> dict[str, Ablation]:
@@ -45,7 +45,9 @@ def possible(paths: Paths, simulated: Collection[str]) -> dict[str, Ablation]:
     return {name: item for name, item in ablations if set(item.datasets) <= set(simulated)}
 
 
-def trial_table(name: str, ablation: Ablation, folds: Folds, metric: str, unit: str = "") -> Table:
+def trial_table(
+    name: str, ablation: Ablation, folds: FoldMetrics, metric: str, unit: str = ""
+) -> Table:
     """Return the tests of an ablation's hypotheses, one row per model, without verdicts.
 
     A gain that cannot be tested has no interval and no p.
@@ -85,25 +87,28 @@ def with_verdicts(tables: Sequence[Table]) -> list[Table]:
     p values are corrected for the number of tests on the page (Holm). Tables that only say why an
     ablation was not possible stay as they are.
     """
-    from ajgdata.evaluate.fold_tests import LEVEL, holm, verdict
+    from ajgdata.evaluate.fold_tests import SIGNIFICANCE_LEVEL, holm, verdict
 
     p = np.concatenate([t.numbers("p") for t in tables if _is_tested(t)] or [np.array([])])
     count, corrected = int(np.isfinite(p).sum()), iter(holm(p.tolist()))
     note = (
-        f" Supported: p < {LEVEL:g} in the expected direction, refuted: in the other; p is"
-        f" corrected for the {count} tests on this page (Holm). Not testable: all folds differ by"
-        " the same amount."
+        f" Supported: p < {SIGNIFICANCE_LEVEL:g} in the expected direction, refuted: in the other;"
+        f" p is corrected for the {count} tests on this page (Holm). Not testable: all folds differ"
+        " by the same amount."
     )
 
     def judged(row: dict[str, Any], p: float) -> dict[str, Any]:
         answer = verdict(row["gain"], p, row["expected"])
-        return row | {VERDICT.key: answer, CORRECTED_P.key: None if math.isnan(p) else p}
+        return row | {
+            HYPOTHESIS_VERDICT.key: answer,
+            CORRECTED_P.key: None if math.isnan(p) else p,
+        }
 
     return [
         replace(
             table,
             note=table.note + note,
-            columns=(*table.columns[:3], VERDICT, *table.columns[3:], CORRECTED_P),
+            columns=(*table.columns[:3], HYPOTHESIS_VERDICT, *table.columns[3:], CORRECTED_P),
             rows=tuple(judged(row, next(corrected)) for row in table.rows),
         )
         if _is_tested(table)
@@ -123,7 +128,7 @@ def reasons_of(tables: Sequence[Table], page: str) -> list[Reason]:
     """
     changes: dict[tuple[str, str, str], list[Change]] = {}
     for table in tables:
-        for row in table.rows if VERDICT in table.columns else ():
+        for row in table.rows if HYPOTHESIS_VERDICT in table.columns else ():
             before, after = float(row["before"] or 0), float(row["after"] or 0)
             supported = row["verdict"] == "supported"
             change = Change(str(row["change"]), str(row["model"]), before, after, supported)

@@ -17,16 +17,16 @@ MARKER_S = 0.02
 #: Silence on both sides of the sound: the gripper has died away before what comes next.
 GAP_S = 0.05
 #: Most frames that may be lost and still be counted; more leave the second marker unfound.
-REACH = 8_192
+MAX_LOST_FRAMES = 8_192
 #: Samples of a marker's compressed response that are compared; they fit into the gap.
 RESPONSE = 2_048
 #: Likeness of the two markers below which they are not the same sound. Noise alone reaches 0.4: the
-#: largest of 2 REACH correlations of some 400 independent values each.
+#: largest of 2 MAX_LOST_FRAMES correlations of some 400 independent values each.
 ALIKE = 0.5
 #: Part of its peak at which a compressed marker begins, well between two samples of a marker's own.
 ONSET = 0.35
 #: Part of the largest energy below which there is nothing to be alike.
-QUIET = 1e-9
+QUIET_SHARE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def arrival(recorded: NDArray[Any], sound: Framed) -> Arrival:
     recorded = np.concatenate([np.zeros(RESPONSE), recorded])
     coarse = int(np.argmax(np.abs(correlate(recorded, sound.sound, "valid", "fft"))))
     # What is found of one marker must not be found again for the other, however short the sound.
-    reach = min(REACH, (sound.second - RESPONSE - len(sound.marker)) // 2)
+    reach = min(MAX_LOST_FRAMES, (sound.second - RESPONSE - len(sound.marker)) // 2)
     begin, first = _compressed(recorded, sound.marker, coarse, reach)
     onset = _onset(first[: coarse - begin + reach])
     itself = correlate(sound.marker, sound.marker, "full", "fft")
@@ -88,7 +88,7 @@ def arrival(recorded: NDArray[Any], sound: Framed) -> Arrival:
     match = correlate(second, template, "valid", "fft")
     energy = correlate(second**2, np.ones(len(template)), "valid", "fft")
     # Alike is what has the same shape: the sweep itself, in a resonance, may well be louder.
-    norm = np.sqrt(np.maximum(energy, QUIET * energy.max()) * np.sum(template**2))
+    norm = np.sqrt(np.maximum(energy, QUIET_SHARE * energy.max()) * np.sum(template**2))
     alike = match / norm if norm.all() else np.zeros(len(match))
     best = int(np.argmax(alike))
     moved = (after + best) - (begin + low) - sound.second

@@ -28,9 +28,9 @@ WANDER_S = 0.0014
 #: Full scale of a 16-bit converter, the smallest in use.
 FULL_SCALE = 1 - 2.0**-15
 #: Peak below which an input is silent: 80 dB below full scale.
-SILENT = 1e-4
+SILENT_PEAK = 1e-4
 #: Takes of `check_card`, and the sound that it plays.
-SWEEP = LogSweep(length_s=1.0, low_hz=20.0, high_hz=20_000.0, amplitude=0.9)
+TEST_SWEEP = LogSweep(length_s=1.0, low_hz=20.0, high_hz=20_000.0, amplitude=0.9)
 TAKES, SILENCE_S, TAIL_S = 3, 2.0, 0.1
 #: Band of the features (Hz), in which the noise is measured.
 LOW_HZ, HIGH_HZ = 200.0, 12_000.0
@@ -138,7 +138,7 @@ class SoundCard:
     def _no_sound(self, samples: NDArray[np.float32]) -> _Fault:
         """Return the reason for a take (frames,) without the sound at the microphone."""
         number = self.settings.microphone
-        if np.abs(samples).max() > SILENT:
+        if np.abs(samples).max() > SILENT_PEAK:
             problem = f"microphone {number} does not record the output"
             return _Fault(problem, "check plug, level and channel of the speaker", permanent=True)
         fix = "check plug, mute, gain and number of the microphone"
@@ -186,7 +186,7 @@ class CardCheck(NamedTuple):
 def check_card(card: SoundCard) -> CardCheck:
     """Measure `card`, with its gripper at rest in a quiet room. Raises CardError."""
     rate = card.settings.sample_rate_hz
-    sweep = excitation_samples(SWEEP, rate).astype(np.float32)
+    sweep = excitation_samples(TEST_SWEEP, rate).astype(np.float32)
     takes = [card.take(sweep, round(TAIL_S * rate)) for _ in range(TAKES)]
     noise = _power(card.listen(round(SILENCE_S * rate)), rate) + 1e-30
     signal = _power(takes[-1].samples, rate)

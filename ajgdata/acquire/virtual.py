@@ -24,7 +24,7 @@ from ajgdata.store.responses import ResponseStore
 from ajgdata.types import DEFAULT_EXCITATION, DataError, ExcitationSpec, Recipe, checked
 
 #: What of a scene is the same for a session.
-SHARED = ("gripper", "medium", "environment", "assembly", "session", "numerics")
+SESSION_KEYS = ("gripper", "medium", "environment", "assembly", "session", "numerics")
 
 
 class GraspError(DataError):
@@ -85,7 +85,7 @@ class VirtualGripper:
     def describe(self) -> Mapping[str, Any]:
         """Return its keys of session.yaml."""
         scene = self._scene.model_dump(mode="json")
-        shared = {key: scene[key] for key in SHARED}
+        shared = {key: scene[key] for key in SESSION_KEYS}
         names = (name for name, known in GRIPPERS.items() if known == self._scene.gripper)
         return {
             "gripper": f"virtual-{next(names, 'custom')}",

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 
 #: Lines with one reason that are shown unless all are requested.
-SHOWN = 5
+MAX_SHOWN = 5
 #: Exit code of a command that did its work, with a result that needs attention.
 ATTENTION = 3
 out = Console(emoji=False, highlight=False)
@@ -34,12 +34,12 @@ def print_facts(facts: Mapping[str, str], width: int = 0) -> None:
 
 
 def shortened(lines: Iterable[tuple[str, str]], *, everything: bool) -> Iterator[tuple[str, str]]:
-    """Yield names and reasons, grouped; of one reason no more than SHOWN, unless `everything`."""
+    """Yield names and reasons, grouped; up to MAX_SHOWN names per reason, unless `everything`."""
     names: dict[str, list[str]] = defaultdict(list)
     for name, reason in lines:
         names[reason].append(name)
     for reason, equal in names.items():
-        shown = equal if everything or len(equal) <= SHOWN + 1 else equal[:SHOWN]
+        shown = equal if everything or len(equal) <= MAX_SHOWN + 1 else equal[:MAX_SHOWN]
         yield from ((name, reason) for name in shown)
         if remaining := len(equal) - len(shown):
             yield f"and {remaining} more", f"{reason} (--all shows them)"

@@ -17,12 +17,12 @@ device = typer.Typer(
 )
 
 CARD_PANEL = "sound card"
-_AGAIN = "run the same command again to resume"
+_RESUME = "run the same command again to resume"
 OutputChannel = Annotated[
     int,
     typer.Option(min=1, help="output channel of the speaker, from 1", rich_help_panel=CARD_PANEL),
 ]
-Microphone = Annotated[
+MicrophoneOption = Annotated[
     int,
     typer.Option(min=1, help="input channel of the microphone, from 1", rich_help_panel=CARD_PANEL),
 ]
@@ -48,7 +48,7 @@ def check(
     name: Annotated[str, typer.Argument(help="exact name in `ajgdata device list`")],
     rate_hz: Annotated[int, typer.Option("--rate", min=1, help="samples per second")] = 44_100,
     output_channel: OutputChannel = 1,
-    microphone: Microphone = 1,
+    microphone: MicrophoneOption = 1,
 ) -> None:
     """Play sweeps and check the recorded response.
 
@@ -82,7 +82,7 @@ def record(
     dataset: Annotated[str, typer.Argument(help="data set with a protocol")],
     device: Annotated[str, typer.Option(help="exact name in `ajgdata device list`")],
     session: Annotated[str, typer.Option(help="session; default: the incomplete session")] = "",
-    microphone: Microphone = 1,
+    microphone: MicrophoneOption = 1,
     output_channel: OutputChannel = 1,
     yes: Annotated[
         bool, typer.Option("--yes", help="run unattended: answer every prompt with the default")
@@ -104,9 +104,9 @@ def record(
                 find_project(), dataset, session, device=card, operator=operator
             )
     except KeyboardInterrupt:
-        say(f"stopped; recordings are kept: {_AGAIN}")
+        say(f"stopped; recordings are kept: {_RESUME}")
         raise typer.Exit(130) from None
-    left = f"{done.left} grasps left: {_AGAIN}" if done.left else "all grasps are recorded"
+    left = f"{done.left} grasps left: {_RESUME}" if done.left else "all grasps are recorded"
     say(f"{dataset}/{name}: {done.recorded} recorded, {left}")
     for grasp, reason in done.skipped.items():
         warn(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}")

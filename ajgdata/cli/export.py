@@ -56,7 +56,7 @@ def export(
 
 def _description(predictor: Predictor, trained: dict[str, Any]) -> dict[str, Any]:
     """Return the metadata of the file; `trained` describes the training."""
-    from ajgdata.export import VERDICTS
+    from ajgdata.export import NOVELTY_VERDICTS
 
     training = {key: trained[key] for key in ("seed", "target", "recordings")}
     return {
@@ -71,7 +71,7 @@ def _description(predictor: Predictor, trained: dict[str, Any]) -> dict[str, Any
         "microphone": predictor.audio.microphone,
         "features": predictor.features.model_dump(mode="json"),
         "calibration": predictor.calibration.plain(),
-        "verdicts": list(VERDICTS),
+        "verdicts": list(NOVELTY_VERDICTS),
         "provenance": trained["provenance"] | training,
     }
 

@@ -57,7 +57,7 @@ TargetOption = Annotated[
     list[str] | None, typer.Option(help="label to predict, or `object`; repeatable")
 ]
 All = Annotated[bool, typer.Option("--all", help="list all, not only a few of each kind")]
-Choice = Annotated[
+OnChangeOption = Annotated[
     OnChange, typer.Option(help="importing again: differences to take from the folder")
 ]
 
@@ -78,7 +78,7 @@ def import_command(
     reference: Annotated[
         bool, typer.Option("--reference", help="leave the audio in the folder")
     ] = False,
-    on_change: Choice = OnChange.KEEP,
+    on_change: OnChangeOption = OnChange.KEEP,
     microphone: Annotated[
         str, typer.Option(help="used channel of the files: number from 1, or mean")
     ] = "",

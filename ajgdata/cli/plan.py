@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 FEW_SESSIONS = 6
 MINUTES_PER_HOUR = 60
 
-Task = Annotated[str, typer.Option(help="task whose score is planned")]
+TaskOption = Annotated[str, typer.Option(help="task whose score is planned")]
 HalfWidth = Annotated[
     float, typer.Option(min=0, help="half of the 95 % interval (percent points, target unit)")
 ]
-Model = Annotated[str, typer.Option(help="model whose predictions are used")]
+ModelOption = Annotated[str, typer.Option(help="model whose predictions are used")]
 Split = Annotated[
     str,
     typer.Option(help="split of the predictions; default: session, else grouped"),
@@ -40,9 +40,9 @@ GraspMinutes = Annotated[float, typer.Option(min=0, help="time of a grasp with i
 
 def plan(
     dataset: Annotated[str, typer.Argument(metavar="NAME", help="data set of the pilot")],
-    task: Task,
+    task: TaskOption,
     half_width: HalfWidth,
-    model: Model = "cnn",
+    model: ModelOption = "cnn",
     split: Split = "",
     new_objects: NewObjects = False,
     session_minutes: SessionMinutes = 30,

@@ -26,7 +26,7 @@ GB = 1e9
 #: Snakemake's options that set a configuration.
 CONFIG = ("--config", "-C")
 #: Columns of Snakemake's summary: file, date, rule, log files, status, plan.
-COLUMNS = 6
+SUMMARY_COLUMNS = 6
 
 
 def doctor() -> None:
@@ -114,7 +114,7 @@ def data_changes(paths: Paths, names: Sequence[str]) -> tuple[list[str], list[st
 
 
 def workflow_status(paths: Paths, options: Sequence[str] = ()) -> list[dict[str, str]]:
-    """Return the rows of Snakemake's summary, one per result, see COLUMNS.
+    """Return the rows of Snakemake's summary, one per result, see SUMMARY_COLUMNS.
 
     `snakemake --summary` prints them, with the arguments `options`; as a dry run it writes no log.
     The project need not be writable.
@@ -131,7 +131,7 @@ def workflow_status(paths: Paths, options: Sequence[str] = ()) -> list[dict[str,
     if done.returncode:
         problem = lines[-1].strip(" .") if lines else "snakemake stopped without a message"
         raise DataError(paths.root, problem, "run `snakemake --dry-run` for details")
-    table = (line for line in lines if line.count("\t") == COLUMNS - 1)
+    table = (line for line in lines if line.count("\t") == SUMMARY_COLUMNS - 1)
     return list(csv.DictReader(table, delimiter="\t"))
 
 

@@ -20,7 +20,7 @@ import torch
 from sklearn.pipeline import Pipeline
 from torch import Tensor, nn
 
-from ajgdata.models.cnn import CHUNK, CnnClassifier, Descent, SpectrumCnn, reproducible
+from ajgdata.models.cnn import FORWARD_ROWS, CnnClassifier, Descent, SpectrumCnn, reproducible
 from ajgdata.models.device import training_device
 from ajgdata.models.scaling import raw_scaling
 from ajgdata.types import Embedding, NotPossibleError
@@ -37,7 +37,9 @@ class Encoder:
         """Return latents (n, d), float32, of features (n, n_features)."""
         rows = torch.from_numpy(self.scaling.transform(features)).float()
         with reproducible(0), torch.inference_mode():
-            return torch.cat([self.network.trunk(part) for part in rows.split(CHUNK)]).numpy()
+            return torch.cat(
+                [self.network.trunk(part) for part in rows.split(FORWARD_ROWS)]
+            ).numpy()
 
 
 def train_encoders(

@@ -38,10 +38,10 @@ class Interval(NamedTuple):
 UNDEFINED = Interval(float("nan"), float("nan"))
 #: Names of both ends in tables of scores.
 GRASP_INTERVAL = ("grasp low", "grasp high")
-Verdict = Literal["agrees", "partly agrees", "better", "worse", "inconclusive", "disagrees"]
-VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+PaperVerdict = Literal["agrees", "partly agrees", "better", "worse", "inconclusive", "disagrees"]
+PAPER_VERDICTS: tuple[PaperVerdict, ...] = get_args(PaperVerdict)
 #: Meaning of each verdict, in the report and in docs/ablations.md.
-VERDICT_MEANINGS: Mapping[Verdict, str] = {
+VERDICT_MEANINGS: Mapping[PaperVerdict, str] = {
     "agrees": (
         "number: the 95 % interval of the difference contains 0 and is narrow; "
         "statement: the interval of each of its differences is above 0"
@@ -159,7 +159,7 @@ def difference(
 
 def compare_with_published(
     score: Estimate, published: float, published_interval: Interval | None = None
-) -> Verdict:
+) -> PaperVerdict:
     """Return the verdict on our score next to a published value, in the unit of the score.
 
     Without `published_interval`, the published value counts as exact. If the interval of the score
@@ -192,8 +192,8 @@ class PublishedJudgement(NamedTuple):
     as exact. `is_stable`: no computer changes one of these verdicts.
     """
 
-    verdict: Verdict
-    by_trials: Mapping[int, Verdict]
+    verdict: PaperVerdict
+    by_trials: Mapping[int, PaperVerdict]
     is_stable: bool
 
 
@@ -235,9 +235,9 @@ def judge_published(
 
 def _verdict_on_computers(
     score: Estimate, published: float, published_interval: Interval | None, spread: float
-) -> tuple[Verdict, bool]:
+) -> tuple[PaperVerdict, bool]:
     """Return the verdict on a score, and whether it is the same on all computers."""
-    verdicts: set[Verdict] = set()
+    verdicts: set[PaperVerdict] = set()
     for shift in (-spread, 0.0, spread):
         moved = score._replace(value=score.value + shift, interval=score.interval.shifted(shift))
         verdicts.add(compare_with_published(moved, published, published_interval))
@@ -246,7 +246,7 @@ def _verdict_on_computers(
     return verdicts.pop(), True
 
 
-def statement(gap: Interval) -> Verdict:
+def statement(gap: Interval) -> PaperVerdict:
     """Return the verdict on a statement that holds if a difference is above 0."""
     if not gap.is_defined:
         return "inconclusive"
@@ -255,7 +255,7 @@ def statement(gap: Interval) -> Verdict:
     return "disagrees" if gap.high < 0 else "inconclusive"
 
 
-def together(verdicts: Collection[Verdict]) -> Verdict:
+def together(verdicts: Collection[PaperVerdict]) -> PaperVerdict:
     """Return one verdict on a statement about several objects, from the verdict on each."""
     distinct = set(verdicts)
     if len(distinct) == 1:

@@ -18,11 +18,11 @@ from scipy.special import logsumexp, softmax
 TEMPERATURES = (0.05, 20.0)
 #: Below this a probability says no more; its logarithm stays finite.
 TINIEST = 1e-12
-BINS = 10  #: of the confidence, 0 to 1
+CONFIDENCE_BINS = 10  #: of the confidence, 0 to 1
 
 
 @dataclass(frozen=True)
-class Bin:
+class ConfidenceBin:
     """Predictions whose confidence lies in (low, high]."""
 
     low: float
@@ -54,15 +54,15 @@ def with_temperature(probability: np.ndarray, t: float) -> np.ndarray:
     return softmax(np.log(np.maximum(probability, TINIEST)) / t, axis=1)
 
 
-def reliability(confidence: np.ndarray, right: np.ndarray) -> list[Bin]:
+def reliability(confidence: np.ndarray, right: np.ndarray) -> list[ConfidenceBin]:
     """Return the accuracy of predictions in equal bins of their confidence (n,), in 0..1.
 
     `right` (n,) says which were; bins that hold none are left out.
     """
-    edges = np.linspace(0, 1, BINS + 1)
-    number = np.clip(np.searchsorted(edges, confidence, side="left") - 1, 0, BINS - 1)
+    edges = np.linspace(0, 1, CONFIDENCE_BINS + 1)
+    number = np.clip(np.searchsorted(edges, confidence, side="left") - 1, 0, CONFIDENCE_BINS - 1)
     return [
-        Bin(
+        ConfidenceBin(
             float(edges[b]),
             float(edges[b + 1]),
             int((number == b).sum()),
@@ -73,7 +73,7 @@ def reliability(confidence: np.ndarray, right: np.ndarray) -> list[Bin]:
     ]
 
 
-def calibration_error(bins: Sequence[Bin]) -> float:
+def calibration_error(bins: Sequence[ConfidenceBin]) -> float:
     """Return the expected calibration error: mean |confidence - accuracy| over predictions."""
     total = sum(interval.count for interval in bins)
     return (

@@ -30,7 +30,7 @@ from ajgdata.evaluate.task_data import TaskData
 from ajgdata.models import fit_model, make_model
 from ajgdata.types import MODELS, Kind, NotPossibleError
 
-TIMED = 5  # timed predictions; their median ignores one interruption or two
+TIMED_PREDICTIONS = 5  # timed predictions; their median ignores one interruption or two
 TIMING_BUDGET_S = 1.0  # stop repeating a slow prediction after this long
 
 
@@ -266,7 +266,7 @@ def _fitted(
 def _predicting_s(estimator: Any, rows: np.ndarray) -> float:
     """Return the median wall time of some predictions of the rows, in s."""
     times: list[float] = []
-    while len(times) < TIMED and sum(times) < TIMING_BUDGET_S:
+    while len(times) < TIMED_PREDICTIONS and sum(times) < TIMING_BUDGET_S:
         start = time.perf_counter()
         estimator.predict(rows)
         times.append(time.perf_counter() - start)

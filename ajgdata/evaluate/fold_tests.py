@@ -19,7 +19,7 @@ from scipy.stats import t as student
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.agreement import UNDEFINED, Interval
 from ajgdata.evaluate.crossval import Predictions
-from ajgdata.evaluate.intervals import CONFIDENCE, ROUNDING
+from ajgdata.evaluate.intervals import CONFIDENCE, RESAMPLES, ROUNDING
 from ajgdata.evaluate.metrics import LOWER_IS_BETTER, RANGES, wrapped
 from ajgdata.types import NotPossibleError
 
@@ -63,9 +63,6 @@ def corrected_interval(values: Sequence[float], folds: int, metric: str = "") ->
 def repeat_seed(seed: int, repeat: int) -> int:
     """Return the seed of a repeat: that of the task for the first."""
     return int(np.random.SeedSequence([seed, repeat]).generate_state(1)[0]) if repeat else seed
-
-
-RESAMPLES = 2000
 
 
 class RobustError(NamedTuple):
@@ -126,8 +123,8 @@ def robust_error(squared: np.ndarray, seed: int = 0) -> RobustError:
 
 
 Expected = Literal["better", "worse"]
-Verdict = Literal["supported", "refuted", "not supported", "not testable"]
-LEVEL = 0.05  #: of significance, for all tests of a page together
+HypothesisVerdict = Literal["supported", "refuted", "not supported", "not testable"]
+SIGNIFICANCE_LEVEL = 0.05  #: of significance, for all tests of a page together
 
 
 @dataclass(frozen=True)
@@ -145,7 +142,7 @@ class FoldDifference:
     p: float
 
 
-def verdict(gain: float, p: float, expected: Expected = "better") -> Verdict:
+def verdict(gain: float, p: float, expected: Expected = "better") -> HypothesisVerdict:
     """Return the verdict on the hypothesis that the second is better (or worse).
 
     `p` is NaN without a test; correct it first (`holm`) if there are several tests. `refuted`: the
@@ -153,7 +150,7 @@ def verdict(gain: float, p: float, expected: Expected = "better") -> Verdict:
     """
     if math.isnan(p):
         return "not testable"
-    if p >= LEVEL:
+    if p >= SIGNIFICANCE_LEVEL:
         return "not supported"
     return "supported" if (gain > 0) == (expected == "better") else "refuted"
 

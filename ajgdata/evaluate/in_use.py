@@ -29,7 +29,7 @@ from ajgdata.models import fit_named_model, make_model
 from ajgdata.types import Kind, NotPossibleError
 
 #: The inner folds of the model, each of which trains it once more.
-FOLDS = 5
+CALIBRATION_FOLDS = 5
 COVERAGE = 0.9
 #: Share of new grasps of known objects that may be flagged as novel.
 FALSE_ALARM = 0.05
@@ -151,7 +151,7 @@ def _novelty(
 
 
 def _folds(groups: np.ndarray) -> int:
-    return min(FOLDS, len(np.unique(groups)))
+    return min(CALIBRATION_FOLDS, len(np.unique(groups)))
 
 
 def _held_out(

@@ -32,7 +32,7 @@ from ajgdata.types import NotPossibleError
 #: Points nearer than this are the same: they are of order one, and float32 when they are stored.
 EQUAL = 1e-6
 #: Folds that are held out to find a threshold: nothing is trained, so many folds cost little.
-FOLDS = 10
+THRESHOLD_FOLDS = 10
 #: Share of the groups of known objects that are held out together with some objects: 1 / 5.
 GROUP_FOLDS = 5
 #: Recordings of novel objects from which a detection rate is computed, over all folds.
@@ -302,7 +302,7 @@ def held_out_scores(
 
     Detectors that are missing in a fold are left out.
     """
-    folds = min(FOLDS, len(np.unique(groups)))
+    folds = min(THRESHOLD_FOLDS, len(np.unique(groups)))
     held_out: dict[str, list[np.ndarray]] = {}
     rows = []
     parts = list(grouped_folds(np.zeros(len(features)), groups, "regression", folds, seed))
@@ -406,16 +406,16 @@ def novel_scores(
 ) -> NovelScores:
     """Return scores of objects that were held out, and of held-out groups of the other objects.
 
-    `features` (n, f), their `grasp` (n,), `groups` (n,) and `objects` (n,). With more than FOLDS
-    objects, several are held out at a time. Each fold also holds out a fifth of the groups of its
-    known objects, as a reference. `classifier` names a model with class scores, which is trained on
-    the objects for two further detectors (see `classifier_scores`). Raises NotPossibleError for
-    fewer than two objects or groups.
+    `features` (n, f), their `grasp` (n,), `groups` (n,) and `objects` (n,). With more than
+    THRESHOLD_FOLDS objects, several are held out at a time. Each fold also holds out a fifth of
+    the groups of its known objects, as a reference. `classifier` names a model with class scores,
+    which is trained on the objects for two further detectors (see `classifier_scores`). Raises
+    NotPossibleError for fewer than two objects or groups.
     """
     count = len(np.unique(objects))
     if count < 2:
         raise NotPossibleError("one object only: none is left to hold out")
-    folds, random = min(FOLDS, count), np.random.default_rng(seed)
+    folds, random = min(THRESHOLD_FOLDS, count), np.random.default_rng(seed)
     known_scores: dict[str, list[np.ndarray]] = {}
     novel: dict[str, list[np.ndarray]] = {}
     known_rows, novel_rows = [], []

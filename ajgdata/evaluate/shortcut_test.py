@@ -22,7 +22,7 @@ MEASURES: dict[str, str] = {
     "periodic": "correlation of angles",
     "classification": "mutual information",
 }
-LEVEL = 0.01  #: of p, below which a model is flagged
+FLAG_LEVEL = 0.01  #: of p, below which a model is flagged
 
 
 @dataclass(frozen=True)

@@ -34,9 +34,9 @@ MeasurementKey = tuple[str, str, str, str]
 JobKey = tuple[str, str, str, str]
 #: Experiments whose folds hold out one placement of every class.
 BY_PLACEMENT = (CROSS_VALIDATION, "comparison", "repeated_fits")
-PLAIN, ALL = "plain", "all"  #: names of jobs of several models
+PLAIN_JOB, ALL_JOB = "plain", "all"  #: names of jobs of several models
 #: Modules of this package that are not experiments.
-SHARED = (
+SHARED_MODULES = (
     "base",
     "cross_validation_paper",
     "cross_validation_results",
@@ -48,7 +48,7 @@ SHARED = (
 
 
 def _all() -> Registry[Experiment]:
-    names = sorted({module.name for module in pkgutil.iter_modules(__path__)} - {*SHARED})
+    names = sorted({module.name for module in pkgutil.iter_modules(__path__)} - {*SHARED_MODULES})
     built_in = [importlib.import_module(f"{__name__}.{name}").EXPERIMENT for name in names]
     experiments = Registry("experiment", {experiment.name: experiment for experiment in built_in})
     for point in entry_points(group="ajgdata.experiments"):
@@ -101,12 +101,12 @@ class Request:
     def job_models(self) -> dict[str, list[str]]:
         """Return the models of each of its jobs, by the name of the job.
 
-        All plain models share the job PLAIN; models that are measured together have the job ALL.
+        All plain models share the job PLAIN_JOB; models that are measured together have ALL_JOB.
         """
         jobs: dict[str, list[str]] = {}
         for model in self.models:
             is_plain = model in PLAIN_MODELS and not hasattr(self.settings, "only")
-            name = PLAIN if is_plain else model or ALL
+            name = PLAIN_JOB if is_plain else model or ALL_JOB
             jobs.setdefault(name, []).append(model)
         return jobs
 

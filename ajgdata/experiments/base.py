@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ajgdata.evaluate.agreement import NO_BETTER, UNDEFINED, Estimate, Verdict
+from ajgdata.evaluate.agreement import NO_BETTER, UNDEFINED, Estimate, PaperVerdict
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
 from ajgdata.experiments.plots import BoundPlot, Plot
 from ajgdata.paths import short_name
@@ -222,7 +222,7 @@ class TaskResults:
         return f"{text}, {NO_BETTER}"
 
     def compared(
-        self, paper: PaperFigure, result: str, model: str, agrees: Verdict, **fields: Any
+        self, paper: PaperFigure, result: str, model: str, agrees: PaperVerdict, **fields: Any
     ) -> PaperComparison:
         """Return a row of the comparison with the paper; `fields` are its further fields."""
         where = self.dataset, self.task, self.source

@@ -45,7 +45,7 @@ TITLE = "Comparison"
 #: Metric of the cost of features.
 FEATURE_S = "feature_s_per_recording"
 #: Variants that a figure lists by name; more are shown over their cost.
-MAX_ROWS = 6
+MAX_NAMED_VARIANTS = 6
 
 
 class Settings(Strict):
@@ -290,7 +290,7 @@ def plot_of(results: TaskResults, result: Result) -> Plot:
         return replace(plot, x="x", series=("series",))
     if comparison.test:
         return replace(plot, mark="rows", x="variant", series=("tested",))
-    if comparison.makes_features and len(comparison.all_variants) > MAX_ROWS:
+    if comparison.makes_features and len(comparison.all_variants) > MAX_NAMED_VARIANTS:
         plot = replace(plot, mark="scatter", value="error", metric="", x="ms", chance="")
     else:
         plot = replace(plot, mark="rows", x="variant", series=())

@@ -23,7 +23,7 @@ from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
 
 TITLE = "Conformal intervals"
-COLUMNS = {"coverage": "Stated coverage", "fold": "Fold", "held": "Coverage"}
+COVERAGE_COLUMNS = {"coverage": "Stated coverage", "fold": "Fold", "held": "Coverage"}
 
 
 class Settings(Strict):
@@ -75,7 +75,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
                 scores.append(ScoreRow("coverage", f"fold {fold}", held, key))
                 scores.append(ScoreRow("width", f"fold {fold}", width, key))
                 rows.append({"coverage": coverage, "fold": fold, "held": held, "width": width})
-    columns = COLUMNS | {"width": column_title("Width", inputs.task_settings.unit)}
+    columns = COVERAGE_COLUMNS | {"width": column_title("Width", inputs.task_settings.unit)}
     cost = [ScoreRow("train_cpu_s", COST, spent, ScoreKey(model))]
     return Outcome(
         (score_table(scores, TITLE), table_of("intervals", TITLE, rows, **columns)),
@@ -83,7 +83,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     )
 
 
-COVERAGE = Plot(
+COVERAGE_PLOT = Plot(
     "lines",
     "intervals",
     "share of held-out grasps inside prediction ± half width, as a model in use states it",
@@ -92,7 +92,7 @@ COVERAGE = Plot(
     percent=("held", "coverage"),
     ideal=True,
 )
-WIDTH = Plot(
+WIDTH_PLOT = Plot(
     "lines",
     "intervals",
     "width of the intervals against their stated coverage",
@@ -108,7 +108,7 @@ EXPERIMENT = Experiment(
     title=TITLE,
     settings=Settings,
     measure=measure,
-    plots=(COVERAGE, WIDTH),
+    plots=(COVERAGE_PLOT, WIDTH_PLOT),
     by_model=True,
     kinds=("regression",),
 )

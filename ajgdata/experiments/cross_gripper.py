@@ -76,7 +76,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     return Outcome((score_table(scores, title), table_of("folds", title, rows, **columns)))
 
 
-GRIPPERS = Plot(
+GRIPPERS_PLOT = Plot(
     "lines",
     "folds",
     "models on another gripper, with a few of its grasps added to the training",
@@ -92,12 +92,12 @@ GRIPPERS = Plot(
 def plots(results: TaskResults) -> list[Plot]:
     """Return the errors over calibration grasps, or per gripper if only one number was tried."""
     if len(results.settings.grasps) > 1:
-        return [GRIPPERS]
+        return [GRIPPERS_PLOT]
     (grasps,) = results.settings.grasps
     about = f"models on another gripper, with {grasps} of its grasps added to the training"
     if grasps == 0:
         about = "models on another gripper, without any of its grasps in the training"
-    return [replace(GRIPPERS, mark="rows", about=about, x="other", panel="", title=finding)]
+    return [replace(GRIPPERS_PLOT, mark="rows", about=about, x="other", panel="", title=finding)]
 
 
 def _first_label(results: TaskResults) -> str:
@@ -109,7 +109,7 @@ def finding(results: TaskResults) -> str:
     """Return the error of the paper's model on its own gripper and on the others."""
     label = _first_label(results)
     home = next(iter(_home_scores(results, label).values()), Score(math.nan, math.nan))
-    values = [point.score.mean for point in GRIPPERS.bind(results).points_with(model=label)]
+    values = [point.score.mean for point in GRIPPERS_PLOT.bind(results).points_with(model=label)]
     own = with_unit(number(home.mean), results.shown_unit)
     range_text = value_range(values, results.shown_unit)
     return f"{label}: {results.metric_title} {own} on its gripper, {range_text} on others"
@@ -120,7 +120,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     if results.paper is None:
         return
     label = _first_label(results)
-    grippers = GRIPPERS.bind(results)
+    grippers = GRIPPERS_PLOT.bind(results)
     points = grippers.points_with(model=label, grasps=min(results.settings.grasps))
     homes = _home_scores(results, label)
     sign = 1 if results.task_settings.kind == "classification" else -1
@@ -156,7 +156,7 @@ def reason(results: TaskResults, label: str) -> str:
     Skill is 0 at the chance level and 1 at the score on the model's own gripper. The verdict is
     only about the model `label`.
     """
-    grippers = GRIPPERS.bind(results)
+    grippers = GRIPPERS_PLOT.bind(results)
     sign = 1 if results.task_settings.kind == "classification" else -1
     texts = []
     for result in results.results:
@@ -185,7 +185,7 @@ def reason(results: TaskResults, label: str) -> str:
 def _home_scores(results: TaskResults, label: str) -> dict[str, Score]:
     """Return the metric of a model on its own gripper, as shown, by the other gripper."""
     scores = {}
-    table = GRIPPERS.bind(results).table.where(model=label)
+    table = GRIPPERS_PLOT.bind(results).table.where(model=label)
     for name, rows in table.split_by("other").items():
         home = results.scale * rows.numbers("home")
         known = home[np.isfinite(home)]

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from ajgdata.evaluate.crossval import CrossValidation, Predictions, Tested
 
 PREDICTIONS = "predictions"  #: name of the table of predictions
-PREDICTION_COLUMNS = {
+PREDICTION_TITLES = {
     "recording": "Recording",
     "split": "Split",
     "test_set": "Tested on",
@@ -270,7 +270,7 @@ def measure(inputs: Inputs, settings: CrossValidationSettings, model: str) -> Ou
     return Outcome(
         (
             score_table(scores, "Errors"),
-            table_of(PREDICTIONS, "Held-out predictions", predicted, **PREDICTION_COLUMNS),
+            table_of(PREDICTIONS, "Held-out predictions", predicted, **PREDICTION_TITLES),
         ),
         (score_table(costs, "Cost"),),
         {
@@ -358,7 +358,7 @@ def _interval_scores(
 
 
 def _rows(data: TaskData, part: PartColumns, predictions: Predictions) -> Iterator[dict[str, Any]]:
-    """Yield a row of `PREDICTION_COLUMNS` per predicted recording."""
+    """Yield a row of `PREDICTION_TITLES` per predicted recording."""
     row, probability = predictions.row, predictions.probability
     columns = {
         "recording": data.name[row],

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ajgdata.evaluate.agreement import Verdict, together
+from ajgdata.evaluate.agreement import PaperVerdict, together
 from ajgdata.evaluate.parts import GROUPED, RANDOM
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import (
@@ -73,7 +73,7 @@ def _compared(
     published, chance = paper.value, model.chance(part)
     if paper.text == NEAR_CHANCE:
         published = model.task.scale * chance
-    verdict: Verdict = "inconclusive"
+    verdict: PaperVerdict = "inconclusive"
     remark = ""
     if published is not None:
         scale = model.task.scale

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from ajgdata.evaluate.mirror import MirrorErrors
 
 #: Parts of a task: key in dataset.yaml under `paper`, and heading in the table of results.
-PARTS = {
+TASK_PARTS = {
     GROUPED: ("known", ""),
     RANDOM: ("known_by_recording", "split by recording: grasps are in training and test data"),
     WITHHELD: ("unknown", "values withheld from training"),
@@ -102,7 +102,7 @@ class ModelResult:
     @cached_property
     def _values(self) -> Mapping[str, Mapping[str, float]]:
         """Return values of the metric that is read first, by part and statistic; missing: NaN."""
-        parts = [*PARTS, *SESSION_PARTS, *map(self.placebo_part, PLACEBO_SPLITS)]
+        parts = [*TASK_PARTS, *SESSION_PARTS, *map(self.placebo_part, PLACEBO_SPLITS)]
         parts += [elsewhere(name) for name in self.task.settings.test_on]
         scores = self.result.tables[SCORES].where(metric=self.task.metric)
         tables = {part: scores.where(**self._columns(part)) for part in parts}
@@ -233,7 +233,7 @@ class ModelResult:
     def parts(self) -> list[tuple[str, PaperFigure | None]]:
         """Return the parts that were tested, the grouped split first, with the paper's rows."""
         papers = self.task.papers
-        parts = [(part, papers.get(key)) for part, (key, _) in PARTS.items()]
+        parts = [(part, papers.get(key)) for part, (key, _) in TASK_PARTS.items()]
         parts += [(elsewhere(name), papers.get(name)) for name in self.task.settings.test_on]
         return [(part, paper) for part, paper in parts if self.has(part)]
 
@@ -392,7 +392,7 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
             number(model.cost.train_cpu_s),
             number(model.cost.prediction_ms),
             best=model is top,
-            paper=results.papers.get(PARTS[GROUPED][0]),
+            paper=results.papers.get(TASK_PARTS[GROUPED][0]),
             answer=model.shown(model.with_interval(), GROUPED) if model is top else "",
             marks=marks_of([model], model, GROUPED),
             unit=results.shown_unit,
@@ -402,7 +402,7 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
     yield from placebo_rows(models)
     for part in dict.fromkeys(part for model in models for part, _ in model.parts[1:]):
         name = part_columns(part, results.dataset).test_set
-        key, heading = PARTS.get(part) or (name, f"tested on {results.other_sets[name].title}")
+        key, heading = TASK_PARTS.get(part) or (name, f"tested on {results.other_sets[name].title}")
         if part in (RANDOM, OVERALL) and key not in results.papers:
             continue
         for model in (model for model in models if model.has(part)):

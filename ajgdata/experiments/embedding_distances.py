@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ajgdata.evaluate.agreement import Verdict, together
+from ajgdata.evaluate.agreement import PaperVerdict, together
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,
@@ -33,7 +33,7 @@ from ajgdata.types.table import Table, table_of
 
 TITLE = "Embedding: distances"
 #: What the paper says of its categories: these lie together, this one is spread widely.
-TOGETHER, SPREAD = ("spherical", "cylindrical"), "other"
+CLOSE_CATEGORIES, SPREAD_CATEGORY = ("spherical", "cylindrical"), "other"
 
 
 def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
@@ -78,7 +78,7 @@ def _scores(categories: Table, settings: Embedding) -> Iterator[ScoreRow]:
             yield ScoreRow("distance", statistic, value, key)
 
 
-class Category(NamedTuple):
+class CategoryDistances(NamedTuple):
     """Distances (runs,) within a category, and by how much its distance to the others is larger,
     their mean."""
 
@@ -92,7 +92,7 @@ class Category(NamedTuple):
         return Score(float(gaps.mean()), float(gaps.std(ddof=1))) if len(gaps) > 1 else None
 
 
-def categories_of(results: TaskResults, space: str) -> dict[str, Category]:
+def categories_of(results: TaskResults, space: str) -> dict[str, CategoryDistances]:
     """Return each category in a space, of pairs of different grasps."""
     table = results.results[0].tables["categories"].where(space=space)
     scores = scores_by(table, ("first", "second"), "distance")
@@ -102,7 +102,7 @@ def categories_of(results: TaskResults, space: str) -> dict[str, Category]:
         within = runs[name, name]
         between = [runs[pair] for pair in runs if name in pair and pair != (name, name)]
         known = np.ma.masked_invalid(between or np.full((1, len(within)), np.nan))
-        categories[name] = Category(within, known.mean(axis=0).filled(np.nan) - within)
+        categories[name] = CategoryDistances(within, known.mean(axis=0).filled(np.nan) - within)
     return categories
 
 
@@ -133,7 +133,7 @@ class Claim(NamedTuple):
     difference: Score
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> PaperVerdict:
         """Return whether the difference is above 0 by two standard deviations."""
         return holds(self.difference)
 
@@ -145,16 +145,16 @@ def claims_of(results: TaskResults) -> list[Claim]:
     """
     latent = categories_of(results, "latent")
     gaps = {name: category.gap for name, category in latent.items() if category.gap}
-    if not {*TOGETHER, SPREAD} <= set(gaps):
+    if not {*CLOSE_CATEGORIES, SPREAD_CATEGORY} <= set(gaps):
         return []
     claims = [
         Claim(f"{words(name)} has a smaller distance within than between", gaps[name])
-        for name in TOGETHER
+        for name in CLOSE_CATEGORIES
     ]
-    widest = np.max([latent[name].within for name in TOGETHER], axis=0)
-    wider = latent[SPREAD].within - widest
+    widest = np.max([latent[name].within for name in CLOSE_CATEGORIES], axis=0)
+    wider = latent[SPREAD_CATEGORY].within - widest
     difference = Score(float(wider.mean()), float(wider.std(ddof=1)))
-    claims.append(Claim(f"{words(SPREAD)} has the largest distance within", difference))
+    claims.append(Claim(f"{words(SPREAD_CATEGORY)} has the largest distance within", difference))
     return claims
 
 
@@ -165,7 +165,7 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
         return
     latent = categories_of(results, "latent")
     text = []
-    for name, claim in zip((*TOGETHER, SPREAD), claims, strict=True):
+    for name, claim in zip((*CLOSE_CATEGORIES, SPREAD_CATEGORY), claims, strict=True):
         within = float(np.nanmean(latent[name].within))
         gap = latent[name].gap or claim.difference
         text.append(f"{words(name)} {number(within)} within, {mean_sd(gap)} more to others")
@@ -192,7 +192,7 @@ def reason(claims: Sequence[Claim]) -> str:
     return f"{agree}, but {'; '.join(texts)}" if texts else ""
 
 
-DISTANCES = Plot(
+DISTANCES_PLOT = Plot(
     "rows",
     by_pair,
     "mean distance of validation pairs of different grasps, in the unit of each space",
@@ -208,7 +208,7 @@ EXPERIMENT = Experiment(
     title=TITLE,
     settings=Embedding,
     measure=measure,
-    plots=(DISTANCES,),
+    plots=(DISTANCES_PLOT,),
     paper_comparison=paper_comparison,
     of_embedding=True,
     order=82,

@@ -176,7 +176,7 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
     yield results.compared(paper, result, "k-NN on the latent", verdict, cost=cost)
 
 
-ACCURACY = Plot(
+ACCURACY_PLOT = Plot(
     "lines",
     by_dimension,
     "accuracy of k-NN by dimension; PCA and UMAP are fitted to training recordings without labels, "
@@ -194,7 +194,7 @@ EXPERIMENT = Experiment(
     title=TITLE,
     settings=Embedding,
     measure=measure,
-    plots=(ACCURACY,),
+    plots=(ACCURACY_PLOT,),
     paper_comparison=paper_comparison,
     of_embedding=True,
     order=81,

@@ -179,7 +179,7 @@ def supervision(results: TaskResults) -> str:
     return f"Source of the pairs: {results.settings.supervision}{count}"
 
 
-SILHOUETTES = Plot(
+SILHOUETTES_PLOT = Plot(
     "rows",
     with_titles,
     "silhouette (Rousseeuw 1987) of validation points by object and by category",
@@ -194,7 +194,7 @@ EXPERIMENT = Experiment(
     title=TITLE,
     settings=Embedding,
     measure=measure,
-    plots=(SILHOUETTES,),
+    plots=(SILHOUETTES_PLOT,),
     own_figures=own_figures,
     paper_comparison=paper_comparison,
     summary=supervision,

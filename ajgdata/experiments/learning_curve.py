@@ -147,7 +147,7 @@ def _count(grasps: float, tried: int) -> str:
     return number(grasps) if math.isfinite(grasps) else f"more than {number(tried)}"
 
 
-CURVE = Plot(
+CURVE_PLOT = Plot(
     "lines",
     "curve",
     "the same held-out grasps are predicted from more and more training grasps",
@@ -161,7 +161,7 @@ CURVE = Plot(
 
 def _points(results: TaskResults, label: str) -> list[Point]:
     """Return the curve of a model, from few to many training grasps."""
-    return sorted(CURVE.bind(results).points_with(model=label), key=lambda point: point.x)
+    return sorted(CURVE_PLOT.bind(results).points_with(model=label), key=lambda point: point.x)
 
 
 def advice(results: TaskResults) -> Iterator[str]:
@@ -183,7 +183,7 @@ EXPERIMENT = Experiment(
     title="Learning curve",
     settings=Settings,
     measure=measure,
-    plots=(CURVE,),
+    plots=(CURVE_PLOT,),
     paper_comparison=paper_comparison,
     summary=missing,
     advice=advice,

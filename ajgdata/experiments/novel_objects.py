@@ -107,7 +107,7 @@ def finding(results: TaskResults) -> str:
     )
 
 
-CURVE = Plot(
+CURVE_PLOT = Plot(
     "lines",
     "curve",
     "share of grasps of held-out objects that are flagged, against the share of held-out grasps of "
@@ -126,5 +126,5 @@ EXPERIMENT = Experiment(
     title=TITLE,
     settings=Settings,
     measure=measure,
-    plots=(CURVE,),
+    plots=(CURVE_PLOT,),
 )

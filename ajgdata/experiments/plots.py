@@ -15,7 +15,16 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from ajgdata.models import model_label
-from ajgdata.report.format import Caption, Score, mean_sd, number, sentence, with_unit, words
+from ajgdata.report.format import (
+    MAX_LISTED,
+    Caption,
+    Score,
+    mean_sd,
+    number,
+    sentence,
+    with_unit,
+    words,
+)
 from ajgdata.report.report_data import Illustration, ResultRow
 from ajgdata.types.table import Column, Table, Value
 
@@ -27,12 +36,10 @@ if TYPE_CHECKING:
 
 #: Percentiles that are given of a histogram.
 PERCENTILES = (5, 50, 95)
-#: Points that an alternative text lists.
-MAX_LISTED = 60
 #: More places on an x axis than this are put into bins.
 MAX_VALUES = 30
 #: Column with the label of the model, which the joined rows of a stored table get.
-MODEL = Column("model", "Model")
+MODEL_COLUMN = Column("model", "Model")
 #: What the cells of a column are: labels for people, names of models, or names of data sets.
 CellRole = Literal["label", "model", "data set"]
 
@@ -69,7 +76,7 @@ class Plot:
     about: str
     value: str = "value"
     x: str = ""
-    series: tuple[str, ...] = (MODEL.key,)
+    series: tuple[str, ...] = (MODEL_COLUMN.key,)
     panel: str = ""
     over: str = "folds"
     interval: tuple[str, str] | None = None
@@ -226,7 +233,7 @@ class BoundPlot:
     def _cells(self) -> Mapping[str, CellRole]:
         """What the cells of a column are: the column `model` of a stored table has labels."""
         if isinstance(self.plot.table, str):
-            return {MODEL.key: "label", **self.plot.cells}
+            return {MODEL_COLUMN.key: "label", **self.plot.cells}
         return self.plot.cells
 
     @cached_property
@@ -410,14 +417,18 @@ def _joined_table(results: TaskResults, name: str) -> Table:
     """Return the rows of a stored table of all models, with a column `model`."""
     tables = [(result, result.tables[name]) for result in results.results if name in result.tables]
     if not tables:
-        return Table(name, "", "", (MODEL,), ())
+        return Table(name, "", "", (MODEL_COLUMN,), ())
     first = tables[0][1]
-    if any(column.key == MODEL.key for column in first.columns):
+    if any(column.key == MODEL_COLUMN.key for column in first.columns):
         columns = first.columns
         rows = [row for _, table in tables for row in table.rows]
     else:
-        columns = (MODEL, *first.columns)
-        rows = [{MODEL.key: result.label, **row} for result, table in tables for row in table.rows]
+        columns = (MODEL_COLUMN, *first.columns)
+        rows = [
+            {MODEL_COLUMN.key: result.label, **row}
+            for result, table in tables
+            for row in table.rows
+        ]
     return Table(first.name, first.title, first.note, columns, tuple(rows))
 
 

@@ -135,7 +135,7 @@ def _loss_text(label: str, loss: tuple[float, Interval]) -> str:
     return f"{label} {number(value)} % ({number(low)} to {number(high)})"
 
 
-CLASSES = Plot(
+CLASSES_PLOT = Plot(
     "rows",
     by_class,
     "energy of the recordings within the band of each class, on the same objects; it includes the "
@@ -152,7 +152,7 @@ EXPERIMENT = Experiment(
     title="Reflected energy",
     settings=Settings,
     measure=measure,
-    plots=(CLASSES,),
+    plots=(CLASSES_PLOT,),
     paper_comparison=paper_comparison,
     check=check,
     kinds=("classification",),

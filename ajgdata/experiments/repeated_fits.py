@@ -106,7 +106,7 @@ def errors(results: TaskResults) -> Table:
     return table_of("errors", "Errors", rows, **columns, value="RMSE", low="From", high="To")
 
 
-FITS = Plot(
+FITS_PLOT = Plot(
     "rows",
     errors,
     "median RMSE over repeated cross-validations with other folds and seeds, of models that are "
@@ -129,7 +129,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     median, low, high, chance = (
         statistics(first, name)[key] for key in ("median", "low", "high", "chance")
     )
-    points = FITS.bind(results).points_with(dataset=name)
+    points = FITS_PLOT.bind(results).points_with(dataset=name)
     shown = [mean_sd(point.score, results.shown_unit) for point in points]
     text = [shown[0]]
     text += [f"{other.label}: {said}" for other, said in zip(further, shown[1:], strict=True)]
@@ -145,7 +145,7 @@ EXPERIMENT = Experiment(
     title="Repeated fits",
     settings=Settings,
     measure=measure,
-    plots=(FITS,),
+    plots=(FITS_PLOT,),
     paper_comparison=paper_comparison,
     by_model=True,
     kinds=("regression",),

@@ -92,7 +92,7 @@ def verdicts(results: TaskResults) -> str:
     return f"{' '.join(lines)} p is corrected for the {count} tests on this page (Holm)."
 
 
-DEPENDENCE = Plot(
+DEPENDENCE_PLOT = Plot(
     "rows",
     "silence",
     "how far predictions from recordings with the speaker silent depend on the truth",
@@ -106,7 +106,7 @@ EXPERIMENT = Experiment(
     title="Shortcut",
     settings=Settings,
     measure=measure,
-    plots=(DEPENDENCE,),
+    plots=(DEPENDENCE_PLOT,),
     summary=verdicts,
     by_model=True,
     order=15,

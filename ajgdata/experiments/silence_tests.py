@@ -15,7 +15,7 @@ def silence_tests(results: TaskResults) -> list[tuple[Result, dict]]:
     p values are corrected for all tests on the page (Holm), and decide which model is flagged.
     """
     from ajgdata.evaluate.fold_tests import holm  # SciPy
-    from ajgdata.evaluate.shortcut_test import LEVEL
+    from ajgdata.evaluate.shortcut_test import FLAG_LEVEL
 
     rows = [
         (result, row)
@@ -25,7 +25,7 @@ def silence_tests(results: TaskResults) -> list[tuple[Result, dict]]:
     ]
     corrected = holm([float(row["p"]) for _, row in rows])
     return [
-        (result, row | {"p": p, "flagged": p < LEVEL, "tests": len(rows)})
+        (result, row | {"p": p, "flagged": p < FLAG_LEVEL, "tests": len(rows)})
         for (result, row), p in zip(rows, corrected, strict=True)
         if result in results.results
     ]

@@ -258,7 +258,7 @@ def finding(results: TaskResults) -> str:
     )
 
 
-LENGTHS = Plot(
+LENGTHS_PLOT = Plot(
     "histogram",
     "runs",
     "objects sorted until the first refusal, in simulated runs on held-out grasps in random order; "
@@ -270,7 +270,7 @@ LENGTHS = Plot(
     published="count",
     title=finding,
 )
-RELIABILITY = Plot(
+RELIABILITY_PLOT = Plot(
     "lines",
     "reliability",
     "share of correct predictions against their probability, as the model gives it (plain) and "
@@ -289,7 +289,7 @@ EXPERIMENT = Experiment(
     title="Sorting",
     settings=Settings,
     measure=measure,
-    plots=(LENGTHS, RELIABILITY),
+    plots=(LENGTHS_PLOT, RELIABILITY_PLOT),
     own_rows=rows,
     paper_comparison=paper_comparison,
     by_model=True,

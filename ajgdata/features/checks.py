@@ -31,7 +31,7 @@ _BITS = {"PCM_U8": 8, "PCM_S8": 8, "PCM_16": 16, "PCM_24": 24, "PCM_32": 32}
 #: Bits of full scale that count in files of floats and in compressed files: less is rounding noise.
 _FLOAT_BITS = 16
 #: Code of the note about float samples above full scale.
-BEYOND = "beyond_full_scale"
+BEYOND_FULL_SCALE = "beyond_full_scale"
 _GAIN = "lower the gain and record again, or set quality to reject"
 
 
@@ -160,7 +160,7 @@ def _check_level(columns: NDArray[Any], subtype: str, window: int) -> list[Remar
     if peak > 1 and subtype not in _BITS:
         problem = f"samples beyond full scale: peak {peak:.4g} (float samples may)"
         fix = "nothing to do, unless the file was meant to be within +-1"
-        remarks.append(Remark("note", BEYOND, problem, fix))
+        remarks.append(Remark("note", BEYOND_FULL_SCALE, problem, fix))
     return remarks
 
 

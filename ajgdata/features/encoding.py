@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from ajgdata.store.audio import Remark
 
 #: Upper bytes of numbers of magnitude 2**-20 to 1, modulo 1.
-LOWEST, HIGHEST = 0.41, 0.5
+LOWEST_BYTES, HIGHEST_BYTES = 0.41, 0.5
 #: Part of the samples in this range. Smaller numbers of a decay are outside, and zeros are ignored.
 MIN_PART = 0.9
-#: Least root mean square: one sample of eight has at least LOWEST, and 0.41 / sqrt(8) = 0.145.
+#: Least root mean square: one sample of eight has at least LOWEST_BYTES, and
+#: 0.41 / sqrt(8) = 0.145.
 _LEAST_RMS = 0.14
 #: Groups of eight successive samples that are examined, from the whole recording.
 _GROUPS = 256
@@ -40,7 +41,7 @@ def check_encoding(samples: NDArray[np.float32], rms: float) -> Remark | None:
     selected = groups[:: max(1, len(groups) // _GROUPS)]
     remainder = selected - np.floor(selected)
     nonzero = np.count_nonzero(remainder, axis=0)
-    inside = np.count_nonzero((remainder > LOWEST) & (remainder < HIGHEST), axis=0)
+    inside = np.count_nonzero((remainder > LOWEST_BYTES) & (remainder < HIGHEST_BYTES), axis=0)
     if not np.any((nonzero >= _MIN_SAMPLES) & (inside >= MIN_PART * nonzero)):
         return None
     problem = "the samples are bytes of floating-point numbers under an integer header: noise at "

@@ -22,7 +22,7 @@ _DEVIATIONS = 6
 _NEAREST = 0.25
 _NEAREST_DEVIATION = 0.319
 #: Fewer recordings of a group do not show which one is unusual.
-MIN_RECORDINGS = 3
+MIN_GROUP_RECORDINGS = 3
 #: Least difference of two channels in dB. Differences within a session have a standard deviation of
 #: 5 dB (hammer hits, stereo); a swap changes this difference by 12 dB or more.
 SWAP_DB = 6.0
@@ -36,15 +36,15 @@ def level_jumps(level_db: NDArray[np.float64], groups: Sequence[str]) -> NDArray
     """Return by how many dB each recording (n,) of a session jumps; 0 if it does not.
 
     `groups` are the names of what sounds alike: object and classes. A level is compared with the
-    median of the recordings of its group; only if no group has MIN_RECORDINGS or more, all
+    median of the recordings of its group; only if no group has MIN_GROUP_RECORDINGS or more, all
     recordings are compared. A recording without a group, and a level that is not finite, never
     jump.
     """
     names = np.asarray(groups, dtype=np.str_)
     used = np.isfinite(level_db) & (names != "")
     alike = [np.flatnonzero(used & (names == name)) for name in np.unique(names)]
-    large = [group for group in alike if len(group) >= MIN_RECORDINGS]
-    if not large and np.count_nonzero(used) >= MIN_RECORDINGS:
+    large = [group for group in alike if len(group) >= MIN_GROUP_RECORDINGS]
+    if not large and np.count_nonzero(used) >= MIN_GROUP_RECORDINGS:
         large = [np.flatnonzero(used)]
     jumps = np.zeros(len(level_db))
     if not large:

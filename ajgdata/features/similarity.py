@@ -1,6 +1,6 @@
 """Recordings of one sound, detected by their spectra: copies that differ in format, gain or length.
 
-A fingerprint is a spectrum in equal bands between the limits of `BAND_HZ`. With b the mean
+A fingerprint is a spectrum in equal bands between the limits of `COMPARED_BAND_HZ`. With b the mean
 magnitude of a band over the mean of all bands, the fingerprint is log(b + FLOOR) minus its own
 mean, over the root of the number of bands. The Euclidean distance of two fingerprints is then the
 root mean square difference of two levels, in nepers (1 neper = 8.7 dB).
@@ -26,10 +26,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 Float32 = NDArray[np.float32]
-Rows = NDArray[np.intp]
+RowNumbers = NDArray[np.intp]
 
 #: From above the leakage of an offset, to below the filter of a file of 22.05 kHz.
-BAND_HZ = (50.0, 9_500.0)
+COMPARED_BAND_HZ = (50.0, 9_500.0)
 #: Most bands. With the default features each bin of the band (439) is a band.
 BANDS = 512
 FLOOR = 0.1
@@ -53,7 +53,8 @@ LEAST_RANK = 2
 FEWEST_REPEATS = 1 / 4
 #: Recordings whose nearest neighbours are searched for a tolerance.
 SAMPLED_ROWS = 500
-#: Bins in `BAND_HZ` that a comparison in this band requires: a sixteenth of the default window.
+#: Bins in `COMPARED_BAND_HZ` that a comparison in this band requires: a sixteenth of the default
+#: window.
 FEWEST_BINS = 64
 #: Bands that a comparison requires. With fewer bands, different sounds can have equal levels.
 FEWEST_BANDS = 16
@@ -76,8 +77,8 @@ class SimilarPairs:
     The list is incomplete if the search stopped after `MOST_PAIRS`.
     """
 
-    first: Rows
-    second: Rows
+    first: RowNumbers
+    second: RowNumbers
     distance: NDArray[np.float64]
     complete: bool
 
@@ -88,9 +89,9 @@ def fingerprints(
     """Return fingerprints (n, b) of spectra (n, f) with bins at `frequency_hz` (f,).
 
     `quantity` is that of `FeatureSettings`; the root of a power is a magnitude. Spectra with fewer
-    than `FEWEST_BINS` bins in `BAND_HZ` are compared in all bins above its lower limit, because
-    these bins can be a small part of the recorded band. With fewer bins than `BANDS`, each bin is a
-    band. Callers compare no fingerprints with fewer than `FEWEST_BANDS` bands.
+    than `FEWEST_BINS` bins in `COMPARED_BAND_HZ` are compared in all bins above its lower limit,
+    because these bins can be a small part of the recorded band. With fewer bins than `BANDS`, each
+    bin is a band. Callers compare no fingerprints with fewer than `FEWEST_BANDS` bands.
 
     >>> import numpy as np
     >>> from ajgdata.features.similarity import fingerprints
@@ -110,10 +111,10 @@ def fingerprints(
     return prints
 
 
-def _compared_bins(frequency_hz: NDArray[np.float64]) -> Rows:
+def _compared_bins(frequency_hz: NDArray[np.float64]) -> RowNumbers:
     """Return the columns (m,) of bins that are compared."""
-    above = frequency_hz >= BAND_HZ[0]
-    inside = above & (frequency_hz <= BAND_HZ[1])
+    above = frequency_hz >= COMPARED_BAND_HZ[0]
+    inside = above & (frequency_hz <= COMPARED_BAND_HZ[1])
     if inside.sum() >= FEWEST_BINS:
         return np.flatnonzero(inside)
     return np.flatnonzero(above if above.any() else np.ones_like(above))
@@ -156,7 +157,9 @@ def tolerance(prints: Float32, grasp: Sequence[str]) -> float:
     return min(LARGEST_OF_COPIES, max(FORMAT, SHARE * typical))
 
 
-def nearest_distances(prints: Float32, grasp: Sequence[str], rows: Rows) -> NDArray[np.float64]:
+def nearest_distances(
+    prints: Float32, grasp: Sequence[str], rows: RowNumbers
+) -> NDArray[np.float64]:
     """Return the distance (m,) between each of `rows` (m,) and the nearest row of another grasp.
 
     It is infinite if there is no other grasp.
@@ -179,14 +182,14 @@ def nearest_distances(prints: Float32, grasp: Sequence[str], rows: Rows) -> NDAr
     return nearest
 
 
-def _sampled_rows(count: int) -> Rows:
+def _sampled_rows(count: int) -> RowNumbers:
     """Return all of `count` rows, or a random sample with a constant seed."""
     if count <= SAMPLED_ROWS:
         return np.arange(count)
     return np.random.default_rng(0).choice(count, SAMPLED_ROWS, replace=False)
 
 
-def _pairs_of_grasps(groups: NDArray[np.intp]) -> tuple[Rows, Rows]:
+def _pairs_of_grasps(groups: NDArray[np.intp]) -> tuple[RowNumbers, RowNumbers]:
     """Return pairs of rows with the same group: neighbours within a group, evenly sampled."""
     order = np.argsort(groups, kind="stable")
     same = np.flatnonzero(groups[order][1:] == groups[order][:-1])
@@ -252,7 +255,7 @@ def _search(
     codes = np.unique(names, return_inverse=True)[1]
     own_code = codes[: len(own)]
     other_code = codes[len(own) :]
-    parts: list[tuple[Rows, Rows, NDArray[np.float64]]] = []
+    parts: list[tuple[RowNumbers, RowNumbers, NDArray[np.float64]]] = []
     count = 0
     for own_rows, other_rows in _candidates(own, other, limit, same_set):
         differs = own_code[own_rows] != other_code[other_rows]
@@ -270,7 +273,9 @@ def _search(
 
 
 def _joined(
-    parts: Sequence[tuple[Rows, Rows, NDArray[np.float64]]], complete: bool, same_set: bool
+    parts: Sequence[tuple[RowNumbers, RowNumbers, NDArray[np.float64]]],
+    complete: bool,
+    same_set: bool,
 ) -> SimilarPairs:
     """Return pairs in the order of their rows."""
     first = np.concatenate([part[0] for part in parts] or [np.zeros(0, np.intp)])
@@ -286,7 +291,7 @@ def _joined(
 
 def _candidates(
     own: Float32, other: Float32, limit: float, same_set: bool
-) -> Iterator[tuple[Rows, Rows]]:
+) -> Iterator[tuple[RowNumbers, RowNumbers]]:
     """Yield pairs of rows that include all with a distance up to `limit`.
 
     A projection never increases a distance. Rows are projected on sums of neighbouring bands, whose

@@ -33,7 +33,7 @@ DIRECTIONS = 32
 #: Samples, half a millisecond, whose mean is what a response settles at.
 SETTLED = 22
 #: Frequencies of the transfer, evenly from 0 to half the sample rate.
-BINS = 513
+TRANSFER_BINS = 513
 
 
 class MembranePatches(NamedTuple):
@@ -72,12 +72,12 @@ def directions(count: int = DIRECTIONS) -> Real:
 
 
 def patch_velocity(push: Real, motion: Real, step_s: float) -> NDArray[np.complexfloating]:
-    """Return the volume velocity (patches, BINS) of patches that `push` (patches, n) drives.
+    """Return the volume velocity (patches, TRANSFER_BINS) that `push` (patches, n) causes.
 
     `push` is the pressure times area (N) every `step_s`; v = iω P / (k - ω²m + iωr) of each. It
     stays for ever at the mean of its last SETTLED, so it is differenced.
     """
-    length = 2 * (BINS - 1)
+    length = 2 * (TRANSFER_BINS - 1)
     settled = push[:, -SETTLED:].mean(axis=1)
     folded = np.zeros((len(push), length))
     for begin in range(0, push.shape[1], length):
@@ -87,7 +87,7 @@ def patch_velocity(push: Real, motion: Real, step_s: float) -> NDArray[np.comple
     change = folded - np.roll(folded, 1, axis=1)
     change[:, push.shape[1] % length] += settled
     spectrum = np.fft.rfft(change, axis=1)
-    iw = 1j * np.pi / step_s * np.linspace(0, 1, BINS)
+    iw = 1j * np.pi / step_s * np.linspace(0, 1, TRANSFER_BINS)
     iw[0] = iw[1]  # a membrane without stiffness would move for ever
     surfaces, surface = np.unique(motion, axis=0, return_inverse=True)
     mass, resistance, stiffness = surfaces.T[:, :, None]
@@ -99,10 +99,10 @@ def patch_velocity(push: Real, motion: Real, step_s: float) -> NDArray[np.comple
 def diffuse_gain(
     velocity: NDArray[np.complexfloating], centre: Real, air: Air, step_s: float
 ) -> Real:
-    """Return the rms pressure at the microphone per rms pressure in the room, (BINS,), for the
-    `velocity` (patches, BINS) of each patch per volume velocity at the microphone."""
+    """Return the rms pressure at the microphone per rms pressure in the room, (TRANSFER_BINS,), for
+    the `velocity` (patches, TRANSFER_BINS) of each patch per volume velocity at the microphone."""
     delay = np.einsum("dk,ck->dc", directions(), centre) / air.sound_speed
-    turn = np.ascontiguousarray(np.pi / step_s / (BINS - 1) * delay.T)
+    turn = np.ascontiguousarray(np.pi / step_s / (TRANSFER_BINS - 1) * delay.T)
     spectrum = np.ascontiguousarray(velocity.T)
     return np.sqrt(2 * _power(spectrum.real, spectrum.imag, np.cos(turn), np.sin(turn)))
 

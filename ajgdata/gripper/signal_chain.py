@@ -19,7 +19,7 @@ Real = NDArray[np.floating]
 #: Coefficients of s², s and 1.
 Polynomial = tuple[float, float, float]
 #: Numerator and denominator.
-Section = tuple[Polynomial, Polynomial]
+FilterSection = tuple[Polynomial, Polynomial]
 #: PCM24: the largest and the smallest value of a sample are 1 - 2^-23 and -1.
 PCM24_STEPS = 2.0**23
 #: Amplitude (m³/s) at 1 kHz of 100 dB, measured once on the default scene with a 20 mm cube; a
@@ -96,7 +96,7 @@ def transducers(chain: SignalChain) -> Real:
     Research 301, with the mass and stiffness of the armature and of the air in front of it).
     """
     coupling = _warp(chain.coupling_hz)
-    analogue: list[Section] = [((1, 0, 0), (1, 2 * coupling, coupling**2))]
+    analogue: list[FilterSection] = [((1, 0, 0), (1, 2 * coupling, coupling**2))]
     for number, (frequency, q) in enumerate(
         zip(chain.resonances_hz, chain.resonances_q, strict=True)
     ):

@@ -84,7 +84,7 @@ def transform(signal: Real, radians: Real) -> Complex:
 STOP_HZ = SAMPLE_RATE_HZ - PASS_HZ
 STOP_DB = 80.0
 #: The energy is looked at once a millisecond of this many samples.
-CHUNK = 44
+CHUNK_SAMPLES = 44
 
 
 def simulate(what: Scene | Plan) -> ImpulseResponse:
@@ -133,11 +133,18 @@ def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int, Re
     strongest, level = 0.0, 0.0
     # Never less than the pulse takes to enter.
     longest = max(numerics.max_time_s * SAMPLE_RATE_HZ, len(pulse) / factor)
-    for n in range(int(np.ceil(longest / CHUNK))):
-        drive = scale * pulse[n * CHUNK * factor : (n + 1) * CHUNK * factor]
-        push = np.zeros((len(model.skin.centre), CHUNK))
+    for n in range(int(np.ceil(longest / CHUNK_SAMPLES))):
+        drive = scale * pulse[n * CHUNK_SAMPLES * factor : (n + 1) * CHUNK_SAMPLES * factor]
+        push = np.zeros((len(model.skin.centre), CHUNK_SAMPLES))
         pressure = march(
-            system, state, model.microphone, model.speaker, drive, CHUNK * factor, patches, push
+            system,
+            state,
+            model.microphone,
+            model.speaker,
+            drive,
+            CHUNK_SAMPLES * factor,
+            patches,
+            push,
         )
         pieces.append(pressure)
         pushes.append(push)

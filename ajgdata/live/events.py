@@ -47,7 +47,7 @@ EventName = Literal[
 Event = Mapping[str, Any]
 Listener = Callable[[Event], object]
 #: Grasps and problems that a page lists.
-GRASPS, PROBLEMS = 24, 3
+MAX_LISTED_GRASPS, MAX_LISTED_PROBLEMS = 24, 3
 #: Decision of a run that was uncertain.
 UNSURE = "unsure"
 
@@ -181,7 +181,10 @@ class RunState:
 
     def plain(self) -> dict[str, Any]:
         """Return the state as JSON represents it, with the last grasps only."""
-        shown = [{**asdict(grasp), "outcome": grasp.outcome} for grasp in self.grasps[-GRASPS:]]
+        shown = [
+            {**asdict(grasp), "outcome": grasp.outcome}
+            for grasp in self.grasps[-MAX_LISTED_GRASPS:]
+        ]
         row, longest = self.rows
         return vars(self) | {
             "grasps": shown,
@@ -211,7 +214,7 @@ class RunState:
                 self.stopped = event
                 self.step = ""
             case "problem":
-                self.problems = [*self.problems, event["text"]][-PROBLEMS:]
+                self.problems = [*self.problems, event["text"]][-MAX_LISTED_PROBLEMS:]
             case "grasp" | "prediction" | "decision" | "placed":
                 self._add_to_grasp(event)
         self.n = event["n"]

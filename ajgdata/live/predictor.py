@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ajgdata.evaluate.calibration import with_temperature
 from ajgdata.evaluate.in_use import Calibration
 from ajgdata.evaluate.novelty import NoveltyGuard
-from ajgdata.features.checks import BEYOND, check_audio
+from ajgdata.features.checks import BEYOND_FULL_SCALE, check_audio
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.store.audio import Audio, AudioInfo, read_audio
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, Kind
@@ -33,7 +33,7 @@ MAX_PEAK = 100.0
 HERE = Path("this recording")
 
 
-class Verdict(StrEnum):
+class NoveltyVerdict(StrEnum):
     """Whether the model knows the object of a prediction."""
 
     KNOWN = "known"  #: not novel, by a guard that detects at least half of the novel objects
@@ -62,7 +62,7 @@ class Prediction:
     kind: Kind
     value: str | float
     unit: str
-    verdict: Verdict
+    verdict: NoveltyVerdict
     novelty: float | None
     probability: Mapping[str, float]
     interval: tuple[float, float] | None = None
@@ -212,14 +212,18 @@ class Predictor:
         probabilities = [dict(zip(self.classes, row.tolist(), strict=True)) for row in table]
         return classes[table.argmax(axis=1)].tolist(), probabilities
 
-    def _verdict(self, nothing: bool, novelty: float | None) -> Verdict:
+    def _verdict(self, nothing: bool, novelty: float | None) -> NoveltyVerdict:
         if nothing:
-            return Verdict.NOTHING
+            return NoveltyVerdict.NOTHING
         if novelty is None:
-            return Verdict.NOT_CHECKED
+            return NoveltyVerdict.NOT_CHECKED
         if novelty > 1:
-            return Verdict.UNKNOWN
-        return Verdict.KNOWN if self.calibration.detects_novel_objects else Verdict.NO_SIGN
+            return NoveltyVerdict.UNKNOWN
+        return (
+            NoveltyVerdict.KNOWN
+            if self.calibration.detects_novel_objects
+            else NoveltyVerdict.NO_SIGN
+        )
 
     def _interval(self, value: Any) -> tuple[float, float] | None:
         half = self.calibration.half_width
@@ -246,7 +250,11 @@ class Predictor:
             feature = spectrum(audio.samples, self.sample_rate_hz, self.features)
         except ValueError as error:  # not normalised, and beyond float32
             raise DataError(where, str(error), "change features in dataset.yaml") from None
-        shown = [remark for remark in remarks if remark.level == "warning" or remark.code == BEYOND]
+        shown = [
+            remark
+            for remark in remarks
+            if remark.level == "warning" or remark.code == BEYOND_FULL_SCALE
+        ]
         return feature, [f"{remark.problem}; {remark.fix}" for remark in shown]
 
 

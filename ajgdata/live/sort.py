@@ -18,12 +18,17 @@ from ajgdata.acquire.robot import UNNAMED, Robot, RobotGrasp
 from ajgdata.acquire.virtual import Card
 from ajgdata.evaluate.sorting import decide
 from ajgdata.live.events import EventLog, RunState
-from ajgdata.live.predictor import Prediction, Predictor, Verdict
+from ajgdata.live.predictor import NoveltyVerdict, Prediction, Predictor
 from ajgdata.live.steps import Control, Steps
 from ajgdata.types.protocol import NOTHING, SortPlan
 
 #: Columns of recordings.csv in addition to those of acquisition.
-SORT, PREDICTED, CONFIDENCE, VERDICT = "sort", "predicted", "confidence", "verdict"
+SORT_COLUMN, PREDICTED_COLUMN, CONFIDENCE_COLUMN, VERDICT_COLUMN = (
+    "sort",
+    "predicted",
+    "confidence",
+    "verdict",
+)
 #: Warning if the model does not recognise the empty gripper.
 CHANGED = (
     "the gripper has changed: the model no longer recognises it as empty; check filling, membrane "
@@ -74,9 +79,9 @@ class SortingDecision:
 
 def judge(prediction: Prediction, plan: SortPlan) -> SortingDecision:
     """Return the decision on a recorded object."""
-    if prediction.verdict is Verdict.NOTHING:
+    if prediction.verdict is NoveltyVerdict.NOTHING:
         return SortingDecision(Action(plan.nothing), "", "", "nothing held")
-    if prediction.verdict is Verdict.UNKNOWN:
+    if prediction.verdict is NoveltyVerdict.UNKNOWN:
         reason = f"novel object: novelty {prediction.novelty:.2f}, limit 1"
         return _not_placed(Action(plan.unknown), "", plan, reason)
     best = str(prediction.value)
@@ -86,9 +91,9 @@ def judge(prediction: Prediction, plan: SortPlan) -> SortingDecision:
         reason = f"{best} has {share}, needs {percent(plan.threshold)}"
         return _not_placed(Action(plan.below), best, plan, reason)
     note = ""
-    if prediction.verdict is Verdict.NOT_CHECKED:
+    if prediction.verdict is NoveltyVerdict.NOT_CHECKED:
         note = ", novelty not checked"
-    elif prediction.verdict is Verdict.NO_SIGN:
+    elif prediction.verdict is NoveltyVerdict.NO_SIGN:
         note = f", no sign of a novel object ({detection_text(prediction)})"
     return SortingDecision(Action.PLACE, best, plan.bins[best], f"{best}, {share}{note}")
 
@@ -223,10 +228,10 @@ class Sorter:
         capture = self.card.take(self.played)
         recording_s = time.perf_counter() - begin
         labels = {
-            PREDICTED: "",
-            CONFIDENCE: "",
-            VERDICT: "",
-            SORT: str(number),
+            PREDICTED_COLUMN: "",
+            CONFIDENCE_COLUMN: "",
+            VERDICT_COLUMN: "",
+            SORT_COLUMN: str(number),
             "force_reached_n": "" if force is None else f"{force:g}",
         }
         recording = self._store(grasp, capture, labels, known=bool(name))
@@ -245,9 +250,9 @@ class Sorter:
         self.log.say("prediction", recording=recording, seconds=predicting_s, **prediction.plain())
         confidence = max(prediction.probability.values(), default=None)
         predicted = {
-            PREDICTED: str(prediction.value),
-            VERDICT: str(prediction.verdict),
-            CONFIDENCE: "" if confidence is None else f"{confidence:.4f}",
+            PREDICTED_COLUMN: str(prediction.value),
+            VERDICT_COLUMN: str(prediction.verdict),
+            CONFIDENCE_COLUMN: "" if confidence is None else f"{confidence:.4f}",
         }
         self.session.label(grasp, predicted)
         return prediction
@@ -263,7 +268,7 @@ class Sorter:
         before = self._before or self.senses
         verdict = before.predict(capture.samples, rate_hz).verdict
         self.log.say("reference", kind=NOTHING, recording=recording, verdict=str(verdict))
-        if before.has_references and verdict is not Verdict.NOTHING:
+        if before.has_references and verdict is not NoveltyVerdict.NOTHING:
             self.log.say("drift", text=CHANGED)
         had_references = before.has_references
         feature = self.senses.feature(capture.samples, rate_hz)

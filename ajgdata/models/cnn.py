@@ -27,7 +27,7 @@ from torch.nn import functional
 from ajgdata.models.device import CPU, CUDA, training_device
 from ajgdata.types import Kind, NotPossibleError
 
-CHUNK = 256  # rows per forward pass: bounds memory, and stays in cache
+FORWARD_ROWS = 256  # rows per forward pass: bounds memory, and stays in cache
 #: All bins have one mean and one deviation, or each bin has its own.
 Scaling = Literal["global", "per_bin"]
 
@@ -99,9 +99,9 @@ class SpectrumCnn(nn.Module):
 
 
 def in_chunks(X: np.ndarray) -> Iterator[Tensor]:
-    """Yield float32 rows (n, n_features) in turn, CHUNK of them at a time, as copies."""
-    for start in range(0, len(X), CHUNK):
-        yield torch.from_numpy(X[start : start + CHUNK].copy())
+    """Yield float32 rows (n, n_features) in turn, FORWARD_ROWS of them at a time, as copies."""
+    for start in range(0, len(X), FORWARD_ROWS):
+        yield torch.from_numpy(X[start : start + FORWARD_ROWS].copy())
 
 
 @contextmanager

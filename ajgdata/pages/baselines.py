@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 PAGE = "baselines"
 #: Published result of each of the paper's models that has a number, by the name of the model.
-PUBLISHED = {PAPER_MODEL: "ycb", BASELINE: "baselines"}
+PUBLISHED_RESULTS = {PAPER_MODEL: "ycb", BASELINE: "baselines"}
 ROW_IN = 0.3
 TIME_TICKS_S = (0.001, 0.01, 0.1, 1, 10, 100, 1000)
 
@@ -77,7 +77,7 @@ def published_accuracies(results: Sequence[TaskResults]) -> dict[str, PaperFigur
     """Return the published accuracy of the paper's models that have a number, by model."""
     papers = chain.from_iterable(task.papers.values() for task in results)
     by_id = {paper.id: paper for paper in papers if paper.value is not None}
-    return {model: by_id[id_] for model, id_ in PUBLISHED.items() if id_ in by_id}
+    return {model: by_id[id_] for model, id_ in PUBLISHED_RESULTS.items() if id_ in by_id}
 
 
 def by_accuracy(task: TaskResults) -> list[ModelResult]:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 #: Shares above this value are dark: their numbers are white.
 DARK = 0.55
 #: Smaller shares have no number.
-SMALLEST = 0.005
+SMALLEST_NUMBERED = 0.005
 
 
 def share_matrix(task: TaskResults, classes: Sequence[str]) -> np.ndarray:
@@ -47,7 +47,7 @@ def draw_matrix(axes: Axes, shares: np.ndarray, classes: Sequence[str], rotation
     axes.set_xticks(range(len(names)), names, rotation=rotation, rotation_mode="xtick")
     axes.set_yticks(range(len(names)), names)
     axes.tick_params(length=0)
-    for row, column in np.argwhere(shares >= SMALLEST):
+    for row, column in np.argwhere(shares >= SMALLEST_NUMBERED):
         share = shares[row, column]
         colour = "white" if share > DARK else "#222222"
         text = f"{100 * share:.0f}"

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 PAGE = "embedding_distances"
 #: Ratios at the ends of the colours: the mean distance between two categories is 1.
-LOWEST, HIGHEST = 0.4, 1.4
+LOWEST_RATIO, HIGHEST_RATIO = 0.4, 1.4
 #: Ratios below this are dark: their numbers are white.
-DARK = 0.72
+DARK_RATIO = 0.72
 COLUMNS = {
     "space": "Space",
     "first": "First category",
@@ -141,7 +141,7 @@ def _draw_matrix(axes: Axes, distances: Distances) -> None:
     names = list(dict.fromkeys(first for first, _ in distances))
     scale = between_mean(distances)
     ratios = np.array([[distances[a, b].mean / scale for b in names] for a in names])
-    axes.imshow(ratios, cmap="Blues_r", vmin=LOWEST, vmax=HIGHEST, aspect="equal")
+    axes.imshow(ratios, cmap="Blues_r", vmin=LOWEST_RATIO, vmax=HIGHEST_RATIO, aspect="equal")
     axes.grid(False)
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0)
@@ -151,7 +151,7 @@ def _draw_matrix(axes: Axes, distances: Distances) -> None:
     for row, first in enumerate(names):
         for column, second in enumerate(names):
             score = distances[first, second]
-            colour = "white" if ratios[row, column] < DARK else "#222222"
+            colour = "white" if ratios[row, column] < DARK_RATIO else "#222222"
             text = f"{number(score.mean)}\n± {number(score.sd, 2)}"
             weight = "bold" if row == column else "normal"
             axes.text(

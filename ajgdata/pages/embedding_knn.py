@@ -31,7 +31,7 @@ COLUMNS = {
 }
 
 #: Score by space and dimension; the dimension of raw features is None.
-Scores = Mapping[tuple[str, int | None], Score]
+ScoresBySpace = Mapping[tuple[str, int | None], Score]
 
 
 def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
@@ -62,7 +62,7 @@ def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
     )
 
 
-def accuracy_table(scores: Scores) -> Table:
+def accuracy_table(scores: ScoresBySpace) -> Table:
     """Return the accuracy in each space by dimension."""
     rows = [
         {
@@ -83,7 +83,7 @@ def published_accuracy(task: TaskResults, raw: Score) -> float | None:
     return 100 * raw.mean * (1 + task.paper.value / 100)
 
 
-def conclusion(task: TaskResults, scores: Scores) -> str:
+def conclusion(task: TaskResults, scores: ScoresBySpace) -> str:
     """Return the accuracy on the latent and on raw features, and both gains."""
     shown = task.settings.shown
     latent, raw = scores["latent", shown], scores["raw", None]
@@ -102,7 +102,7 @@ def signed(value: float) -> str:
     return f"{'+' if value > 0 else '−'}{number(abs(value))}"
 
 
-def draw_figure(task: TaskResults, scores: Scores, title: str) -> Figure:
+def draw_figure(task: TaskResults, scores: ScoresBySpace, title: str) -> Figure:
     """Draw a line for each space, the value on raw features, and the published gain."""
     from ajgdata.report.canvas import GREY, WIDTH_IN, new_figure
 
@@ -136,7 +136,7 @@ def draw_figure(task: TaskResults, scores: Scores, title: str) -> Figure:
     return figure
 
 
-def _draw_spaces(axes: Axes, scores: Scores) -> list[LineLabel]:
+def _draw_spaces(axes: Axes, scores: ScoresBySpace) -> list[LineLabel]:
     """Draw the line of each space with dimensions; return the labels of the lines."""
     from ajgdata.report.canvas import line_style
 

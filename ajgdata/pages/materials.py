@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ajgdata.evaluate.parts import GROUPED
 from ajgdata.experiments.base import TaskResults
-from ajgdata.experiments.cross_validation_results import PARTS, shown_model
+from ajgdata.experiments.cross_validation_results import TASK_PARTS, shown_model
 from ajgdata.pages.confusions import draw_matrix, share_matrix
 from ajgdata.pages.selection import alternative, paper_sentence, shown_value, tasks_on
 from ajgdata.report.comparison import PaperFigure
@@ -93,7 +93,7 @@ def _place(task: TaskResults) -> int:
 
 def paper_of(task: TaskResults) -> PaperFigure | None:
     """Return the published accuracy for held-out grasps."""
-    return task.papers.get(PARTS[GROUPED][0])
+    return task.papers.get(TASK_PARTS[GROUPED][0])
 
 
 def placebo_accuracy(task: TaskResults) -> float | None:

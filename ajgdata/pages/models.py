@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-NAME = "models--error-against-time"
+FIGURE_NAME = "models--error-against-time"
 TEXT = (
     "Each mark is a model on a task: its error on held-out groups, divided by that of a guess."
     " Colours are tasks, shapes are models. A line is the Pareto front of a task: no model of the"
@@ -69,7 +69,7 @@ def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
     )
     sources = tuple(sorted({task.source for task in tasks}))
     yield Illustration(
-        NAME,
+        FIGURE_NAME,
         Caption(TEXT, f"{finding}. {listed}."),
         partial(draw_figure, table, finding, sources),
         finding,

@@ -12,7 +12,7 @@ import numpy as np
 
 from ajgdata.evaluate.parts import GROUPED, elsewhere
 from ajgdata.experiments.base import TaskResults
-from ajgdata.experiments.cross_validation_results import PARTS, ModelResult, models_of
+from ajgdata.experiments.cross_validation_results import TASK_PARTS, ModelResult, models_of
 from ajgdata.experiments.repeated_fits import statistics
 from ajgdata.pages.direct_labels import LineLabel, label_right
 from ajgdata.pages.selection import alternative, paper_sentence
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 PAGE = "noise"
 REPEATED_FITS = "repeated_fits"
 #: Published value of the same models in quiet: that on training values.
-IN_QUIET, _ = PARTS[GROUPED]
+IN_QUIET, _ = TASK_PARTS[GROUPED]
 
 
 def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:

@@ -17,7 +17,12 @@ import numpy as np
 from ajgdata.evaluate.parts import GROUPED, RANDOM, WITHHELD
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation_paper import split_name
-from ajgdata.experiments.cross_validation_results import PARTS, ModelResult, models_of, shown_model
+from ajgdata.experiments.cross_validation_results import (
+    TASK_PARTS,
+    ModelResult,
+    models_of,
+    shown_model,
+)
 from ajgdata.pages.selection import paper_sentence
 from ajgdata.report.comparison import Change, PaperFigure, Reason
 from ajgdata.report.format import Caption, number, sentence
@@ -50,9 +55,9 @@ class MirrorResult:
     @property
     def is_supported(self) -> bool:
         """Return whether the predictions confuse an angle with its mirror image."""
-        from ajgdata.evaluate.fold_tests import LEVEL
+        from ajgdata.evaluate.fold_tests import SIGNIFICANCE_LEVEL
 
-        return self.p < LEVEL
+        return self.p < SIGNIFICANCE_LEVEL
 
 
 def figures(results: Sequence[TaskResults]) -> Iterator[Illustration]:
@@ -124,7 +129,7 @@ def compared_tasks(results: Sequence[TaskResults]) -> list[TaskResults]:
 
 def papers_of(task: TaskResults) -> dict[str, PaperFigure]:
     """Return the published values of a task by part."""
-    keys = {part: PARTS[part][0] for part in (GROUPED, RANDOM, WITHHELD)}
+    keys = {part: TASK_PARTS[part][0] for part in (GROUPED, RANDOM, WITHHELD)}
     return {part: task.papers[key] for part, key in keys.items() if key in task.papers}
 
 

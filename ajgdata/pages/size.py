@@ -10,7 +10,7 @@ import numpy as np
 
 from ajgdata.evaluate.parts import GROUPED, OVERALL, WITHHELD
 from ajgdata.experiments.base import TaskResults
-from ajgdata.experiments.cross_validation_results import PARTS, ModelResult, shown_model
+from ajgdata.experiments.cross_validation_results import TASK_PARTS, ModelResult, shown_model
 from ajgdata.pages.selection import (
     alternative,
     first_on,
@@ -63,7 +63,7 @@ def published_errors(task: TaskResults) -> Mapping[str, float]:
     """Return the published error of each part of the task that the paper reports."""
     errors = {}
     for part in (*SHOWN_PARTS, OVERALL):
-        key, _ = PARTS[part]
+        key, _ = TASK_PARTS[part]
         paper = task.papers.get(key)
         if paper is not None and paper.value is not None:
             errors[part] = float(paper.value)

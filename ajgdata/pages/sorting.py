@@ -23,7 +23,7 @@ PAGE = "sorting"
 #: Column of the runs: objects that are sorted until no class is probable enough.
 SORTS = "sorts"
 #: Names of the probabilities that decide: as the model gives them (`PLAIN`), and calibrated.
-OWN, CALIBRATED = "model's own probabilities", "calibrated probabilities"
+OWN_LABEL, CALIBRATED_LABEL = "model's own probabilities", "calibrated probabilities"
 COLUMNS = {
     "probabilities": "Probabilities",
     "sorts": "Sorts until the first refusal",
@@ -63,7 +63,7 @@ def run_lengths(result: Result) -> Mapping[str, np.ndarray]:
     """Return the number of sorts of each run (n,), ascending, by kind of probabilities."""
     runs = result.tables["runs"].split_by("part")
     return {
-        OWN if part == PLAIN else CALIBRATED: np.sort(table.numbers(SORTS))
+        OWN_LABEL if part == PLAIN else CALIBRATED_LABEL: np.sort(table.numbers(SORTS))
         for part, table in runs.items()
     }
 
@@ -94,8 +94,8 @@ def conclusion(task: TaskResults, lengths: Mapping[str, np.ndarray]) -> str:
     paper = task.paper
     known = f"; published {paper.correct}" if paper and paper.correct is not None else ""
     label = task.results[0].label
-    own = f" (plain {medians[OWN]})" if OWN in medians else ""
-    shown = medians.get(CALIBRATED, medians.get(OWN, ""))
+    own = f" (plain {medians[OWN_LABEL]})" if OWN_LABEL in medians else ""
+    shown = medians.get(CALIBRATED_LABEL, medians.get(OWN_LABEL, ""))
     return f"{label}, calibrated: median {shown} sorts until the first refusal{own}{known}"
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ajgdata.evaluate.parts import GROUPED
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation_paper import MIN_ACCURACY
-from ajgdata.experiments.cross_validation_results import PARTS, shown_model
+from ajgdata.experiments.cross_validation_results import TASK_PARTS, shown_model
 from ajgdata.pages.confusions import draw_matrix, share_matrix
 from ajgdata.pages.selection import alternative, first_on, paper_sentence, shown_value
 from ajgdata.report.format import Caption, number, words
@@ -118,7 +118,7 @@ def share_table(classes: Sequence[str], shares: np.ndarray) -> Table:
 def conclusion(task: TaskResults, shares: np.ndarray) -> str:
     """Return the accuracy with the published value, and the number of classes of high accuracy."""
     model = shown_model(task)
-    paper = task.papers.get(PARTS[GROUPED][0])
+    paper = task.papers.get(TASK_PARTS[GROUPED][0])
     known = f" (published {paper.published})" if paper else ""
     count = int(np.sum(np.diag(shares) >= MIN_ACCURACY))
     return (

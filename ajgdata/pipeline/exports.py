@@ -10,7 +10,7 @@ from pathlib import Path
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation import PREDICTIONS
 from ajgdata.experiments.scores import SCORES
-from ajgdata.paths import TABLES
+from ajgdata.paths import TABLES_FOLDER
 from ajgdata.report.comparison import PaperComparison
 from ajgdata.report.render import DrawnFigure
 from ajgdata.report.report_data import Report
@@ -75,7 +75,7 @@ def with_tables(shown: DrawnFigure, names: Iterable[str]) -> DrawnFigure:
     """Return a picture that also links its table, if there is one: the longest of `names` that its
     name begins with."""
     own = [name for name in names if re.match(rf"{re.escape(name)}(-|$)", shown.name)]
-    link = {"csv": f"{TABLES}/{max(own, key=len)}.csv"} if own else {}
+    link = {"csv": f"{TABLES_FOLDER}/{max(own, key=len)}.csv"} if own else {}
     return shown._replace(links={**shown.links, **link})
 
 

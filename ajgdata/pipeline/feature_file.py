@@ -53,7 +53,7 @@ SETTINGS_ATTRIBUTE = "settings_digest"
 
 
 @dataclass(frozen=True)
-class Row:
+class RecordingRow:
     """One recording: feature (f,), None if it cannot be used, its issues, the sha256 of its file,
     and the levels of the channels of the file in dB of full scale."""
 
@@ -68,7 +68,9 @@ class Previous:
     """The last feature file: rows by session and by (recording_id, sha256), and the digest of the
     tables of each session."""
 
-    rows: dict[str, dict[tuple[str, str], Row]] = field(default_factory=lambda: defaultdict(dict))
+    rows: dict[str, dict[tuple[str, str], RecordingRow]] = field(
+        default_factory=lambda: defaultdict(dict)
+    )
     tables: dict[str, str] = field(default_factory=dict)
 
     def trusted(self, session: str, tables: str) -> dict[str, str]:
@@ -84,7 +86,7 @@ class SessionFeatures:
     """The usable recordings of a session, with labels; columns of its table;
     issues of all its recordings; how many were read and how many reused."""
 
-    rows: list[Row]
+    rows: list[RecordingRow]
     labels: list[dict[str, str]]
     columns: set[str]
     issues: list[Finding]
@@ -197,31 +199,33 @@ def _used_files(session: SessionAudio) -> list[AudioFile]:
 
 def _named_row(
     item: tuple[str, AudioFile], audio: AudioSettings, features: FeatureSettings
-) -> tuple[tuple[str, str], Row]:
+) -> tuple[tuple[str, str], RecordingRow]:
     """Return the names of session and recording of a file, and its row."""
     session, file = item
     return (session, file.recording_id), _row(session, file, audio, features)
 
 
-def _row(session: str, file: AudioFile, audio: AudioSettings, features: FeatureSettings) -> Row:
+def _row(
+    session: str, file: AudioFile, audio: AudioSettings, features: FeatureSettings
+) -> RecordingRow:
     """Read a file of a session and compute its feature."""
     result = examine(file.path, audio, features.window, features.band_hz)
     issues = tuple(finding(session, file.recording_id, file.path, r) for r in result.remarks)
     if result.samples is None:
-        return Row(None, issues, file.sha256)
+        return RecordingRow(None, issues, file.sha256)
     try:
         feature = spectrum(result.samples, audio.sample_rate_hz, features)
     except ValueError as error:  # for instance: not normalised, and beyond float32
         fix = "change features in dataset.yaml, or set quality to reject"
         names = (session, file.recording_id, "")
         issue = Finding(*names, "error", "no_feature", str(error), fix)
-        return Row(None, (*issues, issue), file.sha256)
-    return Row(feature, issues, file.sha256, result.levels_db)
+        return RecordingRow(None, (*issues, issue), file.sha256)
+    return RecordingRow(feature, issues, file.sha256, result.levels_db)
 
 
 def _part(
     session: SessionAudio,
-    rows: Mapping[str, Row],
+    rows: Mapping[str, RecordingRow],
     computed: int,
     targets: Mapping[str, Target],
     audio: AudioSettings,
@@ -309,5 +313,7 @@ def _previous(path: Path, quarantine: Path, hashes: Path, digest: str) -> Previo
         known = tuple(issue for issue in issues_of[name] if issue.code in codes)
         if {issue.code for issue in known} == codes:  # else store and quarantine are of two runs
             row = name.partition("/")[2]
-            previous.rows[session][row, sha256] = Row(feature, known, sha256, parse_levels(levels))
+            previous.rows[session][row, sha256] = RecordingRow(
+                feature, known, sha256, parse_levels(levels)
+            )
     return previous

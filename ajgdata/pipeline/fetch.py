@@ -42,7 +42,7 @@ from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import inside, read_session, write_dataset
 from ajgdata.store.sources import bring, list_sources, read_source
 from ajgdata.types import DataError, DatasetSpec, checked_name
-from ajgdata.types.formats import DATASET
+from ajgdata.types.formats import DATASET_FORMAT
 from ajgdata.types.replaced_keys import microphone_of
 
 #: Stored with the recordings, because the licence may require it.
@@ -52,7 +52,7 @@ NOT_TAKEN_OVER = ("recipe", "protocol", "imports")
 #: Files of a published session, with any suffix.
 SESSION_FILES = (Path(SESSION_FILE).stem, Path(RECORDINGS_FILE).stem, "excitation")
 #: What to do about a published data set with an error.
-AGAIN = "publish the data set again"
+PUBLISH_AGAIN = "publish the data set again"
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ def _required(tree: Tree) -> dict[str, str]:
     hashes = read_checksums(tree / tree.SUMS)
     required = {Tree.DECLARATION, Tree.ARCHIVE, *STORED_FILES} - {Tree.SUMS}
     if missing := sorted(required - set(hashes)):
-        raise DataError(tree / tree.SUMS, f"does not name {missing[0]}", AGAIN)
+        raise DataError(tree / tree.SUMS, f"does not name {missing[0]}", PUBLISH_AGAIN)
     return {
         name: digest
         for name, digest in hashes.items()
@@ -154,7 +154,7 @@ def _config(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...], tuple[str, ...]]:
     not taken over, and its lines that were converted to this version."""
     path = tree / tree.DECLARATION
     content = read_yaml(path)
-    check_yaml_format(path, content, DATASET)
+    check_yaml_format(path, content, DATASET_FORMAT)
     if "from" in content:
         raise DataError(path, "is derived from another data set", DISTRUST)
     converted = _converted(content)
@@ -221,10 +221,10 @@ def _unpack(tree: Tree, folder: Path) -> None:
                     shutil.copyfileobj(source, stream)
                 if file_sha256(target) != digest:
                     problem = f"its {name} is not the one of {tree.SUMS} (sha256 differs)"
-                    raise DataError(tree / tree.ARCHIVE, problem, AGAIN)
+                    raise DataError(tree / tree.ARCHIVE, problem, PUBLISH_AGAIN)
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, LookupError) as error:
         problem = f"is damaged or lacks a recording ({error})"
-        raise DataError(tree / tree.ARCHIVE, problem, AGAIN) from None
+        raise DataError(tree / tree.ARCHIVE, problem, PUBLISH_AGAIN) from None
 
 
 def _check(folder: Path) -> int:
@@ -236,7 +236,7 @@ def _check(folder: Path) -> int:
     if played := session.excitation:
         path = inside(folder, played.file)
         if not path.is_file() or file_sha256(path) != played.sha256:
-            raise DataError(f"session {folder.name}", "lacks its excitation", AGAIN)
+            raise DataError(f"session {folder.name}", "lacks its excitation", PUBLISH_AGAIN)
     checked = check_session(folder)
     if errors := [issue for issue in checked.findings if issue.level == "error"]:
         raise DataError(f"session {folder.name}", errors[0].problem, DISTRUST)

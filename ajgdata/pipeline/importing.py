@@ -41,7 +41,7 @@ from ajgdata.types import (
     describe,
 )
 
-FOLDS = 5
+DECLARED_FOLDS = 5
 #: Models of a first run: they train in seconds.
 FIRST_MODELS = ("linear", "knn")
 #: Groups of a pattern that count, and are not learnt unless named.
@@ -180,7 +180,7 @@ def declare(
             audio=_common_audio(scanned, contents, microphone),
             targets={column: inference.target for column, inference in inferred.items()},
             tasks={
-                column: Task(target=column, folds=FOLDS, models=FIRST_MODELS)
+                column: Task(target=column, folds=DECLARED_FOLDS, models=FIRST_MODELS)
                 for column in possible or inferred
             },
             imports=settings,

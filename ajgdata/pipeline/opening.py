@@ -40,12 +40,12 @@ if TYPE_CHECKING:
 #: Task, and its target, whose classes a picture can show.
 OBJECT = "object"
 #: Experiment and model whose predictions are shown.
-SHOWN = (CROSS_VALIDATION, PAPER_MODEL)
+SHOWN_RESULT = (CROSS_VALIDATION, PAPER_MODEL)
 #: Grid and pulse of the field: finer than that of recordings, so that the wave is seen, not cells.
 FIELD_MM, PULSE_HZ, FRAME_S = 1.6, 10_000.0, 1e-5
 #: The first moment, as a share of the time that sound takes to the object.
 LEAVING = 0.33
-SILENT_DB = -120.0
+LOWEST_DB = -120.0
 
 
 def subject_of(specs: Mapping[str, DatasetSpec]) -> str:
@@ -60,7 +60,7 @@ def subject_of(specs: Mapping[str, DatasetSpec]) -> str:
 def build_opening(paths: Paths, *, store: Path, tables: Path, audio: AudioSettings) -> None:
     """Draw the opening picture of a task, and write its text (JSON) to the same folder.
 
-    `tables` are those of SHOWN. The JSON contains `alt` for people and the
+    `tables` are those of SHOWN_RESULT. The JSON contains `alt` for people and the
     `recording` that is shown. If nothing can be shown, it contains `skipped`, the reason, and there
     is no picture.
     """
@@ -199,5 +199,5 @@ def _level_db(shard: FeatureRows, row: int) -> np.ndarray:
     quantity = FeatureSettings(**json.loads(str(shard.attrs["settings"]))["features"]).quantity
     feature = np.asarray(shard.feature[row], float)
     factor = 10 if quantity == "power" else 20
-    least = 10 ** (SILENT_DB / factor)
+    least = 10 ** (LOWEST_DB / factor)
     return factor * np.log10(np.maximum(feature / (feature.max() or 1), least))

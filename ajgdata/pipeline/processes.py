@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 from ajgdata.types import DataError
 
 Item = TypeVar("Item")
-Result = TypeVar("Result")
+Returned = TypeVar("Returned")
 
 #: Recordings for each process. A process needs 0.45 s to import its modules, in which one core
 #: computes the features of 650 recordings of one second.
@@ -37,8 +37,8 @@ def process_count(items: int) -> int:
 
 
 def results_of(
-    function: Callable[[Item], Result], items: Iterable[Item], processes: int
-) -> list[Result]:
+    function: Callable[[Item], Returned], items: Iterable[Item], processes: int
+) -> list[Returned]:
     """Return the results of a function for all items, in their order.
 
     This process computes them, or `processes` other processes if there are ITEMS_PER_PROCESS items
@@ -72,7 +72,7 @@ def _blocks(items: Iterator[Item]) -> Iterator[list[Item]]:
         yield block
 
 
-def _each(function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
+def _each(function: Callable[[Item], Returned], items: Sequence[Item]) -> list[Returned]:
     """Return the results of a function for some items, computed by one core."""
     with threadpool_limits(limits=1):  # of the libraries that are loaded by now
         return [function(item) for item in items]

@@ -26,7 +26,7 @@ from ajgdata.store.publishing.table import FILE_NAME, PublishedTable, table_of
 from ajgdata.store.publishing.typed_table import parquet_bytes
 from ajgdata.store.sessions import audio_path, inside, read_dataset, write_session
 from ajgdata.types import DataError, DatasetSpec, Recording, Session
-from ajgdata.types.formats import DATASET, FORMAT_KEY
+from ajgdata.types.formats import DATASET_FORMAT, FORMAT_KEY
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def declaration_bytes(spec: DatasetSpec) -> bytes:
     # Settings of a robot are the laboratory's own: hosts, tokens.
     private = {"protocol": {"robot"}}
     content = spec.model_dump(mode="json", exclude_defaults=True, exclude=private)
-    return yaml_bytes({FORMAT_KEY: DATASET.version, **content})
+    return yaml_bytes({FORMAT_KEY: DATASET_FORMAT.version, **content})
 
 
 def _checked_target(out: Path) -> Path:

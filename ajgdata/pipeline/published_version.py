@@ -11,7 +11,7 @@ import numpy as np
 from ajgdata.paths import Paths, Tree
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_csv, read_yaml
-from ajgdata.store.publishing.differences import Rows, counted, differences
+from ajgdata.store.publishing.differences import RowsByRecording, counted, differences
 from ajgdata.store.publishing.documents import check_published_format
 from ajgdata.store.publishing.table import FILE_NAME
 from ajgdata.types import DataError, DatasetSpec
@@ -78,7 +78,7 @@ def _changes(old: Tree, new: Tree) -> list[str]:
     return phrases
 
 
-def _rows(metadata: Path) -> Rows:
+def _rows(metadata: Path) -> RowsByRecording:
     """Return the cells of a published metadata.csv by recording and column."""
     rows = read_csv(metadata, required=("recording", "sha256"))[1]
     names = (FILE_NAME, "recording")  # they identify the row

@@ -13,7 +13,7 @@ from ajgdata.experiments import EXPERIMENTS, MeasurementKey, Request
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import training_cost
 from ajgdata.pages import page_causes, page_figures
-from ajgdata.paths import EXPERIMENT_PAGES, FIGURES, TABLES, Paths
+from ajgdata.paths import EXPERIMENT_PAGES_FOLDER, FIGURES_FOLDER, TABLES_FOLDER, Paths
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import (
     Measurement,
@@ -157,9 +157,9 @@ def _write(
     folder, compares = paths.report.parent, bool(report.comparisons)
     links = [Link(experiment_link(page.name), page.title, page.about) for page in report.pages]
     nav = navigation(links, list(pages), compares=compares)
-    (folder / EXPERIMENT_PAGES).mkdir(parents=True, exist_ok=True)  # also if it stays empty
-    drawn = draw_figures(illustrations(report), folder / FIGURES)
-    tables = write_exports(report, results, folder / TABLES)
+    (folder / EXPERIMENT_PAGES_FOLDER).mkdir(parents=True, exist_ok=True)  # also if it stays empty
+    drawn = draw_figures(illustrations(report), folder / FIGURES_FOLDER)
+    tables = write_exports(report, results, folder / TABLES_FOLDER)
     figures = {name: with_tables(picture, tables) for name, picture in drawn.items()}
     html = render_pages(report, figures, nav, published, project=paths)
     for name, text in html.items():

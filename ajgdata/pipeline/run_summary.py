@@ -25,7 +25,7 @@ INCOMPLETE = "incomplete:"
 #: Rule that trains the final models.
 FINAL_MODELS = "train"
 #: Unreadable recordings of a data set that the summary names; the quarantine lists all.
-SHOWN = 5
+MAX_NAMED = 5
 
 
 def end_run(summaries: Mapping[Path, int], changed: Iterable[str] = ()) -> None:
@@ -178,10 +178,10 @@ def _skipped_end(tasks: Sequence[str]) -> list[str]:
 def _unreadable_lines(problems: Mapping[str, Sequence[Finding]]) -> Iterator[str]:
     """Yield the first unreadable recordings of each data set with their problems."""
     for name, findings in problems.items():
-        for f in findings[:SHOWN]:
+        for f in findings[:MAX_NAMED]:
             yield f"unreadable {name}/{f.session_id}/{f.recording_id}: {f.code}: {f.problem}"
-        if len(findings) > SHOWN:
-            yield f"unreadable and {len(findings) - SHOWN} more of {name}"
+        if len(findings) > MAX_NAMED:
+            yield f"unreadable and {len(findings) - MAX_NAMED} more of {name}"
 
 
 def _unreadable_end(paths: Paths, problems: Mapping[str, Sequence[Finding]]) -> list[str]:
@@ -195,7 +195,7 @@ def _unreadable_end(paths: Paths, problems: Mapping[str, Sequence[Finding]]) -> 
         count = len(recordings) - len(sessions)
         counted = [many(count, "recording")] if count else []
         counted += [many(len(sessions), "session")] if sessions else []
-        fixes = "; or ".join(dict.fromkeys(finding.fix for finding in findings[:SHOWN]))
+        fixes = "; or ".join(dict.fromkeys(finding.fix for finding in findings[:MAX_NAMED]))
         texts.append(
             f"{' and '.join(counted)} of {name} could not be read, see {paths.quarantine(name)}; "
             f"{fixes}, or set `quality` to `reject` in recordings.csv"

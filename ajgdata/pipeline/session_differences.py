@@ -15,7 +15,7 @@ from ajgdata.paths import Paths
 from ajgdata.store.features import FeatureColumn, FeatureRows
 from ajgdata.store.findings import is_rejected
 from ajgdata.store.labels import CHANNEL_LEVELS, label_columns
-from ajgdata.store.publishing.differences import Rows, counted, differences
+from ajgdata.store.publishing.differences import RowsByRecording, counted, differences
 from ajgdata.store.publishing.table import cell_texts
 from ajgdata.store.session_audio import label_rows
 from ajgdata.store.sessions import (
@@ -151,7 +151,9 @@ def _different_labels(spec: DatasetSpec, store: FeatureRows, tables: SessionTabl
     return phrases
 
 
-def _rows(used: list[str], columns: Mapping[str, FeatureColumn], names: list[str]) -> Rows:
+def _rows(
+    used: list[str], columns: Mapping[str, FeatureColumn], names: list[str]
+) -> RowsByRecording:
     """Return the cells of the recordings `names`; `used` are the recordings of `columns`."""
     cells = {column: cell_texts(values.values) for column, values in columns.items()}
     position = {name: row for row, name in enumerate(used)}

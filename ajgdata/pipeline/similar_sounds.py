@@ -131,8 +131,8 @@ def _not_compared(sounds: Sounds) -> Finding:
     """Return a warning that the band of the features is too narrow."""
     bands = sounds.fingerprints.shape[1]
     problem = (
-        f"the features have {bands} bands above {similarity.BAND_HZ[0]:g} Hz, so copies of a "
-        f"sound were not searched, which requires {similarity.FEWEST_BANDS}"
+        f"the features have {bands} bands above {similarity.COMPARED_BAND_HZ[0]:g} Hz, so copies"
+        f" of a sound were not searched, which requires {similarity.FEWEST_BANDS}"
     )
     fix = "increase window or widen band_hz of the features in dataset.yaml"
     return Finding(WHOLE, WHOLE, "", "warning", SIMILAR, problem, fix)

@@ -14,7 +14,7 @@ from ajgdata.store.report_files import read_experiment_text, read_page_text, rea
 from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec
 
 #: Groups of the navigation: experiments of the paper, and all other experiments.
-PAPERS, BEYOND = "The paper's experiments", "Beyond the paper"
+PAPER_GROUP, OTHER_GROUP = "The paper's experiments", "Beyond the paper"
 #: Section of a page's text that is printed above its comparison with the paper.
 COMPARISON = "Comparison with the paper"
 TASKS = "Tasks"  #: group of the pages if no result is compared with the paper
@@ -29,9 +29,9 @@ def pages_of(
         grouped.setdefault(page_of(request, specs[request.dataset]), []).append(request)
     ids = list(parse_paper(read_paper(paths)))
     places = {name: _place(some, specs, ids) for name, some in grouped.items()}
-    second = BEYOND if any(place < len(ids) for place in places.values()) else TASKS
+    second = OTHER_GROUP if any(place < len(ids) for place in places.values()) else TASKS
     return [
-        _page(paths, name, grouped[name], specs, PAPERS if places[name] < len(ids) else second)
+        _page(paths, name, grouped[name], specs, PAPER_GROUP if places[name] < len(ids) else second)
         for name in sorted(grouped, key=lambda name: places[name])
     ]
 

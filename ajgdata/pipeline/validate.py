@@ -36,7 +36,7 @@ Row = Mapping[str, str]
 Tables = Mapping[str, Sequence[Row]]
 CLASSES_NEEDED = 2
 #: Column that groups recordings if a task names no other.
-GRASPS = "grasp_id"
+DEFAULT_GROUPS = "grasp_id"
 #: Texts listed in an issue or a line of counts.
 _MAX_LISTED = 5
 
@@ -190,7 +190,7 @@ def placement_notes(tables: Tables, spec: DatasetSpec) -> list[Finding]:
     notes = []
     for name, task in spec.tasks.items():
         target = spec.targets[task.target]
-        if target.kind != "classification" or task.groups != GRASPS:
+        if target.kind != "classification" or task.groups != DEFAULT_GROUPS:
             continue
         present = [
             (session, row)

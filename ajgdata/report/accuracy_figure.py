@@ -12,16 +12,15 @@ from matplotlib.figure import Figure
 from ajgdata.report.canvas import WIDTH_IN, line_style, new_figure, plain_ticks, power_ticks
 from ajgdata.report.format import Caption, number
 from ajgdata.report.report_data import Illustration
+from ajgdata.studies import ALL_SOURCES
 from ajgdata.types.table import Table
 
 PANEL_IN = 2.4
-COLUMNS = 3
-#: Source of the row that has the error of all sources together.
-ALL = "together"
+PANELS_PER_ROW = 3
 #: Errors below this are rounding errors of the feature, and not drawn.
-SMALLEST = 1e-6
-TOTAL: dict[str, Any] = {"marker": "*", "ms": 13, "color": "black", "ls": "", "zorder": 5}
-DEFAULT: dict[str, Any] = {"marker": "o", "ms": 9, "mfc": "none", "color": "black", "ls": ""}
+SMALLEST_ERROR = 1e-6
+TOTAL_STYLE: dict[str, Any] = {"marker": "*", "ms": 13, "color": "black", "ls": "", "zorder": 5}
+DEFAULT_STYLE: dict[str, Any] = {"marker": "o", "ms": 9, "mfc": "none", "color": "black", "ls": ""}
 TEXT = (
     "Each panel is a class of scenes. A line is a source of the error: only its setting varies, and"
     " its reference has the best setting. Rings are the default settings; the star is the error of"
@@ -32,7 +31,7 @@ TEXT = (
 
 def accuracy_figure(table: Table) -> Illustration:
     """Return the figure of the error budget, named like its table."""
-    total = table.where(source=ALL).numbers("error")
+    total = table.where(source=ALL_SOURCES).numbers("error")
     title = (
         f"Default settings: relative error of the feature {number(total.min(), 2)} to"
         f" {number(total.max(), 2)}, mostly from {largest_source(table)}"
@@ -50,21 +49,21 @@ def largest_source(table: Table) -> str:
     by_source = {
         source: float(rows.numbers("error").mean())
         for source, rows in table.where(is_default=True).split_by("source").items()
-        if source != ALL
+        if source != ALL_SOURCES
     }
     return f"the {max(by_source, key=lambda source: by_source[source])}"
 
 
 def _draw(title: str, table: Table) -> Figure:
     scene_classes = table.split_by("kind")
-    columns = min(COLUMNS, len(scene_classes))
+    columns = min(PANELS_PER_ROW, len(scene_classes))
     lines = -(-len(scene_classes) // columns)
     size = (WIDTH_IN, 1.0 + PANEL_IN * lines)
     figure = new_figure(
         size, title, "error against run time over that of the default", ("simulated",)
     )
     grid = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
-    sources = [source for source in table.split_by("source") if source != ALL]
+    sources = [source for source in table.split_by("source") if source != ALL_SOURCES]
     for axes, (scene_class, rows) in zip(grid.ravel(), scene_classes.items(), strict=False):
         _draw_scene_class(axes, scene_class, rows, sources)
     for axes in grid[-1]:
@@ -84,14 +83,14 @@ def _draw_scene_class(axes: Axes, scene_class: str, rows: Table, sources: list[s
         own = rows.where(source=source)
         time, error = own.numbers("ratio"), own.numbers("error")
         order = np.argsort(time, kind="stable")
-        shown = error[order] > SMALLEST
+        shown = error[order] > SMALLEST_ERROR
         axes.plot(time[order][shown], error[order][shown], label=source, **line_style(index))
     default = rows.where(is_default=True)
-    is_total = np.array([source == ALL for source in default.column("source")])
+    is_total = np.array([source == ALL_SOURCES for source in default.column("source")])
     error = default.numbers("error")
-    drawn = ~is_total & (error > SMALLEST)
-    axes.plot(np.ones(drawn.sum()), error[drawn], label="default", **DEFAULT)
-    axes.plot(np.ones(is_total.sum()), error[is_total], label="together", **TOTAL)
+    drawn = ~is_total & (error > SMALLEST_ERROR)
+    axes.plot(np.ones(drawn.sum()), error[drawn], label="default", **DEFAULT_STYLE)
+    axes.plot(np.ones(is_total.sum()), error[is_total], label="together", **TOTAL_STYLE)
     axes.set(xscale="log", yscale="log")
     axes.set_title(scene_class, fontsize=9)
     plain_ticks(axes.xaxis, (0.5, 1, 2, 4))

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from ajgdata.evaluate.agreement import Verdict
+from ajgdata.evaluate.agreement import PaperVerdict
 from ajgdata.report.comparison import PaperComparison, Role
 from ajgdata.report.format import number, with_unit
 from ajgdata.report.report_data import Report, ResultRow, TaskSection
 
 #: Published values of the first sentences: objects, size and angle.
-FIRST = ("ycb", "size-known", "orientation")
+FIRST_RESULTS = ("ycb", "size-known", "orientation")
 MAX_SENTENCES = 3
-LEVELS: tuple[Role, Role] = ("placebo", "chance")
-VERDICT_TEXTS: dict[Verdict, str] = {
+REFERENCE_ROLES: tuple[Role, Role] = ("placebo", "chance")
+VERDICT_TEXTS: dict[PaperVerdict, str] = {
     "agrees": "Our result agrees.",
     "partly agrees": "Our result partly agrees.",
     "better": "Our result is better.",
@@ -24,7 +24,7 @@ VERDICT_TEXTS: dict[Verdict, str] = {
 def answer(report: Report) -> list[str]:
     """Return our results with the published values, else the best model of each task."""
     rows = {row.paper.id: row for row in reversed(report.comparisons)}
-    order = dict.fromkeys([*FIRST, *(row.paper.id for row in report.comparisons)])
+    order = dict.fromkeys([*FIRST_RESULTS, *(row.paper.id for row in report.comparisons)])
     compared = [*filter(None, (compared_sentence(rows[id_]) for id_ in order if id_ in rows))]
     best = [best_sentence(s, row) for s in report.sections for row in s.rows if row.answer]
     return (compared or best)[:MAX_SENTENCES]
@@ -57,7 +57,9 @@ def placebo_sentence(report: Report) -> str:
     for row in report.comparisons:
         marks = {mark.role: mark for mark in row.marks}
         if "placebo" in marks and "chance" in marks:
-            value, chance = (with_unit(number(marks[role].value), row.unit) for role in LEVELS)
+            value, chance = (
+                with_unit(number(marks[role].value), row.unit) for role in REFERENCE_ROLES
+            )
             texts.append(f"{row.name} {value} (chance level {chance})")
     return f"Placebo, one object under several names: {'; '.join(texts)}." if texts else ""
 

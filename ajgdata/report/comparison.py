@@ -15,10 +15,10 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import Field, field_validator
 
 from ajgdata.evaluate.agreement import (
-    VERDICTS,
+    PAPER_VERDICTS,
     Estimate,
     Interval,
-    Verdict,
+    PaperVerdict,
     judge_published,
     statement,
     wilson_interval,
@@ -29,7 +29,7 @@ from ajgdata.types import Name, Strict, checked
 #: The paper's words for a model that does no better than a guess.
 NEAR_CHANCE = "near chance"
 #: Sign of each verdict: never colour alone.
-SIGNS: dict[Verdict, str] = {
+SIGNS: dict[PaperVerdict, str] = {
     "agrees": "✓",
     "partly agrees": "◐",
     "better": "▲",
@@ -42,7 +42,7 @@ UNSTABLE = "the verdict changes within the difference between machines"
 #: Numbers of tested grasps for which a verdict is computed, if the paper does not state its number.
 ASSUMED_N = (40, 80, 160)
 #: Standard deviations beyond which a difference is not noise.
-REACH = 2.0
+NOISE_DEVIATIONS = 2.0
 
 
 class PaperFigure(Strict):
@@ -209,7 +209,7 @@ class PaperComparison:
     source: Source
     result: str
     model: str
-    agrees: Verdict
+    agrees: PaperVerdict
     cost: ResultCost | None = None
     reasons: tuple[Reason, ...] = ()
     marks: tuple[Mark, ...] = ()
@@ -258,7 +258,7 @@ class PaperComparison:
 class Judgement(NamedTuple):
     """The verdict on our value next to a published value, and a condition of it in words."""
 
-    verdict: Verdict
+    verdict: PaperVerdict
     remark: str
 
 
@@ -282,27 +282,29 @@ def judged(
     return Judgement(judgement.verdict, "; ".join(remarks))
 
 
-def by_n_text(paper: PaperFigure, by_n: Mapping[int, Verdict]) -> str:
+def by_n_text(paper: PaperFigure, by_n: Mapping[int, PaperVerdict]) -> str:
     """Return the verdicts by number of grasps: `inconclusive at 40 and 80, worse at 160`."""
     if paper.n:
         return f"n of the paper: {paper.n}"
-    numbers: dict[Verdict, list[str]] = {}
+    numbers: dict[PaperVerdict, list[str]] = {}
     for n, verdict in by_n.items():
         numbers.setdefault(verdict, []).append(str(n))
     listed = ", ".join(f"{verdict} at {enumerated(ns)}" for verdict, ns in numbers.items())
     return f"n of the paper is not stated: {listed}"
 
 
-def holds(gap: Score) -> Verdict:
-    """Return the verdict on a statement that a difference is above 0, by REACH sd."""
-    return statement(Interval(gap.mean - REACH * gap.sd, gap.mean + REACH * gap.sd))
+def holds(gap: Score) -> PaperVerdict:
+    """Return the verdict on a statement that a difference is above 0, by NOISE_DEVIATIONS sd."""
+    return statement(
+        Interval(gap.mean - NOISE_DEVIATIONS * gap.sd, gap.mean + NOISE_DEVIATIONS * gap.sd)
+    )
 
 
 def tally(rows: Iterable[PaperComparison]) -> dict[str, int]:
-    """Return how many rows have each verdict, in the order of `VERDICTS`: the one count of the
-    console, the report and the documentation."""
+    """Return how many rows have each verdict, in the order of `PAPER_VERDICTS`: the one count of
+    the console, the report and the documentation."""
     counts = Counter(row.agrees for row in rows)
-    return {verdict: counts[verdict] for verdict in VERDICTS if counts[verdict]}
+    return {verdict: counts[verdict] for verdict in PAPER_VERDICTS if counts[verdict]}
 
 
 def tally_text(counts: Mapping[str, int]) -> str:

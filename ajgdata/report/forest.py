@@ -9,14 +9,14 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from ajgdata.evaluate.agreement import Verdict
+from ajgdata.evaluate.agreement import PaperVerdict
 from ajgdata.report.comparison import Mark, PaperComparison, Role
 from ajgdata.report.format import Source, number, with_unit
 from ajgdata.report.navigation import experiment_link
 from ajgdata.report.report_data import TaskSection
 
 #: Ends of the axis; marks below it are drawn as an arrow at its left end.
-LOWEST, HIGHEST = -0.5, 1.0
+AXIS_START, AXIS_END = -0.5, 1.0
 PERFECT_PER_CENT = 100.0
 #: What each mark is, for the legend and for people who cannot see it.
 MARK_NAMES: dict[Role, str] = {
@@ -30,7 +30,7 @@ MARK_NAMES: dict[Role, str] = {
 TICKS = ((0.0, "0 chance"), (0.5, "0.5"), (1.0, "1 perfect"))
 
 
-class Position(NamedTuple):
+class MarkPosition(NamedTuple):
     """A mark on the axis: its place and the ends of its interval, in per cent of the width."""
 
     role: Role
@@ -49,11 +49,11 @@ class ForestRow(NamedTuple):
     name: str
     link: str
     source: Source
-    positions: tuple[Position, ...]
+    positions: tuple[MarkPosition, ...]
     reference: str
     result: str
     details: str
-    verdict: Verdict | None = None
+    verdict: PaperVerdict | None = None
     alt: str = ""
     controls: str = ""
 
@@ -135,11 +135,11 @@ def skill(value: float, chance: float, unit: str) -> float:
 
 def place(value: float) -> float:
     """Return where a skill is drawn, in per cent of the axis from its left end."""
-    inside = min(max(value, LOWEST), HIGHEST)
-    return round(100 * (inside - LOWEST) / (HIGHEST - LOWEST), 2)
+    inside = min(max(value, AXIS_START), AXIS_END)
+    return round(100 * (inside - AXIS_START) / (AXIS_END - AXIS_START), 2)
 
 
-def _placed(marks: Mapping[Role, Mark], unit: str) -> tuple[tuple[Position, ...], str]:
+def _placed(marks: Mapping[Role, Mark], unit: str) -> tuple[tuple[MarkPosition, ...], str]:
     """Return the marks on the axis and their skills in words; none without a chance level."""
     chance = marks.get("chance")
     if chance is None or "ours" not in marks:
@@ -151,6 +151,6 @@ def _placed(marks: Mapping[Role, Mark], unit: str) -> tuple[tuple[Position, ...]
             continue
         value, *ends = (skill(end, chance.value, unit) for end in mark[1:])
         low, high = place(min(ends)), place(max(ends))
-        positions.append(Position(role, place(value), low, high, value < LOWEST))
+        positions.append(MarkPosition(role, place(value), low, high, value < AXIS_START))
         listed.append(f"{name} {number(value, 2)}")
     return tuple(positions), f"skill: {', '.join(listed)}"

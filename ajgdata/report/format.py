@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 Source = Literal["simulated", "recorded"]
+#: Points that an alternative text lists.
+MAX_LISTED = 60
 DASH = "—"
 
 

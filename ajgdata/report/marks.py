@@ -20,29 +20,27 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure, plain_ticks
-from ajgdata.report.format import Caption, Score, Source, number, with_unit
+from ajgdata.report.format import MAX_LISTED, Caption, Score, Source, number, with_unit
 from ajgdata.report.format import value as value_text
 from ajgdata.report.report_data import Illustration
 
 MarkName = Literal["lines", "rows", "scatter", "matrix", "histogram"]
 #: Panels side by side, and the height (in) of one panel, of one of many, and of one row.
-COLUMNS, PANEL_IN, SMALL_IN, ROW_IN = 3, 2.6, 1.9, 0.32
+PANELS_PER_ROW, PANEL_IN, SMALL_IN, ROW_IN = 3, 2.6, 1.9, 0.32
 FEW_PANELS = 6
 #: Axes with more places have ticks at round numbers; longer axis titles are wrapped.
 MAX_TICKS, TITLE_LETTERS = 8, 32
 #: Ratio of the largest to the smallest x above which the axis is logarithmic.
 LOG_RATIO = 15
-#: Points that an alternative text lists.
-MAX_LISTED = 60
 #: Lines of more points have no markers and no bars.
 MAX_MARKERS = 100
 #: Matrices of more classes have no numbers in their cells.
 MAX_NUMBERED = 16
 #: Shares above this value are dark: their numbers are white.
 DARK = 0.55
-CHANCE: dict[str, Any] = {"color": GREY, "ls": ":", "lw": 1.0}
-PUBLISHED: dict[str, Any] = {"color": "black", "ls": "--", "lw": 1.0}
-IDEAL: dict[str, Any] = {"color": GREY, "ls": (0, (4, 3)), "lw": 0.9}
+CHANCE_STYLE: dict[str, Any] = {"color": GREY, "ls": ":", "lw": 1.0}
+PUBLISHED_STYLE: dict[str, Any] = {"color": "black", "ls": "--", "lw": 1.0}
+IDEAL_STYLE: dict[str, Any] = {"color": GREY, "ls": (0, (4, 3)), "lw": 0.9}
 
 
 class Point(NamedTuple):
@@ -233,7 +231,7 @@ def matrix(content: FigureContent) -> Figure:
 def _grid(content: FigureContent) -> tuple[Figure, list[Axes]]:
     """Return a figure with one panel of equal axes per panel of the content."""
     count = len(content.panels)
-    columns = min(COLUMNS, count)
+    columns = min(PANELS_PER_ROW, count)
     panel_in = 3.0 if count == 1 else PANEL_IN if count <= FEW_PANELS else SMALL_IN
     height = 0.8 + panel_in * math.ceil(count / columns)
     figure = new_figure((WIDTH_IN, height), content.title, content.subtitle, content.sources)
@@ -276,15 +274,15 @@ def _references(axes: Axes, content: FigureContent, panel: str, axis: Literal["x
     for name, value in content.chance:
         if name == panel and math.isfinite(value):
             label = "guess" if content.ideal else "chance"
-            line(value, label=label, **CHANCE)
+            line(value, label=label, **CHANCE_STYLE)
     if len(content.published) == 1:
-        line(content.published[0], label="the paper", **PUBLISHED)
+        line(content.published[0], label="the paper", **PUBLISHED_STYLE)
     elif content.published:
         places, values = content.published[::2], content.published[1::2]
         axes.plot(places, values, "*", color="black", ms=9, ls="", label="the paper")
     if content.ideal:
         ends = [float(f(p.x for p in content.points)) for f in (min, max)]
-        axes.plot(ends, ends, label="ideal", **IDEAL)
+        axes.plot(ends, ends, label="ideal", **IDEAL_STYLE)
 
 
 def _finished(figure: Figure, grid: Sequence[Axes], content: FigureContent) -> Figure:
@@ -293,7 +291,7 @@ def _finished(figure: Figure, grid: Sequence[Axes], content: FigureContent) -> F
         plain_ticks(grid[0].yaxis)
     else:
         grid[0].locator_params(axis="y", nbins=6)  # independent of the layout
-    for axes in grid[:: min(COLUMNS, len(grid))]:
+    for axes in grid[:: min(PANELS_PER_ROW, len(grid))]:
         axes.set_ylabel(_axis_label(content.axis))
     return _legend(figure, grid)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ajgdata.paths import EXPERIMENT_PAGES, INDEX
+from ajgdata.paths import EXPERIMENT_PAGES_FOLDER, INDEX
 from ajgdata.report.format import Source
 
 
@@ -85,7 +85,7 @@ FIXED = {
 
 def experiment_link(page: str) -> str:
     """Return where the page on an experiment is."""
-    return f"{EXPERIMENT_PAGES}/{page}.html"
+    return f"{EXPERIMENT_PAGES_FOLDER}/{page}.html"
 
 
 def navigation(

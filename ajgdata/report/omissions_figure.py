@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure, power_ticks
 from ajgdata.report.format import Caption, number
 from ajgdata.report.report_data import Illustration
+from ajgdata.studies import LEFT_OUT
 from ajgdata.types.table import Table
 
 HEIGHT_IN = 4.2
 #: A change that is exactly zero is drawn here, because a logarithmic axis has no zero.
-SMALLEST = 1e-6
-LEFT_OUT = "left out"
+DRAWN_ZERO = 1e-6
 
 
 def omissions_figure(table: Table) -> Illustration:
@@ -47,7 +47,7 @@ def _draw(title: str, table: Table) -> Figure:
     axes = figure.subplots()
     for index, (part, rows) in enumerate(table.split_by("part").items()):
         saved = 100 * rows.numbers("saved")
-        change = np.maximum(rows.numbers("feature"), SMALLEST)
+        change = np.maximum(rows.numbers("feature"), DRAWN_ZERO)
         is_used = np.array([verdict == LEFT_OUT for verdict in rows.column("verdict")])
         style = line_style(index) | {"ls": ""}
         axes.plot(saved[~is_used], change[~is_used], **style | {"mfc": "none"})

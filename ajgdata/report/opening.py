@@ -53,9 +53,9 @@ class Opening:
 
 #: Size of the picture, and left, bottom, width and height of its parts, in inches.
 WIDTH_IN, HEIGHT_IN, FONT_PT = 11.6, 2.35, 10.5
-SWEEP, GRIPPER = (0.3, 0.48, 1.0, 1.45), (1.6, 0.1, 1.9, 2.05)
-FIELDS = [(3.78 + 1.36 * i, 0.48, 1.33, 1.45) for i in range(len(MOMENTS))]
-SPECTRUM, DECISION = (8.3, 0.48, 1.15, 1.45), (9.9, 0.48, 1.6, 1.45)
+SWEEP_BOX, GRIPPER_BOX = (0.3, 0.48, 1.0, 1.45), (1.6, 0.1, 1.9, 2.05)
+FIELD_BOXES = [(3.78 + 1.36 * i, 0.48, 1.33, 1.45) for i in range(len(MOMENTS))]
+SPECTRUM_BOX, DECISION_BOX = (8.3, 0.48, 1.15, 1.45), (9.9, 0.48, 1.6, 1.45)
 ARROWS_X, ARROW_Y, ARROW_IN = (1.36, 3.52, 7.84, 9.6), 1.15, 0.24
 
 
@@ -70,15 +70,15 @@ def opening_figure(opening: Opening) -> Figure:
         return figure.add_axes((left / width, bottom / height, wide / width, high / height))
 
     pt, cut = FONT_PT, section(opening.scene)
-    _draw_sweep(axes(SWEEP), opening, pt)
-    gripper = axes(GRIPPER)
+    _draw_sweep(axes(SWEEP_BOX), opening, pt)
+    gripper = axes(GRIPPER_BOX)
     draw_section(gripper, opening.scene, cut, words(opening.object), pt)
     _bare(gripper, "", "", pt)
-    for index, place in enumerate(map(axes, FIELDS)):
+    for index, place in enumerate(map(axes, FIELD_BOXES)):
         draw_pressure(place, opening.scene, cut, opening.film, index)
         _bare(place, MOMENTS[index], f"{1e3 * opening.film.times_s[index]:.2f} ms", pt)
-    _draw_spectrum(axes(SPECTRUM), opening, pt)
-    _draw_decision(axes(DECISION), opening, pt)
+    _draw_spectrum(axes(SPECTRUM_BOX), opening, pt)
+    _draw_decision(axes(DECISION_BOX), opening, pt)
     for x in ARROWS_X:
         ends = (x / width, ARROW_Y / height), ((x + ARROW_IN) / width, ARROW_Y / height)
         style: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 1.3 * pt, "lw": 1.8}

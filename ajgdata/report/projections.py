@@ -13,7 +13,7 @@ from ajgdata.report.canvas import WIDTH_IN, line_style, new_figure
 from ajgdata.report.format import Source, words
 
 #: Panels side by side, and the height of one in inches.
-COLUMNS, PANEL_IN = 3, 2.2
+PANELS_PER_ROW, PANEL_IN = 3, 2.2
 
 
 def projections_figure(
@@ -33,10 +33,10 @@ def projections_figure(
         source: Source of the recordings.
     """
     objects = list(dict.fromkeys(labels.tolist()))
-    n_rows = math.ceil(len(planes) / COLUMNS)
+    n_rows = math.ceil(len(planes) / PANELS_PER_ROW)
     size_in = (WIDTH_IN, 1.5 + PANEL_IN * n_rows)
     figure = new_figure(size_in, "Recordings in the plane", subtitle, [source])
-    grid = figure.subplots(n_rows, COLUMNS, squeeze=False).ravel()
+    grid = figure.subplots(n_rows, PANELS_PER_ROW, squeeze=False).ravel()
     for axes, (title, plane) in zip(grid, planes.items(), strict=False):
         for index, name in enumerate(objects):
             style = line_style(index)

@@ -21,8 +21,8 @@ from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.format import number
 
 Real = NDArray[np.floating]
-AIR, GRAINS, OBJECT = "#eaf3fa", "#dcc9a3", "#9aa3ad"
-MEMBRANE, TOUCHING = "#D55E00", "#7a2f00"
+AIR_COLOUR, GRAINS_COLOUR, OBJECT_COLOUR = "#eaf3fa", "#dcc9a3", "#9aa3ad"
+MEMBRANE_COLOURS, TOUCHING = "#D55E00", "#7a2f00"
 #: Objects that look the same upside down; the others are drawn as the membrane meets them, from
 #: above, with what hangs over filled below.
 UPSIDE_DOWN = ("rod", "sphere", "ellipsoid")
@@ -32,7 +32,7 @@ WALL, SPEAKER, MICROPHONE = "#333333", COLOURS[0], COLOURS[2]
 ABOVE, BELOW = "#b2182b", "#2166ac"
 TEXT_PT = 10.0
 #: Pixels of a field between two cells of the grid, so that no viewer shows its squares.
-FINER = 3
+PIXELS_PER_CELL = 3
 #: Room around the gripper, mm: beside the rim, below the table, above the roof, and for names.
 BESIDE_MM, BELOW_MM, ABOVE_MM, NAMES_MM = 7.0, 4.0, 4.0, 11.0
 
@@ -127,12 +127,12 @@ def draw_pressure(axes: Axes, scene: Scene, cut: Section, film: PressureFrames, 
 
 
 def colours_of(frames: Real) -> NDArray[np.uint8]:
-    """Return frames (n, up, across) as RGBA (n, FINER up, FINER across, 4), on one scale.
+    """Return frames (n, up, across) as RGBA, on one scale, with PIXELS_PER_CELL² pixels per cell.
 
     Red above rest, blue below, the clearer the weaker: asinh, so that echoes are seen next to the
     pulse.
     """
-    fine = (1, FINER, FINER)
+    fine = (1, PIXELS_PER_CELL, PIXELS_PER_CELL)
     smooth = zoom(np.asarray(frames, float), fine, order=3, grid_mode=True, mode="nearest")
     strength = np.arcsinh(12 * smooth / (np.abs(smooth).max() or 1)) / np.arcsinh(12)
     colours = np.empty((*strength.shape, 4))
@@ -146,16 +146,18 @@ def _draw_parts(axes: Axes, scene: Scene, cut: Section, lw: float) -> None:
     gripper = scene.gripper
     rim, roof, height = gripper.rim_radius_mm, gripper.roof_radius_mm, gripper.height_mm
     x, floor, surface, touching = _membrane(scene, cut)
-    axes.fill([-rim, -roof, roof, rim, *x[::-1]], [0, height, height, 0, *floor[::-1]], color=AIR)
+    axes.fill(
+        [-rim, -roof, roof, rim, *x[::-1]], [0, height, height, 0, *floor[::-1]], color=AIR_COLOUR
+    )
     bed = [*floor, *np.maximum(surface, floor)[::-1]]
-    axes.fill([*x, *x[::-1]], bed, color=GRAINS, lw=0, label="grains")
+    axes.fill([*x, *x[::-1]], bed, color=GRAINS_COLOUR, lw=0, label="grains")
     if cut.table is not None:
         below = np.maximum(cut.below, float(np.min(floor)) - DEEPEST_MM)
         held = cut.inside.tolist()
-        axes.fill_between(cut.x, below, cut.top, where=held, color=OBJECT, lw=0)
+        axes.fill_between(cut.x, below, cut.top, where=held, color=OBJECT_COLOUR, lw=0)
         axes.axhline(cut.table, color=GREY, lw=lw)
     axes.plot([-rim, -roof, roof, rim], [0, height, height, 0], color=WALL, lw=2.2 * lw)
-    axes.plot(x, floor, color=MEMBRANE, lw=1.5 * lw, label="membrane")
+    axes.plot(x, floor, color=MEMBRANE_COLOURS, lw=1.5 * lw, label="membrane")
     axes.plot(
         x, np.where(touching >= 0.5, floor, np.nan), color=TOUCHING, lw=2.2 * lw, label="contact"
     )

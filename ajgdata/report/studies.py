@@ -63,9 +63,9 @@ def figures_of(study: str, tables: Sequence[Table]) -> Iterator[Illustration]:
 
     A study without rows in one of the tables that its figure shows has no figure.
     """
-    if study not in FIGURES:
+    if study not in STUDY_FIGURES:
         return
-    names, figure = FIGURES[study]
+    names, figure = STUDY_FIGURES[study]
     shown = {table.name: table for table in tables if table.rows}
     if shown.keys() >= set(names):
         yield figure(*(shown[name] for name in names))
@@ -167,7 +167,7 @@ def smallest_changes(table: Table) -> str:
 
 
 #: Tables and figure of each study.
-FIGURES: dict[str, tuple[tuple[str, ...], Callable[..., Illustration]]] = {
+STUDY_FIGURES: dict[str, tuple[tuple[str, ...], Callable[..., Illustration]]] = {
     "verification": (("convergence",), convergence),
     "validation": (("resonances", "attenuation"), validation),
     "stability": (

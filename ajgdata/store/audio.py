@@ -38,7 +38,7 @@ MAX_CHANNELS, MAX_DURATION_S = 256, 3600
 _LENGTHS = re.compile(r"(?:data|Riff size|SSND|Data Size) *: (\d+) \(should be (\d+)\)")
 #: What programs that write to a pipe declare (ffmpeg 0xFFFFFFFF, SoX 0x7FFFF000).
 _UNKNOWN_SIZE = 0x7FFF_F000
-_AGAIN = "record it again, or fetch a whole copy"
+_RECORD_AGAIN = "record it again, or fetch a whole copy"
 
 
 class Remark(NamedTuple):
@@ -148,7 +148,7 @@ def _decoded(path: Path, stream: FileIO) -> Iterator[soundfile.SoundFile]:
     import soundfile
 
     if not stream.seek(0, io.SEEK_END):
-        raise AudioError(path, "empty", "the file is empty", _AGAIN)
+        raise AudioError(path, "empty", "the file is empty", _RECORD_AGAIN)
     stream.seek(0)
     try:
         with soundfile.SoundFile(stream.fileno(), closefd=False) as file:
@@ -181,7 +181,7 @@ def _info(path: Path, file: soundfile.SoundFile) -> AudioInfo:
         if held < declared < _UNKNOWN_SIZE:
             raise _truncated(path, held, declared, "bytes")
     if file.frames == 0:
-        raise AudioError(path, "no_samples", "holds a header but no samples", _AGAIN)
+        raise AudioError(path, "no_samples", "holds a header but no samples", _RECORD_AGAIN)
     is_plausible = LOWEST_RATE_HZ <= rate <= HIGHEST_RATE_HZ and file.channels <= MAX_CHANNELS
     if not is_plausible or file.frames > MAX_DURATION_S * rate:
         problem = f"{rate} Hz, {file.channels} channels, {file.frames / max(rate, 1):.0f} s; "
@@ -193,7 +193,7 @@ def _info(path: Path, file: soundfile.SoundFile) -> AudioInfo:
 
 def _truncated(path: Path, held: int, declared: int, unit: str) -> AudioError:
     problem = f"the file is cut short: {held} of the {declared} {unit} that its header declares"
-    return AudioError(path, "truncated", problem, _AGAIN)
+    return AudioError(path, "truncated", problem, _RECORD_AGAIN)
 
 
 def check_layout(path: Path, info: AudioInfo, audio: AudioSettings) -> None:

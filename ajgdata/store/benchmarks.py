@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ajgdata.types import many
 
 MIB = 2**20 / 1e6  #: Snakemake's unit of memory, in 1e6 bytes
-ALL = "all"  #: name of the row for all rules
+ALL_RULES = "all"  #: name of the row for all rules
 
 
 class RuleCost(NamedTuple):
@@ -33,7 +33,7 @@ def cost_text(cost: RuleCost) -> str:
 def read_costs(
     folder: Path, is_included: Callable[[str], bool], without: Collection[str] = ()
 ) -> list[RuleCost]:
-    """Return a row per rule, the longest first, and the row ALL; no rows without jobs.
+    """Return a row per rule, the longest first, and the row ALL_RULES; no rows without jobs.
 
     The files in `folder` are `<rule>/<wildcards with dots or slashes>.tsv` and `<rule>.tsv`;
     `is_included` chooses them by the first wildcard ("" without wildcards), and rules of `without`
@@ -56,4 +56,4 @@ def read_costs(
     rows = table.groupby("rule").agg(measured).itertuples()
     costs = sorted((RuleCost(*row) for row in rows), key=lambda row: -row.wall_s)
     peak_mb = table.peak_mb.max()
-    return [*costs, RuleCost(ALL, len(table), table.s.sum(), table.cpu_time.sum(), peak_mb)]
+    return [*costs, RuleCost(ALL_RULES, len(table), table.s.sum(), table.cpu_time.sum(), peak_mb)]

@@ -39,7 +39,7 @@ _RECORDINGS = (
     "store/files.py:numbered_rows,plain_text",
     "store/session_audio.py",
     "store/sessions.py:audio_path,read_recordings,read_session",
-    "types/base.py:Finding,NAME,WHOLE",
+    "types/base.py:Finding,NAME_PATTERN,WHOLE",
     "types/session.py",
     "types/settings.py",
 )
@@ -77,7 +77,7 @@ _TASK = (
     "types/task_settings.py",
     "types/tasks.py",
 )
-_TABLES = ("store/tables.py", "types/formats.py:TABLES", "types/table.py")
+_TABLES = ("store/tables.py", "types/formats.py:TABLES_FORMAT", "types/table.py")
 #: The job of an experiment; `experiments.measuring_half` is added.
 _EXPERIMENT = (
     *_TASK,
@@ -103,13 +103,13 @@ CODE: dict[str, tuple[str, ...]] = {
         "store/findings.py",
         "store/labels.py",
         "types/base.py:left_out",
-        "types/formats.py:FEATURES",
+        "types/formats.py:FEATURES_FORMAT",
     ),
     "sample": (
         "pipeline/sample.py",
         "store/features.py",
         "store/labels.py:take_rows",
-        "types/formats.py:FEATURES",
+        "types/formats.py:FEATURES_FORMAT",
     ),
     "acquire": (
         *_SIMULATED,
@@ -118,8 +118,8 @@ CODE: dict[str, tuple[str, ...]] = {
         "store/audio.py:SIMULATED,file_sha256,pcm24_bytes,write_pcm24",
         "store/files.py:numbered_rows,plain_text",
         "store/sessions.py:read_recordings,read_session,write_recordings,write_session",
-        "types/base.py:Finding,NAME",
-        "types/formats.py:SESSION",
+        "types/base.py:Finding,NAME_PATTERN",
+        "types/formats.py:SESSION_FORMAT",
         "types/session.py",
     ),
     "experiment": _EXPERIMENT,
@@ -138,7 +138,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "evaluate/splits.py",
         "pipeline/train.py:train_embedding",
         "store/features.py",
-        "types/formats.py:LATENTS",
+        "types/formats.py:LATENTS_FORMAT",
         "types/tasks.py:Embedding",
     ),
     "train": (
@@ -151,7 +151,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "pipeline/train.py:train_models",
         "store/models.py",
         "store/tables.py:plain",
-        "types/formats.py:MODEL",
+        "types/formats.py:MODEL_FORMAT",
     ),
     "study": (
         *_GRIPPER,
@@ -189,7 +189,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "pipeline/experiments.py:computed,measurements,requests_for",
         "store/metrics.py",
         "store/tables.py:read_measurements",
-        "types/formats.py:METRICS",
+        "types/formats.py:METRICS_FORMAT",
         "types/registry.py:PLAIN_MODELS",
         "types/table.py",
     ),
@@ -227,8 +227,8 @@ CODE: dict[str, tuple[str, ...]] = {
         "store/session_audio.py",
         "store/files.py:csv_bytes,json_bytes,numbered_rows,plain_text,yaml_bytes",
         "store/sessions.py:audio_path,read_recordings,read_session,write_session",
-        "types/base.py:Finding,NAME,WHOLE,flagged,left_out",
-        "types/formats.py:DATASET,PACKAGE_KEY,PUBLISHED,SESSION",
+        "types/base.py:Finding,NAME_PATTERN,WHOLE,flagged,left_out",
+        "types/formats.py:DATASET_FORMAT,PACKAGE_KEY,PUBLISHED_FORMAT,SESSION_FORMAT",
         "types/session.py",
         "types/settings.py",
     ),
@@ -236,7 +236,7 @@ CODE: dict[str, tuple[str, ...]] = {
 #: Packages whose files decide as a whole if a measurement uses them.
 WHOLE_FILES = ("acquire", "embed", "evaluate", "features")
 #: The package whose files decide by the definitions that a measurement uses: the others draw.
-EXPERIMENTS = "experiments"
+EXPERIMENTS_PACKAGE = "experiments"
 #: Libraries whose versions can change any result.
 NUMERICAL = ("numba", "numpy", "scipy", "soundfile")
 #: Libraries whose versions can change results of models.
@@ -328,7 +328,7 @@ def used_sources(function: Callable[..., Any]) -> tuple[CodeSource, ...]:
             continue
         names.add(name)
         for other, imported in _imports_of(_source(file, {name})):
-            if not is_ours or _package(other) in (EXPERIMENTS, *WHOLE_FILES):
+            if not is_ours or _package(other) in (EXPERIMENTS_PACKAGE, *WHOLE_FILES):
                 waiting.append((other, imported))
     return tuple(_source(file, used[file]) for file in sorted(used))
 

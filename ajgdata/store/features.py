@@ -19,7 +19,7 @@ import numpy as np
 from ajgdata.paths import command_for
 from ajgdata.store.files import replacing
 from ajgdata.types import DataError
-from ajgdata.types.formats import FEATURES, FORMAT_KEY, LATENTS, FormatError
+from ajgdata.types.formats import FEATURES_FORMAT, FORMAT_KEY, LATENTS_FORMAT, FormatError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,7 +76,7 @@ def write_store(path: Path, table: FeatureRows) -> None:
         {"feature": (("recording", "frequency"), spectra, attrs)},
         {"frequency": ("frequency", table.frequency_hz, _FREQUENCY)}
         | as_coordinates(table.columns),
-        {"Conventions": CONVENTIONS, FORMAT_KEY: FEATURES.version, **table.attrs},
+        {"Conventions": CONVENTIONS, FORMAT_KEY: FEATURES_FORMAT.version, **table.attrs},
     )
     write_netcdf(path, dataset)
 
@@ -120,7 +120,7 @@ def open_store(path: Path, *, unstated: int | None = None) -> xr.Dataset:
         raise DataError(path, "does not exist yet", f"run `ajgdata run {path.stem}` first")
     dataset = open_netcdf(path)
     try:
-        FEATURES.check(path, _version(dataset, unstated), command_for(path))
+        FEATURES_FORMAT.check(path, _version(dataset, unstated), command_for(path))
     except FormatError:
         dataset.close()
         raise
@@ -236,7 +236,7 @@ def write_latents(path: Path, latents: Latents) -> None:
         for dimension, values in sorted(latents.latent.items())
     }
     coordinates = as_coordinates({**latents.columns, VALIDATION_FOLD: fold})
-    attrs = {"Conventions": CONVENTIONS, FORMAT_KEY: LATENTS.version, **latents.attrs}
+    attrs = {"Conventions": CONVENTIONS, FORMAT_KEY: LATENTS_FORMAT.version, **latents.attrs}
     write_netcdf(path, xr.Dataset(arrays, coordinates, attrs))
 
 
@@ -244,7 +244,7 @@ def read_latents(path: Path) -> Latents:
     """Return the latents in a file. Raises DataError for a file of another kind, FormatError for
     latents of another version."""
     with open_netcdf(path) as dataset, damage_reported(path):
-        LATENTS.check(path, _version(dataset), command_for(path))
+        LATENTS_FORMAT.check(path, _version(dataset), command_for(path))
         columns = columns_of(dataset)
         fold = columns.pop(VALIDATION_FOLD).values
         latent = {

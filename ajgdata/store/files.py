@@ -27,7 +27,7 @@ from yaml.composer import Composer
 from ajgdata.types import DataError, describe, location
 from ajgdata.types.formats import FORMAT_KEY, FileFormat, FormatError
 
-Model = TypeVar("Model", bound=BaseModel)
+ModelType = TypeVar("ModelType", bound=BaseModel)
 #: End of the names of temporary folders.
 TEMPORARY = ".tmp"
 #: What imports and fetches do; they exclude each other.
@@ -231,7 +231,9 @@ def check_yaml_format(path: Path, content: Mapping[str, Any], file_format: FileF
         raise FormatError(where, error.problem, error.fix) from None
 
 
-def read_model(path: Path, model: type[Model], content: Mapping[str, Any] | None = None) -> Model:
+def read_model(
+    path: Path, model: type[ModelType], content: Mapping[str, Any] | None = None
+) -> ModelType:
     """Return a YAML file, or its `content` after a change, as a model. Raises DataError with file,
     line, key, value and fix."""
     try:

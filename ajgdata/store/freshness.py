@@ -32,7 +32,7 @@ from ajgdata.types import (
     Strict,
     Target,
 )
-from ajgdata.types.formats import FORMAT_KEY, SESSION
+from ajgdata.types.formats import FORMAT_KEY, SESSION_FORMAT
 
 
 class FeatureHashes(Strict):
@@ -91,7 +91,7 @@ def _session_values(path: Path) -> dict[str, Any]:
     """Return the values of session.yaml. A file that states version 1 of its format has the same
     values as a file that states no version."""
     values = read_yaml(path)
-    if values.get(FORMAT_KEY) == SESSION.unstated:
+    if values.get(FORMAT_KEY) == SESSION_FORMAT.unstated:
         del values[FORMAT_KEY]
     return values
 

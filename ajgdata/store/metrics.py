@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ajgdata.paths import command_for
 from ajgdata.store.files import csv_bytes, read_csv, write_bytes
 from ajgdata.types import DataError
-from ajgdata.types.formats import FORMAT_KEY, METRICS
+from ajgdata.types.formats import FORMAT_KEY, METRICS_FORMAT
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,7 +56,7 @@ def write_metrics(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
     """Write numbers; a row has KEYS and FACTS without `format`. None becomes an empty cell."""
     cells = (
         {key: "" if value is None else value for key, value in row.items()}
-        | {FORMAT_KEY: METRICS.version}
+        | {FORMAT_KEY: METRICS_FORMAT.version}
         for row in rows
     )
     write_bytes(path, csv_bytes((*KEYS, *FACTS), cells))
@@ -77,14 +77,14 @@ def read_metrics(path: Path) -> pd.DataFrame:
         try:
             metrics[name] = pd.to_numeric(metrics[name])
         except ValueError as error:
-            fix = METRICS.fix(command_for(path))
+            fix = METRICS_FORMAT.fix(command_for(path))
             raise DataError(path, f"column {name}: {error}", fix) from None
     return metrics.astype(dict.fromkeys(COUNTS, "Int64"))
 
 
 def write_predictions(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
     """Write predictions; a row has PREDICTION_COLUMNS without `format`."""
-    cells = ({**row, FORMAT_KEY: METRICS.version} for row in rows)
+    cells = ({**row, FORMAT_KEY: METRICS_FORMAT.version} for row in rows)
     write_bytes(path, csv_bytes(PREDICTION_COLUMNS, cells))
 
 
@@ -97,11 +97,11 @@ def read_predictions(path: Path) -> list[dict[str, str]]:
 
 
 def _rows_of_this_version(path: Path, required: Iterable[str]) -> list[dict[str, str]]:
-    """Return the rows of a file of METRICS. Raises DataError for a file of another version."""
+    """Return the rows of a file of METRICS_FORMAT. Raises DataError for another version."""
     command = command_for(path)
     header, rows = read_csv(path, required)
     if FORMAT_KEY not in header:
-        METRICS.check(path, None, command)
+        METRICS_FORMAT.check(path, None, command)
     for version in sorted({row[FORMAT_KEY] for row in rows}):
-        METRICS.check(path, int(version) if version.isdecimal() else version, command)
+        METRICS_FORMAT.check(path, int(version) if version.isdecimal() else version, command)
     return rows

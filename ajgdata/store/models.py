@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from ajgdata.paths import command_for
 from ajgdata.store.files import json_bytes, read_json, replacing, write_bytes
 from ajgdata.types import DataError, describe
-from ajgdata.types.formats import FORMAT_KEY, MODEL
+from ajgdata.types.formats import FORMAT_KEY, MODEL_FORMAT
 
 if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
@@ -78,7 +78,7 @@ def _check_size(path: Path) -> None:
 
 def write_about(folder: Path, about: Mapping[str, Any]) -> None:
     """Write the description of a trained model; last, since a folder without it has no model."""
-    content = {**about, FORMAT_KEY: MODEL.version}
+    content = {**about, FORMAT_KEY: MODEL_FORMAT.version}
     write_bytes(folder / ABOUT_FILE, json_bytes(content))
 
 
@@ -102,8 +102,8 @@ def read_description(folder: Path) -> dict[str, Any]:
     about = read_json(file)
     command = command_for(file)
     if not isinstance(about, dict):
-        raise DataError(file, "does not describe a model", MODEL.fix(command))
-    MODEL.check(file, about.pop(FORMAT_KEY, None), command)
+        raise DataError(file, "does not describe a model", MODEL_FORMAT.fix(command))
+    MODEL_FORMAT.check(file, about.pop(FORMAT_KEY, None), command)
     return about
 
 
@@ -122,9 +122,9 @@ def other_version_reported(folder: Path) -> Iterator[None]:
     else:
         return
     problem = f"was written by another version of ajgdata ({detail})"
-    raise DataError(folder / ABOUT_FILE, problem, MODEL.fix(command_for(folder)))
+    raise DataError(folder / ABOUT_FILE, problem, MODEL_FORMAT.fix(command_for(folder)))
 
 
 def _unreadable(path: Path, error: Exception) -> DataError:
     first = (str(error).splitlines() or [type(error).__name__])[0]
-    return DataError(path, f"not a readable model ({first})", MODEL.fix(command_for(path)))
+    return DataError(path, f"not a readable model ({first})", MODEL_FORMAT.fix(command_for(path)))

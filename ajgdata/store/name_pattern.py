@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 #: Longest search in one file name, in seconds. A usual pattern needs microseconds;
 #: repeated alternatives such as `(a|aa)+` need a time that grows exponentially with the name.
-TIMEOUT_S = 1.0
+MATCH_TIMEOUT_S = 1.0
 
 
 def compile_pattern(text: str) -> regex.Pattern[str]:
@@ -31,11 +31,11 @@ def compile_pattern(text: str) -> regex.Pattern[str]:
 def match_name(pattern: regex.Pattern[str], name: str) -> regex.Match[str] | None:
     """Return the match of a whole file name, None if the name does not match.
 
-    Raises DataError if the search takes more than TIMEOUT_S.
+    Raises DataError if the search takes more than MATCH_TIMEOUT_S.
     """
     try:
-        return pattern.fullmatch(name, timeout=TIMEOUT_S)
+        return pattern.fullmatch(name, timeout=MATCH_TIMEOUT_S)
     except TimeoutError:
-        problem = f"needs more than {TIMEOUT_S:g} s for the file name {name!r}"
+        problem = f"needs more than {MATCH_TIMEOUT_S:g} s for the file name {name!r}"
         fix = "replace repeated alternatives such as `(a|aa)+`, e.g. by `[^/]+`"
         raise DataError("--pattern", problem, fix) from None

@@ -18,15 +18,15 @@ from ajgdata.store.provenance import PACKAGE
 _IN_WHEEL = PACKAGE / "reports"
 PACKAGED = _IN_WHEEL if _IN_WHEEL.is_dir() else PACKAGE.parent / "reports"
 #: Published values, with which results are compared.
-PAPER = "paper.yaml"
+PAPER_FILE = "paper.yaml"
 #: Differences between machines, which `benchmarks/machines.py` measures.
-SPREAD = "machine_spread.yaml"
+MACHINE_SPREAD_FILE = "machine_spread.yaml"
 #: Results that the first page shows under "In practice".
-PRACTICE = "practice.yaml"
-TEMPLATES, EXPERIMENTS, PAGES = "templates", "experiments", "pages"
+PRACTICE_FILE = "practice.yaml"
+TEMPLATES_FOLDER, EXPERIMENTS_FOLDER, PAGES_FOLDER = "templates", "experiments", "pages"
 _PATTERNS = (
-    *(f"{TEMPLATES}/*.{suffix}" for suffix in ("j2", "css", "js")),
-    *(f"{EXPERIMENTS}/*.md", f"{PAGES}/*.md"),
+    *(f"{TEMPLATES_FOLDER}/*.{suffix}" for suffix in ("j2", "css", "js")),
+    *(f"{EXPERIMENTS_FOLDER}/*.md", f"{PAGES_FOLDER}/*.md"),
 )
 
 
@@ -39,18 +39,18 @@ def report_file(project: Paths, name: str) -> Path:
 
 def template_folders(project: Paths) -> list[Path]:
     """Return the folders in which to look for a template, style or script, first match first."""
-    return [folder / TEMPLATES for folder in (project.reports, PACKAGED)]
+    return [folder / TEMPLATES_FOLDER for folder in (project.reports, PACKAGED)]
 
 
 def read_paper(project: Paths) -> dict[str, Any]:
     """Return the content of `paper.yaml`. Raises DataError if it is no YAML mapping."""
-    return read_yaml(report_file(project, PAPER))
+    return read_yaml(report_file(project, PAPER_FILE))
 
 
 def read_machine_spread(project: Paths) -> dict[str, float]:
     """Return the largest measured difference of our value between machines, in the paper's unit, by
     published value; empty if nothing was measured."""
-    path, spread = report_file(project, SPREAD), dict[str, float]()
+    path, spread = report_file(project, MACHINE_SPREAD_FILE), dict[str, float]()
     for row in read_yaml(path)["rows"] if path.is_file() else ():
         spread[row["figure"]] = max(row["spread"], spread.get(row["figure"], 0.0))
     return spread
@@ -61,18 +61,18 @@ def read_practice(project: Paths) -> list[dict[str, str]]:
 
     Empty if the project has no such file.
     """
-    path = report_file(project, PRACTICE)
+    path = report_file(project, PRACTICE_FILE)
     return list(read_yaml(path)["topics"]) if path.is_file() else []
 
 
 def read_experiment_text(project: Paths, experiment: str) -> str:
     """Return the Markdown on an experiment; empty without a text."""
-    return _read(project, f"{EXPERIMENTS}/{experiment}.md")
+    return _read(project, f"{EXPERIMENTS_FOLDER}/{experiment}.md")
 
 
 def read_page_text(project: Paths, page: str) -> str:
     """Return the Markdown on a page of the report, its title first; empty without a text."""
-    return _read(project, f"{PAGES}/{page}.md")
+    return _read(project, f"{PAGES_FOLDER}/{page}.md")
 
 
 def _read(project: Paths, name: str) -> str:
@@ -95,7 +95,7 @@ def _all_names(project: Paths) -> list[str]:
     names = {
         path.relative_to(folder).as_posix()
         for folder in (project.reports, PACKAGED)
-        for pattern in (PAPER, PRACTICE, SPREAD, *_PATTERNS)
+        for pattern in (PAPER_FILE, PRACTICE_FILE, MACHINE_SPREAD_FILE, *_PATTERNS)
         for path in folder.glob(pattern)
         if not path.name.startswith(".")  # an editor's
     }

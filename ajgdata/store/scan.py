@@ -23,7 +23,7 @@ from ajgdata.store.listing import listed
 from ajgdata.store.name_pattern import compile_pattern, match_name
 from ajgdata.store.session_names import KnownSession, is_changed, slug, stored_session_names
 from ajgdata.store.starter_kit import STARTER_KIT
-from ajgdata.types import NAME, DataError, ImportSettings, checked_name, is_reserved
+from ajgdata.types import NAME_PATTERN, DataError, ImportSettings, checked_name, is_reserved
 
 #: Endings of audio files. libsndfile does not read those of the second line: their recordings are
 #: imported and reported as unusable.
@@ -43,7 +43,7 @@ UNUSED_PART = (
 )
 #: Names and reasons by type, e.g. `failed`.
 Remarks = defaultdict[str, list[tuple[str, str]]]
-Rows = dict[Path, dict[str, str]]
+RowsByFile = dict[Path, dict[str, str]]
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Scan:
     remarks: Remarks = field(default_factory=lambda: defaultdict(list))
     is_simulated: bool = False
     #: Named groups of each played sound (`0_<name>`), by path, and the played sounds by session.
-    played_rows: Rows = field(default_factory=dict)
+    played_rows: RowsByFile = field(default_factory=dict)
     played: defaultdict[str, list[Path]] = field(default_factory=lambda: defaultdict(list))
     #: Text of each session in the folder or table, by name, and the template of these texts;
     #: the template is "" if the session is the folder.
@@ -194,7 +194,7 @@ def _copies_of_wavs(audio: Iterable[Path]) -> set[Path]:
     return {path for path in not_wav if path.with_suffix("") in names}
 
 
-def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Scan) -> Rows:
+def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Scan) -> RowsByFile:
     """Return the named groups of each file that matches, by path."""
     is_kit = settings.pattern in ("", "starter-kit")
     folders = {path.parent for path in audio}
@@ -225,7 +225,9 @@ def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Sca
     return rows
 
 
-def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result: Scan) -> Rows:
+def _by_table(
+    folder: Path, audio: list[Path], settings: ImportSettings, result: Scan
+) -> RowsByFile:
     """Return the cells of each row of the table whose file is in the folder, by path.
 
     A looser reading of a file name (see `file_matching.STEPS`) is a remark. A row whose file
@@ -237,7 +239,7 @@ def _by_table(folder: Path, audio: list[Path], settings: ImportSettings, result:
     result.remarks["note"] += table.notes
     named = [(_filled("file", settings.file, cells), cells) for _, cells in table.rows]
     matches = find_files({name for name, _ in named}, audio)
-    rows: Rows = {}
+    rows: RowsByFile = {}
     names: dict[Path, str] = {}
     looser: dict[str, list[str]] = defaultdict(list)
     missing = []
@@ -308,7 +310,7 @@ def _columns(texts: Mapping[str, str], settings: ImportSettings, result: Scan) -
     stored = {
         name: meaning
         for name, meaning in columns.items()
-        if meaning in roles or (NAME.fullmatch(meaning) and not is_reserved(meaning))
+        if meaning in roles or (NAME_PATTERN.fullmatch(meaning) and not is_reserved(meaning))
     }
     if unused := [columns[name] for name in columns if name not in stored]:
         reason = "not stored, because no label can have these names"
@@ -395,7 +397,7 @@ def _filled_grasp(template: str, cells: Mapping[str, str]) -> str:
     return grasp if not names or any(cells[name] for name in names) else ""
 
 
-def _warn_of_empty_sessions(rows: Rows, result: Scan) -> None:
+def _warn_of_empty_sessions(rows: RowsByFile, result: Scan) -> None:
     """Warn about rows in which all cells of the session are empty: they are one session."""
     used = template_columns(result.session_template)
     empty = [
@@ -432,7 +434,9 @@ def _plain(
     }
 
 
-def _grasp_columns(rows: Rows, columns: Mapping[str, str], settings: ImportSettings) -> list[str]:
+def _grasp_columns(
+    rows: RowsByFile, columns: Mapping[str, str], settings: ImportSettings
+) -> list[str]:
     """Return the columns that a grasp is identified by: those of --grasp, else those of the role.
 
     `object` identifies a grasp too, but a grasp without one is still a grasp of several recordings.
@@ -444,7 +448,7 @@ def _grasp_columns(rows: Rows, columns: Mapping[str, str], settings: ImportSetti
 
 
 def _note_empty_grasps(
-    rows: Rows, columns: Mapping[str, str], settings: ImportSettings, result: Scan
+    rows: RowsByFile, columns: Mapping[str, str], settings: ImportSettings, result: Scan
 ) -> None:
     """Warn about rows whose grasp is empty: they would be grasps of their own."""
     used = _grasp_columns(rows, columns, settings)
@@ -465,8 +469,8 @@ def _note_empty_grasps(
 
 
 def _with_joined_numbers(
-    rows: Rows, columns: Mapping[str, str], settings: ImportSettings, result: Scan
-) -> Rows:
+    rows: RowsByFile, columns: Mapping[str, str], settings: ImportSettings, result: Scan
+) -> RowsByFile:
     """Return rows in which a number of a grasp or sample has one spelling, and note which had
     several."""
     samples = [name for name, role in columns.items() if role == "sample"]

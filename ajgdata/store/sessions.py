@@ -24,7 +24,7 @@ from ajgdata.store.files import (
     yaml_bytes,
 )
 from ajgdata.types import (
-    NAME,
+    NAME_PATTERN,
     RECORDING_COLUMNS,
     DataError,
     DatasetSpec,
@@ -35,7 +35,7 @@ from ajgdata.types import (
     describe,
     is_reserved,
 )
-from ajgdata.types.formats import DATASET, FORMAT_KEY, SESSION
+from ajgdata.types.formats import DATASET_FORMAT, FORMAT_KEY, SESSION_FORMAT
 
 #: Columns whose text is compared, as labels are.
 _TEXTS = ("grasp_id", "placement_id", "object", "quality")
@@ -97,7 +97,7 @@ def read_declaration(path: Path) -> DatasetSpec:
     One that is `from` another takes over what that declares and says what differs, see `_derived`.
     """
     content = read_yaml(path)
-    check_yaml_format(path, content, DATASET)
+    check_yaml_format(path, content, DATASET_FORMAT)
     if "from" in content:
         content = _derived(path, content)
     return read_model(path, DatasetSpec, content)
@@ -112,10 +112,10 @@ def _derived(path: Path, content: dict[str, Any]) -> dict[str, Any]:
     origin = content["from"]
     where = f"{path}:{line_of(path, ['from'])}"
     file = path.parent.parent / str(origin) / path.name
-    if not isinstance(origin, str) or not NAME.fullmatch(origin) or not file.is_file():
+    if not isinstance(origin, str) or not NAME_PATTERN.fullmatch(origin) or not file.is_file():
         raise DataError(where, f"from = {origin!r}: there is no {file}", "name a data set")
     base = read_yaml(file)
-    check_yaml_format(file, base, DATASET)
+    check_yaml_format(file, base, DATASET_FORMAT)
     if "from" in base:
         raise DataError(where, f"from = {origin!r} is itself derived", f"name {base['from']}")
     recipe = {"recipe": {"grasps_of": origin}} if "recipe" in base else {}
@@ -143,7 +143,7 @@ def write_dataset(paths: Paths, spec: DatasetSpec) -> Path:
     defaults."""
     path = paths.dataset(spec.name)
     content = spec.model_dump(mode="json", exclude_defaults=True)
-    write_if_changed(path, yaml_bytes({FORMAT_KEY: DATASET.version, **content}))
+    write_if_changed(path, yaml_bytes({FORMAT_KEY: DATASET_FORMAT.version, **content}))
     return path
 
 
@@ -157,7 +157,7 @@ def list_sessions(paths: Paths, dataset: str) -> list[str]:
         return []
     names = sorted(p.name for p in folder.iterdir() if p.is_dir() and p.name[0] != ".")
     for name in names:
-        if not NAME.fullmatch(name):
+        if not NAME_PATTERN.fullmatch(name):
             fix = "rename it (letters, digits, _ and -) or move it elsewhere"
             raise DataError(folder / name, "a session cannot have this name", fix)
     return names
@@ -222,7 +222,7 @@ def read_session(folder: Path) -> Session:
     if not path.is_file():
         raise DataError(path, "there is no such file", "finish the import or acquisition")
     content = read_yaml(path)
-    check_yaml_format(path, content, SESSION)
+    check_yaml_format(path, content, SESSION_FORMAT)
     session = read_model(path, Session, content)
     if session.session_id != folder.name:
         problem = f"session_id = {session.session_id!r}"
@@ -241,7 +241,7 @@ def check_session_format(folder: Path) -> None:
         content = read_yaml(path)
     except DataError:
         return
-    check_yaml_format(path, content, SESSION)
+    check_yaml_format(path, content, SESSION_FORMAT)
 
 
 def count_recordings(table: Path) -> int:
@@ -261,7 +261,7 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
     path = folder / RECORDINGS_FILE
     header, rows = numbered_rows(path, ("recording_id", "file", "grasp_id"))
     extra = [column for column in header if column not in RECORDING_COLUMNS]
-    if unusable := [c for c in extra if is_reserved(c) or not NAME.fullmatch(c)]:
+    if unusable := [c for c in extra if is_reserved(c) or not NAME_PATTERN.fullmatch(c)]:
         fix = "rename it (letters, digits, _ and -; not the name of a standard column)"
         raise DataError(path, f"no label can have the name {unusable[0]!r}", fix)
     recordings, findings = [], []

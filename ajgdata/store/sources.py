@@ -13,7 +13,7 @@ from pathlib import Path
 
 from ajgdata.paths import SOURCE_FILE, Paths, brought
 from ajgdata.store.files import alone, read_model, write_if_changed
-from ajgdata.store.publishing.archive import AGAIN
+from ajgdata.store.publishing.archive import RUN_AGAIN
 from ajgdata.types import DataError, DatasetSource, GitPart
 
 #: Files are stored unchanged: line ends are not converted and no filter of the user is run.
@@ -86,5 +86,5 @@ def _git(objects: Path, *words: str, may_fail: bool = False, **variables: str) -
     )  # fmt: skip
     if done.returncode and not may_fail:
         reason = " ".join(done.stderr.split())[:400] or "it gives no reason"
-        raise DataError(objects, f"git failed ({reason})", f"correct the cause, then {AGAIN}")
+        raise DataError(objects, f"git failed ({reason})", f"correct the cause, then {RUN_AGAIN}")
     return done.stdout.strip()

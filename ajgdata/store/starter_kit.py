@@ -29,7 +29,7 @@ _NUMBER = re.compile(r"[+\u2212-]?\d+(?:\.\d+)?")
 MIN_REPEATED_TEXTS = 1 / 4
 MIN_REPEATED_DIGITS = 1 / 2
 #: In a folder with fewer recordings, each text may occur once: a first trial with a few objects.
-MIN_RECORDINGS = 6
+MIN_FOLDER_RECORDINGS = 6
 
 
 def starter_kit_objection(files: Sequence[Path]) -> str:
@@ -87,6 +87,6 @@ def _label_objection(recorded: Counter[str]) -> str:
     are_digits = not any(character.isalpha() for label in recorded for character in label)
     if are_digits and repeated < MIN_REPEATED_DIGITS * total:
         return f"the labels are digits that rarely repeat, e.g. {min(recorded)!r}"
-    if total >= MIN_RECORDINGS and repeated < MIN_REPEATED_TEXTS * total:
+    if total >= MIN_FOLDER_RECORDINGS and repeated < MIN_REPEATED_TEXTS * total:
         return f"most of {len(recorded)} labels occur once, e.g. {min(recorded)!r}"
     return ""

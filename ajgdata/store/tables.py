@@ -16,7 +16,7 @@ import numpy as np
 from ajgdata.paths import command_for
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.types import DataError
-from ajgdata.types.formats import FORMAT_KEY, TABLES
+from ajgdata.types.formats import FORMAT_KEY, TABLES_FORMAT
 from ajgdata.types.table import Column, Table
 
 #: Key of the object that stands for a number that JSON lacks.
@@ -25,7 +25,7 @@ _NUMBER = "number"
 
 def write_tables(path: Path, tables: Sequence[Table], **about: Any) -> None:
     """Write `tables`, and facts `about` them by key, to `path` (JSON), atomically."""
-    content = {**about, FORMAT_KEY: TABLES.version, "tables": [as_json(t) for t in tables]}
+    content = {**about, FORMAT_KEY: TABLES_FORMAT.version, "tables": [as_json(t) for t in tables]}
     write_bytes(path, json_bytes(plain(content)))
 
 
@@ -43,7 +43,7 @@ def write_measurements(
 ) -> None:
     """Write several `about` with their tables to one file, see `write_tables`."""
     contents = [{**about, "tables": [as_json(t) for t in tables]} for about, tables in results]
-    content = {FORMAT_KEY: TABLES.version, "measurements": contents}
+    content = {FORMAT_KEY: TABLES_FORMAT.version, "measurements": contents}
     write_bytes(path, json_bytes(plain(content)))
 
 
@@ -60,11 +60,11 @@ def _read(path: Path, key: str) -> dict[str, Any]:
     """Return the content of a file that has `key`, without the version of its format."""
     content = read_json(path)
     if not isinstance(content, dict):
-        raise DataError(path, "does not contain tables", TABLES.fix(command_for(path)))
-    TABLES.check(path, content.pop(FORMAT_KEY, None), command_for(path))
+        raise DataError(path, "does not contain tables", TABLES_FORMAT.fix(command_for(path)))
+    TABLES_FORMAT.check(path, content.pop(FORMAT_KEY, None), command_for(path))
     if key not in content:
         problem = f"has no key `{key}`, so another version of ajgdata wrote it"
-        raise DataError(path, problem, TABLES.fix(command_for(path)))
+        raise DataError(path, problem, TABLES_FORMAT.fix(command_for(path)))
     return content
 
 

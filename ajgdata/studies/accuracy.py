@@ -21,17 +21,17 @@ from ajgdata.features.spectrum import frequencies_hz
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, simulate
 from ajgdata.gripper.scene import Numerics
 from ajgdata.gripper.variation import Variation
-from ajgdata.studies import TIMED
+from ajgdata.studies import ALL_SOURCES, TIMES_NOTE
 from ajgdata.studies.noise_free import noise_free, relative_error, timed, unit_feature
 from ajgdata.types import FeatureSettings
 from ajgdata.types.table import Column, Table, Value
 
 Real = NDArray[np.floating]
-Settings = dict[str, Any]
+SceneSettings = dict[str, Any]
 #: kHz, as shown.
 BANDS_KHZ = ((0.1, 1.0), (1.0, 3.0), (3.0, 6.0), (6.0, 20.0))
 #: Two objects of each class of scenes, which a user wants to tell apart.
-SCENES: dict[str, tuple[Settings, Settings]] = {
+SCENES: dict[str, tuple[SceneSettings, SceneSettings]] = {
     "hard cubes": ({"object": "cube_20p7"}, {"object": "cube_22p0"}),
     "soft and hard objects": ({"object": "foam_brick"}, {"object": "banana"}),
     "balls that move on rubber": (
@@ -51,19 +51,23 @@ SCENES: dict[str, tuple[Settings, Settings]] = {
         {"object": "cube_22p0", "medium": {"kind": "coffee"}},
     ),
 }
-DEFAULT = Numerics()
+DEFAULT_NUMERICS = Numerics()
 #: Grid steps (mm); the finest is the reference.
-GRIDS_MM = (5.2, DEFAULT.dx_mm, 3.75, 3.3, 2.75, 2.0)
+GRIDS_MM = (5.2, DEFAULT_NUMERICS.dx_mm, 3.75, 3.3, 2.75, 2.0)
 #: Settings of each source of error, the reference last. The CFL numbers give 4, 6, 8 and 15
 #: steps per sample on the default grid.
-SOURCES: dict[str, tuple[Settings, ...]] = {
+SOURCES: dict[str, tuple[SceneSettings, ...]] = {
     "grid": tuple({"dx_mm": dx_mm} for dx_mm in GRIDS_MM),
-    "time step": tuple({"cfl": cfl} for cfl in (DEFAULT.cfl, 0.75, 0.54, 0.27)),
-    "stopping": tuple({"decay_db": db} for db in (30.0, 40.0, DEFAULT.decay_db, 60.0, 80.0)),
-    "number of modes": tuple({"modes_hz": hz} for hz in (4_000.0, DEFAULT.modes_hz, 21_000.0)),
-    "fitted medium": tuple({"poles": poles} for poles in (1, DEFAULT.poles)),
-    "float32": ({"precision": DEFAULT.precision}, {"precision": "float64"}),
-    "omitted parts": ({"omit": DEFAULT.omit}, {"omit": ()}),
+    "time step": tuple({"cfl": cfl} for cfl in (DEFAULT_NUMERICS.cfl, 0.75, 0.54, 0.27)),
+    "stopping": tuple(
+        {"decay_db": db} for db in (30.0, 40.0, DEFAULT_NUMERICS.decay_db, 60.0, 80.0)
+    ),
+    "number of modes": tuple(
+        {"modes_hz": hz} for hz in (4_000.0, DEFAULT_NUMERICS.modes_hz, 21_000.0)
+    ),
+    "fitted medium": tuple({"poles": poles} for poles in (1, DEFAULT_NUMERICS.poles)),
+    "float32": ({"precision": DEFAULT_NUMERICS.precision}, {"precision": "float64"}),
+    "omitted parts": ({"omit": DEFAULT_NUMERICS.omit}, {"omit": ()}),
 }
 #: Sources with a reference together: the largest, and those that cost little. All of them together
 #: would take ten times as long.
@@ -73,9 +77,8 @@ QUICK_MM = 3.3
 #: Longer than any response rings.
 LONGEST_S = 0.5
 #: Grasps of one object, of which the scatter is measured.
-GRASPS = 8
+SCATTER_GRASPS = 8
 REPEATS = 3
-ALL = "together"
 
 
 @dataclass(frozen=True)
@@ -123,7 +126,7 @@ def scene_of(settings: Mapping[str, Any], seed: int = 0, **numerics: Any) -> Sce
     return Scene.model_validate({**settings, **varied})
 
 
-def best_settings(sources: Mapping[str, Sequence[Settings]]) -> Settings:
+def best_settings(sources: Mapping[str, Sequence[SceneSettings]]) -> SceneSettings:
     """Return the best settings of the sources TOGETHER."""
     best = {key: value for source in TOGETHER for key, value in sources[source][-1].items()}
     return {**best, "max_time_s": LONGEST_S}
@@ -131,8 +134,8 @@ def best_settings(sources: Mapping[str, Sequence[Settings]]) -> Settings:
 
 def budget_rows(
     scene_class: str,
-    settings: Settings,
-    sources: Mapping[str, Sequence[Settings]],
+    settings: SceneSettings,
+    sources: Mapping[str, Sequence[SceneSettings]],
     default: SimulationRun,
     best: SimulationRun,
     repeats: int,
@@ -142,13 +145,15 @@ def budget_rows(
 
     `default` and `best` are the runs of the scene with these settings.
     """
-    rows = [_row(scene_class, ALL, "default", default, best, default.time_s, is_default=True)]
+    rows = [
+        _row(scene_class, ALL_SOURCES, "default", default, best, default.time_s, is_default=True)
+    ]
     for source, options in sources.items():
-        limits: Settings = {"max_time_s": LONGEST_S} if source == "stopping" else {}
+        limits: SceneSettings = {"max_time_s": LONGEST_S} if source == "stopping" else {}
         reference = run(scene_of(settings, **options[-1], **limits))
         for option in options[:-1]:
             ((key, value),) = option.items()
-            is_default = value == getattr(DEFAULT, key)
+            is_default = value == getattr(DEFAULT_NUMERICS, key)
             result = default if is_default else run(scene_of(settings, **option, **limits), repeats)
             label = f"{key} {'default' if value is None else value}"
             rows.append(
@@ -189,7 +194,7 @@ def _row(
 
 def difference_rows(
     scene_class: str,
-    settings: Settings,
+    settings: SceneSettings,
     defaults: Sequence[SimulationRun],
     bests: Sequence[SimulationRun],
 ) -> list[dict[str, Value]]:
@@ -201,7 +206,9 @@ def difference_rows(
     computed, true = (
         level_db(first.feature) - level_db(second.feature) for first, second in (defaults, bests)
     )
-    grasps = [level_db(run(scene_of(settings, seed)).feature) for seed in range(1, GRASPS + 1)]
+    grasps = [
+        level_db(run(scene_of(settings, seed)).feature) for seed in range(1, SCATTER_GRASPS + 1)
+    ]
     scatter = in_bands(np.std(grasps, axis=0, ddof=1))
     rows: list[dict[str, Value]] = []
     for (low, high), key in zip(BANDS_KHZ, scatter, strict=True):
@@ -246,16 +253,17 @@ def tables(quick: bool = False) -> tuple[Table, ...]:
         budget += budget_rows(scene_class, first, sources, defaults[0], bests[0], repeats)
         differences += difference_rows(scene_class, first, defaults, bests)
     # The page shows the first rows: the totals, then the sources at the default settings.
-    budget.sort(key=lambda row: (row["source"] != ALL, not row["is_default"]))
+    budget.sort(key=lambda row: (row["source"] != ALL_SOURCES, not row["is_default"]))
     note = (
         "Only the setting of the source varies; its reference has the best setting: a grid of"
         f" {best['dx_mm']:g} mm, 15 steps per sample, a decay of 80 dB, modes up to 21 kHz, two"
         " poles, float64, no omission. Two poles of the medium have an error of their own that no"
-        f" setting removes. Together: {', '.join(TOGETHER)}. {TIMED}"
+        f" setting removes. Together: {', '.join(TOGETHER)}. {TIMES_NOTE}"
     )
     about = (
         "Difference between two objects in the same grasp, default settings against the best ones."
-        f" Scatter: standard deviation over {GRASPS} grasps of the first object in one pose."
+        f" Scatter: standard deviation over {SCATTER_GRASPS} grasps of the first object in one"
+        " pose."
     )
     return (
         Table("accuracy", "Error by source", note, _budget_columns(), tuple(budget)),

@@ -25,7 +25,7 @@ from ajgdata.gripper.system import Capacities, Faces, System
 from ajgdata.gripper.walls import NO_MODES, Walls, coupled
 
 Real = NDArray[np.floating]
-SILENT = Probe(np.zeros(1, np.uint64), np.zeros(1))
+SILENT_PROBE = Probe(np.zeros(1, np.uint64), np.zeros(1))
 
 
 def applied(system: System, p: Real) -> Real:
@@ -33,7 +33,7 @@ def applied(system: System, p: Real) -> Real:
     `system` marches p₊ - 2p + p₋ = -A p, and a step from rest leaves p - A p."""
     state = at_rest(system)
     state.p[:] = p
-    march(system, state, SILENT, SILENT, np.zeros(0), 1)
+    march(system, state, SILENT_PROBE, SILENT_PROBE, np.zeros(0), 1)
     return p - state.p
 
 
@@ -81,7 +81,7 @@ def energies(system: System, state: State, steps: int) -> Real:
     weight, out = stored_weights(system), np.empty(steps)
     for n in range(steps):
         before = State._make(values.copy() for values in state)
-        march(system, state, SILENT, SILENT, np.zeros(0), 1)
+        march(system, state, SILENT_PROBE, SILENT_PROBE, np.zeros(0), 1)
         out[n] = _energy(system, weight, before, state)
     return out
 

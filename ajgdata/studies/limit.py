@@ -34,18 +34,18 @@ from ajgdata.studies.noise_free import relative_error
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]
 #: The band (Hz) in which the default grid is accurate.
-BAND_HZ = (100.0, 6_000.0)
+ACCURATE_BAND_HZ = (100.0, 6_000.0)
 #: The response is multiplied by a decay to e^-DECAY at its last step: frequencies are complex.
 DECAY = 6.0
 
 
 def response(ends: Ends, steps: int) -> Complex:
     """Return the pressure at the receiver after a pulse at the source, at the frequencies of
-    `BAND_HZ` plus the imaginary part that `DECAY` gives, (frequencies,)."""
+    `ACCURATE_BAND_HZ` plus the imaginary part that `DECAY` gives, (frequencies,)."""
     pressure = pulse_response(ends, steps)
     decay = np.exp(-DECAY * np.arange(steps) / steps)
     frequency = np.fft.rfftfreq(steps, ends[0].dt)
-    inside = (frequency >= BAND_HZ[0]) & (frequency <= BAND_HZ[1])
+    inside = (frequency >= ACCURATE_BAND_HZ[0]) & (frequency <= ACCURATE_BAND_HZ[1])
     return np.fft.rfft(pressure * decay)[inside]
 
 
@@ -132,7 +132,7 @@ class Limit(ABC):
         """Measure the distance at each value, and compute the tolerances."""
 
     def distance(self, value: float) -> float:
-        """Return the relative L2 distance of the responses in `BAND_HZ`."""
+        """Return the relative L2 distance of the responses in `ACCURATE_BAND_HZ`."""
         expected = response(self.expected(value), self.steps)
         return relative_error(response(self.system(value), self.steps), expected)
 

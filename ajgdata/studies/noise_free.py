@@ -15,13 +15,13 @@ from ajgdata.gripper.signal_chain import ImpulseResponse
 from ajgdata.types import FeatureSettings
 
 Real = NDArray[np.floating]
-Result = TypeVar("Result")
-QUIET = SignalChain(noise_db_spl=None)
+Returned = TypeVar("Returned")
+NOISE_FREE_CHAIN = SignalChain(noise_db_spl=None)
 
 
 def noise_free(response: ImpulseResponse) -> Real:
     """Return the samples (n,) of a recording without noise."""
-    return record(response, excitation_sweep(), QUIET).samples
+    return record(response, excitation_sweep(), NOISE_FREE_CHAIN).samples
 
 
 def unit_feature(samples: Real) -> Real:
@@ -35,7 +35,7 @@ def relative_error(values: NDArray[Any], reference: NDArray[Any]) -> float:
     return float(np.linalg.norm(values - reference) / np.linalg.norm(reference))
 
 
-def timed(calculate: Callable[[], Result], repeats: int) -> tuple[Result, float]:
+def timed(calculate: Callable[[], Returned], repeats: int) -> tuple[Returned, float]:
     """Return a result that is computed `repeats` times, and the shortest CPU time in s."""
     times = []
     for _ in range(repeats):

@@ -26,13 +26,13 @@ from ajgdata.gripper.objects import ObjectPart
 from ajgdata.gripper.parts import WITH_FRAME, omitted_parts
 from ajgdata.gripper.scene import Numerics
 from ajgdata.gripper.variation import Variation
-from ajgdata.studies import TIMED
+from ajgdata.studies import LEFT_OUT, TIMES_NOTE
 from ajgdata.studies.noise_free import noise_free, relative_error, timed, unit_feature
 from ajgdata.types.table import Column, Table, Value
 
 Real = NDArray[np.floating]
 Shape = dict[str, Any]
-PARTS: tuple[ObjectPart, ...] = get_args(ObjectPart)
+OBJECT_PARTS: tuple[ObjectPart, ...] = get_args(ObjectPart)
 #: Centres of third octaves (IEC 61260-1, base 10) from 63 Hz, where heavy objects bounce on rubber.
 BANDS_HZ = 10 ** (np.arange(18, 42) / 10)
 #: Lower and upper edge of a band over its centre.
@@ -58,7 +58,6 @@ LEAST_SAVING = 0.02
 LARGEST_CHANGE = 0.01
 #: Largest change of any third octave.
 LARGEST_BAND_CHANGE = 0.05
-LEFT_OUT = "left out"
 #: Runs of which the shortest time counts.
 REPEATS = 3
 QUICK = ("14 mm cube of PLA", "67 mm sphere of wood", "plate of wood")
@@ -168,7 +167,7 @@ def changes(case: Case) -> dict[str, dict[str, float]]:
     plan_without_frame = case.plan(("frame",))
     free = sound(plan_without_frame)
     measured: dict[str, dict[str, float]] = {}
-    for part in PARTS:
+    for part in OBJECT_PARTS:
         if part not in present:
             continue
         if part == "frame":
@@ -281,7 +280,7 @@ def tables(quick: bool = False) -> tuple[Table, ...]:
         " and elasticity are judged without the frame of the grains, with which the object moves."
         f" An omission must save {100 * LEAST_SAVING:g} % of the time, and change the feature by"
         f" at most {LARGEST_CHANGE:g}, any third octave by {LARGEST_BAND_CHANGE:g}. Scenes vary:"
-        f" the class is wider than the measured scenes, so the part is solved. {TIMED}"
+        f" the class is wider than the measured scenes, so the part is solved. {TIMES_NOTE}"
     )
     columns = (
         Column("part", "Left out"),

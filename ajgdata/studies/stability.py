@@ -25,7 +25,7 @@ Real = NDArray[np.floating]
 Row = dict[str, Any]
 #: A step rounds its coefficients by up to half an ulp, always in the same way. In the worst case a
 #: step gains this share of the energy, and a run the sum of all steps.
-ROUNDING = {np.float64: 2.0**-53, np.float32: 2.0**-24}
+UNIT_ROUNDOFF = {np.float64: 2.0**-53, np.float32: 2.0**-24}
 #: Steps between two energies, at least: their own rounding, a few ulp, is then small per step.
 INTERVAL = 100
 #: Number of cases that are marched for a long time.
@@ -104,12 +104,12 @@ def judge(trial: Trial) -> Row:
 
     Returns a row of `TRIAL_COLUMNS`: the outcome is "bounded" or "grows".
     """
-    built = {dtype: trial.build(dtype) for dtype in ROUNDING}
+    built = {dtype: trial.build(dtype) for dtype in UNIT_ROUNDOFF}
     runs = {dtype: energy_run(ends, trial.steps) for dtype, ends in built.items()}
     double, single = runs[np.float64], runs[np.float32]
     system = built[np.float64][0]
     transient = largest_growth(system)
-    bounded = all(runs[dtype].is_bounded(rounding) for dtype, rounding in ROUNDING.items())
+    bounded = all(runs[dtype].is_bounded(rounding) for dtype, rounding in UNIT_ROUNDOFF.items())
     passed = bounded and bool(np.isfinite(transient))
     change = np.linalg.norm(single.pressure - double.pressure) / np.linalg.norm(double.pressure)
     return {
@@ -132,7 +132,7 @@ def judge(trial: Trial) -> Row:
 
 def rounding_share(row: Row) -> float:
     """Return the largest growth of a row of `judge`, in units of what rounding allows."""
-    growths = zip((row["growth"], row["growth_single"]), ROUNDING.values(), strict=True)
+    growths = zip((row["growth"], row["growth_single"]), UNIT_ROUNDOFF.values(), strict=True)
     return max((growth - 1) / (row["steps"] * rounding) for growth, rounding in growths)
 
 
@@ -152,7 +152,7 @@ def worst_trials(tested: Sequence[Trial], rows: Sequence[Row], count: int) -> li
 def long_runs(cases: Iterable[Trial], steps: int) -> Iterator[tuple[str, str, EnergyRun, float]]:
     """Yield name, precision, run, and the allowed gain per step, of each case and precision."""
     for trial in cases:
-        for dtype, rounding in ROUNDING.items():
+        for dtype, rounding in UNIT_ROUNDOFF.items():
             run = energy_run(trial.build(dtype), steps)
             case = f"{trial.group}: {trial.name}, {trial.dx_mm:g} mm"
             yield case, np.dtype(dtype).name, run, rounding

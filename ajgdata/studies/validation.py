@@ -17,6 +17,7 @@ from scipy.special import eval_legendre, spherical_jn
 
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, air_fluid
+from ajgdata.gripper.objects import MM
 from ajgdata.gripper.scene import Numerics, Scene
 from ajgdata.gripper.simulation import ricker_wavelet
 from ajgdata.gripper.solver import Patches, Probe, at_rest, march
@@ -45,7 +46,6 @@ Real = NDArray[np.floating]
 FINER_MM = 3.0
 #: The same in a quick run.
 COARSER_MM = 6.0
-MM = 1e-3
 #: A sphere has 58 resonances up to the sixth measured one, which is 13-fold; two are spare.
 SPHERE_MODES = 60
 #: Radius (m) of the simulated tubes. The source does not state it; the resonances along a rigid

@@ -7,7 +7,7 @@ Nothing here opens a file. Every model forbids unknown keys, so that a typing er
 from ajgdata.types.base import (
     ISSUE_LEVELS,
     LONGEST_NAME,
-    NAME,
+    NAME_PATTERN,
     WHOLE,
     DataError,
     Finding,

@@ -17,10 +17,10 @@ from ajgdata.types.replaced_keys import replacement
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
-Model = TypeVar("Model", bound=BaseModel)
+ModelType = TypeVar("ModelType", bound=BaseModel)
 #: Names are parts of file names, several of which are joined.
 LONGEST_NAME = 100
-NAME = re.compile(rf"^[A-Za-z0-9][A-Za-z0-9_-]{{0,{LONGEST_NAME - 1}}}$")
+NAME_PATTERN = re.compile(rf"^[A-Za-z0-9][A-Za-z0-9_-]{{0,{LONGEST_NAME - 1}}}$")
 _NAME_RULE = (
     f"letters, digits, _ and -, up to {LONGEST_NAME} characters, the first a letter or digit"
 )
@@ -37,7 +37,7 @@ def without_repeated_part(name: str) -> str:
 
 Name = Annotated[
     str,
-    Field(pattern=NAME.pattern, description="letters, digits, _ and -"),
+    Field(pattern=NAME_PATTERN.pattern, description="letters, digits, _ and -"),
     AfterValidator(without_repeated_part),
 ]
 ModelName = Annotated[Name, AfterValidator(MODELS.checked)]
@@ -80,10 +80,10 @@ def many(count: int, noun: str) -> str:
 
 def checked_name(name: str, what: str = "data set") -> str:
     """Return a name. Raises DataError if no file could have it."""
-    if NAME.fullmatch(name) and not _REPEATED_PART.search(name):
+    if NAME_PATTERN.fullmatch(name) and not _REPEATED_PART.search(name):
         return name
     rule = _NAME_RULE
-    if NAME.fullmatch(name):
+    if NAME_PATTERN.fullmatch(name):
         rule = "a name that does not end with the same part 20 times: Snakemake refuses it"
     raise DataError(reprlib.repr(name), f"is not a valid name of a {what}", f"use {rule}")
 
@@ -198,7 +198,7 @@ def describe(error: ValidationError, where: object) -> DataError:
     return DataError(where, f"{key or 'content'}{value}: {message}{suffix}", "correct the value")
 
 
-def checked(model: type[Model], where: object, content: Mapping[str, Any]) -> Model:
+def checked(model: type[ModelType], where: object, content: Mapping[str, Any]) -> ModelType:
     """Return settings of `model`. Raises DataError with `where`, key, value and fix."""
     try:
         return model.model_validate(content)
@@ -207,6 +207,9 @@ def checked(model: type[Model], where: object, content: Mapping[str, Any]) -> Mo
 
 
 def _message(error: ErrorDetails, without: str = "Value error, ") -> str:
-    if error["type"] == "string_pattern_mismatch" and error["ctx"]["pattern"] == NAME.pattern:
+    if (
+        error["type"] == "string_pattern_mismatch"
+        and error["ctx"]["pattern"] == NAME_PATTERN.pattern
+    ):
         return f"Names are {_NAME_RULE}"
     return error["msg"].removeprefix(without)

@@ -82,30 +82,30 @@ class FileFormat:
             raise FormatError(where, problem, fix)
 
 
-DATASET = FileFormat(
+DATASET_FORMAT = FileFormat(
     files="`dataset.yaml`",
     place="key `format`",
     history=("keys as in docs/configuration.md",),
 )
 #: A table has no place for its version: session.yaml of the same folder states it.
-SESSION = FileFormat(
+SESSION_FORMAT = FileFormat(
     files="`session.yaml` and `recordings.csv`",
     place="key `format` of `session.yaml`",
     history=("keys and columns as in docs/configuration.md",),
 )
-FEATURES = FileFormat(
+FEATURES_FORMAT = FileFormat(
     files="feature files",
     place="attribute `format`",
     history=("spectra (recording, frequency) and labels along `recording`",),
     is_result=True,
 )
-LATENTS = FileFormat(
+LATENTS_FORMAT = FileFormat(
     files="embedding vectors",
     place="attribute `format`",
     history=("vectors (fold, init, recording, dimension) and labels along `recording`",),
     is_result=True,
 )
-MODEL = FileFormat(
+MODEL_FORMAT = FileFormat(
     files="final models",
     place="key `format` of `model.json`",
     history=(
@@ -114,7 +114,7 @@ MODEL = FileFormat(
     ),
     is_result=True,
 )
-TABLES = FileFormat(
+TABLES_FORMAT = FileFormat(
     files="tables of experiments, ablations and studies (JSON)",
     place="key `format`",
     history=(
@@ -124,7 +124,7 @@ TABLES = FileFormat(
     ),
     is_result=True,
 )
-METRICS = FileFormat(
+METRICS_FORMAT = FileFormat(
     files="`metrics.csv` and `predictions.csv`",
     place="column `format`",
     history=(
@@ -133,11 +133,20 @@ METRICS = FileFormat(
     ),
     is_result=True,
 )
-PUBLISHED = FileFormat(
+PUBLISHED_FORMAT = FileFormat(
     files="published data sets",
     place="key `ajgdata_format` of `datapackage.json`",
     history=("files as in docs/publishing.md",),
     renewal="ask its authors to publish it again with this version of ajgdata",
 )
 #: All formats, in the order of the table in docs/data-model.md.
-FORMATS = (DATASET, SESSION, FEATURES, LATENTS, MODEL, TABLES, METRICS, PUBLISHED)
+FORMATS = (
+    DATASET_FORMAT,
+    SESSION_FORMAT,
+    FEATURES_FORMAT,
+    LATENTS_FORMAT,
+    MODEL_FORMAT,
+    TABLES_FORMAT,
+    METRICS_FORMAT,
+    PUBLISHED_FORMAT,
+)

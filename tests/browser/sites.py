@@ -8,7 +8,7 @@ from urllib.parse import unquote, urlsplit
 
 from report_samples import PAPER, sample_report
 
-from ajgdata.paths import FIGURES, TABLES
+from ajgdata.paths import FIGURES_FOLDER, TABLES_FOLDER
 from ajgdata.pipeline.exports import write_exports
 from ajgdata.report.comparison import PaperComparison, ResultCost, mark_of
 from ajgdata.report.format import Score
@@ -77,13 +77,13 @@ def sample_site(folder: Path) -> Site:
     report = full_report()
     listed = [Link(experiment_link(page.name), page.title, page.about) for page in report.pages]
     nav = navigation(listed, [])
-    figures = draw_figures(illustrations(report), index.parent / FIGURES)
+    figures = draw_figures(illustrations(report), index.parent / FIGURES_FOLDER)
     pages = render_pages(report, figures, nav)
     for name, html in pages.items():
         write_bytes(index.parent / name, html.encode())
     for name in ("metrics.csv", "predictions.csv"):
         write_bytes(folder / name, b"dataset\n")
-    write_exports(report, [], index.parent / TABLES)
+    write_exports(report, [], index.parent / TABLES_FOLDER)
     for dataset in report.datasets:
         write_bytes(folder / "quarantine" / f"{dataset.name}.csv", b"session_id\n")
     return Site(index.parent)

@@ -8,7 +8,7 @@ import pytest
 
 from ajgdata.store.code_hash import sources
 from ajgdata.types import DatasetSpec, Session
-from ajgdata.types.formats import DATASET, FORMATS, SESSION, FileFormat, FormatError
+from ajgdata.types.formats import DATASET_FORMAT, FORMATS, SESSION_FORMAT, FileFormat, FormatError
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -30,7 +30,9 @@ def test_the_documentation_lists_the_versions():
     assert "\n".join(rows) in page, "\n".join(rows)
 
 
-@pytest.mark.parametrize(("model", "file_format"), [(DatasetSpec, DATASET), (Session, SESSION)])
+@pytest.mark.parametrize(
+    ("model", "file_format"), [(DatasetSpec, DATASET_FORMAT), (Session, SESSION_FORMAT)]
+)
 def test_the_settings_allow_only_the_version_of_this_package(model, file_format):
     field = model.model_fields["format"]
     assert field.default == file_format.version
@@ -68,17 +70,17 @@ def test_files_of_other_versions_are_refused(stated, line):
 
 
 @pytest.mark.parametrize(
-    ("kind", "name"),
+    ("job_type", "name"),
     [
-        ("features", "FEATURES"),
-        ("embed", "LATENTS"),
-        ("train", "MODEL"),
-        ("experiment", "TABLES"),
-        ("study", "TABLES"),
-        ("collect", "METRICS"),
+        ("features", "FEATURES_FORMAT"),
+        ("embed", "LATENTS_FORMAT"),
+        ("train", "MODEL_FORMAT"),
+        ("experiment", "TABLES_FORMAT"),
+        ("study", "TABLES_FORMAT"),
+        ("collect", "METRICS_FORMAT"),
     ],
 )
-def test_results_depend_on_the_version_of_their_format(kind, name):
+def test_results_depend_on_the_version_of_their_format(job_type, name):
     """So a run computes results of another version again."""
-    (source,) = (s for s in sources(kind) if s.file.name == "formats.py" and name in s.names)
+    (source,) = (s for s in sources(job_type) if s.file.name == "formats.py" and name in s.names)
     assert f"{name} = FileFormat" in "\n".join(map(ast.unparse, source.statements()))

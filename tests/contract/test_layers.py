@@ -43,10 +43,10 @@ READING_AND_WRITING = {
     "store/sessions.py:check_session_format",
     "store/sessions.py:list_sessions",
     "store/sessions.py:read_dataset",
-    "types/formats.py:FEATURES",
-    "types/formats.py:LATENTS",
-    "types/formats.py:SESSION",
-    "types/formats.py:TABLES",
+    "types/formats.py:FEATURES_FORMAT",
+    "types/formats.py:LATENTS_FORMAT",
+    "types/formats.py:SESSION_FORMAT",
+    "types/formats.py:TABLES_FORMAT",
 }
 #: Definitions that decide no result: names of types and parameters, and texts for people.
 TEXTS_AND_TYPES = {

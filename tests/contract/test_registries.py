@@ -51,7 +51,7 @@ def test_a_model_predicts_what_it_was_given_and_repeats_itself(name, target):
 
 @pytest.mark.parametrize("name", MODELS)
 def test_a_model_comes_back_from_disk_as_it_was(name, tmp_path, monkeypatch):
-    monkeypatch.setattr("ajgdata.evaluate.in_use.FOLDS", 2)
+    monkeypatch.setattr("ajgdata.evaluate.in_use.CALIBRATION_FOLDS", 2)
     (x, y), store = features(), tmp_path / "d.nc"
     grasp = [f"s/{n}" for n in range(24)]
     columns = {

@@ -123,7 +123,7 @@ def assert_agrees(predictor, outputs, features):
     All but the feature are compared for the features of the file, so that a class that the rounding
     of a feature turns is not an error.
     """
-    from ajgdata.export import VERDICTS
+    from ajgdata.export import NOVELTY_VERDICTS
 
     predictions = predictor.of_features(np.array([o["feature"] for o in outputs], np.float32))
     own = {
@@ -141,4 +141,4 @@ def assert_agrees(predictor, outputs, features):
     for output, prediction in zip(outputs, predictions, strict=True):
         if "class" in output:
             assert predictor.classes[int(output["class"])] == prediction.value
-        assert VERDICTS[int(output.get("verdict", 3))] == str(prediction.verdict)
+        assert NOVELTY_VERDICTS[int(output.get("verdict", 3))] == str(prediction.verdict)

@@ -9,7 +9,7 @@ from report_samples import PAPER, SCRIPT
 from ajgdata.evaluate.agreement import GRASP_INTERVAL, Interval
 from ajgdata.evaluate.parts import part_columns
 from ajgdata.experiments.base import Result, TaskResults
-from ajgdata.experiments.cross_validation import PREDICTION_COLUMNS
+from ajgdata.experiments.cross_validation import PREDICTION_TITLES
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.report.comparison import PaperFigure
 from ajgdata.report.format import Score
@@ -64,7 +64,7 @@ def result(
     predicted = [
         dict(
             zip(
-                PREDICTION_COLUMNS,
+                PREDICTION_TITLES,
                 (f"r{n}", *part_columns(part, dataset), n % 2, true, y, None),
                 strict=True,
             )
@@ -77,7 +77,7 @@ def result(
     measured = [ScoreRow(name, COST_STATISTIC, v, key) for name, v in measured.items()]
     tables = (
         score_table(rows, "Errors"),
-        table_of("predictions", "Predictions", predicted, **PREDICTION_COLUMNS),
+        table_of("predictions", "Predictions", predicted, **PREDICTION_TITLES),
     )
     return Result(
         model, label, {"parts": {"grouped": counts}, "classes": list(classes)},

@@ -15,7 +15,7 @@ from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.live_session import live_session
 from ajgdata.acquire.robot import RobotError, RobotGrasp
 from ajgdata.live.events import EventLog
-from ajgdata.live.predictor import Prediction, Verdict
+from ajgdata.live.predictor import NoveltyVerdict, Prediction
 from ajgdata.live.sort import Sorter
 from ajgdata.live.steps import Control
 from ajgdata.types import DatasetSpec, LogSweep
@@ -38,7 +38,7 @@ def seen(*shares, verdict="known", novelty=0.5) -> Prediction:
     """A prediction with probabilities of CLASSES."""
     probability = dict(zip(CLASSES, shares, strict=True))
     best = max(probability, key=probability.__getitem__)
-    return Prediction("classification", best, "", Verdict(verdict), novelty, probability)
+    return Prediction("classification", best, "", NoveltyVerdict(verdict), novelty, probability)
 
 
 BALL, CUBE, ROD = seen(0.9, 0.05, 0.05), seen(0.1, 0.8, 0.1), seen(0.02, 0.03, 0.95)

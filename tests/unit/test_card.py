@@ -6,7 +6,7 @@ from fake_card import RATE_HZ, FakeLine, Fault, fake_card
 from scipy.signal import fftconvolve
 
 from ajgdata.acquire.card import CardError, TakeError
-from ajgdata.acquire.markers import ALIKE, REACH, arrival, framed
+from ajgdata.acquire.markers import ALIKE, MAX_LOST_FRAMES, arrival, framed
 from ajgdata.gripper import excitation_sweep
 
 SWEEP = excitation_sweep().astype(np.float32)
@@ -104,5 +104,7 @@ def test_noise_alone_is_not_taken_for_markers():
     """The largest of 16,384 correlations, each with a deviation of about 1/sqrt(400)."""
     sound = framed(SWEEP[:4_410], RATE_HZ)  # the windows of a short sound meet
     rng = np.random.default_rng(0)
-    results = [arrival(rng.standard_normal(len(sound.sound) + REACH), sound) for _ in range(40)]
+    results = [
+        arrival(rng.standard_normal(len(sound.sound) + MAX_LOST_FRAMES), sound) for _ in range(40)
+    ]
     assert max(result.likeness for result in results) < 0.45 < ALIKE

@@ -11,7 +11,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import metric_rows, prediction_rows
 from ajgdata.pipeline.experiments import Measurement
 from ajgdata.store.metrics import read_metrics, write_metrics, write_predictions
-from ajgdata.types.formats import METRICS
+from ajgdata.types.formats import METRICS_FORMAT
 from ajgdata.types.table import table_of
 
 MADE_BY = {"provenance": {"source": "simulated", "git_commit": "abc1234"}, "seed": 7}
@@ -63,7 +63,9 @@ def collected(tmp_path_factory):
 def test_a_row_for_every_number_with_its_seed_and_what_made_it(collected):
     metrics, _ = collected
     facts = metrics[["source", "seed", "commit", "groups", "format"]].drop_duplicates()
-    assert facts.to_numpy().tolist() == [["simulated", 7, "abc1234", "grasp_id", METRICS.version]]
+    assert facts.to_numpy().tolist() == [
+        ["simulated", 7, "abc1234", "grasp_id", METRICS_FORMAT.version]
+    ]
     keys = ["task", "experiment", "model", "split", "dimension", "metric", "statistic"]
     shown = metrics[[*keys, "unit"]].astype(object).where(metrics[[*keys, "unit"]].notna(), None)
     none = None

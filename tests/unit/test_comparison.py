@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from result_samples import PAPER, paper_figure
 
-from ajgdata.evaluate.agreement import VERDICT_MEANINGS, VERDICTS, Estimate, Interval
+from ajgdata.evaluate.agreement import PAPER_VERDICTS, VERDICT_MEANINGS, Estimate, Interval
 from ajgdata.report.answer import VERDICT_TEXTS
 from ajgdata.report.comparison import (
     SIGNS,
@@ -107,8 +107,8 @@ def test_only_accuracies_have_a_binomial_interval():
 def test_each_verdict_has_a_sign_a_meaning_a_sentence_and_a_row_in_the_documentation():
     root = Path(__file__).resolve().parents[2]
     page = (root / "docs/ablations.md").read_text(encoding="utf-8")
-    assert VERDICTS == tuple(VERDICT_MEANINGS) == tuple(SIGNS)
-    assert set(VERDICT_TEXTS) == set(VERDICTS)
+    assert PAPER_VERDICTS == tuple(VERDICT_MEANINGS) == tuple(SIGNS)
+    assert set(VERDICT_TEXTS) == set(PAPER_VERDICTS)
     for verdict, meaning in VERDICT_MEANINGS.items():
         assert f"\n| {verdict} | {meaning} |\n" in page
 

@@ -43,7 +43,7 @@ def trained(tmp_path_factory):
     project.write(rows)
     project.build("s1", targets=TARGETS)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(in_use, "FOLDS", 2)
+        patch.setattr(in_use, "CALIBRATION_FOLDS", 2)
         train_model(
             read_store(project.paths.features("d")),
             TrainingSettings(target="object", kind="classification", unit="", groups="grasp_id"),

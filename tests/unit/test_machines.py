@@ -4,7 +4,7 @@ import pytest
 
 from ajgdata.paths import Paths
 from ajgdata.store.files import read_yaml
-from ajgdata.store.report_files import SPREAD
+from ajgdata.store.report_files import MACHINE_SPREAD_FILE
 from benchmarks.machines import (
     HERE,
     HERE_RUN,
@@ -57,7 +57,7 @@ def test_the_spread_is_the_range_one_recording_or_the_difference_to_another_comp
 
 def test_every_trained_network_has_a_spread():
     """Training amplifies rounding, so no trained network is equal on all machines."""
-    content = read_yaml(HERE / "reports" / SPREAD)
+    content = read_yaml(HERE / "reports" / MACHINE_SPREAD_FILE)
     networks = [row for row in content["rows"] if row["experiment"].split("/")[-1] in NETWORKS]
     assert len(networks) >= 10
     for row in networks:
@@ -67,7 +67,7 @@ def test_every_trained_network_has_a_spread():
 
 
 def test_the_page_has_the_table_of_the_last_measurement():
-    content = read_yaml(HERE / "reports" / SPREAD)
+    content = read_yaml(HERE / "reports" / MACHINE_SPREAD_FILE)
     assert [row["figure"] for row in content["rows"]] == [row[0] for row in ROWS]
     page = (HERE / "docs/reproducibility.md").read_text(encoding="utf-8")
     assert markdown(content) in page and content["commit"][:8] in page

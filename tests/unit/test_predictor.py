@@ -13,7 +13,7 @@ from worlds import RATE_HZ, Project, tone
 import ajgdata
 from ajgdata.cli import main
 from ajgdata.evaluate import in_use
-from ajgdata.live.predictor import Verdict
+from ajgdata.live.predictor import NoveltyVerdict
 from ajgdata.loading import read_model, read_predictor
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recordings import examine
@@ -62,7 +62,7 @@ def trained(tmp_path_factory):
         record(project, session, generator)
     project.build("s1", "s2", targets=TRUTH)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(in_use, "FOLDS", 2)
+        patch.setattr(in_use, "CALIBRATION_FOLDS", 2)
         for task, model in (("size", "knn"), ("what", "linear"), ("what", "svm")):
             spec = ajgdata.load_dataset("d", project.root).spec
             train_model(
@@ -108,7 +108,7 @@ def test_every_recording_gives_the_numbers_of_the_workflow(trained, task, model)
         assert list(answer.probability) == (["a", "b", "c"] if model == "linear" else [])
         assert answer.probability == pytest.approx(together[row].probability, abs=1e-12)
         assert json.loads(json.dumps(answer.plain()))["value"] == answer.value
-        assert answer.verdict is (Verdict.KNOWN if row % 26 < 24 else Verdict.NOTHING)
+        assert answer.verdict is (NoveltyVerdict.KNOWN if row % 26 < 24 else NoveltyVerdict.NOTHING)
 
 
 def test_probabilities_are_scaled_by_the_stored_temperature(trained):
@@ -143,26 +143,26 @@ def test_what_was_never_heard_is_unknown_and_nothing_is_nothing(trained):
     predictor = load(trained, "what", "linear")
     generator = np.random.default_rng(9)
     chord = tone(1500, 2000) * 0.4 + tone(3100, 2000) * 0.4 + tone(350, 2000) * 0.1
-    assert predictor.predict(chord, RATE_HZ).verdict is Verdict.UNKNOWN
+    assert predictor.predict(chord, RATE_HZ).verdict is NoveltyVerdict.UNKNOWN
     assert predictor.predict(chord, RATE_HZ).novelty > 1
     hiss = 0.01 * generator.standard_normal(2000)
-    assert predictor.predict(hiss, RATE_HZ).verdict is Verdict.NOTHING
+    assert predictor.predict(hiss, RATE_HZ).verdict is NoveltyVerdict.NOTHING
     bare = dataclasses.replace(
         predictor,
         guard=dataclasses.replace(predictor.guard, references=predictor.guard.references[:0]),
     )
-    assert bare.predict(hiss, RATE_HZ).verdict is Verdict.UNKNOWN
+    assert bare.predict(hiss, RATE_HZ).verdict is NoveltyVerdict.UNKNOWN
     assert predictor.has_references and not bare.has_references
     again = bare.with_references(predictor.feature(hiss, RATE_HZ)[np.newaxis])
-    assert again.predict(hiss, RATE_HZ).verdict is Verdict.NOTHING
+    assert again.predict(hiss, RATE_HZ).verdict is NoveltyVerdict.NOTHING
 
 
 @pytest.mark.parametrize(
     ("rate", "verdict", "note"),
     [
-        (0.5, Verdict.KNOWN, ""),
-        (0.4, Verdict.NO_SIGN, "the novelty check detects only 40 % of novel objects"),
-        (None, Verdict.NO_SIGN, "the detection rate of the novelty check is not measured"),
+        (0.5, NoveltyVerdict.KNOWN, ""),
+        (0.4, NoveltyVerdict.NO_SIGN, "the novelty check detects only 40 % of novel objects"),
+        (None, NoveltyVerdict.NO_SIGN, "the detection rate of the novelty check is not measured"),
     ],
 )
 def test_nothing_is_known_if_most_novel_objects_are_missed(trained, rate, verdict, note):
@@ -175,7 +175,7 @@ def test_nothing_is_known_if_most_novel_objects_are_missed(trained, rate, verdic
     bare = dataclasses.replace(
         predictor, guard=dataclasses.replace(predictor.guard, threshold=None)
     )
-    assert bare.of_features(feature)[0].verdict is Verdict.NOT_CHECKED
+    assert bare.of_features(feature)[0].verdict is NoveltyVerdict.NOT_CHECKED
     assert bare.novelty_note == "novelty is not checked"
 
 

@@ -11,8 +11,8 @@ import pytest
 from ajgdata.paths import Paths
 from ajgdata.report.render import environment, render_markdown
 from ajgdata.store.report_files import (
+    MACHINE_SPREAD_FILE,
     PACKAGED,
-    SPREAD,
     read_machine_spread,
     report_file,
     report_files_digest,
@@ -39,14 +39,16 @@ def test_a_file_of_the_project_takes_the_place_of_the_packaged_one(project):
 
 
 def test_of_a_published_value_the_largest_difference_between_machines_counts(project):
-    (project.reports / SPREAD).write_text(
+    (project.reports / MACHINE_SPREAD_FILE).write_text(
         "rows:\n- {figure: a, spread: 0.1}\n- {figure: b, spread: 2}\n- {figure: a, spread: 0.3}\n"
         "- {figure: a, spread: 0.2}\n"
     )
     assert read_machine_spread(project) == {"a": 0.3, "b": 2}
 
 
-@pytest.mark.parametrize("name", ["paper.yaml", SPREAD, "templates/new.css", "experiments/new.md"])
+@pytest.mark.parametrize(
+    "name", ["paper.yaml", MACHINE_SPREAD_FILE, "templates/new.css", "experiments/new.md"]
+)
 def test_the_digest_sees_every_edit_and_nothing_else(project, name):
     before = report_files_digest(project)
     (project.reports / "README.md").write_text("not part of any page")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ajgdata.evaluate.shortcut_test import LEVEL, shortcut_test
+from ajgdata.evaluate.shortcut_test import FLAG_LEVEL, shortcut_test
 
 GROUPS = 60
 GROUP = np.repeat(np.arange(GROUPS), 2)
@@ -27,7 +27,7 @@ def test_a_trace_of_the_truth_is_flagged_wherever_the_predictions_lie(period):
     offset, sense = 40.0 * FOLD, np.where(FOLD % 2, -1e-3, 1e-3)
     tilt = ANGLE if period is None else 90 * np.sin(2 * np.pi * ANGLE / 180)
     result = shortcut(offset + sense * tilt, period=period)
-    assert result.p == 1 / 200 < LEVEL
+    assert result.p == 1 / 200 < FLAG_LEVEL
     assert result.value > 0.5 > result.null
     if period is None:
         assert result.value == pytest.approx(1)
@@ -52,7 +52,7 @@ def test_classes_that_are_mistaken_for_others_in_turn_are_flagged():
     y = np.array(["a", "b", "c"])[(GROUP // 5) % 3]
     wrong = np.array(["b", "c", "a"])[(GROUP // 5) % 3]
     result = shortcut(wrong, y=y, kind="classification")
-    assert result.p < LEVEL and result.measure == "mutual information"
+    assert result.p < FLAG_LEVEL and result.measure == "mutual information"
     same = shortcut(np.full(len(GROUP), "a"), y=y, kind="classification")
     assert (same.value, same.p) == (0, 1)
 
@@ -60,7 +60,7 @@ def test_classes_that_are_mistaken_for_others_in_turn_are_flagged():
 def test_groups_exchange_their_labels_as_a_whole():
     """Predictions that know the grasp, not its label: rows exchanged alone seem improbable."""
     per_grasp = np.random.default_rng(1).normal(size=GROUPS)[GROUP]
-    assert shortcut(per_grasp).p > LEVEL
+    assert shortcut(per_grasp).p > FLAG_LEVEL
     with pytest.raises(ValueError, match="a group holds several labels"):
         shortcut(ANGLE, y=noise(0))
 

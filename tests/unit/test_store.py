@@ -19,7 +19,7 @@ from ajgdata.store.features import (
     write_store,
 )
 from ajgdata.types import DataError, one_line
-from ajgdata.types.formats import FEATURES
+from ajgdata.types.formats import FEATURES_FORMAT
 
 NOTES = ["", "größe", "日本語", "a,b 'c'", "  "]
 
@@ -135,7 +135,7 @@ def test_a_changed_byte_of_a_spectrum_is_noticed(tmp_path):
 
 def test_a_file_without_spectra_is_no_store(tmp_path):
     path = tmp_path / "x.nc"
-    other = xr.Dataset({"other": ("recording", [1.0])}, attrs={"format": FEATURES.version})
+    other = xr.Dataset({"other": ("recording", [1.0])}, attrs={"format": FEATURES_FORMAT.version})
     other.to_netcdf(path, engine="h5netcdf")
     with pytest.raises(DataError, match="not a readable netCDF file"):
         read_store(path)

@@ -18,7 +18,7 @@ TASKS = {"edge_mm": "regression", "kind": "classification"}
 @pytest.fixture(autouse=True)
 def few_folds(monkeypatch):
     """Calibrate on two folds: each trains the CNN once more."""
-    monkeypatch.setattr("ajgdata.evaluate.in_use.FOLDS", 2)
+    monkeypatch.setattr("ajgdata.evaluate.in_use.CALIBRATION_FOLDS", 2)
 
 
 @pytest.fixture

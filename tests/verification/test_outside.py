@@ -5,7 +5,7 @@ import numpy as np
 from ajgdata.gripper import Scene, build_plan, simulate
 from ajgdata.gripper.medium import Air
 from ajgdata.gripper.outside import (
-    BINS,
+    TRANSFER_BINS,
     diffuse_gain,
     directions,
     patch_velocity,
@@ -21,7 +21,7 @@ def test_slow_sound_from_outside_is_as_loud_inside_as_the_circuit_says():
     scene = Scene.model_validate({"object": None, "medium": {"kind": "air"}})
     plan = build_plan(scene)
     membrane, air = scene.gripper.membrane, plan.air
-    iw = 2j * np.pi * np.array([1, 2, 3]) * RATE / 2 / (BINS - 1)
+    iw = 2j * np.pi * np.array([1, 2, 3]) * RATE / 2 / (TRANSFER_BINS - 1)
     yields = plan.skin.area.sum() / (
         membrane.resistance_pa_s_m + iw * membrane.mass_kg_m2 + membrane.stiffness_n_m3 / iw
     )
@@ -37,9 +37,9 @@ def test_two_spots_hear_sound_from_all_directions_as_theory_says():
     integrates waves of kr < √N with an error below 1/N."""
     apart = 0.05
     spots = np.array([[0.0, 0.01, 0.0], [apart, 0.01, 0.0]])
-    velocity = np.outer([1.0, -0.6], np.ones(BINS)).astype(complex)
+    velocity = np.outer([1.0, -0.6], np.ones(TRANSFER_BINS)).astype(complex)
     air = Air(22.0)
-    hertz = np.linspace(0, RATE / 2, BINS)
+    hertz = np.linspace(0, RATE / 2, TRANSFER_BINS)
     theory = 2 * (1 + 0.36 - 1.2 * np.sinc(2 * hertz * apart / air.sound_speed))
     ours = diffuse_gain(velocity, spots, air, 1 / RATE) ** 2
     low = 2 * np.pi * hertz / air.sound_speed * apart < np.sqrt(len(directions()))
@@ -52,7 +52,7 @@ def test_a_patch_moves_as_its_mass_spring_and_resistance():
     step, motion = 1 / RATE, np.array([[0.3, 450.0, 1e5]])
     push = np.ones((1, 3_000))
     velocity = patch_velocity(push, motion, step)[0]
-    omega = np.pi * RATE * np.linspace(0, 1, BINS)[1:]
+    omega = np.pi * RATE * np.linspace(0, 1, TRANSFER_BINS)[1:]
     force = 1 / (1 - np.exp(-1j * omega * step))
     np.testing.assert_allclose(
         velocity[1:], force / (450 + 1j * omega * 0.3 + 1e5 / (1j * omega)), rtol=1e-12

@@ -10,7 +10,7 @@ from ajgdata.studies.energy import fastest
 from ajgdata.studies.extreme_cases import DX_MM, LONG_STEPS, H, Trial, from_bowl, trials
 from ajgdata.studies.stability import (
     INTERVAL,
-    ROUNDING,
+    UNIT_ROUNDOFF,
     EnergyRun,
     energy_run,
     judge,
@@ -38,8 +38,8 @@ def test_each_is_bounded(name):
     # The growth that the leapfrog has at the limit of its grid.
     assert 1 < verdict["transient"] < (1e4 if "enlarged" in name else 60)
     assert verdict["growth"] <= 1 + 1e-12
-    assert verdict["gain"] <= ROUNDING[np.float64]
-    assert verdict["gain_single"] <= ROUNDING[np.float32]
+    assert verdict["gain"] <= UNIT_ROUNDOFF[np.float64]
+    assert verdict["gain_single"] <= UNIT_ROUNDOFF[np.float32]
     assert verdict["difference_single"] < SINGLE
     assert verdict["added_volume"] < 0.02 or "enlarged" in name
 
@@ -93,8 +93,8 @@ def test_the_worst_cases_are_those_with_the_largest_growth_in_either_precision()
     rows = [
         {
             "steps": 10,
-            "growth": 1 + 10 * double * ROUNDING[np.float64] * 10,
-            "growth_single": 1 + 10 * single * ROUNDING[np.float32] * 10,
+            "growth": 1 + 10 * double * UNIT_ROUNDOFF[np.float64] * 10,
+            "growth_single": 1 + 10 * single * UNIT_ROUNDOFF[np.float32] * 10,
         }
         for double, single in units
     ]

@@ -56,9 +56,9 @@ rule report:
         page=PATHS.report,
         fixed=[PATHS.report.with_name(page.link) for page in FIXED.values()],
         runs=PATHS.runs,
-        figures=directory(PATHS.report.parent / FIGURES),
-        experiments=directory(PATHS.report.parent / EXPERIMENT_PAGES),
-        tables=directory(PATHS.report.parent / TABLES),
+        figures=directory(PATHS.report.parent / FIGURES_FOLDER),
+        experiments=directory(PATHS.report.parent / EXPERIMENT_PAGES_FOLDER),
+        tables=directory(PATHS.report.parent / TABLES_FOLDER),
     log:
         str(PATHS.log("report")),
     benchmark:

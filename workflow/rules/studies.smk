@@ -63,7 +63,7 @@ if OPENING:
         input:
             store=PATHS.features(OPENING),
             hashes=PATHS.session_hashes(OPENING),
-            tables=PATHS.experiment(OPENING, OBJECT, *SHOWN),
+            tables=PATHS.experiment(OPENING, OBJECT, *SHOWN_RESULT),
         output:
             folder=directory(PATHS.opening.parent),
         log:

@@ -22,9 +22,9 @@ _NO_TIME = (1980, 1, 1, 0, 0, 0)
 MAX_BYTES = 50 * 2**30
 #: Largest SHA256SUMS that is read: about 600,000 lines.
 MAX_SUMS_BYTES = 64 * 2**20
-AGAIN = "run it again: complete files are kept"
+RUN_AGAIN = "run it again: complete files are kept"
 #: A server that sends nothing for so long has failed.
-TIMEOUT_S = 30.0
+REQUEST_TIMEOUT_S = 30.0
 #: What to do about a data set that looks like an attack.
 DISTRUST = "do not use this data set"
 
@@ -103,8 +103,8 @@ def download(address: str, folder: Path, name: str, sha256: str = "") -> None:
             f"sha256:{sha256}" if sha256 else None,
             fname=target.name,
             path=target.parent,
-            downloader=pooch.HTTPDownloader(timeout=TIMEOUT_S),
+            downloader=pooch.HTTPDownloader(timeout=REQUEST_TIMEOUT_S),
         )
     except (ValueError, requests.RequestException) as error:
         problem = f"cannot be fetched ({' '.join(str(error).split())[:200]})"
-        raise DataError(url, problem, AGAIN) from None
+        raise DataError(url, problem, RUN_AGAIN) from None

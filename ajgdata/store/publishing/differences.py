@@ -7,13 +7,13 @@ from collections.abc import Collection, Mapping
 from ajgdata.types import RECORDING_COLUMNS, SESSION_COLUMNS
 
 #: Text of each cell by column, of each recording by `<session>/<recording_id>`.
-Rows = Mapping[str, Mapping[str, str]]
+RowsByRecording = Mapping[str, Mapping[str, str]]
 
 #: Columns of which a value is not a label. (An object is a label.)
 _NOT_LABELS = {*RECORDING_COLUMNS, *SESSION_COLUMNS, "session_id", "flags"} - {"object"}
 
 
-def differences(before: Rows, after: Rows) -> list[str]:
+def differences(before: RowsByRecording, after: RowsByRecording) -> list[str]:
     """Return a phrase for each kind of difference, with the count and the first recording.
 
     A column that only one of the tables has is named once, whatever it contains.
@@ -47,7 +47,7 @@ def counted(noun: str, names: Collection[str], verb: str) -> str:
     return f"{len(names)} {noun}{plural} {verb}, first {min(names)}"
 
 
-def _columns(rows: Rows) -> set[str]:
+def _columns(rows: RowsByRecording) -> set[str]:
     """Return the columns of a table; all its rows have the same."""
     return set(next(iter(rows.values()), {}))
 

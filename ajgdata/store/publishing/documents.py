@@ -13,7 +13,7 @@ from ajgdata.paths import AUDIO_FOLDER, Tree
 from ajgdata.store.files import read_json
 from ajgdata.store.publishing.table import FILE_NAME, PublishedColumn, PublishedTable
 from ajgdata.types import DataError, DatasetSpec
-from ajgdata.types.formats import PACKAGE_KEY, PUBLISHED
+from ajgdata.types.formats import PACKAGE_KEY, PUBLISHED_FORMAT
 
 #: Record sets of croissant.json.
 RECORDINGS, AUDIO = "recordings", "audio"
@@ -246,7 +246,7 @@ def datapackage(
     )
     document: dict[str, Any] = package.to_descriptor()
     document["resources"][0]["dialect"] = {"csv": _CSV_DIALECT}
-    document[PACKAGE_KEY] = PUBLISHED.version
+    document[PACKAGE_KEY] = PUBLISHED_FORMAT.version
     return document
 
 
@@ -266,7 +266,7 @@ def check_published_format(tree: Tree) -> None:
         raise DataError(error.where, error.problem, again) from None
     if not isinstance(content, dict):
         raise DataError(path, "is not a JSON object", again)
-    PUBLISHED.check(path, content.get(PACKAGE_KEY))
+    PUBLISHED_FORMAT.check(path, content.get(PACKAGE_KEY))
 
 
 def _field(column: PublishedColumn) -> dict[str, Any]:

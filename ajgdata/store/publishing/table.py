@@ -19,8 +19,8 @@ from ajgdata.types import DataError
 
 FILE_NAME = "file_name"
 #: Columns that lead, in this order; targets follow, then the others by name.
-FIRST = ("recording", "session_id", "placement_id", "grasp_id", "sample", "object")
-LAST = ("flags", "sha256")
+LEADING_COLUMNS = ("recording", "session_id", "placement_id", "grasp_id", "sample", "object")
+TRAILING_COLUMNS = ("flags", "sha256")
 MEANING = MEANINGS | {
     FILE_NAME: "recording, relative to this table",
     "flags": "codes of the issues of the recording, with commas between them",
@@ -68,8 +68,8 @@ def table_of(store: FeatureRows, suffixes: Sequence[str], location: object) -> P
         problem = f"labels with these names cannot be published: {listed}"
         raise DataError(location, problem, RENAME)
     targets = [n for n, c in sorted(store.columns.items()) if c.attrs.get("role") == "target"]
-    labels = sorted(set(store.columns) - {*FIRST, *targets, *LAST})
-    order = dict.fromkeys((*FIRST, *targets, *labels, *LAST))
+    labels = sorted(set(store.columns) - {*LEADING_COLUMNS, *targets, *TRAILING_COLUMNS})
+    order = dict.fromkeys((*LEADING_COLUMNS, *targets, *labels, *TRAILING_COLUMNS))
     names = [name for name in order if name in store.columns]
     cells = {name: cell_texts(store.columns[name].values) for name in names}
     hashes = cells["sha256"]
