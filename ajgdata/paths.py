@@ -148,6 +148,8 @@ class Paths:
     datasets = Place("datasets")
     dataset = Places("datasets/{dataset}/" + DATASET_FILE)
     source = Places("datasets/{dataset}/" + SOURCE_FILE)
+    dataset_schema = Place("datasets/dataset.schema.json")  #: written by `pipeline.schemas`
+    source_schema = Place("datasets/source.schema.json")
     reports = Place("reports")  #: what people edit to change a report; see `store.report_files`
     comparisons = Place("reports/comparisons")
     ablation_settings = Place("reports/ablations")

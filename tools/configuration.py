@@ -1,4 +1,4 @@
-"""Write docs/configuration.md from the schemas (`make docs` runs this)."""
+"""Write docs/configuration.md and the schemas in datasets/ from the models; part of `make docs`."""
 
 import builtins
 import json
@@ -14,6 +14,8 @@ from pydantic_core import PydanticUndefined
 from ajgdata import gripper
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.gripper.variation import Variation
+from ajgdata.paths import Paths
+from ajgdata.pipeline.schemas import dataset_schema, schema_bytes, source_schema
 from ajgdata.types import (
     CROSS_VALIDATION,
     MODELS,
@@ -27,6 +29,10 @@ from ajgdata.types.protocol import SortPlan
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "configuration.md"
+SCHEMAS = {
+    Paths(ROOT).dataset_schema: dataset_schema,
+    Paths(ROOT).source_schema: source_schema,
+}
 Model = type[BaseModel]
 #: What people write, and where.
 FILES: dict[str, Model] = {
@@ -179,8 +185,12 @@ def page() -> str:
     lines = [
         "# Configuration",
         "",
-        "All keys with their defaults. `make docs` generates this page from the schemas. "
-        "Unknown keys are errors.",
+        "All keys with their defaults. `make docs` generates this page from the models of the "
+        "settings. Unknown keys are errors.",
+        "",
+        "Editors with yaml-language-server, such as VS Code with the extension *YAML*, complete "
+        "and explain the keys of `dataset.yaml`. The first line of the file names the schema: "
+        "`# yaml-language-server: $schema=../dataset.schema.json`.",
         "",
         "## Workflow",
         "",
@@ -199,3 +209,5 @@ def page() -> str:
 
 if __name__ == "__main__":
     PAGE.write_text(page(), encoding="utf-8")
+    for file, schema in SCHEMAS.items():
+        file.write_bytes(schema_bytes(schema()))

@@ -18,6 +18,7 @@ from typing import IO
 from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE, SESSION_FILE, Paths, Tree
 from ajgdata.pipeline.importing import import_folder
 from ajgdata.pipeline.progress import tracked
+from ajgdata.pipeline.schemas import register_dataset
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
     BRINGING,
@@ -39,7 +40,7 @@ from ajgdata.store.publishing.archive import (
 )
 from ajgdata.store.publishing.documents import check_published_format
 from ajgdata.store.session_audio import check_session
-from ajgdata.store.sessions import inside, read_session, write_dataset
+from ajgdata.store.sessions import inside, read_session
 from ajgdata.store.sources import bring, list_sources, read_source
 from ajgdata.types import DataError, DatasetSpec, checked_name
 from ajgdata.types.formats import DATASET_FORMAT
@@ -132,7 +133,7 @@ def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
             counts = [_check(session) for session in sorted((folder / "sessions").iterdir())]
             for file in STORED_FILES:
                 copy(tree / file, folder / "published" / file)
-        write_dataset(paths, spec)  # the last step: a data set without it is not registered
+        register_dataset(paths, spec)  # the last step: a data set without it is not registered
     return Fetched(spec.name, sum(counts), len(counts), removed, converted)
 
 

@@ -14,6 +14,7 @@ from ajgdata.pipeline.added_channels import check_added_channels
 from ajgdata.pipeline.inferred_targets import InferredTarget, inferred_target
 from ajgdata.pipeline.microphones import check_microphone, chosen_microphone
 from ajgdata.pipeline.progress import tracked
+from ajgdata.pipeline.schemas import register_dataset
 from ajgdata.store.audio import AudioError, hash_and_inspect
 from ajgdata.store.file_names import UNUSED_FIELD
 from ajgdata.store.files import BRINGING, alone
@@ -28,7 +29,7 @@ from ajgdata.store.listing import listed
 from ajgdata.store.publishing.columns import RENAME, unpublishable
 from ajgdata.store.scan import Scan, scan, template_columns
 from ajgdata.store.session_names import slug
-from ajgdata.store.sessions import check_one_source, list_sessions, read_dataset, write_dataset
+from ajgdata.store.sessions import check_one_source, list_sessions, read_dataset
 from ajgdata.types import (
     AudioSettings,
     DataError,
@@ -93,7 +94,7 @@ def import_folder(
             )
         finally:
             if not path.exists() and list_sessions(paths, dataset):
-                write_dataset(paths, spec)
+                register_dataset(paths, spec)
     return spec, result
 
 

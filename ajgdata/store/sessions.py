@@ -37,6 +37,10 @@ from ajgdata.types import (
 )
 from ajgdata.types.formats import DATASET_FORMAT, FORMAT_KEY, SESSION_FORMAT
 
+#: First line of dataset.yaml: an editor completes and explains its keys with this schema.
+SCHEMA_LINE = "# yaml-language-server: $schema=../dataset.schema.json"
+#: Keys that a data set with `from` does not take over from the other data set.
+NOT_INHERITED = ("tasks", "embeddings", "level")
 #: Columns whose text is compared, as labels are.
 _TEXTS = ("grasp_id", "placement_id", "object", "quality")
 
@@ -119,9 +123,7 @@ def _derived(path: Path, content: dict[str, Any]) -> dict[str, Any]:
     if "from" in base:
         raise DataError(where, f"from = {origin!r} is itself derived", f"name {base['from']}")
     recipe = {"recipe": {"grasps_of": origin}} if "recipe" in base else {}
-    inherited = {
-        key: value for key, value in base.items() if key not in ("tasks", "embeddings", "level")
-    }
+    inherited = {key: value for key, value in base.items() if key not in NOT_INHERITED}
     differences = {key: value for key, value in content.items() if key != "from"}
     return overridden(overridden(inherited, recipe), differences)
 
@@ -139,11 +141,12 @@ def overridden(base: dict[str, Any], by: dict[str, Any]) -> dict[str, Any]:
 
 
 def write_dataset(paths: Paths, spec: DatasetSpec) -> Path:
-    """Write a declaration: the version of its format, and all keys that differ from the
-    defaults."""
+    """Write a declaration: the address of its schema, the version of its format, and all keys that
+    differ from the defaults."""
     path = paths.dataset(spec.name)
     content = spec.model_dump(mode="json", exclude_defaults=True)
-    write_if_changed(path, yaml_bytes({FORMAT_KEY: DATASET_FORMAT.version, **content}))
+    settings = yaml_bytes({FORMAT_KEY: DATASET_FORMAT.version, **content})
+    write_if_changed(path, f"{SCHEMA_LINE}\n".encode() + settings)
     return path
 
 

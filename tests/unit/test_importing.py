@@ -1,12 +1,16 @@
 """Import: nothing is lost or altered, and a second import changes only what changed."""
 
 import hashlib
+import json
 
+import jsonschema
 import pytest
 from worlds import write_tone
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.importing import import_folder
+from ajgdata.store.files import read_yaml
+from ajgdata.store.provenance import settings_digest
 from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import (
     list_sessions,
@@ -70,6 +74,16 @@ def test_starter_kit_folder(paths, kit):
         copied = paths.session("d", KIT) / row.file
         assert copied.read_bytes() == (kit / f"{name}.wav").read_bytes()
         assert row.sha256 == hashlib.sha256(copied.read_bytes()).hexdigest()
+
+
+def test_a_new_data_set_names_its_schema_in_a_comment(paths, kit):
+    spec, _ = import_folder(paths, "d", kit, settings=None)
+    comment, _ = paths.dataset("d").read_text().split("\n", 1)
+    schema = paths.dataset("d").parent / comment.removeprefix("# yaml-language-server: $schema=")
+    jsonschema.validate(read_yaml(paths.dataset("d")), json.loads(schema.read_text()))
+    without = paths.dataset("d").read_text().removeprefix(comment)
+    paths.dataset("d").write_text(without)
+    assert settings_digest(read_dataset(paths, "d")) == settings_digest(spec)
 
 
 def test_again_changes_nothing(paths, kit, snapshot):
