@@ -17,6 +17,7 @@ from ajgdata.ablations import trial_table
 from ajgdata.acquire.recipe import RecipeGrasp, plan_session, session_names
 from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.evaluate.crossval import Scores, cross_validate
+from ajgdata.evaluate.splits import column_folds, random_folds
 from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data
 from ajgdata.features.spectrum import spectrum, within
 from ajgdata.gripper import SAMPLE_RATE_HZ
@@ -115,13 +116,22 @@ def _evaluated(
     seed: int,
 ) -> dict[str, Scores]:
     """Return the scores of a model on held-out grasps, by what is tested on ("": its own)."""
-    grouped = variant.split == "grouped"
+    is_grouped = variant.split == "grouped"
+    if is_grouped:
+        folds = column_folds(known.value, known.group, task.groups, task.kind, task.folds, seed)
+    else:
+        folds = random_folds(known.value, task.kind, task.folds, seed)
     result = cross_validate(
-        known.feature, known.value, known.group if grouped else None, kind=task.kind,
-        column=task.groups if grouped else "",
-        model=model, folds=task.folds, seed=seed, period=task.period_deg,
-        extra_tests=tests if grouped else None,
-    )  # fmt: skip
+        known.feature,
+        known.value,
+        known.group if is_grouped else None,
+        kind=task.kind,
+        model=model,
+        folds=folds,
+        seed=seed,
+        period=task.period_deg,
+        extra_tests=tests if is_grouped else None,
+    )
     return {"": result.scores} | {k: result.scores for k, result in result.extra_tests.items()}
 
 

@@ -70,8 +70,8 @@ class Estimate(NamedTuple):
     undefined (NaN). `chance` is NaN if it is unknown. Higher is better if `perfect` is above
     `chance`.
 
-    >>> from ajgdata.evaluate.agreement import Estimate, Interval
-    >>> accuracy = Estimate(0.7, Interval(0.6, 0.8), chance=0.25, perfect=1.0)
+    >>> import ajgdata
+    >>> accuracy = ajgdata.Estimate(0.7, ajgdata.Interval(0.6, 0.8), chance=0.25, perfect=1.0)
     >>> accuracy.is_better_than_chance
     True
     """
@@ -127,8 +127,8 @@ def wilson_interval(share: float, trials: int) -> Interval:
     Source: Wilson 1927, J. Am. Stat. Assoc. 22, 209. It is the interval of a published accuracy
     if only its number of test recordings is known.
 
-    >>> from ajgdata.evaluate.agreement import wilson_interval
-    >>> low, high = wilson_interval(0.9, 40)
+    >>> import ajgdata
+    >>> low, high = ajgdata.wilson_interval(0.9, 40)
     >>> f"{low:.3f} {high:.3f}"
     '0.769 0.960'
     """
@@ -165,11 +165,12 @@ def compare_with_published(
     Without `published_interval`, the published value counts as exact. If the interval of the score
     is undefined, as that of an error of zero, our value agrees only with the same number.
 
-    >>> from ajgdata.evaluate.agreement import Estimate, Interval, compare_with_published
-    >>> rmse_mm = Estimate(2.2, Interval(2.0, 2.7), chance=8.2, perfect=0.0)
-    >>> compare_with_published(rmse_mm, 2.6)
+    >>> import ajgdata
+    >>> rmse_mm = ajgdata.Estimate(2.2, ajgdata.Interval(2.0, 2.7), chance=8.2, perfect=0.0)
+    >>> ajgdata.compare_with_published(rmse_mm, 2.6)
     'agrees'
-    >>> compare_with_published(rmse_mm._replace(interval=Interval(0.4, 4.0)), 2.6)
+    >>> wide = ajgdata.Estimate(2.2, ajgdata.Interval(0.4, 4.0), chance=8.2, perfect=0.0)
+    >>> ajgdata.compare_with_published(wide, 2.6)
     'inconclusive'
     """
     if not score.interval.is_defined:
@@ -189,7 +190,7 @@ class PublishedJudgement(NamedTuple):
     """Verdict on a score next to a published value whose uncertainty is known in part.
 
     `by_trials` is the verdict for each number of trials; it is empty if the published value counts
-    as exact. `is_stable`: no computer changes one of these verdicts.
+    as exact. `is_stable`: no computer changes a verdict.
     """
 
     verdict: PaperVerdict
@@ -269,8 +270,8 @@ class PlaceboTest(NamedTuple):
     """Result of `placebo_test`.
 
     `placebo` is the score of the placebo at the chance level of the task. `gap` is the 95 %
-    interval of score - placebo, in the unit of both; it is undefined if the interval of the score
-    is. `is_better`: the score is better than chance and than the placebo.
+    interval of score - placebo, in the unit of both; it is undefined if that of the score is
+    undefined. `is_better`: the score is better than chance and than the placebo.
     """
 
     score: Estimate
@@ -288,11 +289,13 @@ def placebo_test(score: Estimate, placebo: Estimate) -> PlaceboTest:
     difference (see `difference`) on the perfect side of 0. A placebo without an interval counts as
     exact; without an interval of the score, the values are compared.
 
-    >>> from ajgdata.evaluate.agreement import Estimate, Interval, placebo_test
-    >>> score = Estimate(0.8, Interval(0.72, 0.88), chance=0.25, perfect=1.0)
-    >>> placebo_test(score, Estimate(0.3, Interval(0.2, 0.4), 0.25, 1.0)).is_better
+    >>> import ajgdata
+    >>> score = ajgdata.Estimate(0.8, ajgdata.Interval(0.72, 0.88), chance=0.25, perfect=1.0)
+    >>> low = ajgdata.Estimate(0.3, ajgdata.Interval(0.2, 0.4), chance=0.25, perfect=1.0)
+    >>> ajgdata.placebo_test(score, low).is_better
     True
-    >>> placebo_test(score, Estimate(0.7, Interval(0.6, 0.8), 0.25, 1.0)).is_better  # placements
+    >>> high = ajgdata.Estimate(0.7, ajgdata.Interval(0.6, 0.8), chance=0.25, perfect=1.0)
+    >>> ajgdata.placebo_test(score, high).is_better
     False
     """
     level = placebo.at_chance(score.chance)

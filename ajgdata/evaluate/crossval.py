@@ -25,9 +25,12 @@ from sklearn.utils.validation import check_consistent_length, check_X_y
 from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate import metrics
-from ajgdata.evaluate.splits import column_folds, random_folds
+from ajgdata.evaluate.agreement import Estimate, Interval
+from ajgdata.evaluate.intervals import metric_interval
+from ajgdata.evaluate.splits import check_folds, grouped_folds, random_folds
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.models import fit_model, make_model
+from ajgdata.models.tuning import Folds
 from ajgdata.types import MODELS, Kind, NotPossibleError
 
 TIMED_PREDICTIONS = 5  # timed predictions; their median ignores one interruption or two
@@ -48,6 +51,8 @@ class Scores:
     """
 
     split: str  #: "grouped" or "random", or the name of the extra rows
+    kind: Kind
+    period: float | None  #: of a target where y and y + period are equal
     folds: int
     recordings: int
     groups: int  #: distinct groups; for a random split the number of recordings
@@ -137,35 +142,51 @@ def cross_validate(
     *,
     kind: Kind,
     model: str | BaseEstimator,
-    folds: int = 5,
+    folds: int | Folds = 5,
     seed: int = 0,
     period: float | None = None,
     extra_tests: Mapping[str, TaskData] | None = None,
-    column: str = "",
     grasps: np.ndarray | Sequence | None = None,
 ) -> CrossValidation:
-    """Train on all folds but one, predict that one and the `extra_tests`; so for each fold.
+    """Cross-validate a model: each fold is predicted by a model trained on the other folds.
 
-    `features` (n, n_features); `target` (n,) numbers or class labels; `groups` (n,) labels that
-    never straddle folds, or None for a random split, which is optimistic. Targets y and
-    y + `period` are equal. A fold predicts the extra rows whose group has no training row.
-    `column` is that of the groups: with placements, each fold holds out one of every class.
-    `grasps` (n,) divide the training part for a choice of settings if it has a single group, e.g.
-    one session of two.
-    `model` is a name in `models.MODELS` (tuned by grouped inner folds) or an unfitted estimator.
-    BLAS and OpenMP get one thread: results do not depend on the number of cores.
+    `features` (n, n_features); `target` (n,) numbers or class labels; `groups` (n,) labels, e.g.
+    grasps, whose recordings are never in both parts of a fold. None ignores groups, which is
+    optimistic if recordings of one grasp are alike.
 
-    Raises ValueError for missing values, lengths that differ, folds that cannot be made (see
-    `splits`), and extra rows without `groups`.
+    `folds` is a number of folds (see `grouped_folds` and `random_folds`, which use `seed`), or the
+    pairs (train, test) of row numbers that a function of `splits` returns. `model` is a name of
+    `docs/models.md`, or an unfitted scikit-learn estimator. A named model that is tuned chooses its
+    settings by inner folds that keep groups whole, or `grasps` (n,) if the training part is of one
+    group. BLAS and OpenMP get one thread: results do not depend on the number of cores.
+
+    With a `period`, the targets y and y + `period` are equal. Each fold also predicts the rows of
+    `extra_tests` whose group is not in its training part.
+
+    Raises ValueError for missing values, lengths that differ, folds that are not possible or
+    divide a group, and extra rows without `groups`.
+
+    >>> import ajgdata
+    >>> import numpy as np
+    >>> label, grasp = np.repeat(["ball", "cube"], 20), np.arange(40) // 2  # 2 recordings each
+    >>> features = np.arange(40.0)[:, None]  # balls: below 20
+    >>> model = {"kind": "classification", "model": "knn_plain"}
+    >>> result = ajgdata.cross_validate(features, label, grasp, folds=5, **model)
+    >>> result.scores.mean["accuracy"], result.scores.sd["accuracy"], result.scores.groups
+    (1.0, 0.0, 20)
     """
     group = np.arange(len(target)) if groups is None else np.asarray(groups)
     own = TaskData(*_validated(features, target, kind), group, group)
     inner = group if grasps is None else np.asarray(grasps)
     tests = _checked_tests(extra_tests or {}, kind, own, is_grouped=groups is not None)
-    if groups is None:
-        split, pairs = "random", random_folds(own.value, kind, folds, seed)
+    if not isinstance(folds, int):
+        pairs = list(folds)
+    elif groups is None:
+        pairs = random_folds(own.value, kind, folds, seed)
     else:
-        split, pairs = "grouped", column_folds(own.value, group, column, kind, folds, seed)
+        pairs = grouped_folds(own.value, group, kind, folds, seed)
+    check_folds(pairs, group)
+    split = "random" if groups is None else "grouped"
     unfitted, limit = model, None
     if isinstance(model, str):
         unfitted, limit = make_model(model, kind, seed, period), MODELS[model].most_recordings
@@ -313,6 +334,8 @@ def _scores(
     classes = np.unique(np.concatenate([y, *(p.y_train for p in parts)]))
     return Scores(
         split=split,
+        kind=kind,
+        period=period,
         folds=len(parts),
         recordings=len(y),
         groups=len(np.unique(tests.group)),
@@ -323,6 +346,47 @@ def _scores(
         chance={name: float(np.mean([fold[name] for fold in chance])) for name in names},
         classes=tuple(classes.tolist()) if kind == "classification" else (),
     )
+
+
+def estimate_score(
+    result: CrossValidation | Tested, grasps: np.ndarray | Sequence, *, seed: int = 0
+) -> Estimate:
+    """Return accuracy or RMSE, the mean over folds, with its 95 % interval over grasps.
+
+    `grasps` (n,) are those of the rows of the input (of a `Tested`: of its extra rows). A larger
+    unit, e.g. the placement, gives the interval over this unit. See `intervals.metric_interval`,
+    which uses `seed`. The chance level is that of `Scores.chance`.
+
+    Raises ValueError unless there is a grasp per row.
+
+    >>> import ajgdata
+    >>> import numpy as np
+    >>> label, grasp = np.repeat(["ball", "cube"], 20), np.arange(40) // 2  # 2 recordings each
+    >>> features = np.arange(40.0)[:, None]  # balls: below 20
+    >>> model = {"kind": "classification", "model": "knn_plain"}
+    >>> result = ajgdata.cross_validate(features, label, grasp, **model)
+    >>> accuracy = ajgdata.estimate_score(result, grasp)
+    >>> accuracy.value, accuracy.interval.high, accuracy.chance
+    (1.0, 1.0, 0.5)
+    >>> f"{accuracy.interval.low:.3f}"  # 20 of 20 grasps are right: 0.025 ** (1 / 20)
+    '0.832'
+    """
+    scores, predictions = result.scores, result.predictions
+    grasp = np.asarray(grasps)
+    if len(grasp) != scores.recordings:
+        raise ValueError(f"{len(grasp)} grasps but {scores.recordings} recordings")
+    interval = metric_interval(
+        predictions.y_true,
+        predictions.y_pred,
+        predictions.fold,
+        grasp[predictions.row],
+        kind=scores.kind,
+        period=scores.period,
+        seed=seed,
+    )
+    metric = metrics.METRICS[scores.kind][0]
+    perfect = metrics.perfect_value(metric)
+    return Estimate(scores.mean[metric], interval, scores.chance[metric], perfect)
 
 
 def deviation(values: Sequence[float]) -> float:
@@ -363,3 +427,28 @@ def overall_chance(
         return replace(part, y_pred=np.array([middle[fold] for fold in part.fold]))
 
     return overall(guess(known), guess(withheld), period)
+
+
+def overall_interval(
+    known: Predictions,
+    withheld: Predictions,
+    known_grasps: np.ndarray,
+    withheld_grasps: np.ndarray,
+    *,
+    period: float | None = None,
+    seed: int = 0,
+) -> Interval:
+    """Return the 95 % interval over grasps of the mean RMSE over folds of `overall`.
+
+    The grasps (n,) are those of the rows that each set of predictions counts.
+    """
+    return metric_interval(
+        np.concatenate([known.y_true, withheld.y_true]),
+        np.concatenate([known.y_pred, withheld.y_pred]),
+        np.concatenate([known.fold, withheld.fold]),
+        np.concatenate([known_grasps[known.row], withheld_grasps[withheld.row]]),
+        kind="regression",
+        period=period,
+        part=np.repeat([0, 1], [len(known.row), len(withheld.row)]),
+        seed=seed,
+    )

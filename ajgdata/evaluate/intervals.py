@@ -39,21 +39,25 @@ def metric_interval(
     part: np.ndarray | None = None,
     seed: int = 0,
 ) -> Interval:
-    """Return the interval of the mean over folds of RMSE (regression) or accuracy.
+    """Return the 95 % interval over grasps of the mean over folds of RMSE or accuracy.
 
-    All arrays are (n,), one element per prediction. A grasp that several folds predict, because it
-    is in no training part, is drawn once for all of them. With `part`, a fold's metric is over all
-    parts, each weighted by its recordings in the whole resample (see `crossval.overall`).
+    All arrays are (n,), one element per prediction: truth, prediction, number of the fold, and
+    grasp. The RMSE of a regression is in the unit of the target, an accuracy between 0 and 1. The
+    interval is that of a cluster bootstrap (see the head of `ajgdata/evaluate/intervals.py`).
     `period`: of a target where y and y + period are equal.
+
+    A grasp that several folds predict, because it is in no training part, is drawn once for all of
+    them. With `part`, a fold's metric is over all parts, each weighted by its recordings in the
+    whole resample (see `crossval.overall`).
 
     If all predictions are right, or all are wrong, resamples do not differ, and below `MIN_GRASPS`
     they say too little. The interval of an accuracy is then that of Clopper and Pearson (1934) with
     grasps as trials; that of an error is undefined.
 
+    >>> import ajgdata
     >>> import numpy as np
-    >>> from ajgdata.evaluate.intervals import metric_interval
     >>> y, fold, grasp = np.repeat(["a", "b"], 20), np.tile([0, 1], 20), np.arange(40)
-    >>> low, high = metric_interval(y, y, fold, grasp, kind="classification")
+    >>> low, high = ajgdata.metric_interval(y, y, fold, grasp, kind="classification")
     >>> f"{low:.3f} {high:.0f}"  # 40 of 40: 0.025 ** (1 / 40)
     '0.912 1'
     """

@@ -26,6 +26,12 @@ RANGES: dict[str, tuple[float, float]] = {
 }
 
 
+def perfect_value(metric: str) -> float:
+    """Return the best possible value of a metric: 0 of an error, 1 of a share."""
+    lowest, highest = RANGES[metric]
+    return lowest if metric in LOWER_IS_BETTER else highest
+
+
 def score(
     y_true: np.ndarray, y_pred: np.ndarray, kind: Kind, period: float | None = None
 ) -> dict[str, float]:

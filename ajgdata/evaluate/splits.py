@@ -33,20 +33,26 @@ def column_folds(
 
 
 def grouped_folds(
-    y: Sequence | np.ndarray, groups: Sequence | np.ndarray, kind: Kind, folds: int, seed: int
+    y: Sequence | np.ndarray,
+    groups: Sequence | np.ndarray,
+    kind: Kind,
+    folds: int = 5,
+    seed: int = 0,
 ) -> Folds:
-    """Return folds in which no group is both trained on and tested on.
+    """Return folds that never divide a group, for example a grasp or a session.
 
-    `y` (n,) holds the targets, `groups` (n,) any labels. Classes are spread over the folds as
+    `y` (n,) holds the targets, `groups` (n,) any labels. A fold is a pair (train, test) of sorted
+    row numbers; each row is in one test part. Classes are spread over the folds as
     evenly as whole groups allow. With as many groups as folds each group is one fold, in sorted
     order, so that published folds can be given as groups.
 
     A class with fewer groups than folds is allowed: some test parts lack it. Raises ValueError
-    when there are fewer groups than folds, or when some training part would lack a class.
+    if there are fewer groups than folds, or if some training part would lack a class.
 
-    >>> from ajgdata.evaluate.splits import grouped_folds
+    >>> import ajgdata
     >>> grasps = ["a", "a", "b", "b", "c", "c"]
-    >>> [test.tolist() for _, test in grouped_folds([1, 1, 2, 2, 3, 3], grasps, "regression", 3, 0)]
+    >>> folds = ajgdata.grouped_folds([1, 1, 2, 2, 3, 3], grasps, "regression", folds=3)
+    >>> [test.tolist() for _, test in folds]
     [[0, 1], [2, 3], [4, 5]]
     """
     y, group = np.asarray(y), np.unique(np.asarray(groups), return_inverse=True)[1]
@@ -69,7 +75,7 @@ def grouped_folds(
 
 
 def placement_folds(
-    y: Sequence | np.ndarray, placements: Sequence | np.ndarray, kind: Kind, folds: int
+    y: Sequence | np.ndarray, placements: Sequence | np.ndarray, kind: Kind, folds: int = 5
 ) -> Folds:
     """Return folds that hold out one placement of every class, or value, at a time.
 
@@ -82,10 +88,11 @@ def placement_folds(
 
     Raises NotPossibleError if a placement has several values, or a class has one placement.
 
-    >>> from ajgdata.evaluate.splits import placement_folds
+    >>> import ajgdata
     >>> objects = ["a", "a", "b", "b"]
     >>> placements = ["1/a", "2/a", "1/b", "2/b"]
-    >>> [test.tolist() for _, test in placement_folds(objects, placements, "classification", 5)]
+    >>> folds = ajgdata.placement_folds(objects, placements, "classification")
+    >>> [test.tolist() for _, test in folds]
     [[0, 2], [1, 3]]
     """
     y = np.asarray(y)
@@ -109,11 +116,17 @@ def placement_folds(
     return _checked(pairs, y, kind, placement)
 
 
-def random_folds(y: Sequence | np.ndarray, kind: Kind, folds: int, seed: int) -> Folds:
-    """Return folds of the targets y (n,) that ignore groups: what a careless split would report.
+def random_folds(y: Sequence | np.ndarray, kind: Kind, folds: int = 5, seed: int = 0) -> Folds:
+    """Return folds of the targets y (n,) that ignore groups.
 
-    Raises ValueError when there are fewer rows than folds, and when all rows of a class that is
-    rarer than the folds fall into one of them.
+    Recordings of one grasp are then in both parts of a fold, so scores are optimistic; they show
+    the bias. Raises ValueError if there are fewer rows than folds, or if all rows of a class that
+    is rarer than the folds are in one fold.
+
+    >>> import ajgdata
+    >>> folds = ajgdata.random_folds(["a", "b"] * 4, "classification", folds=2)
+    >>> [len(test) for _, test in folds]
+    [4, 4]
     """
     y = np.asarray(y)
     if len(y) < folds:
@@ -128,6 +141,17 @@ def random_folds(y: Sequence | np.ndarray, kind: Kind, folds: int, seed: int) ->
         warnings.filterwarnings("ignore", "The least populated class", UserWarning)
         pairs = list(cls(folds, shuffle=True, random_state=seed).split(y, y))
     return _checked(pairs, y, kind, np.arange(len(y)))
+
+
+def check_folds(folds: Folds, groups: np.ndarray) -> None:
+    """Raise ValueError unless each row is tested once and no fold divides a group (n,)."""
+    tested = np.concatenate([test for _, test in folds])
+    if not np.array_equal(np.sort(tested), np.arange(len(groups))):
+        raise ValueError(f"the test parts must hold each of the {len(groups)} rows once")
+    for fold, (train, test) in enumerate(folds):
+        divided = np.intersect1d(groups[train], groups[test])
+        if len(divided):
+            raise ValueError(f"fold {fold} trains and tests on group {divided[0]!s}")
 
 
 def _checked(pairs: Iterable, y: np.ndarray, kind: Kind, group: np.ndarray) -> Folds:

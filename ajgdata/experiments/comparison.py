@@ -106,15 +106,19 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     from threadpoolctl import threadpool_limits
 
     from ajgdata.evaluate.crossval import cross_validate
+    from ajgdata.evaluate.splits import column_folds
 
+    task = inputs.task_settings
     comparison = settings.comparisons[model]
     data = {name: inputs.data(name) for name in ("", *comparison.test)}
     with threadpool_limits(limits=1):
         spectra = {name: _features(inputs, comparison, name, data[name]) for name in data}
+    own = data[""]
+    folds = column_folds(own.value, own.group, task.groups, task.kind, task.folds, inputs.seed)
     scores: list[ScoreRow] = []
     costs: list[ScoreRow] = []
     for at, variant in enumerate(comparison.all_variants):
-        own, (feature, seconds) = data[""], spectra[""][at]
+        feature, seconds = spectra[""][at]
         extra = {
             name: data[name]._replace(feature=spectra[name][at].feature) for name in comparison.test
         }
@@ -128,11 +132,10 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
                 own.group,
                 model=name,
                 extra_tests=extra,
-                column=inputs.task_settings.groups,
-                kind=inputs.task_settings.kind,
-                folds=inputs.task_settings.folds,
+                kind=task.kind,
+                folds=folds,
                 seed=inputs.seed,
-                period=inputs.task_settings.period_deg,
+                period=task.period_deg,
             )
             tests = {GROUPED: result.scores}
             tests |= {elsewhere(other): part.scores for other, part in result.extra_tests.items()}

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ajgdata.evaluate.agreement import GRASP_INTERVAL, Interval
 from ajgdata.evaluate.design import Design, recording_design
 from ajgdata.evaluate.parts import (
     BY_GROUP,
@@ -42,6 +43,7 @@ from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
     from ajgdata.evaluate.crossval import CrossValidation, Predictions, Tested
+    from ajgdata.models.tuning import Folds
 
 PREDICTIONS = "predictions"  #: name of the table of predictions
 PREDICTION_TITLES = {
@@ -70,11 +72,11 @@ def evaluate(
 ) -> SplitResults:
     """Cross-validate `model` on a task, with the data sets `test_on` as further test sets.
 
-    Recordings whose target is withheld are trained on by no fold and predicted by all. So are those
-    of the data sets `test_on` whose grasp is not of the task's own, too; of a grasp that is, only
-    the fold that holds it out predicts. Withheld values are excluded from `test_on`, so that
-    their errors compare with those of the known ones. With fewer groups than folds each group is a
-    fold. Raises ValueError for a task that cannot be evaluated, for instance with a single group.
+    No fold trains on recordings whose target is withheld, and each fold predicts them. Recordings
+    of the data sets `test_on` are predicted by each fold that does not train on their grasp.
+    Withheld values are excluded from `test_on`, so that their errors compare with those of the
+    training values. With fewer groups than folds, each group is a fold. Raises ValueError for a
+    task that cannot be evaluated, for instance with a single group.
     """
     task = inputs.task_settings
     known, withheld = split_withheld(inputs.all_data(), task.withhold)
@@ -82,22 +84,30 @@ def evaluate(
     for name in test_on:
         other = inputs.all_data(name)
         data[elsewhere(name)] = other.where(~is_among(other.value, task.withhold))
-    folds = inputs.fold_count(known.group)
     splits = {
         GROUPED: cross_validated(
             inputs,
             model,
             known,
             known.group,
-            folds=folds,
-            column=task.groups,
+            folds=folds_of_task(inputs, known),
             extra_tests=data,
             grasps=known_grasps(inputs),
         )
     }
     if compare_random:
-        splits[RANDOM] = cross_validated(inputs, model, known, None, folds=folds)
+        count = inputs.fold_count(known.group)
+        splits[RANDOM] = cross_validated(inputs, model, known, None, folds=count)
     return SplitResults(splits, {**dict.fromkeys(splits, known), **data})
+
+
+def folds_of_task(inputs: Inputs, data: TaskData) -> Folds:
+    """Return the folds of a task, which hold out its groups, for the recordings `data`."""
+    from ajgdata.evaluate.splits import column_folds
+
+    task = inputs.task_settings
+    count = inputs.fold_count(data.group)
+    return column_folds(data.value, data.group, task.groups, task.kind, count, inputs.seed)
 
 
 def cross_validated(
@@ -106,8 +116,7 @@ def cross_validated(
     data: TaskData,
     group: np.ndarray | None,
     *,
-    folds: int,
-    column: str = "",
+    folds: int | Folds,
     extra_tests: Mapping[str, TaskData] | None = None,
     grasps: np.ndarray | None = None,
 ) -> CrossValidation:
@@ -127,7 +136,6 @@ def cross_validated(
         seed=inputs.seed,
         period=inputs.task_settings.period_deg,
         extra_tests=extra_tests,
-        column=column,
         grasps=grasps,
     )
 
@@ -188,15 +196,15 @@ def evaluate_placebo(
     if other is None and not has_own:
         return None
     data = inputs.placebo_data(other)
-    folds = inputs.fold_count(data.group)
     name = other or inputs.dataset
     splits = {
         placebo(name): cross_validated(
-            inputs, model, data, data.group, folds=folds, column=task.groups
+            inputs, model, data, data.group, folds=folds_of_task(inputs, data)
         )
     }
     if settings.compare_random:
-        splits[placebo(name, RANDOM)] = cross_validated(inputs, model, data, None, folds=folds)
+        count = inputs.fold_count(data.group)
+        splits[placebo(name, RANDOM)] = cross_validated(inputs, model, data, None, folds=count)
     session = data.by_session().group
     if len(np.unique(session)) > 1 and task.groups != SESSION_COLUMN:
         splits[placebo(name, SESSION_SPLIT)] = cross_validated(
@@ -236,6 +244,8 @@ def evaluate_controls(
 
 def measure(inputs: Inputs, settings: CrossValidationSettings, model: str) -> Outcome:
     """Return errors, predictions and cost of `model` on the folds of a task."""
+    from ajgdata.evaluate.crossval import estimate_score
+
     splits, data = evaluate(inputs, model, settings.test_on, settings.compare_random)
     controls, unmeasured = evaluate_controls(inputs, model, settings)
     splits, data = {**splits, **controls.splits}, {**data, **controls.data}
@@ -246,7 +256,8 @@ def measure(inputs: Inputs, settings: CrossValidationSettings, model: str) -> Ou
     for part, result in parts.items():
         key = ScoreKey(model, *part_columns(part, inputs.dataset))
         scores += fold_scores(result.scores, key)
-        scores += _interval_scores(model, part, [(result.predictions, data[part])], inputs)
+        interval = estimate_score(result, data[part].group, seed=inputs.seed).interval
+        scores += _interval_rows(inputs, interval, key)
     for split, folds in splits.items():  # empty if a model learned from all recordings
         for name, counts in zip(TRAINED_ON, zip(*folds.thinned, strict=True), strict=False):
             count = float(np.mean(counts))
@@ -306,7 +317,12 @@ def _overall_scores(
     inputs: Inputs,
 ) -> Iterator[ScoreRow]:
     """Yield rows of scores of known and withheld recordings together, for the parts of a split."""
-    from ajgdata.evaluate.crossval import deviation, overall, overall_chance
+    from ajgdata.evaluate.crossval import (
+        deviation,
+        overall,
+        overall_chance,
+        overall_interval,
+    )
 
     result = splits[parts.training]
     known, withheld = result.predictions, result.extra_tests[parts.withheld].predictions
@@ -319,40 +335,22 @@ def _overall_scores(
         statistics["chance"] = float(np.mean(chance[metric]))
         for statistic, value in statistics.items():
             yield ScoreRow(metric, statistic, value, key)
-    tests = [(known, data[parts.training]), (withheld, data[parts.withheld])]
-    yield from _interval_scores(model, parts.overall, tests, inputs)
-
-
-def _interval_scores(
-    model: str, part: str, tests: Sequence[tuple[Predictions, TaskData]], inputs: Inputs
-) -> Iterator[ScoreRow]:
-    """Yield the ends of the interval over grasps of the metric that is read first.
-
-    `tests` are predictions, and the recordings that their rows count in: of known and withheld
-    values together there are two.
-    """
-    from ajgdata.evaluate.agreement import GRASP_INTERVAL
-    from ajgdata.evaluate.intervals import metric_interval
-    from ajgdata.evaluate.metrics import METRICS
-
-    y_true, y_pred, fold = (
-        np.concatenate([getattr(predictions, key) for predictions, _ in tests])
-        for key in ("y_true", "y_pred", "fold")
-    )
-    group = np.concatenate([data.group[predictions.row] for predictions, data in tests])
-    parts = np.repeat(np.arange(len(tests)), [len(p.row) for p, _ in tests])
-    interval = metric_interval(
-        y_true,
-        y_pred,
-        fold,
-        group,
-        part=parts,
-        kind=inputs.task_settings.kind,
+    interval = overall_interval(
+        known,
+        withheld,
+        data[parts.training].group,
+        data[parts.withheld].group,
         period=inputs.task_settings.period_deg,
         seed=inputs.seed,
     )
+    yield from _interval_rows(inputs, interval, key)
+
+
+def _interval_rows(inputs: Inputs, interval: Interval, key: ScoreKey) -> Iterator[ScoreRow]:
+    """Yield the ends of the interval over grasps of the metric that is read first."""
+    from ajgdata.evaluate.metrics import METRICS
+
     metric = METRICS[inputs.task_settings.kind][0]
-    key = ScoreKey(model, *part_columns(part, inputs.dataset))
     for end, value in zip(GRASP_INTERVAL, interval, strict=True):
         yield ScoreRow(metric, end, value, key)
 

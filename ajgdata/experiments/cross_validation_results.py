@@ -160,7 +160,7 @@ class ModelResult:
         return Score(value, sd, (), *interval)
 
     def _placebo_of(self, part: str) -> str | None:
-        """Return the part of the placebo that is compared with a part; None if there is none."""
+        """Return the part of the placebo that is compared with a part; None without a placebo."""
         split = SPLIT_OF_PART.get(part)
         if split is None or not self.has(self.placebo_part(split)):
             return None

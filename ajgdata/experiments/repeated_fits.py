@@ -47,6 +47,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return the error of `model` on each data set: of each fit, the median, and the interval."""
     from ajgdata.evaluate.crossval import cross_validate
     from ajgdata.evaluate.fold_tests import grasp_errors, repeat_seed, robust_error
+    from ajgdata.evaluate.splits import column_folds
 
     own = inputs.data()
     tests = {name: inputs.data(name) for name in settings.test_on}
@@ -54,17 +55,18 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     chance: dict[str, list[float]] = {name: [] for name in tests}
     task = inputs.task_settings
     begun = time.process_time()
+    count = inputs.fold_count(own.group)
     for repeat in range(settings.repeats):
+        seed = repeat_seed(inputs.seed, repeat)
         result = cross_validate(
             own.feature,
             own.value,
             own.group,
             model=model,
             extra_tests=tests,
-            column=task.groups,
             kind=task.kind,
-            folds=inputs.fold_count(own.group),
-            seed=repeat_seed(inputs.seed, repeat),
+            folds=column_folds(own.value, own.group, task.groups, task.kind, count, seed),
+            seed=seed,
             period=task.period_deg,
         )
         for name, rows in squared.items():
