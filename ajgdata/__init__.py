@@ -15,6 +15,17 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from ajgdata.evaluate.agreement import (
+        Estimate,
+        Interval,
+        compare_with_published,
+        placebo_test,
+        wilson_interval,
+    )
+    from ajgdata.evaluate.crossval import cross_validate, estimate_score
+    from ajgdata.evaluate.intervals import metric_interval
+    from ajgdata.evaluate.splits import grouped_folds, placement_folds, random_folds
+    from ajgdata.features.spectrum import frequencies_hz, spectrum
     from ajgdata.loading import (
         Dataset,
         Part,
@@ -25,19 +36,59 @@ if TYPE_CHECKING:
         load_predictor,
         load_recordings,
     )
+    from ajgdata.types import FeatureSettings
 
 __version__ = version("ajgdata")
 __all__ = [
     "Dataset",
+    "Estimate",
+    "FeatureSettings",
+    "Interval",
     "Part",
     "__version__",
+    "compare_with_published",
+    "cross_validate",
+    "estimate_score",
+    "frequencies_hz",
+    "grouped_folds",
     "load_dataset",
     "load_features",
     "load_metrics",
     "load_model",
     "load_predictor",
     "load_recordings",
+    "metric_interval",
+    "placebo_test",
+    "placement_folds",
+    "random_folds",
+    "spectrum",
+    "wilson_interval",
 ]
+#: Modules of the public names, each imported when one of its names is first used.
+_MODULES = {
+    "ajgdata.evaluate.agreement": (
+        "Estimate",
+        "Interval",
+        "compare_with_published",
+        "placebo_test",
+        "wilson_interval",
+    ),
+    "ajgdata.evaluate.crossval": ("cross_validate", "estimate_score"),
+    "ajgdata.evaluate.intervals": ("metric_interval",),
+    "ajgdata.evaluate.splits": ("grouped_folds", "placement_folds", "random_folds"),
+    "ajgdata.features.spectrum": ("frequencies_hz", "spectrum"),
+    "ajgdata.loading": (
+        "Dataset",
+        "Part",
+        "load_dataset",
+        "load_features",
+        "load_metrics",
+        "load_model",
+        "load_predictor",
+        "load_recordings",
+    ),
+    "ajgdata.types": ("FeatureSettings",),
+}
 
 
 def __dir__() -> list[str]:
@@ -46,9 +97,10 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
-    """Import `ajgdata.loading` or `ajgdata.tutorial` when a name of it is first used."""
+    """Return a public name from its module, or the module `ajgdata.tutorial`."""
     if name == "tutorial":
         return import_module("ajgdata.tutorial")
-    if name not in __all__:
-        raise AttributeError(f"module 'ajgdata' has no attribute {name!r}")
-    return getattr(import_module("ajgdata.loading"), name)
+    for module, names in _MODULES.items():
+        if name in names:
+            return getattr(import_module(module), name)
+    raise AttributeError(f"module 'ajgdata' has no attribute {name!r}")

@@ -33,39 +33,48 @@ from ajgdata.types import AudioSettings, FeatureSettings
 
 Float32 = NDArray[np.float32]
 
+#: Settings of a spectrum if none are given: the paper's window, and the defaults of this package.
+DEFAULT_SETTINGS = FeatureSettings()
 _BLOCK = 65_536  # samples transformed at once: 32 frames of 2048, 256 KiB, fits a core's L2 cache
 
 
-def frequencies_hz(sample_rate_hz: float, settings: FeatureSettings) -> NDArray[np.float64]:
-    """Return centre frequencies (n_bins,) of the spectrum's bins in Hz.
+def frequencies_hz(
+    sample_rate_hz: float, settings: FeatureSettings = DEFAULT_SETTINGS
+) -> NDArray[np.float64]:
+    """Return the centre frequencies (n_bins,) of the bins of a spectrum, in Hz.
 
-    Raises ValueError when `band_hz` holds no bin.
+    Raises ValueError if no bin lies within `band_hz`.
 
-    >>> from ajgdata.features.spectrum import frequencies_hz
-    >>> from ajgdata.types import FeatureSettings
-    >>> frequencies_hz(44_100, FeatureSettings(band_hz=(100, 180))).round(1)
+    >>> import ajgdata
+    >>> settings = ajgdata.FeatureSettings(band_hz=(100, 180))
+    >>> ajgdata.frequencies_hz(44_100, settings).round(1)
     array([107.7, 129.2, 150.7, 172.3])
     """
     return _all_frequencies(sample_rate_hz, settings)[_band(sample_rate_hz, settings)]
 
 
-def spectrum(samples: NDArray[Any], sample_rate_hz: float, settings: FeatureSettings) -> Float32:
-    """Return the spectrum (n_bins,) of one recording (n,), in the unit of the settings.
+def spectrum(
+    samples: NDArray[Any], sample_rate_hz: float, settings: FeatureSettings = DEFAULT_SETTINGS
+) -> Float32:
+    """Return the spectrum (n_bins,) of the samples (n,) of one recording, float32.
 
+    The equation is at the head of `ajgdata/features/spectrum.py`; `settings` decide window,
+    quantity, band and normalisation. By default, the values are shares with the sum 1, without a
+    unit, and do not depend on the amplitude of the samples. The spectrum of silence is zero.
+    Without normalisation, the unit is that of the samples (for a power, its square) times the
+    number of samples of the window. Safe to call from several threads.
+
+    Raises ValueError for samples that are shorter than one window, not one-dimensional or not
+    finite, and for a spectrum without normalisation that exceeds float32.
+
+    >>> import ajgdata
     >>> import numpy as np
-    >>> from ajgdata.features.spectrum import frequencies_hz, spectrum
-    >>> from ajgdata.types import FeatureSettings
     >>> tone = np.sin(2 * np.pi * 1000 * np.arange(44_100) / 44_100)  # one second of 1 kHz
-    >>> values = spectrum(tone, 44_100, FeatureSettings())
-    >>> values.shape, values.dtype, round(float(values.sum()), 3)  # normalised: shares
+    >>> values = ajgdata.spectrum(tone, 44_100)
+    >>> values.shape, values.dtype, round(float(values.sum()), 3)
     ((1025,), dtype('float32'), 1.0)
-    >>> float(frequencies_hz(44_100, FeatureSettings())[values.argmax()])  # the nearest bin, Hz
+    >>> float(ajgdata.frequencies_hz(44_100)[values.argmax()])  # the nearest bin, in Hz
     990.52734375
-
-    A normalised spectrum does not depend on the amplitude of the samples; that of silence is zero
-    rather than 0/0. Safe to call from several threads. Raises ValueError for samples that are
-    shorter than one window, not one-dimensional or not finite, for a spectrum that, not being
-    normalised, exceeds float32.
     """
     samples = np.asarray(samples)
     band = _band(sample_rate_hz, settings)

@@ -56,7 +56,9 @@ OTHER = {
 STEP_MM = EDGES_MM[1] - EDGES_MM[0]
 MODULES = (
     "ajgdata",
+    "ajgdata.evaluate.agreement",
     "ajgdata.evaluate.crossval",
+    "ajgdata.evaluate.intervals",
     "ajgdata.evaluate.metrics",
     "ajgdata.evaluate.parts",
     "ajgdata.evaluate.splits",
