@@ -76,7 +76,7 @@ def dashboard(control: Control, *, port: int = 0) -> Iterator[Dashboard]:
     """Serve the page of a run during the block; its button calls `control.stop`.
 
     The block begins before the first event of the run. `port` 0 selects a free port. Templates in
-    the working folder are used instead of those of the package. Raises OSError if the port is not
+    the working folder are used instead of the package's. Raises OSError if the port is not
     free.
     """
     from ajgdata.report.render import render
