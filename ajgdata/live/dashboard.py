@@ -84,7 +84,7 @@ def dashboard(control: Control, *, port: int = 0) -> Iterator[Dashboard]:
     feed = Feed(control)
     token = secrets.token_urlsafe(16)
     files = {
-        route: Response(render(template, {}), media_type=media_type)
+        route: Response(render(template), media_type=media_type)
         for route, (template, media_type) in _FILES.items()
     }
     app = _app(files, feed, control, token)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ajgdata.paths import Paths
-from ajgdata.report.page import link_from_report
+from ajgdata.report.navigation import link_from_report
 from ajgdata.report.report_data import DatasetSummary, Spectra
 from ajgdata.store.features import FeatureRows
 from ajgdata.store.findings import read_findings

@@ -176,7 +176,8 @@ def build_page(paths: Paths, name: str, files: Sequence[Path], nav: Sequence[Gro
     `files` hold the tables that it shows.
     """
     from ajgdata.report.render import draw_figures
-    from ajgdata.report.studies import figures_of, render_study
+    from ajgdata.report.studies import figures_of
+    from ajgdata.report.study_page import render_study
 
     read = [read_tables(file) for file in files]
     tables = [table for _, some in read for table in some]

@@ -4,21 +4,82 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
 from ajgdata.paths import Paths, Tree
 from ajgdata.report.render import environment
-from ajgdata.report.report_data import DatasetSummary
+from ajgdata.report.report_data import DatasetSummary, findings_by_code
 from ajgdata.store.files import yaml_bytes
 from ajgdata.store.publishing.documents import About
-from ajgdata.store.publishing.table import PublishedTable
+from ajgdata.store.publishing.table import PublishedColumn, PublishedTable
+from ajgdata.types import Finding
 
 #: Types that pandas has for the columns of metadata.csv.
 PANDAS_TYPES = {"string": "str", "integer": "int64", "number": "float64"}
 #: Findings that the card lists one by one.
 MAX_FINDINGS = 20
+#: Files and folders of a published data set, with their content.
+FILES = (
+    (Tree.METADATA, "labels, one row per recording; text without types"),
+    (
+        Tree.TYPED_METADATA,
+        "the same table with the type of each column, for Hugging Face and Croissant",
+    ),
+    (Tree.FEATURES, "spectra and labels, netCDF-4"),
+    (Tree.ARCHIVE, "the recordings"),
+    ("audio/", "the same, one file each"),
+    ("sessions/", "of each session: description, recordings and the played sound, for ajgdata"),
+    (Tree.DECLARATION, "targets, tasks and settings, for ajgdata"),
+    (Tree.CROISSANT, "description for machines: Croissant"),
+    (Tree.DATAPACKAGE, "description for machines: Frictionless"),
+    (Tree.SUMS, "SHA-256 of every file: sha256sum -c SHA256SUMS"),
+)
+
+
+class CardFile(NamedTuple):
+    """A file or folder of a published data set; `size` in bytes is "" for a folder."""
+
+    name: str
+    size: int | str
+    content: str
+
+
+class CardIssue(NamedTuple):
+    """Number of issues of one code, and an example."""
+
+    n_issues: int
+    code: str
+    example: str
+
+
+@dataclass(frozen=True)
+class CardView:
+    """Values of the template of a dataset card; `about` is the description of the data set.
+
+    `licence` and `groups` are "" if there are none.
+    """
+
+    about: About
+    front_matter: Markup
+    source: str
+    source_note: str
+    size: str
+    licence: str
+    label: str
+    column_types: Markup
+    files: list[CardFile]
+    columns: tuple[PublishedColumn, ...]
+    groups: str
+    left_out_count: str
+    n_flagged: int
+    is_simulated: bool
+    left_out: list[str]
+    n_more_left_out: int
+    flagged: list[CardIssue]
+    provenance: list[tuple[str, str]]
 
 
 def render_card(
@@ -33,24 +94,55 @@ def render_card(
     templates = environment(project)
     templates.keep_trailing_newline = True
     templates.filters["cell"] = cell
-    targets = (column.name for column in table.columns if column.is_target)
-    return templates.get_template("card.md.j2").render(
+    view = card_view(about, summary, table, sizes, provenance)
+    return templates.get_template("card.md.j2").render(card=view, tree=Tree)
+
+
+def card_view(
+    about: About,
+    summary: DatasetSummary,
+    table: PublishedTable,
+    sizes: Mapping[str, int],
+    provenance: Mapping[str, str],
+) -> CardView:
+    """Return the values of a dataset card; the arguments are those of `render_card`."""
+    is_simulated = about.source == "simulated"
+    targets = [column.name for column in table.columns if column.is_target]
+    types = {column.name: PANDAS_TYPES[column.data_type] for column in table.columns}
+    left_out = [finding for finding in summary.findings if finding.leaves_out]
+    flagged = [finding for finding in summary.findings if not finding.leaves_out]
+    sessions = "session" if summary.n_sessions == 1 else "sessions"
+    were = "recording was" if summary.n_left_out == 1 else "recordings were"
+    return CardView(
         about=about,
-        summary=summary,
-        table=table,
-        groups=sorted({task.groups for task in about.spec.tasks.values()}),
-        sizes=sizes,
-        provenance=provenance,
-        front=yaml_bytes(front_matter(about)).decode(),
-        label=next(targets, "object"),
-        left_out=[f for f in summary.findings if f.leaves_out],
-        flagged=[f for f in summary.findings if not f.leaves_out],
-        max_findings=MAX_FINDINGS,
-        tree=Tree,
-        column_types=json.dumps(
-            {column.name: PANDAS_TYPES[column.data_type] for column in table.columns}
+        front_matter=Markup(yaml_bytes(front_matter(about)).decode()),
+        source="Simulated" if is_simulated else "Recorded",
+        source_note=": computed, no microphone was involved" if is_simulated else "",
+        size=(
+            f"{summary.n_recordings} recordings, {summary.n_sessions} {sessions}, "
+            f"{summary.sample_rate_hz} Hz"
         ),
+        licence="" if about.is_unlicensed else about.spdx or about.spec.licence,
+        label=targets[0] if targets else "object",
+        column_types=Markup(json.dumps(types)),
+        files=[CardFile(name, sizes.get(name, ""), content) for name, content in FILES],
+        columns=table.columns,
+        groups=" or ".join(sorted({task.groups for task in about.spec.tasks.values()})),
+        left_out_count=f"{summary.n_left_out} {were}",
+        n_flagged=summary.n_flagged,
+        is_simulated=is_simulated,
+        left_out=[_example(finding) for finding in left_out[:MAX_FINDINGS]],
+        n_more_left_out=max(0, len(left_out) - MAX_FINDINGS),
+        flagged=[
+            CardIssue(len(some), code, _example(some[0]))
+            for code, some in findings_by_code(flagged)
+        ],
+        provenance=list(provenance.items()),
     )
+
+
+def _example(finding: Finding) -> str:
+    return f"{finding.session_id}/{finding.recording_id}: {finding.problem}"
 
 
 def front_matter(about: About) -> dict[str, Any]:

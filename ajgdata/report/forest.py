@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ajgdata.evaluate.agreement import PaperVerdict
-from ajgdata.report.comparison import Mark, PaperComparison, Role
+from ajgdata.report.comparison import SIGNS, Mark, PaperComparison, Role
 from ajgdata.report.format import Source, number, with_unit
 from ajgdata.report.navigation import experiment_link
 from ajgdata.report.report_data import TaskSection
@@ -18,7 +18,7 @@ from ajgdata.report.report_data import TaskSection
 #: Ends of the axis; marks below it are drawn as an arrow at its left end.
 AXIS_START, AXIS_END = -0.5, 1.0
 PERFECT_PER_CENT = 100.0
-#: What each mark is, for the legend and for people who cannot see it.
+#: Meaning of each mark, for the legend and for people who cannot see it.
 MARK_NAMES: dict[Role, str] = {
     "paper": "published value",
     "baseline": "best other model",
@@ -26,8 +26,6 @@ MARK_NAMES: dict[Role, str] = {
     "placebo": "placebo: one object under several names",
     "ours": "our result",
 }
-#: Ticks of the axis, with their labels.
-TICKS = ((0.0, "0 chance"), (0.5, "0.5"), (1.0, "1 perfect"))
 
 
 class MarkPosition(NamedTuple):
@@ -39,16 +37,27 @@ class MarkPosition(NamedTuple):
     high: float
     is_below: bool  #: the value is below the lowest value of the axis
 
+    @property
+    def bar_width(self) -> float:
+        """Return the width of the interval in per cent; 0 without an interval."""
+        return round(self.high - self.low, 2)
+
+    @property
+    def css(self) -> str:
+        """Return the classes of the mark in the style sheet."""
+        return f"{self.role} below" if self.is_below else self.role
+
 
 class ForestRow(NamedTuple):
     """A result: name, marks, two texts (published value or chance level, and our value).
 
-    `controls` are the values with held-out sessions and of the placebo, in words.
+    `badge` is the source of the recordings if the report has both sources, else "". `controls` are
+    the values in held-out sessions and of the placebo, in words.
     """
 
     name: str
     link: str
-    source: Source
+    badge: Source | str
     positions: tuple[MarkPosition, ...]
     reference: str
     result: str
@@ -57,58 +66,122 @@ class ForestRow(NamedTuple):
     alt: str = ""
     controls: str = ""
 
+    @property
+    def css(self) -> str:
+        """Return the class of the row in the style sheet; "" without a verdict."""
+        return self.verdict.replace(" ", "-") if self.verdict else ""
 
-def paper_rows(comparisons: Sequence[PaperComparison]) -> list[ForestRow]:
+    @property
+    def verdict_text(self) -> str:
+        """Return the verdict with its sign; "" without a verdict."""
+        return f"{SIGNS[self.verdict]} {self.verdict}" if self.verdict else ""
+
+
+class Tick(NamedTuple):
+    """A tick of the axis: its place in per cent of the width, and its label."""
+
+    at: float
+    label: str
+
+
+class ForestTable(NamedTuple):
+    """A forest plot: rows, ticks, and titles of the columns with the reference and our result."""
+
+    rows: list[ForestRow]
+    reference: str
+    result: str
+    has_verdicts: bool
+    ticks: tuple[Tick, ...]
+
+    @property
+    def reference_label(self) -> str:
+        """Return the title of the reference in front of a value on narrow screens."""
+        return self.reference.lower()
+
+
+def place(value: float) -> float:
+    """Return the place of a skill, in per cent of the axis from its left end."""
+    inside = min(max(value, AXIS_START), AXIS_END)
+    return round(100 * (inside - AXIS_START) / (AXIS_END - AXIS_START), 2)
+
+
+TICKS = (Tick(place(0.0), "0 chance"), Tick(place(0.5), "0.5"), Tick(place(1.0), "1 perfect"))
+
+
+def paper_forest(
+    comparisons: Sequence[PaperComparison], *, with_badges: bool, result: str = "Our result"
+) -> ForestTable | None:
+    """Return the forest plot of results of the paper; None if there are none.
+
+    `result` is the title of our results. `with_badges` adds the source of the recordings.
+    """
+    rows = paper_rows(comparisons, with_badges=with_badges)
+    if not rows:
+        return None
+    return ForestTable(rows, "Published", result, True, TICKS)
+
+
+def model_forest(sections: Sequence[TaskSection], *, with_badges: bool) -> ForestTable | None:
+    """Return the forest plot of tasks and models; None if no model has marks."""
+    rows = model_rows(sections, with_badges=with_badges)
+    if not rows:
+        return None
+    return ForestTable(rows, "Chance level", "Held-out groups, mean ± sd over folds", False, TICKS)
+
+
+def paper_rows(comparisons: Sequence[PaperComparison], *, with_badges: bool) -> list[ForestRow]:
     """Return one row per result of the paper."""
     rows = []
     for row in comparisons:
         marks = {mark.role: mark for mark in row.marks}
-        if row.paper.value is not None:
-            marks["paper"] = Mark("paper", *[row.paper.value] * 3)
+        published = row.paper.value
+        if published is not None:
+            marks["paper"] = Mark("paper", published, published, published)
         positions, alt = _placed(marks, row.unit)
-        details = f"{row.result}; {row.remark}" if row.remark else row.result
-        texts = row.paper.published, row.short_result, details
         rows.append(
             ForestRow(
-                row.name,
-                row.page,
-                row.source,
-                positions,
-                *texts,
-                row.agrees,
-                alt,
-                controls_text(marks, row.unit),
+                name=row.name,
+                link=row.page,
+                badge=row.source if with_badges else "",
+                positions=positions,
+                reference=row.paper.published,
+                result=row.short_result,
+                details=f"{row.result}; {row.remark}" if row.remark else row.result,
+                verdict=row.agrees,
+                alt=alt,
+                controls=controls_text(marks, row.unit),
             )
         )
     return rows
 
 
-def model_rows(sections: Sequence[TaskSection]) -> list[ForestRow]:
-    """Return one row per task and model."""
+def model_rows(sections: Sequence[TaskSection], *, with_badges: bool) -> list[ForestRow]:
+    """Return one row per task and model that has marks."""
     rows = []
     for section in sections:
-        for row in (row for row in section.rows if row.marks):
+        for row in section.rows:
+            if not row.marks:
+                continue
             marks = {mark.role: mark for mark in row.marks}
             positions, alt = _placed(marks, row.unit)
-            name, texts = f"{section.title}: {row.label}", (row.chance, row.value, row.metric)
-            link = experiment_link(section.parts[0].page)
             rows.append(
                 ForestRow(
-                    name,
-                    link,
-                    section.source,
-                    positions,
-                    *texts,
-                    None,
-                    alt,
-                    controls_text(marks, row.unit),
+                    name=f"{section.title}: {row.label}",
+                    link=experiment_link(section.parts[0].page),
+                    badge=section.source if with_badges else "",
+                    positions=positions,
+                    reference=row.chance,
+                    result=row.value,
+                    details=row.metric,
+                    alt=alt,
+                    controls=controls_text(marks, row.unit),
                 )
             )
     return rows
 
 
 def controls_text(marks: Mapping[Role, Mark], unit: str) -> str:
-    """Return the values with held-out sessions and of the placebo; "" without.
+    """Return the values in held-out sessions and of the placebo; "" without both.
 
     >>> from ajgdata.report.comparison import Mark
     >>> controls_text({"sessions": Mark("sessions", 61.94, 50, 70)}, "%")
@@ -133,23 +206,19 @@ def skill(value: float, chance: float, unit: str) -> float:
     return (value - chance) / (perfect - chance)
 
 
-def place(value: float) -> float:
-    """Return where a skill is drawn, in per cent of the axis from its left end."""
-    inside = min(max(value, AXIS_START), AXIS_END)
-    return round(100 * (inside - AXIS_START) / (AXIS_END - AXIS_START), 2)
-
-
 def _placed(marks: Mapping[Role, Mark], unit: str) -> tuple[tuple[MarkPosition, ...], str]:
-    """Return the marks on the axis and their skills in words; none without a chance level."""
+    """Return the marks on the axis and their skills in words; no marks without a chance level."""
     chance = marks.get("chance")
     if chance is None or "ours" not in marks:
         return (), "no skill: the result is not a number with a chance level"
-    positions, listed = [], []
+    positions = []
+    listed = []
     for role, name in MARK_NAMES.items():
         mark = marks.get(role)
         if mark is None or not math.isfinite(mark.value):
             continue
-        value, *ends = (skill(end, chance.value, unit) for end in mark[1:])
+        value = skill(mark.value, chance.value, unit)
+        ends = skill(mark.low, chance.value, unit), skill(mark.high, chance.value, unit)
         low, high = place(min(ends)), place(max(ends))
         positions.append(MarkPosition(role, place(value), low, high, value < AXIS_START))
         listed.append(f"{name} {number(value, 2)}")

@@ -117,6 +117,29 @@ def enumerated(items: Sequence[str]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
+def shortened(text: str, longest: int) -> str:
+    """Return the first complete words of a text, up to `longest` characters with the mark ` …`.
+
+    >>> from ajgdata.report.format import shortened
+    >>> shortened("a text of six short words", 14)
+    'a text of …'
+    """
+    mark = " …"
+    if len(text) <= longest:
+        return text
+    return text[: longest - len(mark)].rsplit(" ", 1)[0] + mark
+
+
+def short_commit(commit: str) -> str:
+    """Return the first ten digits of a commit."""
+    return commit[:10]
+
+
+def web_link(url: str) -> str:
+    """Return `url` if it is an address of the web, else ""."""
+    return url if url.startswith(("https://", "http://")) else ""
+
+
 def words(name: str) -> str:
     """Return a column or task name as words: `edge_mm` -> `edge mm`."""
     return name.replace("_", " ")

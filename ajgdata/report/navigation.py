@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import NamedTuple
+from urllib.parse import quote
 
-from ajgdata.paths import EXPERIMENT_PAGES_FOLDER, INDEX
+from ajgdata.paths import EXPERIMENT_PAGES_FOLDER, INDEX, Paths
 from ajgdata.report.format import Source
 
 
@@ -74,6 +77,21 @@ class Group(NamedTuple):
     links: tuple[Link, ...]
 
 
+class LinkOnPage(NamedTuple):
+    """A link of the navigation as one page shows it: `is_current` if it leads to this page."""
+
+    link: str
+    title: str
+    is_current: bool
+
+
+class GroupOnPage(NamedTuple):
+    """A group of the navigation as one page shows it."""
+
+    title: str
+    links: tuple[LinkOnPage, ...]
+
+
 #: Page of a report that compares results with published values.
 PAPER_PAGE = Link("paper.html", "Comparison with the paper", "Results")
 #: Pages that every report has, by file name without suffix.
@@ -86,6 +104,11 @@ FIXED = {
 def experiment_link(page: str) -> str:
     """Return where the page on an experiment is."""
     return f"{EXPERIMENT_PAGES_FOLDER}/{page}.html"
+
+
+def link_from_report(paths: Paths, target: Path) -> str:
+    """Return the link from the report of `paths` to a file or folder of the same project."""
+    return quote(Path(os.path.relpath(target, paths.report.parent)).as_posix())
 
 
 def navigation(
@@ -106,3 +129,14 @@ def navigation(
     for link in links:
         groups.setdefault(link.about, []).append(link)
     return [Group(title, tuple(some)) for title, some in groups.items()]
+
+
+def groups_on(page: str, groups: Sequence[Group]) -> list[GroupOnPage]:
+    """Return the navigation as the file `page` shows it, with the link to this page marked."""
+    return [
+        GroupOnPage(
+            group.title,
+            tuple(LinkOnPage(link.link, link.title, link.link == page) for link in group.links),
+        )
+        for group in groups
+    ]

@@ -1,12 +1,12 @@
-"""A template, figures and values -> one HTML page that needs no network.
+"""Templates and drawn figures: a page is a template that places the values of a view.
 
-Every page of a report is made here: figures are drawn in the one style and saved in the report's
-folder, where the pages find them.
+A view is a record with the texts, links and figures of one page. Python computes it, so that a
+template contains no decision except whether a value is present.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,14 +15,24 @@ from markdown_it import MarkdownIt
 from markupsafe import Markup
 
 from ajgdata.paths import FIGURE_FORMATS, Paths
-from ajgdata.report.format import DASH, Caption, number, sentence, value, words
+from ajgdata.report.format import Caption
+from ajgdata.report.navigation import Group, groups_on
 from ajgdata.report.report_data import Illustration
 from ajgdata.store.report_files import template_folders
 
 
+class FileLink(NamedTuple):
+    """A file of a figure: the format as the title of the link, and the punctuation after it."""
+
+    title: str
+    link: str
+    punctuation: str
+
+
 class DrawnFigure(NamedTuple):
-    """A figure that is drawn: `image` is its address relative to the report's folder, as are
-    `links`, its files by suffix.
+    """A figure whose files exist.
+
+    `image` and the files by suffix, `links`, are relative to the folder of the report.
     """
 
     name: str
@@ -30,20 +40,29 @@ class DrawnFigure(NamedTuple):
     image: str
     links: Mapping[str, str]
 
+    @property
+    def files(self) -> list[FileLink]:
+        """Return the links to the files, separated by commas."""
+        last = len(self.links) - 1
+        return [
+            FileLink(suffix.upper(), link, "," if number < last else ".")
+            for number, (suffix, link) in enumerate(self.links.items())
+        ]
+
 
 def drawn_figure(illustration: Illustration, folder: str) -> DrawnFigure:
-    """Return an illustration whose files lie in `folder` of the report."""
+    """Return an illustration whose files are in `folder` of the report."""
     name = illustration.name
     links = {suffix: f"{folder}/{name}.{suffix}" for suffix in FIGURE_FORMATS}
     return DrawnFigure(name, illustration.caption, links["svg"], links)
 
 
 def draw_figures(illustrations: Iterable[Illustration], folder: Path) -> dict[str, DrawnFigure]:
-    """Draw figures, save them to `folder`, one of the report's, and return them by name."""
+    """Draw figures, save them to `folder` of the report, and return them by name."""
     from ajgdata.report.canvas import draw, save_figure
 
     listed = list(illustrations)
-    folder.mkdir(parents=True, exist_ok=True)  # also if it holds none
+    folder.mkdir(parents=True, exist_ok=True)  # also for a report without figures
     for illustration in listed:
         save_figure(draw(illustration), folder / illustration.name)
     return {illustration.name: drawn_figure(illustration, folder.name) for illustration in listed}
@@ -51,43 +70,34 @@ def draw_figures(illustrations: Iterable[Illustration], folder: Path) -> dict[st
 
 def render(
     template: str,
-    figures: Mapping[str, DrawnFigure],
     *,
     here: str = "",
+    nav: Sequence[Group] = (),
     project: Paths | None = None,
     **values: object,
 ) -> str:
-    """Return a page as HTML text: the same figures and values give the same text.
+    """Return a page as HTML text. Equal values give equal text.
 
-    `here` is its place relative to the report's folder, from which it finds other files. The
-    template gets `figures` by name, and `values`; `nav` is what stands at the side of every page.
-    Raises jinja2.UndefinedError for a figure or value that it asks for and is not there.
+    `here` is the file of the page, relative to the folder of the report; `root` leads from there to
+    this folder. `nav` is the navigation. Raises jinja2.UndefinedError if the template names a value
+    that does not exist.
     """
-    own = {"nav": (), "here": here, "root": "../" * here.count("/")}
-    return environment(project).get_template(template).render(figures=figures, **(own | values))
+    shared = {"nav": groups_on(here, nav), "root": "../" * here.count("/")}
+    return environment(project).get_template(template).render(**shared, **values)
 
 
 def environment(project: Paths | None = None) -> Environment:
-    """Return templates whose values are all escaped and none of which may be missing.
+    """Return the environment of all templates: it escapes values, and a missing value is an error.
 
-    Those of `project` (default: the working folder) come before the packaged ones.
+    Templates of `project` (default: the working folder) take the place of packaged templates.
     """
-    templates = Environment(
+    return Environment(
         loader=FileSystemLoader(template_folders(project or Paths())),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    templates.filters.update(
-        number=number,
-        words=words,
-        markdown=render_markdown,
-        sentence=sentence,
-        setting=setting,
-        value=value,
-    )
-    return templates
 
 
 def render_markdown(text: str, top: int = 1) -> Markup:
@@ -101,19 +111,3 @@ def render_markdown(text: str, top: int = 1) -> Markup:
         if token.type in ("heading_open", "heading_close"):
             token.tag = f"h{min(int(token.tag[1:]) + top - 1, 6)}"
     return Markup(parser.renderer.render(tokens, parser.options, {}))
-
-
-def web_link(url: str) -> str:
-    """Return `url` if it is a web address that a reader may follow, else nothing."""
-    return url if url.startswith(("https://", "http://")) else ""
-
-
-def setting(value: object) -> str:
-    """Return a feature setting as people write it: text, a number, or a band `100 to 6,000`."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, int | float):
-        return number(value, 6)
-    if isinstance(value, tuple | list):
-        return " to ".join(map(setting, value))
-    return str(value or DASH)

@@ -6,7 +6,7 @@ The report has a list of experiments, and none by name: a `ReportPart` has what 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -120,6 +120,14 @@ class DatasetSummary:
     def issues(self) -> IssueCounts:
         """Return the numbers of recordings with issues, as `ajgdata check` counts them."""
         return issue_counts(self.findings)
+
+
+def findings_by_code(findings: Iterable[Finding]) -> list[tuple[str, list[Finding]]]:
+    """Return the findings of each code, in the alphabetical order of the codes."""
+    by_code: dict[str, list[Finding]] = {}
+    for finding in findings:
+        by_code.setdefault(finding.code, []).append(finding)
+    return sorted(by_code.items())
 
 
 @dataclass(frozen=True)
@@ -254,6 +262,16 @@ class Report:
         for dataset in self.datasets:
             counts[dataset.source] += dataset.n_recordings
         return dict(counts)
+
+    @property
+    def is_simulated(self) -> bool:
+        """Return whether all recordings are simulated; False without recordings."""
+        return list(self.recordings_by_source) == ["simulated"]
+
+    @property
+    def has_both_sources(self) -> bool:
+        """Return whether some recordings are simulated, and others recorded."""
+        return len(self.recordings_by_source) > 1
 
     def on(self, page: str) -> list[TaskSection]:
         """Return the sections of a page: those of its parts that stand on it."""

@@ -1,61 +1,27 @@
-"""Pages of the simulation studies and ablations: their tables and figures."""
+"""Figures of the simulation studies and ablations, and the conclusions of a study."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from ajgdata.paths import Paths
 from ajgdata.report.accuracy_figure import accuracy_figure
 from ajgdata.report.format import Score, number, words
 from ajgdata.report.marks import FigureContent, MarkName, Point, illustration
-from ajgdata.report.navigation import LEADS, Group
 from ajgdata.report.omissions_figure import omissions_figure
-from ajgdata.report.render import DrawnFigure, render
 from ajgdata.report.report_data import Illustration
 from ajgdata.report.stability_figure import stability_figure
-from ajgdata.report.study_tables import holds, numeric, passed, shown_tables
+from ajgdata.report.study_tables import passed
 from ajgdata.report.validation import validation
 from ajgdata.types.table import Table
-
-
-def render_study(
-    name: str,
-    provenance: Mapping[str, Any],
-    tables: Sequence[Table],
-    figures: Mapping[str, DrawnFigure],
-    nav: Sequence[Group] = (),
-    project: Paths | None = None,
-) -> str:
-    """Return the page as HTML text; `figures` are those of tables, by their names."""
-    return render(
-        "study.html.j2",
-        figures,
-        project=project,
-        title=LEADS[name].title,
-        lead=LEADS[name].text,
-        sources=LEADS[name].sources,
-        provenance=provenance,
-        tables=tables,
-        numeric=numeric,
-        passed=passed,
-        holds=holds,
-        shown_tables=shown_tables(name, tables),
-        nav=nav,
-        here=f"{name}.html",
-    )
 
 
 def conclusions(study: str, tables: Sequence[Table]) -> str:
     """Return how many checks of a study passed, and the titles of its figures, as sentences."""
     texts = [f"{figure.title}." for figure in figures_of(study, tables)]
     return " ".join(filter(None, [*map(passed, tables), *texts]))
-
-
-# Figures
 
 
 def figures_of(study: str, tables: Sequence[Table]) -> Iterator[Illustration]:

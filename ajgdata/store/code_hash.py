@@ -218,7 +218,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "report/format.py",
         "report/marks.py",
         "report/render.py",
-        "report/report_data.py:DatasetSummary,Illustration,Spectra",
+        "report/report_data.py:DatasetSummary,Illustration,Spectra,findings_by_code",
         "store/audio.py:file_sha256",
         "store/features.py",
         "store/findings.py",

@@ -100,7 +100,9 @@ NOT_USED = {
     # the sessions and the templates are parameters; the report has its own links and counts
     "publish": {
         "acquire/recipe.py:session_names",
-        "report/page.py:link_from_report",
+        "report/navigation.py:Group",
+        "report/navigation.py:groups_on",
+        "report/navigation.py:link_from_report",
         "store/report_files.py:template_folders",
         "store/sessions.py:dropped_sessions",
         "types/issue_counts.py:IssueCounts",

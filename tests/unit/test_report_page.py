@@ -14,8 +14,8 @@ from ajgdata.pipeline.site import COMPARISON, section_of
 from ajgdata.report.comparison import Change, PaperComparison, Reason, ResultCost, mark_of
 from ajgdata.report.forest import paper_rows, place
 from ajgdata.report.format import Score
-from ajgdata.report.navigation import Link, navigation
-from ajgdata.report.page import illustrations, link_from_report, render_pages
+from ajgdata.report.navigation import Link, link_from_report, navigation
+from ajgdata.report.page import illustrations, render_pages
 from ajgdata.report.render import drawn_figure
 from ajgdata.report.report_data import Report
 from ajgdata.store.report_files import read_page_text
@@ -168,7 +168,7 @@ def test_without_published_values_the_first_page_has_models_and_next_steps():
 
 def test_skill_is_0_at_chance_and_1_without_error():
     """Chance 5.2 mm; ours 0.7 ± 0.1 mm, k-NN 0.9 ± 0.2 mm, the paper 2.6 mm."""
-    (row,) = paper_rows([COMPARED])
+    (row,) = paper_rows([COMPARED], with_badges=True)
     positions = {position.role: position for position in row.positions}
     assert positions["ours"].at == pytest.approx(place(1 - 0.7 / 5.2))
     ends = place(1 - 0.8 / 5.2), place(1 - 0.6 / 5.2)

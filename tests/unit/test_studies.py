@@ -14,7 +14,8 @@ from ajgdata.pipeline.report import build_page, build_report
 from ajgdata.pipeline.studies import run_study
 from ajgdata.report.format import DASH
 from ajgdata.report.navigation import LEADS, navigation
-from ajgdata.report.studies import figures_of, render_study
+from ajgdata.report.studies import figures_of
+from ajgdata.report.study_page import render_study
 from ajgdata.report.study_tables import (
     FIRST_COLUMNS,
     MAX_COLUMNS,
