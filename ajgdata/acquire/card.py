@@ -17,16 +17,15 @@ DEVICE = "virtual gripper"
 
 
 class CardError(DataError):
-    """The sound card fails until somebody repairs it."""
+    """A fault of the sound card that a person must repair."""
 
 
 class TakeError(CardError):
-    """Several takes in a row had a fault; the next may be good."""
+    """Each attempt at a take had a fault. A further take may be good."""
 
 
 class CardSettings(Strict):
-    """The device that plays and records, its output channel and its input channel (the microphone),
-    counted from 1."""
+    """The device that plays and records, with its channels, which are counted from 1."""
 
     device: str = Field(min_length=1, description="exact name, as `ajgdata device list` has it")
     sample_rate_hz: int = Field(44_100, gt=0)
@@ -37,12 +36,12 @@ class CardSettings(Strict):
 
 @dataclass(frozen=True)
 class Capture:
-    """One good take.
+    """One take without a fault.
 
-    `samples` float32 (n + tail,) in [-1, 1], without the first `latency_samples`;
-    `arrival_samples` is the delay at the microphone, measured in this take. `clipped` counts
-    samples at full scale, `xruns` the reports of the driver. `doubts` are the faults of earlier
-    attempts.
+    `samples` float32 (n + tail,) in [-1, 1] begin after `latency_samples`, the latency of the
+    session. `arrival_samples` is the delay at the microphone, measured in this take. `clipped` is
+    the number of samples at full scale, `xruns` the number of reports of the driver. `doubts` are
+    the faults of earlier attempts.
     """
 
     samples: NDArray[np.float32]
@@ -58,12 +57,14 @@ class Capture:
     def measured(
         cls, samples: NDArray[np.float32], full_scale: float = 1.0, **about: Any
     ) -> Capture:
-        """Return a take of samples (n,), with its peak and its count of clipped samples."""
+        """Return a take of samples (n,) with its peak and its number of clipped samples.
+
+        `about` are further fields; `clipped` replaces the number of samples at `full_scale`.
+        """
         peak = float(np.abs(samples).max())
+        facts = {"clipped": int(np.count_nonzero(np.abs(samples) >= full_scale))} | about
         return cls(
-            np.clip(samples, -1.0, 1.0),
-            peak_dbfs=20 * float(np.log10(max(peak, 1e-10))),
-            **{"clipped": int(np.count_nonzero(np.abs(samples) >= full_scale)), **about},
+            np.clip(samples, -1.0, 1.0), peak_dbfs=20 * float(np.log10(max(peak, 1e-10))), **facts
         )
 
     @property
@@ -72,7 +73,7 @@ class Capture:
         return len(self.doubts) + 1
 
     def labels(self) -> dict[str, str]:
-        """Return its cells in recordings.csv, by column."""
+        """Return the cells of the take in recordings.csv by column."""
         names = ("latency_samples", "arrival_samples", "clipped", "xruns", "attempts", "time")
         cells = {name: str(getattr(self, name)) for name in names}
         return {**cells, "peak_dbfs": f"{self.peak_dbfs:.2f}"}

@@ -1,7 +1,7 @@
-"""Declared excitation -> the samples that are played, the same for the same declaration.
+"""Played samples of a declared excitation. Equal declarations give equal samples.
 
-All are float64 in [-1, 1] of full scale; a sound card gets them as float32. Fades are raised
-cosines, sin²(π t / 2 T) of the time t to the nearer end.
+Samples are float64 in [-1, 1] of full scale; a sound card gets them as float32. Fades are raised
+cosines: sin²(π t / 2 T), where t is the time to the nearer end and T the length of the fade.
 
 A logarithmic sweep has an energy density that falls by 3 dB per octave. The density of a linear
 sweep and of a maximum-length sequence is flat. At equal peak level the crest factor (peak over rms)
@@ -24,10 +24,10 @@ Real = NDArray[np.float64]
 
 @lru_cache(maxsize=32)
 def excitation_samples(declared: ExcitationSpec, sample_rate_hz: int) -> Real:
-    """Return the samples (n,) of an excitation, n = (length_s + silence_s) rate; do not write them.
+    """Return the samples (n,) of an excitation, n = (length_s + silence_s) rate.
 
-    Raises ValueError for a band that reaches beyond half the rate, and for a sound shorter than two
-    samples.
+    The array is read-only. Raises ValueError for a band that reaches beyond half the rate, and for
+    a sound shorter than two samples.
 
     >>> from ajgdata.acquire.excitation import excitation_samples
     >>> from ajgdata.types import LogSweep
@@ -51,7 +51,7 @@ def excitation_samples(declared: ExcitationSpec, sample_rate_hz: int) -> Real:
 
 
 def _faded(unit: Real, declared: Any, sample_rate_hz: int) -> Real:
-    """Return a sound of peak 1 at its level, with its fades."""
+    """Return a sound `unit` (n,) of peak 1 with its declared level and fades."""
     if not declared.fade_s:
         return np.asarray(declared.amplitude * unit)
     time = np.arange(len(unit)) / sample_rate_hz
@@ -60,19 +60,20 @@ def _faded(unit: Real, declared: Any, sample_rate_hz: int) -> Real:
 
 
 def _log_sweep(declared: LogSweep, count: int, rate: int) -> Real:
-    """A sweep with f(t) = low (high/low)^(t/T) and phase 2π low T/ln(high/low) (f(t)/low - 1).
+    """Return a sweep with f(t) = low (high/low)^(t/T), phase 2π low T/ln(high/low) (f(t)/low - 1).
 
     A. Farina, "Simultaneous measurement of impulse response and distortion with a swept-sine
     technique", 108th AES Convention (2000), equation 7.
     """
-    time, octaves = np.arange(count) / rate, np.log(declared.high_hz / declared.low_hz)
-    scale = 2 * np.pi * declared.low_hz * declared.length_s / octaves
-    phase = scale * np.expm1(time / declared.length_s * octaves)
+    time = np.arange(count) / rate
+    log_ratio = np.log(declared.high_hz / declared.low_hz)
+    scale = 2 * np.pi * declared.low_hz * declared.length_s / log_ratio
+    phase = scale * np.expm1(time / declared.length_s * log_ratio)
     return _faded(np.sin(phase), declared, rate)
 
 
 def _sequence(declared: MaximumLengthSequence, count: int, rate: int) -> Real:
-    """±1 with the circular autocorrelation N at 0 and -1 elsewhere, N = 2^order - 1.
+    """Return a sequence of ±1. Its circular autocorrelation is N at 0, else -1, N = 2^order - 1.
 
     D. Rife and J. Vanderkooy, "Transfer-function measurement with maximum-length sequences",
     J. Audio Eng. Soc. 37 (1989).

@@ -1,4 +1,4 @@
-"""The guided acquisition: plan, robot, sound card and operator, grasp by grasp."""
+"""The guided acquisition: robot, sound card and operator record a plan, grasp by grasp."""
 
 from __future__ import annotations
 
@@ -22,8 +22,10 @@ _CHOICES = (Choice.REDO, Choice.SKIP, Choice.QUIT)
 
 
 class AcquisitionOutcome(NamedTuple):
-    """Outcome of an acquisition: recordings written, grasps that are left because the operator
-    quit, and skipped grasps with the reason."""
+    """Numbers of written recordings and of remaining grasps, and skipped grasps with the reason.
+
+    Grasps remain if the operator quits.
+    """
 
     recorded: int
     left: int
@@ -31,7 +33,7 @@ class AcquisitionOutcome(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """A problem of a recording, which its column `doubt` shows. It cannot be kept if `fatal`."""
+    """A problem of a recording. A recording with a `fatal` problem cannot be kept."""
 
     text: str
     fatal: bool
@@ -41,8 +43,8 @@ class Problem(NamedTuple):
 class GuidedAcquisition:
     """Records the remaining grasps of a plan into a session.
 
-    `played` float32 (n,) is the excitation, `targets` are the columns of labels, `features` are
-    the settings of the feature that the recordings must give.
+    `played` float32 (n,) is the excitation. `targets` are the columns of labels. `features` are the
+    settings of the feature, for which the recordings are checked.
     """
 
     session: LiveSession
@@ -81,13 +83,15 @@ class GuidedAcquisition:
         attempt = self.session.begin(grasp)
         self._problems, self._reason = [], "skipped by the operator"
         try:
-            if error := self._record(grasp, attempt):
-                complete = len(self.session.whole(grasp)) == grasp.samples  # it failed afterwards
-                return self._decide(str(error), complete)
+            error = self._record(grasp, attempt)
+            if error is not None:
+                # A complete grasp may be kept: the error came after its last recording.
+                is_complete = len(self.session.whole(grasp)) == grasp.samples
+                return self._decide(str(error), is_complete)
             return self._judge(grasp, attempt)
         except OperatorDecision as decision:
             return decision.choice
-        except BaseException as error:  # a card that is gone, Ctrl-C, a full disk
+        except BaseException as error:  # for example an unplugged card, Ctrl-C, a full disk
             self._drop_partial(grasp)
             if isinstance(error, CardError):
                 fix = f"{error.fix}; recordings are kept: run the same command again to resume"
@@ -95,7 +99,7 @@ class GuidedAcquisition:
             raise
 
     def _record(self, grasp: PlannedGrasp, attempt: int) -> TakeError | RobotError | None:
-        """Record one attempt; return an error about which the operator can decide."""
+        """Record one attempt; return an error on which the operator can decide, or None."""
         protocol = self.protocol
         place = RobotGrasp(grasp_id(grasp, attempt), grasp.object, grasp.number, protocol.force_n)
 
@@ -114,18 +118,23 @@ class GuidedAcquisition:
         return None
 
     def _take(self, grasp: PlannedGrasp, attempt: int, sample: int, force_n: str) -> None:
-        """Record one sample; targets without a value get an empty cell, to be filled in by hand."""
+        """Record one sample. Targets without a value get an empty cell, for a person to fill in."""
         capture = self.card.take(self.played)
-        usual = self._usual_dbfs(grasp)
+        usual_dbfs = self._usual_dbfs(grasp)
         problems = self._check(capture)
         self._problems += problems
         texts = [problem.text for problem in problems]
-        empty = dict.fromkeys(sorted(set(self.targets) - set(grasp.targets)), "")
-        labels = {**empty, "force_reached_n": force_n, **capture.labels(), DOUBT: "; ".join(texts)}
+        without_value = sorted(set(self.targets) - set(grasp.targets))
+        labels = {
+            **dict.fromkeys(without_value, ""),
+            "force_reached_n": force_n,
+            **capture.labels(),
+            DOUBT: "; ".join(texts),
+        }
         quality = REJECTED if problems else "ok"
         self.session.record(grasp, attempt, sample, capture.samples, quality=quality, labels=labels)
         self._recorded += 1
-        self.operator.show(capture.peak_dbfs, usual, texts, capture.doubts)
+        self.operator.show(capture.peak_dbfs, usual_dbfs, texts, capture.doubts)
 
     def _check(self, capture: Capture) -> list[Problem]:
         """Return the problems that `ajgdata check` would report, and samples at full scale."""
@@ -142,7 +151,7 @@ class GuidedAcquisition:
         return problems
 
     def _judge(self, grasp: PlannedGrasp, attempt: int) -> Choice:
-        """Accept a grasp without problems, else let the operator decide."""
+        """Keep a grasp without problems; otherwise the operator decides."""
         if not self._problems:
             return Choice.KEEP
         text = "; ".join(dict.fromkeys(problem.text for problem in self._problems))
@@ -153,18 +162,22 @@ class GuidedAcquisition:
         return choice
 
     def _decide(self, problem: str, may_keep: bool) -> Choice:
-        """Let the operator decide; the problem is the reason if the grasp is skipped."""
+        """Return the decision of the operator. The problem is the reason of a skipped grasp."""
         self._reason = problem
-        return self.operator.decide(problem, (Choice.KEEP, *_CHOICES) if may_keep else _CHOICES)
+        choices = (Choice.KEEP, *_CHOICES) if may_keep else _CHOICES
+        return self.operator.decide(problem, choices)
 
     def _usual_dbfs(self, grasp: PlannedGrasp) -> float | None:
         """Return the median peak of the object's good recordings; None if there are none."""
+        same_object = [
+            row
+            for row in self.session.recordings
+            if row.object == grasp.object and row.labels.get(REFERENCE, "") == grasp.reference
+        ]
         peaks = [
             float(row.labels["peak_dbfs"])
-            for row in self.session.recordings
-            if (row.object, row.labels.get(REFERENCE, "")) == (grasp.object, grasp.reference)
-            and row.quality == "ok"
-            and row.labels.get("peak_dbfs")
+            for row in same_object
+            if row.quality == "ok" and row.labels.get("peak_dbfs")
         ]
         return float(np.median(peaks)) if peaks else None
 

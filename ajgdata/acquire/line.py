@@ -1,9 +1,9 @@
-"""The line to a sound card: one duplex stream of PortAudio, in a process of its own.
+"""The line to a sound card: one duplex stream of PortAudio in a separate process.
 
 A busy interpreter loses frames, and a driver may hang or crash if its card is unplugged. The
-process of the robot must survive both. Little that a driver reports is reliable (JACK's latency has
-been hours, status flags may be missing), so frames are counted here, and `acquire.markers` detects
-lost ones in the recorded sound.
+process that moves the robot must survive both. Reports of drivers are not reliable: JACK has
+reported a latency of hours, and status flags may be missing. This module therefore counts the
+frames, and `acquire.markers` detects lost frames in the recorded sound.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from numpy.typing import NDArray
 from ajgdata.acquire.card import CardError, CardSettings
 from ajgdata.types import DataError
 
-#: Seconds without a frame after which a stream is dead.
+#: A stream without a frame for this many seconds has failed.
 STALLED_S = 3.0
-#: A stream that is slower than its rate by this factor is dead.
+#: A stream that is slower than its rate by this factor has failed.
 SLOWEST = 4.0
-#: Time limit of a process that imports, and of a driver that searches for devices.
+#: Seconds for the process to start, and for the driver to search for devices.
 OPEN_S = 30.0
-#: Time that the process may need in addition to its own limit.
+#: Seconds that the process may need in addition to the limits of the stream.
 SLACK_S = 5.0
 FLAGS = ("input_overflow", "input_underflow", "output_overflow", "output_underflow")
-#: Largest deviation from the requested rate; no crystal is off by more.
+#: Largest relative deviation from the requested rate. The deviation of crystals is far smaller.
 RATE_TOLERANCE = 1e-3
 
 #: Samples float32 (frames,) of the microphone, and the reports of the driver.
@@ -46,7 +46,7 @@ class PortAudioLine:
     """
 
     def __init__(self, settings: CardSettings | None) -> None:
-        context = multiprocessing.get_context("spawn")  # forking would copy threads in any state
+        context = multiprocessing.get_context("spawn")  # a fork would copy locks held by threads
         self._name = settings.device if settings else "PortAudio"
         self._rate_hz = settings.sample_rate_hz if settings else 0
         self._connection, child = context.Pipe()
@@ -99,11 +99,11 @@ def list_devices() -> list[dict[str, Any]]:
 
 
 def _serve(connection: Connection, settings: Mapping[str, Any] | None) -> None:
-    """Open the stream of `settings` and play what is requested, until the parent ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent
+    """Open the stream of `settings` and play the requested sounds, until the parent ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
     threading.Thread(target=_end_with_parent, daemon=True).start()
     null = os.open(os.devnull, os.O_WRONLY)
-    for stream in (1, 2):  # drivers print
+    for stream in (1, 2):  # drivers print to standard output and standard error
         os.dup2(null, stream)
     try:
         portaudio = load_portaudio()
@@ -177,36 +177,44 @@ def find_device(portaudio: Any, name: str) -> tuple[int, dict[str, Any]]:
 
 
 class _Job(NamedTuple):
+    """A sound (n,) to play, the buffer (frames,) to record into, and the number of frames done."""
+
     sound: NDArray[np.float32]
     buffer: NDArray[np.float32]
-    at: int
+    position: int
 
 
 class Duplex:
-    """An open stream: plays one sound at a time and records meanwhile.
+    """An open stream, which plays one sound at a time and records at the same time.
 
     `settings` are those of acquire.card.CardSettings; `portaudio` is the module sounddevice.
     Raises DataError, in one line, for a device that is missing or refuses the settings.
     """
 
     def __init__(self, portaudio: Any, settings: Mapping[str, Any]) -> None:
-        self._name, self._rate_hz = settings["device"], settings["sample_rate_hz"]
-        self._output, self._input = settings["output_channel"], settings["microphone"]
+        self._name = settings["device"]
+        self._rate_hz = settings["sample_rate_hz"]
+        self._output = settings["output_channel"]
+        self._input = settings["microphone"]
         self._job: _Job | None = None
         self._done = threading.Event()
         self._frames = 0
         self._flags: list[str] = []
         index, self._device = find_device(portaudio, self._name)
         self._version = portaudio.get_portaudio_version()[1]
-        for number, direction in ((self._output, "outputs"), (self._input, "inputs")):
-            if number > self._device[direction]:
-                option = "--output-channel" if direction == "outputs" else "--microphone"
-                fix = f"change {option}, or use one device that has inputs and outputs"
-                problem = f"{option} {number} of {self._device[direction]} {direction}"
-                raise DataError(self._name, problem, fix)
+        self._check_channel("--output-channel", self._output, "outputs")
+        self._check_channel("--microphone", self._input, "inputs")
         self._stream = self._open(portaudio, index)
 
+    def _check_channel(self, option: str, number: int, channels: str) -> None:
+        """Raise DataError if the device has fewer `channels` (inputs or outputs) than `number`."""
+        count = self._device[channels]
+        if number > count:
+            fix = f"change {option}, or use one device that has inputs and outputs"
+            raise DataError(self._name, f"{option} {number} of {count} {channels}", fix)
+
     def _open(self, portaudio: Any, index: int) -> Any:
+        """Return the started stream of the device with number `index`."""
         try:
             stream = portaudio.Stream(
                 samplerate=self._rate_hz,
@@ -235,7 +243,10 @@ class Duplex:
         return {"api": self._device["api"], "driver": self._version}
 
     def play(self, sound: NDArray[np.float32], frames: int) -> Recorded:
-        """Play `sound` (n,) and record `frames` samples. DataError when frames no longer come."""
+        """Play `sound` (n,) and record `frames` samples.
+
+        Raises DataError if the stream stops.
+        """
         self._flags.clear()
         self._done.clear()
         buffer = np.zeros(frames, dtype=np.float32)
@@ -244,13 +255,15 @@ class Duplex:
         return buffer, tuple(self._flags)
 
     def _wait(self) -> None:
-        """Wait until the job is done, as long as frames come."""
-        seen, seen_at = self._frames, time.monotonic()
+        """Wait until the job is done. Raises DataError if the stream stops before."""
+        frames = self._frames
+        last_change = time.monotonic()
         while not self._done.wait(0.05):
             now = time.monotonic()
-            if self._frames != seen:
-                seen, seen_at = self._frames, now
-            if not self._stream.active or now - seen_at > STALLED_S:
+            if self._frames != frames:
+                frames = self._frames
+                last_change = now
+            if not self._stream.active or now - last_change > STALLED_S:
                 self._job = None
                 if not self._frames:
                     problem = f"the driver did not request sound within {STALLED_S:.0f} s"
@@ -260,17 +273,23 @@ class Duplex:
     def _callback(
         self, recorded: NDArray, played: NDArray, frames: int, _times: object, status: Any
     ) -> None:
-        """Play the next frames and store the recorded ones, without waiting or allocating while
-        nothing is recorded."""
+        """Play the next frames (frames, outputs) and store the recorded ones (frames, inputs).
+
+        PortAudio calls this for each block. Without a job, it neither waits nor allocates.
+        """
         played.fill(0)
-        if (job := self._job) is not None:
-            self._flags += [flag for flag in FLAGS if getattr(status, flag)] if status else []
-            part = job.sound[job.at : job.at + frames]
-            played[: len(part), self._output - 1] = part
-            room = job.buffer[job.at : job.at + frames]
-            room[:] = recorded[: len(room), self._input - 1]
-            is_unfinished = job.at + frames < len(job.buffer)
-            self._job = job._replace(at=job.at + frames) if is_unfinished else None
-            if not is_unfinished:
+        job = self._job
+        if job is not None:
+            if status:
+                self._flags += [flag for flag in FLAGS if getattr(status, flag)]
+            end = job.position + frames
+            sound = job.sound[job.position : end]
+            played[: len(sound), self._output - 1] = sound
+            buffer = job.buffer[job.position : end]
+            buffer[:] = recorded[: len(buffer), self._input - 1]
+            if end < len(job.buffer):
+                self._job = job._replace(position=end)
+            else:
+                self._job = None
                 self._done.set()
         self._frames += frames

@@ -1,8 +1,8 @@
-"""A session of a real gripper on disk: recordings stay, however the acquisition ends.
+"""A session of a real gripper on disk. Its recordings stay, however the acquisition ends.
 
-They cannot be recorded again. So session.yaml exists from the start, the table is written after
-each recording, no recording is overwritten, and an incomplete grasp is rejected and recorded again
-under another id. One process at a time records into a session, always with the same setup.
+Nobody can record them again. Therefore session.yaml exists from the start, the table is written
+after each recording, and no recording is overwritten. An incomplete grasp is rejected and recorded
+again under another id. One process at a time records into a session, always with the same setup.
 """
 
 from __future__ import annotations
@@ -51,9 +51,9 @@ class LiveSession:
 
     @property
     def recordings(self) -> list[Recording]:
-        """Every row of the table, which may be edited by hand during the session.
+        """Rows of the table, which a person may edit during the session.
 
-        Raises DataError for an invalid row: writing would lose it.
+        Raises DataError for an invalid row, because writing the table would lose it.
         """
         rows, findings = read_recordings(self.folder)
         if findings:
@@ -70,9 +70,13 @@ class LiveSession:
     @property
     def latency_samples(self) -> int | None:
         """Latency of its first recording; None without recordings."""
-        rows = [row for row in self.recordings if row.labels.get("latency_samples", "").isdecimal()]
-        first = min(rows, key=lambda row: row.labels.get("time", ""), default=None)
-        return None if first is None else int(first.labels["latency_samples"])
+        measured = [
+            row for row in self.recordings if row.labels.get("latency_samples", "").isdecimal()
+        ]
+        if not measured:
+            return None
+        first = min(measured, key=lambda row: row.labels.get("time", ""))
+        return int(first.labels["latency_samples"])
 
     @property
     def skipped(self) -> Mapping[str, str]:
@@ -82,7 +86,7 @@ class LiveSession:
     def begin(self, grasp: PlannedGrasp) -> int:
         """Return the number of the next attempt at `grasp`, and reject earlier attempts.
 
-        A file that a killed acquisition wrote and did not enter into the table is removed.
+        A file that a killed acquisition wrote, but did not enter into the table, is removed.
         """
         self.reject(grasp)
         number = next_attempt(grasp, self.recordings)
@@ -103,18 +107,21 @@ class LiveSession:
         quality: str,
         labels: Mapping[str, str],
     ) -> None:
-        """Write one recording (n,) in [-1, 1] and its row. DataError if the file exists."""
+        """Write one recording (n,) in [-1, 1] and its row. Raises DataError if the file exists."""
         row = self._planned(grasp, attempt)[sample]
         path = self.folder / row.file
         if path.exists():
             raise DataError(path, "exists already", "move it away; nothing is overwritten")
         write_pcm24(path, samples, self._rate_hz, self._comment)
-        changes = {"quality": quality, "labels": {**row.labels, **labels}}
-        row = row.model_copy(update={**changes, "sha256": file_sha256(path)})
-        write_recordings(self.folder, [*self.recordings, row])
+        update = {
+            "quality": quality,
+            "labels": {**row.labels, **labels},
+            "sha256": file_sha256(path),
+        }
+        write_recordings(self.folder, [*self.recordings, row.model_copy(update=update)])
 
     def accept(self, grasp: PlannedGrasp, attempt: int) -> None:
-        """Accept the recordings of one attempt, also clipped ones."""
+        """Accept the recordings of one attempt, including clipped ones."""
 
         def accepted(row: Recording) -> Recording:
             if row.labels[ATTEMPT] != str(attempt):
@@ -152,10 +159,11 @@ class LiveSession:
         write_session(self.folder, session, self.recordings)
 
     def _change(self, grasp: PlannedGrasp, change: Callable[[Recording], Recording]) -> None:
+        """Change the rows of a grasp."""
         rows = self.recordings
-        mine = [change(row) if row.labels.get(PLANNED) == grasp.name else row for row in rows]
-        if mine != rows:
-            write_recordings(self.folder, mine)
+        changed = [change(row) if row.labels.get(PLANNED) == grasp.name else row for row in rows]
+        if changed != rows:
+            write_recordings(self.folder, changed)
 
     def _planned(self, grasp: PlannedGrasp, attempt: int) -> list[Recording]:
         """Return a row for each sample of an attempt."""
@@ -198,12 +206,12 @@ def live_session(
     plan: Mapping[str, Any],
     about: Mapping[str, str],
 ) -> Iterator[LiveSession]:
-    """Yield the session at `folder`, created if missing, and mark it finished at the end. A
-    session without recordings is then removed.
+    """Yield the session at `folder`, and mark it finished at the end.
 
-    Its setup is `plan`, the card and the excitation of `spec`; `about` has gripper, medium and
-    source for session.yaml, of which `source` is required. Raises DataError if another process
-    records into it, or if it was recorded with another setup.
+    A missing session is created. At the end, a session without recordings is removed. The setup
+    consists of `plan`, the card and the excitation of `spec`. `about` has gripper, medium and
+    source for session.yaml; `source` is required. Raises DataError if another process records into
+    the session, or if the session was recorded with another setup.
     """
     sound = excitation_of(spec)
     setup = {
@@ -213,7 +221,7 @@ def live_session(
         "excitation_sha256": sha256_of(pcm24_bytes(sound, card.sample_rate_hz)),
     }
     with recording_alone(folder):
-        _discard_if_empty(folder)  # its setup may have been another one
+        _discard_if_empty(folder)  # an empty session may have another setup
         if not folder.exists():
             _create(folder, spec, card, setup, about)
         session = LiveSession(folder, _checked_setup(folder, setup))
@@ -232,7 +240,7 @@ def _create(
     setup: Mapping[str, Any],
     about: Mapping[str, Any],
 ) -> None:
-    """Write a session without recordings, in one step."""
+    """Write a session without recordings. The folder appears when it is complete."""
     sound = excitation_of(spec)
     with replacing_folder(folder) as new:
         (new / AUDIO_FOLDER).mkdir()
@@ -258,31 +266,35 @@ def _create(
 
 
 def _discard_if_empty(folder: Path) -> bool:
-    """Remove a session of a sound card that has no recording, in one step; True if it was."""
+    """Remove the session if it is of a sound card and has no recording; return whether it was.
+
+    The folder is renamed first, so that no incomplete session remains.
+    """
     if not (folder / SESSION_FILE).is_file() or any((folder / AUDIO_FOLDER).glob("[!.]*")):
         return False
     if read_session(folder).acquisition is None or read_recordings(folder)[0]:
         return False
     hidden = folder.with_name(f".{folder.name}.empty")
-    shutil.rmtree(hidden, ignore_errors=True)  # of a killed process
+    shutil.rmtree(hidden, ignore_errors=True)  # a killed process may have left it
     folder.rename(hidden)
     shutil.rmtree(hidden)
     return True
 
 
 def _checked_setup(folder: Path, setup: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the stored setup of a session, whose hash is that of its first recordings.
+    """Return the stored setup of a session. Recordings have the hash of this setup.
 
-    Raises DataError, with the differing keys, if it is not `setup`.
+    Raises DataError with the differing keys if it is not `setup`.
     """
     session = read_session(folder)
     known = session.acquisition
     fix = "record into another --session"
     if known is None:
         raise DataError(folder, "was not recorded by `ajgdata record --device`", fix)
-    now = json.loads(json.dumps(setup))
+    present = json.loads(json.dumps(setup))
     stored = _renamed_keys(known.setup)
-    if differing := [key for key in now if now[key] != stored.get(key)]:
+    differing = [key for key in present if present[key] != stored.get(key)]
+    if differing:
         problem = f"was recorded with another setup: {', '.join(differing)}"
         raise DataError(folder, problem, f"restore that, or {fix}")
     if session.excitation is not None:
@@ -293,8 +305,10 @@ def _checked_setup(folder: Path, setup: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def recorded_microphone(session: Session) -> int | None:
-    """Return the input of the sound card that recorded a session; None for a session of files or of
-    the virtual gripper."""
+    """Return the number of the microphone that recorded a session.
+
+    It is None for imported files and for the virtual gripper.
+    """
     if session.acquisition is None or session.is_simulated:
         return None
     microphone = _renamed_keys(session.acquisition.setup)["device"].get("microphone")

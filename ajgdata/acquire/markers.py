@@ -1,8 +1,8 @@
-"""Marker chirps before and after a sound: where it arrived, and if frames were lost on the way.
+"""Marker chirps before and after a sound measure its latency and the number of lost frames.
 
-Drivers do not report every frame they lose. Whatever is lost, or played twice, between two equal
-chirps changes the distance between them, and both pass through the same gripper, so that its
-response does not matter.
+Drivers do not report every lost frame. A frame that is lost, or played twice, between two equal
+chirps changes the distance between them. Both chirps pass through the same gripper, so its response
+does not change this distance.
 """
 
 from __future__ import annotations
@@ -14,26 +14,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 MARKER_S = 0.02
-#: Silence on both sides of the sound: the gripper has died away before what comes next.
+#: Silence on both sides of the sound, in which the response of the gripper dies away.
 GAP_S = 0.05
-#: Most frames that may be lost and still be counted; more leave the second marker unfound.
+#: Largest number of lost frames that can be counted: beyond it, the second marker is not found.
 MAX_LOST_FRAMES = 8_192
 #: Samples of a marker's compressed response that are compared; they fit into the gap.
 RESPONSE = 2_048
-#: Likeness of the two markers below which they are not the same sound. Noise alone reaches 0.4: the
-#: largest of 2 MAX_LOST_FRAMES correlations of some 400 independent values each.
+#: Two markers are the same sound if their likeness is above this value. Noise alone reaches 0.4,
+#: the largest of 2 MAX_LOST_FRAMES correlations of about 400 independent values each.
 ALIKE = 0.5
-#: Part of its peak at which a compressed marker begins, well between two samples of a marker's own.
+#: A compressed marker begins at this part of its peak.
 ONSET = 0.35
-#: Part of the largest energy below which there is nothing to be alike.
+#: Parts of a recording with less than this share of the largest energy have no likeness.
 QUIET_SHARE = 1e-9
 
 
 @dataclass(frozen=True)
 class Framed:
-    """A sound between markers: `sound` (m,) is marker, gap, played, gap and tail, marker.
+    """A sound between markers: `sound` (m,) is marker, gap, played sound, gap and tail, marker.
 
-    `start` is where the played sound begins, `second` where the second marker does.
+    `start` is the index of the played sound, and `second` the index of the second marker.
     """
 
     sound: NDArray[np.float32]
@@ -43,8 +43,12 @@ class Framed:
 
 
 class Arrival(NamedTuple):
-    """Where a framed sound arrived: `latency_samples` after it was played, `lost` frames fewer
-    between its markers than were played (negative: more), and how much alike they are, 0 to 1."""
+    """Arrival of a framed sound in a recording.
+
+    `latency_samples` is the delay of the first marker. `lost` is the number of frames that are
+    missing between the markers (negative: additional frames). `likeness` of the markers is between
+    0 and 1.
+    """
 
     latency_samples: int
     lost: int
@@ -52,9 +56,9 @@ class Arrival(NamedTuple):
 
 
 def framed(played: NDArray[Any], sample_rate_hz: int, tail: int = 0) -> Framed:
-    """Return `played` (n,), and `tail` samples of silence after it, between two markers.
+    """Return `played` (n,), followed by `tail` samples of silence, between two markers.
 
-    The markers are as loud as `played`: what does not clip in it does not clip in them.
+    The markers have the peak of `played`, so they do not clip if `played` does not clip.
     """
     level = float(np.abs(played).max(initial=0.0))
     marker = _marker(sample_rate_hz) * level
@@ -66,15 +70,18 @@ def framed(played: NDArray[Any], sample_rate_hz: int, tail: int = 0) -> Framed:
 
 
 def arrival(recorded: NDArray[Any], sound: Framed) -> Arrival:
-    """Return where `sound` arrived in `recorded` (n,), which began with it; silence: nowhere."""
+    """Return the arrival of `sound` in `recorded` (n,), which began when the sound was played.
+
+    The likeness is 0 if there is no sound.
+    """
     from scipy.signal import correlate  # half a second
 
     if len(recorded) < len(sound.sound) or not np.any(recorded) or not np.any(sound.marker):
         return Arrival(0, 0, 0.0)
-    # A compressed marker begins before it arrives: there is room for that, whatever the latency.
+    # A compressed marker begins before its arrival: the zeros make room for a latency of 0.
     recorded = np.concatenate([np.zeros(RESPONSE), recorded])
     coarse = int(np.argmax(np.abs(correlate(recorded, sound.sound, "valid", "fft"))))
-    # What is found of one marker must not be found again for the other, however short the sound.
+    # The ranges in which the two markers are searched must not overlap for a short sound.
     reach = min(MAX_LOST_FRAMES, (sound.second - RESPONSE - len(sound.marker)) // 2)
     begin, first = _compressed(recorded, sound.marker, coarse, reach)
     onset = _onset(first[: coarse - begin + reach])
@@ -87,7 +94,7 @@ def arrival(recorded: NDArray[Any], sound: Framed) -> Arrival:
         return Arrival(latency, 0, 0.0)
     match = correlate(second, template, "valid", "fft")
     energy = correlate(second**2, np.ones(len(template)), "valid", "fft")
-    # Alike is what has the same shape: the sweep itself, in a resonance, may well be louder.
+    # Likeness compares shapes, because the sweep can be louder than a marker at a resonance.
     norm = np.sqrt(np.maximum(energy, QUIET_SHARE * energy.max()) * np.sum(template**2))
     alike = match / norm if norm.all() else np.zeros(len(match))
     best = int(np.argmax(alike))
@@ -96,8 +103,11 @@ def arrival(recorded: NDArray[Any], sound: Framed) -> Arrival:
 
 
 def _onset(compressed: NDArray[np.float64]) -> int:
-    """Return where a compressed marker begins: objects change its peak, by milliseconds, and hardly
-    the way that sound arrives by first."""
+    """Return the index at which a compressed marker begins.
+
+    An object moves the peak by milliseconds, but hardly changes the beginning, which is the sound
+    on the fastest path.
+    """
     strength = np.abs(compressed)
     peak = int(np.argmax(strength))
     before = max(peak - RESPONSE // 2, 0)
@@ -107,7 +117,7 @@ def _onset(compressed: NDArray[np.float64]) -> int:
 def _compressed(
     recorded: NDArray[np.float64], marker: NDArray[np.float64], at: int, reach: int
 ) -> tuple[int, NDArray[np.float64]]:
-    """Return the correlation of `recorded` with the marker around `at`, and where it begins."""
+    """Return the first index of a part around `at`, and its correlation with the marker."""
     from scipy.signal import correlate
 
     begin = max(at - reach, 0)

@@ -1,6 +1,6 @@
 """The operator of an acquisition: a person at a terminal, or nobody.
 
-Plain lines in, plain lines out, so that SSH and pipes are enough.
+Prompts and answers are plain lines, so the terminal can be an SSH connection or a pipe.
 """
 
 from __future__ import annotations
@@ -67,8 +67,8 @@ class Operator:
         problems: Sequence[str],
         repeated: Sequence[str],
     ) -> None:
-        """Print the peak of a recording, the usual peak of its object, and why earlier takes of it
-        were repeated. It is red if there are problems."""
+        """Print the peak of a recording, the usual peak of its object, and the reasons of repeated
+        takes. The peak is red if there are problems."""
         for reason in repeated:
             self._print(f"  [yellow]repeated[/yellow] {escape(reason)}")
         colour = "red" if problems else "green"

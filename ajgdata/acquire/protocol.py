@@ -1,4 +1,4 @@
-"""Protocol -> planned grasps, and the remaining ones. Pure: it opens no file."""
+"""Planned and remaining grasps of a protocol. This module opens no file."""
 
 from __future__ import annotations
 
@@ -31,15 +31,14 @@ class PlannedGrasp:
 def plan_protocol(protocol: GraspProtocol, session: str) -> list[PlannedGrasp]:
     """Return every grasp of a session, in order.
 
-    Each round holds each object once, so that the day's drift does not look like an object, and a
-    session that ends early has as many grasps of each. The random order is drawn from the
-    protocol's seed and the session's name.
+    Each round has each object once. Slow drift then affects all objects equally, and a session that
+    ends early has as many grasps of each object. The random order is drawn from the protocol's seed
+    and the session's name.
     """
     generator = np.random.default_rng([protocol.seed, *session.encode()])
-    rounds = range(1, protocol.grasps_per_object + 1)
     width = max(2, len(str(protocol.grasps_per_object)))
     grasps = []
-    for number in rounds:
+    for number in range(1, protocol.grasps_per_object + 1):
         order = np.arange(len(protocol.objects))
         if protocol.order == "random":
             order = generator.permutation(len(protocol.objects))
@@ -91,11 +90,11 @@ def remaining(
 
 
 def next_attempt(grasp: PlannedGrasp, recordings: Collection[Recording]) -> int:
-    """Return the number of the attempt that comes after every one in `recordings`."""
+    """Return the number of the attempt after all attempts in `recordings`."""
     numbers = (int(r.labels[ATTEMPT]) for r in recordings if r.labels.get(PLANNED) == grasp.name)
     return 1 + max(numbers, default=0)
 
 
 def grasp_id(grasp: PlannedGrasp, attempt: int) -> str:
-    """Return the identity of one attempt at a grasp; the first one has the grasp's name."""
+    """Return the identity of one attempt at a grasp. The first attempt has the grasp's name."""
     return grasp.name if attempt == 1 else f"{grasp.name}-{attempt}"

@@ -1,4 +1,4 @@
-"""Recipe -> grasps. Pure: the recordings of a virtual session and their seeds."""
+"""Grasps of a recipe, with the scene and the seed of each. This module opens no file."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from ajgdata.gripper.variation import Variation
 from ajgdata.types import DEFAULT_EXCITATION, ExcitationSpec, NotPossibleError, Recipe, RecipeObject
 from ajgdata.types.recipe import EMPTY
 
-#: Stands for the session of grasps that belong to none.
+#: Session of grasps that are not in the recipe.
 NEW = "new"
 
 
 @dataclass(frozen=True)
 class RecipeGrasp:
-    """One grasp of one object, and how often it is recorded.
+    """One grasp of one object, with `samples` recordings.
 
-    `placement_id` is "" for a reference, for which no object is placed.
-    `setup` is its scene, as keys of gripper.Scene; `digest` identifies what its recordings follow
-    from, so that no recording is simulated twice.
+    `placement_id` is "" for a reference, for which no object is placed. `setup` is the scene, as
+    keys of gripper.Scene. `digest` is a hash of all inputs of the recordings: a recording with the
+    same digest is not simulated again.
     """
 
     grasp_id: str
@@ -37,33 +37,39 @@ class RecipeGrasp:
     digest: str
 
     def recording_id(self, sample: int) -> str:
-        """Return the name of one of its recordings; `sample` counts from 0."""
+        """Return the name of a recording; `sample` counts from 0."""
         return f"{self.grasp_id}_{sample + 1}"
 
 
 class _Session(NamedTuple):
-    drawn: str  #: the name that its grasps are drawn by
-    variant: str  #: "" if the recipe has none
+    """The name from which the grasps of a session are drawn, and its variant ("": none)."""
+
+    drawn: str
+    variant: str
 
 
 def _sessions(recipe: Recipe) -> dict[str, _Session]:
-    numbers = [f"{number:02d}" for number in range(1, recipe.sessions + 1)]
-    return {
-        name: _Session(f"virtual-{number}" if recipe.same_grasps else name, variant)
-        for variant in recipe.variants or [""]
-        for number in numbers
-        for name in [f"virtual-{variant}-{number}" if variant else f"virtual-{number}"]
-    }
+    """Return the sessions of a recipe by name."""
+    sessions = {}
+    for variant in recipe.variants or [""]:
+        for number in range(1, recipe.sessions + 1):
+            without_variant = f"virtual-{number:02d}"
+            name = f"virtual-{variant}-{number:02d}" if variant else without_variant
+            drawn = without_variant if recipe.same_grasps else name
+            sessions[name] = _Session(drawn, variant)
+    return sessions
 
 
 def session_names(recipe: Recipe | None) -> list[str]:
-    """Return names of the sessions of a recipe, which more sessions do not change; none without a
-    recipe."""
+    """Return the names of the sessions of a recipe; none without a recipe.
+
+    A larger number of sessions adds names, and changes no name.
+    """
     return list(_sessions(recipe)) if recipe else []
 
 
 def recipe_hash(recipe: Recipe, session: str, played: ExcitationSpec) -> str:
-    """Return the hash of all settings that one session of a recipe follows from."""
+    """Return the hash of all settings that decide one session of a recipe."""
     settings = recipe.model_dump(mode="json", exclude={"sessions", "variants"})
     settings["variant"] = recipe.variants.get(_sessions(recipe)[session].variant, {})
     return _digest({**settings, "excitation": played.model_dump(mode="json")})
@@ -78,40 +84,48 @@ def plan_session(
 ) -> list[RecipeGrasp]:
     """Return every grasp of one session: references first, then the objects in the recipe's order.
 
-    Each grasp draws from its own seed, derived from (recipe seed, data set or `grasps_of`, session,
-    object, number): a new object or grasp changes no other, except later ones in a bed with memory.
-    Variants share their seeds unless each draws its own grasps. `code` is the hash of the gripper's
-    sources; with scene, signal chain and excitation (unless it is the default) it makes the digest,
-    so that changed physics is simulated again. Drawn settings are also labels of the recording.
-    Raises ValidationError for an invalid variation.
+    Each grasp has its own seed, derived from (recipe seed, data set or `grasps_of`, session,
+    object, number). A new object or grasp therefore changes no other grasp, except later grasps in
+    a bed with memory. Variants share their seeds unless each draws its own grasps. Drawn settings
+    are also labels of the recording.
+
+    `code` is the hash of the gripper's sources. The digest of a grasp follows from it, the scene,
+    the signal chain, and an excitation other than the default, so changed physics is simulated
+    again. Raises ValidationError for an invalid variation.
     """
-    drawn_by, variant = _sessions(recipe)[session]
+    drawn, variant = _sessions(recipe)[session]
     scene = {**recipe.scene, **recipe.variants.get(variant, {})}
     sound = {} if played == DEFAULT_EXCITATION else {"excitation": played.model_dump(mode="json")}
-    names = (recipe.seed, recipe.grasps_of or dataset, drawn_by)
-    varied = _Varied.of(recipe, scene, *names)
+    names = (recipe.seed, recipe.grasps_of or dataset, drawn)
+    varied = _Varied.draw(recipe, scene, *names)
 
-    def planned(held: RecipeObject | None, number: int, before: int) -> RecipeGrasp:
+    grasps = []
+    for before, (held, number) in enumerate(_in_order(recipe)):
         name = held.name if held else ""
-        seed = derive_seed(*names, name, number)
-        setup = _setup(scene, recipe, held, seed)
-        grasp = setup["grasp"]
-        drawn = {key: grasp[key] for key in sorted(recipe.vary)} if held else {}
+        setup = _setup(scene, recipe, held, derive_seed(*names, name, number))
         placement = placement_number(recipe, number)
-        # The draw of a single placement has no number.
-        put_down = () if placements(recipe) == 1 else (placement,)
-        setup = varied.setup(setup, (*names, name, *put_down), names, before)
-        return RecipeGrasp(
-            grasp_id=f"{session}_{name or EMPTY}_{number:02d}",
-            placement_id=f"{session}_{name}_placement_{placement:02d}" if held else "",
-            object=name,
-            samples=recipe.samples_per_grasp,
-            targets={**drawn, **held.targets} if held else {},
-            setup=setup,
-            digest=_digest({"setup": setup, "signal": recipe.signal, "code": code, **sound}),
+        targets: dict[str, float | str] = {}
+        placement_id = ""
+        if held:
+            drawn_pose = {key: setup["grasp"][key] for key in sorted(recipe.vary)}
+            targets = {**drawn_pose, **held.targets}
+            placement_id = f"{session}_{name}_placement_{placement:02d}"
+        placement_names: tuple[str | int, ...] = (*names, name)
+        if placements(recipe) > 1:
+            placement_names = (*placement_names, placement)
+        setup = varied.setup(setup, placement_names, names, before)
+        grasps.append(
+            RecipeGrasp(
+                grasp_id=f"{session}_{name or EMPTY}_{number:02d}",
+                placement_id=placement_id,
+                object=name,
+                samples=recipe.samples_per_grasp,
+                targets=targets,
+                setup=setup,
+                digest=_digest({"setup": setup, "signal": recipe.signal, "code": code, **sound}),
+            )
         )
-
-    return [planned(*item, before) for before, item in enumerate(_in_order(recipe))]
+    return grasps
 
 
 def placements(recipe: Recipe) -> int:
@@ -128,7 +142,7 @@ def placement_number(recipe: Recipe, number: int) -> int:
 
 
 def _in_order(recipe: Recipe) -> Iterator[tuple[RecipeObject | None, int]]:
-    """What is grasped, and for which time, from first to last; None is nothing."""
+    """Yield the object and the number of each grasp in order; the object of a reference is None."""
     yield from ((None, number) for number in range(1, recipe.references + 1))
     numbers = range(1, recipe.grasps_per_object + 1)
     for placement in range(1, placements(recipe) + 1):
@@ -137,15 +151,18 @@ def _in_order(recipe: Recipe) -> Iterator[tuple[RecipeObject | None, int]]:
 
 
 class _Varied(NamedTuple):
-    """What a recipe's variation adds to the setups of one session; nothing if it has none."""
+    """The drawn variation of one session: gripper, and offsets of the session.
+
+    Without a variation, setups stay as they are.
+    """
 
     variation: Variation | None
     assembly: Mapping[str, Any]
     offsets: Mapping[str, Any]
 
     @classmethod
-    def of(cls, recipe: Recipe, scene: Mapping[str, Any], *names: str | int) -> _Varied:
-        """Draw gripper and session, which `names` stand for."""
+    def draw(cls, recipe: Recipe, scene: Mapping[str, Any], *names: str | int) -> _Varied:
+        """Draw the gripper and the session with these `names`, of which the last is the session."""
         if recipe.variation is None:
             return cls(None, {}, {})
         variation = Variation.model_validate(recipe.variation)
@@ -157,22 +174,27 @@ class _Varied(NamedTuple):
     def setup(
         self,
         setup: Mapping[str, Any],
-        put_down: tuple[str | int, ...],
-        bed: tuple[str | int, ...],
+        placement: tuple[str | int, ...],
+        session: tuple[str | int, ...],
         before: int,
     ) -> dict[str, Any]:
-        """Return `setup` with what differs, which it says itself excepted.
+        """Return `setup` with drawn values of the keys that it does not set.
 
-        `put_down` are names of the placement of its object, `bed` those of the history of the bed
-        and of the drift of the air, which `before` grasps went through.
+        `placement` are the names from which the placement of the object is drawn, `session` those
+        of the bed and the air. `before` is the number of earlier grasps in the session.
         """
         if self.variation is None:
             return dict(setup)
-        grasp = setup["grasp"]
-        placed = self.variation.placement(*put_down) if setup["object"] is not None else {}
-        nuisance = {"nuisance": self.variation.nuisance(grasp.get("nuisance", {}))}
-        state = {**self.variation.bed(before, *bed), **self.variation.air(before, *bed)}
-        grasp = {**placed, **state, **grasp, **nuisance}
+        placed = {}
+        if setup["object"] is not None:
+            placed = self.variation.placement(*placement)
+        grasp = {
+            **placed,
+            **self.variation.bed(before, *session),
+            **self.variation.air(before, *session),
+            **setup["grasp"],
+            "nuisance": self.variation.nuisance(setup["grasp"].get("nuisance", {})),
+        }
         assembly = {**self.assembly, **setup.get("assembly", {})}
         offsets = {**self.offsets, **setup.get("session", {})}
         return {**setup, "grasp": grasp, "assembly": assembly, "session": offsets}
@@ -181,12 +203,11 @@ class _Varied(NamedTuple):
 def new_setup(
     recipe: Recipe, name: str, pose_seed: int, seed: int, session: tuple[str | int, ...] = (NEW,)
 ) -> dict[str, Any]:
-    """Return the setup of a grasp of the object `name` ("": empty gripper), in the pose that
-    `pose_seed` draws, with the nuisances of `seed`.
+    """Return the setup of a new grasp of the object `name` ("": empty gripper).
 
-    `session` are names of a session outside the recipe; the bed is newly poured. Raises
-    NotPossibleError for an object that the recipe lacks, and for a recipe of variants, whose scenes
-    differ.
+    `pose_seed` draws the pose, and `seed` the nuisances. `session` are names of a session outside
+    the recipe, and the bed is newly poured. Raises NotPossibleError for an object that is not in
+    the recipe, and for a recipe of variants, whose scenes differ.
     """
     if recipe.variants:
         raise NotPossibleError("it needs a recipe without variants: new grasps are of one scene")
@@ -196,16 +217,17 @@ def new_setup(
         raise NotPossibleError(f"the recipe has no object {name!r}: it has {known}")
     setup = _setup(recipe.scene, recipe, held, pose_seed)
     setup = {**setup, "grasp": {**setup["grasp"], "seed": seed}}
-    varied = _Varied.of(recipe, recipe.scene, *session)
+    varied = _Varied.draw(recipe, recipe.scene, *session)
     return varied.setup(setup, (*session, pose_seed), (*session, seed), 0)
 
 
 def _setup(
     scene: Mapping[str, Any], recipe: Recipe, held: RecipeObject | None, seed: int
 ) -> dict[str, Any]:
-    """Setup of a grasp as it is meant: `scene` with what is held, and how."""
+    """Return the setup of a grasp without variation: `scene` with object, pose and seed."""
     fixed = scene.get("grasp", {})
-    fixed = fixed if isinstance(fixed, dict) else {}
+    if not isinstance(fixed, dict):
+        fixed = {}
     if held is None:
         return {**scene, "object": None, "grasp": {**fixed, "seed": seed}}
     generator = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""Robots: what moves the gripper, and the steps of one grasp in their order."""
+"""Robots that move the gripper, and the order of the steps of one grasp."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class RobotError(DataError):
 
 
 class Robot(Protocol):
-    """Moves the gripper."""
+    """Interface of a robot that moves the gripper."""
 
     def move(self, step: str, **about: Any) -> float | None:
         """Make one step, and return when it is done. Raises RobotError if it is impossible.
@@ -89,7 +89,7 @@ def grasp_once(
 
 
 class ManualRobot:
-    """A person, who confirms each grasp."""
+    """A person who moves the gripper by hand and confirms each grasp."""
 
     def __init__(self, confirm: Confirm) -> None:
         self._confirm = confirm
@@ -129,7 +129,8 @@ class CommandRobot:
 
     def move(self, step: str, **about: Any) -> float | None:
         """Run the program for a step; return the force (N) that it prints for `approach`."""
-        where, name = f"robot, {step}", self._program.command[0]
+        where = f"robot, {step}"
+        name = self._program.command[0]
         limit_s = self._program.timeout_s + about.get("seconds", 0.0)
         try:
             code, output, errors = self._run(json.dumps({"step": step, **about}), limit_s)
@@ -153,14 +154,18 @@ class CommandRobot:
 
     def _run(self, message: str, limit_s: float) -> tuple[int, str, str]:
         """Return exit code, standard output and standard error of the program."""
-        pipe = subprocess.PIPE
         with subprocess.Popen(
-            self._program.command, stdin=pipe, stdout=pipe, stderr=pipe, text=True,
-            errors="replace", start_new_session=True,
-        ) as process:  # fmt: skip
+            self._program.command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            start_new_session=True,
+        ) as process:
             try:
                 output, errors = process.communicate(message, timeout=limit_s)
-            except BaseException:  # the arm stops: its child processes are ended with it
+            except BaseException:  # the program and its child processes end, so the arm stops
                 with suppress(ProcessLookupError):
                     os.killpg(process.pid, signal.SIGKILL)
                 raise
@@ -168,5 +173,5 @@ class CommandRobot:
 
 
 def make_robot(program: RobotProgram | None, confirm: Confirm) -> Robot:
-    """Return the robot that runs `program`; None: a person, who gets requests by `confirm`."""
+    """Return the robot that runs `program`, or without one a person, whom `confirm` asks."""
     return ManualRobot(confirm) if program is None else CommandRobot(program)

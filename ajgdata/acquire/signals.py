@@ -1,4 +1,4 @@
-"""Signals that end a program: the first one ends it, then it cleans up undisturbed."""
+"""Signals that end a program. The first signal ends it; later ones do not disturb the clean-up."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ _ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
 
 @contextmanager
 def ended_by_signals(names: tuple[str, ...] = _ENDING[1:]) -> Iterator[None]:
-    """Let the first signal end the program, SIGINT by KeyboardInterrupt, the others by
-    SystemExit of 128 plus their number. Later signals are ignored.
+    """Let the first signal end the program, and ignore later signals.
 
-    A signal that was ignored before (`nohup`) stays ignored, except SIGINT, which stops a live run.
-    For the main thread.
+    SIGINT raises KeyboardInterrupt; other signals raise SystemExit of 128 plus their number. A
+    signal that was ignored before (`nohup`) stays ignored, except SIGINT, which stops a live run.
+    Only the main thread may call this.
     """
 
     def end(number: int, _frame: FrameType | None) -> None:
@@ -40,7 +40,10 @@ def ended_by_signals(names: tuple[str, ...] = _ENDING[1:]) -> Iterator[None]:
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """Ignore these signals in the block, if this is the main thread (others receive none)."""
+    """Ignore the ending signals in the block.
+
+    In another thread, this does nothing, because only the main thread receives signals.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -1,4 +1,4 @@
-"""Recording through a sound card: between markers, checked, cut, repeated after a fault.
+"""Recording through a sound card. Takes are checked by markers, and repeated after a fault.
 
 `check_card` measures level, noise, latency and lost frames of a card with its gripper.
 """
@@ -19,34 +19,45 @@ from ajgdata.acquire.line import PortAudioLine
 from ajgdata.acquire.markers import ALIKE, MARKER_S, Arrival, arrival, framed
 from ajgdata.types import LogSweep
 
-#: Longest latency of a card that is detected. Once it is known, takes are shorter.
+#: Longest latency of a card that is detected (s). Takes are shorter after the first measurement.
 MAX_LATENCY_S = 2.0
-#: Largest apparent change of the latency in a session. Objects and fillings of the virtual gripper
-#: change it by up to 44 samples (1 ms); a driver that moves it does so by a period, of which the
-#: smallest in use is 64 samples at 44.1 kHz.
+#: Largest apparent change of the latency in a session (s). Objects and fillings of the virtual
+#: gripper change it by up to 44 samples (1 ms). A driver changes it by a period; the smallest
+#: period in use is 64 samples at 44.1 kHz.
 WANDER_S = 0.0014
 #: Full scale of a 16-bit converter, the smallest in use.
 FULL_SCALE = 1 - 2.0**-15
 #: Peak below which an input is silent: 80 dB below full scale.
 SILENT_PEAK = 1e-4
-#: Takes of `check_card`, and the sound that it plays.
+#: Sound that `check_card` plays.
 TEST_SWEEP = LogSweep(length_s=1.0, low_hz=20.0, high_hz=20_000.0, amplitude=0.9)
-TAKES, SILENCE_S, TAIL_S = 3, 2.0, 0.1
-#: Band of the features (Hz), in which the noise is measured.
-LOW_HZ, HIGH_HZ = 200.0, 12_000.0
-#: Limits of the peak of a good take, and its least signal-to-noise ratio.
-LOUD_DBFS, QUIET_DBFS, GOOD_SNR_DB = -3.0, -30.0, 20.0
+#: Number of takes of `check_card`.
+TAKES = 3
+#: Length of the recording of the noise, and of the silence after the sound of a take.
+SILENCE_S = 2.0
+TAIL_S = 0.1
+#: Band in which the noise is measured.
+LOW_HZ = 200.0
+HIGH_HZ = 12_000.0
+#: Highest and lowest peak of a good take, and its lowest signal-to-noise ratio.
+LOUD_DBFS = -3.0
+QUIET_DBFS = -30.0
+GOOD_SNR_DB = 20.0
 
 
 class _Fault(NamedTuple):
+    """A fault of a take. A further take has a `permanent` fault as well."""
+
     problem: str
     fix: str
     permanent: bool = False
 
 
 class SoundCard:
-    """Records through a line. The first take measures the latency of the session, unless
-    the session is resumed."""
+    """A sound card that records through a line.
+
+    The first take measures the latency of the session, unless the session is resumed.
+    """
 
     def __init__(self, line: PortAudioLine, settings: CardSettings) -> None:
         self.settings = settings
@@ -59,10 +70,10 @@ class SoundCard:
         self._latency = latency_samples
 
     def take(self, played: NDArray[np.float32], tail: int = 0) -> Capture:
-        """Play `played` float32 (n,) in [-1, 1] and return n + `tail` samples from when it arrived.
+        """Play `played` float32 (n,) in [-1, 1] and return n + `tail` samples from its arrival on.
 
-        Raises CardError when the card is gone, silent or wrongly connected, TakeError when each
-        attempt has a fault, ValueError for a sound that cannot be played.
+        Raises CardError if the card is unplugged, silent or wrongly connected, TakeError if each
+        attempt has a fault, and ValueError for a sound that cannot be played.
         """
         if played.ndim != 1 or not played.size or not np.all(np.abs(played) <= 1):
             raise ValueError("a sound to play is (n,) within [-1, 1]")
@@ -74,7 +85,8 @@ class SoundCard:
             samples, flags = self._line.play(sound.sound, len(sound.sound) + self._margin())
             xruns += len(flags)
             arrived = arrival(np.nan_to_num(samples), sound)
-            if fault := self._fault(samples, flags, arrived):
+            fault = self._fault(samples, flags, arrived)
+            if fault:
                 faults.append(fault)
                 continue
             if self._latency is None:
@@ -112,21 +124,25 @@ class SoundCard:
     def _margin(self) -> int:
         """Return the number of frames to record after the sound."""
         rate = self.settings.sample_rate_hz
-        known = (self._latency or 0) + (0.1 if self._measured else MAX_LATENCY_S) * rate
-        return round(known + MARKER_S * rate)
+        reserve_s = 0.1 if self._measured else MAX_LATENCY_S
+        latest = (self._latency or 0) + reserve_s * rate
+        return round(latest + MARKER_S * rate)
 
     def _fault(
         self, samples: NDArray[np.float32], flags: tuple[str, ...], arrived: Arrival
     ) -> _Fault | None:
         """Return the worst fault of a take (frames,); None if it is good."""
-        if bad := int(np.count_nonzero(~np.isfinite(samples))):
-            return _Fault(f"the driver gave {bad} samples that are not numbers", "use another API")
+        not_finite = int(np.count_nonzero(~np.isfinite(samples)))
+        if not_finite:
+            problem = f"the driver gave {not_finite} samples that are not numbers"
+            return _Fault(problem, "use another API")
         if arrived.likeness <= ALIKE:  # a marker was not recorded
             return self._no_sound(samples)
         if flags:
             reports = ", ".join(sorted(set(flags)))
             return _Fault(f"the driver reported {reports}", "close other programs")
-        if lost := arrived.lost:
+        if arrived.lost:
+            lost = arrived.lost
             problem = f"{lost} frames lost" if lost > 0 else f"{-lost} frames too many"
             return _Fault(f"{problem} between the markers", "close other programs")
         moved = 0 if self._latency is None else arrived.latency_samples - self._latency
@@ -136,7 +152,7 @@ class SoundCard:
         return None
 
     def _no_sound(self, samples: NDArray[np.float32]) -> _Fault:
-        """Return the reason for a take (frames,) without the sound at the microphone."""
+        """Return the fault of a take (frames,) in which the microphone did not record the sound."""
         number = self.settings.microphone
         if np.abs(samples).max() > SILENT_PEAK:
             problem = f"microphone {number} does not record the output"
@@ -156,8 +172,11 @@ def open_card(settings: CardSettings) -> Iterator[SoundCard]:
 
 
 class CardCheck(NamedTuple):
-    """Measurements of a card: latencies of its takes (samples), loudest peak (dBFS), clipped
-    samples, takes that were repeated after a fault, and signal-to-noise ratio (dB)."""
+    """Measurements of a sound card.
+
+    `latency_samples` are the latencies of the takes. `clipped` is the number of clipped samples,
+    and `repeated` the number of takes that were repeated after a fault.
+    """
 
     latency_samples: tuple[int, ...]
     peak_dbfs: float
@@ -168,23 +187,26 @@ class CardCheck(NamedTuple):
     @property
     def issues(self) -> list[str]:
         """Return problems with their fixes. A clipped recording cannot be used."""
+        change_level = "change output or input gain until it is -9 dBFS"
+        issues = []
+        if self.clipped:
+            issues.append(f"{self.clipped} samples are clipped; lower output or input gain")
+        elif self.peak_dbfs > LOUD_DBFS:
+            issues.append(f"peak is too loud; {change_level}")
+        if self.peak_dbfs < QUIET_DBFS:
+            issues.append(f"peak is too quiet; {change_level}")
+        if self.snr_db < GOOD_SNR_DB:
+            issues.append("too much noise; play louder, or remove its source")
         spread = max(self.latency_samples) - min(self.latency_samples)
-        level = "change output or input gain until it is -9 dBFS"
-        limits = {
-            f"{self.clipped} samples are clipped; lower output or input gain": self.clipped,
-            f"peak is too loud; {level}": self.peak_dbfs > LOUD_DBFS and not self.clipped,
-            f"peak is too quiet; {level}": self.peak_dbfs < QUIET_DBFS,
-            "too much noise; play louder, or remove its source": self.snr_db < GOOD_SNR_DB,
-            f"latency differs by {spread} samples between takes; use another API": spread,
-            f"{self.repeated} takes repeated; close other programs; use another port": (
-                self.repeated
-            ),
-        }
-        return [issue for issue, present in limits.items() if present]
+        if spread:
+            issues.append(f"latency differs by {spread} samples between takes; use another API")
+        if self.repeated:
+            issues.append(f"{self.repeated} takes repeated; close other programs; use another port")
+        return issues
 
 
 def check_card(card: SoundCard) -> CardCheck:
-    """Measure `card`, with its gripper at rest in a quiet room. Raises CardError."""
+    """Measure `card` while its gripper is at rest in a quiet room. Raises CardError."""
     rate = card.settings.sample_rate_hz
     sweep = excitation_samples(TEST_SWEEP, rate).astype(np.float32)
     takes = [card.take(sweep, round(TAIL_S * rate)) for _ in range(TAKES)]
@@ -200,7 +222,7 @@ def check_card(card: SoundCard) -> CardCheck:
 
 
 def _power(samples: NDArray[Any], rate_hz: int) -> float:
-    """Return the mean square of samples (n,) between LOW_HZ and HIGH_HZ, by Parseval."""
+    """Return the mean square of samples (n,) between LOW_HZ and HIGH_HZ, by Parseval's theorem."""
     from scipy.signal import periodogram  # half a second
 
     frequency, power = periodogram(samples, rate_hz, detrend=False, scaling="spectrum")

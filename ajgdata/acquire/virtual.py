@@ -1,6 +1,6 @@
-"""The virtual gripper: as a source of recordings of a recipe, and as robot and sound card.
+"""The virtual gripper: it records the grasps of a recipe, or acts as robot and sound card.
 
-Every grasp is solved once, and every recording of it adds its noise.
+Every grasp is simulated once, and every recording of it adds its own noise.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.store.responses import ResponseStore
 from ajgdata.types import DEFAULT_EXCITATION, DataError, ExcitationSpec, Recipe, checked
 
-#: What of a scene is the same for a session.
+#: Keys of a scene that are equal for all grasps of a session.
 SESSION_KEYS = ("gripper", "medium", "environment", "assembly", "session", "numerics")
 
 
 class GraspError(DataError):
-    """A grasp that cannot be simulated; other grasps can."""
+    """One grasp cannot be simulated."""
 
 
 class VirtualGripper:
     """Source of simulated recordings of one session.
 
-    `setup` is any grasp's setup of the session: gripper, medium and numerics are the same for all.
-    `signal` is what of the signal chain differs from its defaults. Raises ValueError for an
-    excitation that its rate cannot play.
+    `setup` is the setup of any grasp of the session, because SESSION_KEYS are equal for all.
+    `signal` are settings of the signal chain that differ from the defaults. Raises ValueError for
+    an excitation that cannot be played at the sample rate.
     """
 
     def __init__(
@@ -49,18 +49,20 @@ class VirtualGripper:
         self.sample_rate_hz: int = gripper.SAMPLE_RATE_HZ
         self._scene = checked(gripper.Scene, "recipe", setup)
         self._chain = checked(gripper.SignalChain, "recipe: signal", signal or {})
-        self._solver, self._before = solver, solver.solved
+        self._solver = solver
+        self._solved_before = solver.solved
         self._played = played
         self._samples = excitation_samples(played, self.sample_rate_hz)
-        self._response: tuple[str, gripper.ImpulseResponse] | None = None  # of a grasp's digest
+        #: Digest and impulse response of the last grasp.
+        self._response: tuple[str, gripper.ImpulseResponse] | None = None
 
     @property
     def solved(self) -> int:
         """Number of scenes that this source simulated."""
-        return self._solver.solved - self._before
+        return self._solver.solved - self._solved_before
 
     def excitation(self) -> np.ndarray | None:
-        """Return the samples (n,) that are played; None for a silent speaker."""
+        """Return the played samples (n,); None for a silent speaker."""
         return None if self._chain.level_db_spl is None else self._samples
 
     def take(self, grasp: RecipeGrasp, sample: int) -> gripper.SimulatedRecording:
@@ -83,7 +85,7 @@ class VirtualGripper:
         return [gripper.record(response, sound, self._chain, seed, angle) for sound in sounds]
 
     def describe(self) -> Mapping[str, Any]:
-        """Return its keys of session.yaml."""
+        """Return the keys of session.yaml that describe this source."""
         scene = self._scene.model_dump(mode="json")
         shared = {key: scene[key] for key in SESSION_KEYS}
         names = (name for name, known in GRIPPERS.items() if known == self._scene.gripper)
@@ -102,19 +104,22 @@ class VirtualGripper:
 class VirtualTable:
     """The virtual gripper over the objects of a recipe, as a robot and a sound card.
 
-    `seed` draws poses, nuisances and noise, so that no grasp is one of the recipe. Responses are
-    cached in `folder`. `robot` makes the same steps, if given. Raises DataError for a recipe with a
+    `seed` draws poses, nuisances and noise, which differ from those of the recipe. Responses are
+    cached in `folder`. A given `robot` makes the same steps. Raises DataError for a recipe with a
     silent speaker.
     """
 
     def __init__(self, recipe: Recipe, seed: int, folder: Path, robot: Robot | None = None) -> None:
-        self._recipe, self._seed, self._robot = recipe, seed, robot
+        self._recipe = recipe
+        self._seed = seed
+        self._robot = robot
         self._chain = checked(gripper.SignalChain, "recipe: signal", recipe.signal)
         if self._chain.level_db_spl is None:
             raise DataError("recipe.signal", "the speaker is silent", "use another data set")
         self._solver = ResponseStore(folder)
         self._response: gripper.ImpulseResponse | None = None
-        self._angle_deg, self._takes = 0.0, 0
+        self._angle_deg = 0.0
+        self._takes = 0
         self.settings = CardSettings(device=DEVICE, sample_rate_hz=gripper.SAMPLE_RATE_HZ)
 
     def move(self, step: str, **about: Any) -> float | None:
@@ -126,7 +131,7 @@ class VirtualTable:
         return force if self._robot else float(about["force_n"])
 
     def place(self, name: str, number: int, grasp_id: str) -> None:
-        """Grasp `name` ("" for nothing): `number` draws its pose, `grasp_id` the rest."""
+        """Grasp the object `name` ("": none). `number` draws the pose, `grasp_id` the nuisances."""
         pose = gripper.derive_seed(self._seed, "pose", name, number)
         nuisance = gripper.derive_seed(self._seed, "grasp", name, grasp_id)
         try:
@@ -143,7 +148,10 @@ class VirtualTable:
         """Do nothing: there is no latency."""
 
     def take(self, played: NDArray[np.float32], tail: int = 0) -> Capture:
-        """Play (n,) once and return n + tail samples, as the recipe records them."""
+        """Play `played` (n,) once and return n + `tail` samples.
+
+        Before the first step of the robot, the gripper is empty.
+        """
         if self._response is None:
             self.place("", 1, "empty")
         assert self._response is not None
@@ -165,8 +173,8 @@ class VirtualTable:
         return {**self.settings.model_dump(mode="json"), "api": DEVICE, "latency_samples": 0}
 
     def close(self) -> None:
-        """Do nothing: there is nothing to end."""
+        """Do nothing: no device is open."""
 
 
-#: What records in live use: a speaker and a microphone, real or simulated.
+#: A real or simulated sound card.
 Card = SoundCard | VirtualTable

@@ -1,4 +1,4 @@
-"""Grasps of a recipe -> a simulated session on disk, resumable at any moment."""
+"""A simulated session on disk, recorded from the grasps of a recipe. It resumes after a stop."""
 
 from __future__ import annotations
 
@@ -26,8 +26,10 @@ SETUP_COLUMN = "setup_sha256"
 
 
 class Acquired(NamedTuple):
-    """Outcome of a simulated session: recordings written, recordings that were there already,
-    skipped grasps with the reason, and scenes that had to be simulated."""
+    """Numbers of a simulated session: new and unchanged recordings, and simulated scenes.
+
+    `skipped` are grasps that cannot be simulated, with the reason.
+    """
 
     recorded: int
     unchanged: int
@@ -36,7 +38,7 @@ class Acquired(NamedTuple):
 
 
 def recording_alone(folder: Path) -> AbstractContextManager[None]:
-    """Return the lock of a session. DataError if another process records into it."""
+    """Return the lock of a session. It raises DataError if another process records into it."""
     fix = "wait for that one, or record into another session"
     return alone(folder, "recording into this session", fix)
 
@@ -47,9 +49,9 @@ def acquire_session(
     """Write the session at `folder` so that it contains exactly `grasps`.
 
     Existing recordings of the same setup stay. The table is written after each grasp, so a killed
-    acquisition resumes; session.yaml comes last, so that a folder without it is known to be
-    incomplete. An impossible grasp is skipped and named in session.yaml. Raises DataError while
-    another process records into the session, and for a session of another version of ajgdata.
+    acquisition resumes. session.yaml is written last: a folder without it is incomplete. An
+    impossible grasp is skipped and named in session.yaml. Raises DataError while another process
+    records into the session, and for a session of another version of ajgdata.
     """
     with recording_alone(folder):
         check_session_format(folder)
@@ -67,14 +69,15 @@ def acquire_session(
             complete += written
             if reason:
                 skipped[grasp.grasp_id] = reason
-            if count := len(written) - sum(bool(row.sha256) for row in rows):
-                recorded += count
+            new_count = len(written) - len([row for row in rows if row.sha256])
+            if new_count:
+                recorded += new_count
                 write_recordings(folder, [*complete, *known.values()])
         write_session(folder, _session(folder, source, skipped), complete)
-        for path in {*folder.glob(f"{AUDIO_FOLDER}/*.wav")} - {
-            folder / row.file for row in complete
-        }:
-            path.unlink()  # the recipe no longer requests it
+        files = {folder / row.file for row in complete}
+        for path in folder.glob(f"{AUDIO_FOLDER}/*.wav"):
+            if path not in files:  # the recipe no longer has this recording
+                path.unlink()
     return Acquired(recorded, len(complete) - recorded, skipped, source.solved)
 
 
@@ -83,18 +86,26 @@ def _rows(folder: Path, grasp: RecipeGrasp, known: Mapping[str, Recording]) -> l
     rows = []
     for sample in range(grasp.samples):
         row = _row(grasp, sample)
-        old, path = known.get(row.recording_id), folder / row.file
-        has_setup = old and old.labels.get(SETUP_COLUMN) == row.labels[SETUP_COLUMN]
-        if old and has_setup and path.is_file() and file_sha256(path) == old.sha256:
+        old = known.get(row.recording_id)
+        if old and _is_current(folder / row.file, old, row.labels[SETUP_COLUMN]):
             row = row.model_copy(update={"sha256": old.sha256, "quality": old.quality})
         rows.append(row)
     return rows
 
 
+def _is_current(path: Path, row: Recording, setup: str) -> bool:
+    """Return whether `path` is the unchanged recording of a row that has this setup."""
+    has_setup = row.labels.get(SETUP_COLUMN) == setup
+    return has_setup and path.is_file() and file_sha256(path) == row.sha256
+
+
 def _record_missing(
     folder: Path, source: VirtualGripper, grasp: RecipeGrasp, rows: Sequence[Recording]
 ) -> tuple[list[Recording], str]:
-    """Record `rows` without sha256; return the rows that have a file, and why others have none."""
+    """Record the rows without sha256; return the rows with a file, and an error of the grasp.
+
+    After an error, the remaining rows are not recorded.
+    """
     complete = [row for row in rows if row.sha256]
     reason = ""
     for row in rows:
@@ -107,6 +118,7 @@ def _record_missing(
 
 
 def _record(folder: Path, source: VirtualGripper, grasp: RecipeGrasp, row: Recording) -> Recording:
+    """Write the recording of a row; return the row with its hash and quality."""
     take = source.take(grasp, row.sample)
     write_pcm24(folder / row.file, take.samples, source.sample_rate_hz, SIMULATED)
     quality = "clipped" if take.clipped_count else "ok"
@@ -115,9 +127,12 @@ def _record(folder: Path, source: VirtualGripper, grasp: RecipeGrasp, row: Recor
 
 
 def _session(folder: Path, source: VirtualGripper, skipped: dict[str, str]) -> Session:
-    about, sound = dict(source.describe()), source.excitation()
+    """Return the description of a session, and write its excitation."""
+    about = dict(source.describe())
     settings = about.pop("excitation", {})
-    played, path = None, folder / EXCITATION_FILE
+    sound = source.excitation()
+    path = folder / EXCITATION_FILE
+    played = None
     if sound is None:
         path.unlink(missing_ok=True)
     else:
@@ -135,6 +150,7 @@ def _session(folder: Path, source: VirtualGripper, skipped: dict[str, str]) -> S
 
 
 def _row(grasp: RecipeGrasp, sample: int) -> Recording:
+    """Return the row of one sample of a grasp, without a hash."""
     name = grasp.recording_id(sample)
     targets = {key: str(value) for key, value in grasp.targets.items()}
     return Recording(
@@ -149,7 +165,7 @@ def _row(grasp: RecipeGrasp, sample: int) -> Recording:
 
 
 def _known(folder: Path) -> dict[str, Recording]:
-    """Return the rows of the table by recording id."""
+    """Return the existing rows of the table by recording id."""
     if not (folder / RECORDINGS_FILE).is_file():
         return {}
     return {row.recording_id: row for row in read_recordings(folder)[0]}
