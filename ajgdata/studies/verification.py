@@ -72,7 +72,18 @@ def _result_table(results: Sequence[KnownCaseResult]) -> Table:
         "its order and, on the finest grid, stay below its cap."
     )
     rows = tuple(
-        {column.key: getattr(result, column.key) for column in columns} for result in results
+        {
+            "case": result.case,
+            "title": result.title,
+            "kind": result.limit_type,
+            "value": result.value,
+            "cap": result.cap,
+            "order": result.order,
+            "least_order": result.least_order,
+            "derived": result.derived,
+            "passed": result.passed,
+        }
+        for result in results
     )
     return Table("verification", "What holds, and how well", note, columns, rows)
 

@@ -18,12 +18,13 @@ class KnownCaseResult:
     """Result of a case, with its limits.
 
     `value` must not be above `cap`, and `order` must not be below `least_order`. `points` are the
-    pairs of grid spacing (m) and error to which the order is fitted.
+    pairs of grid spacing (m) and error to which the order is fitted. `limit_type` is `round-off`,
+    `rate and cap` or `bound`.
     """
 
     case: str
     title: str
-    kind: str
+    limit_type: str
     value: float
     cap: float
     derived: str
@@ -49,7 +50,7 @@ class KnownCase(ABC):
 
     title: ClassVar[str]
     derived: ClassVar[str]
-    kind: ClassVar[str]
+    limit_type: ClassVar[str]
 
     @property
     def name(self) -> str:
@@ -65,7 +66,9 @@ class KnownCase(ABC):
         """Return a result with the name and the title of this case."""
         variant = [f"{setting} {name}" for name, setting in self._variant().items()]
         title = ", ".join([self.title, *variant])
-        return KnownCaseResult(self.name, title, self.kind, value, cap, self.derived, **refinement)
+        return KnownCaseResult(
+            self.name, title, self.limit_type, value, cap, self.derived, **refinement
+        )
 
     @abstractmethod
     def run(self, quick: bool = False) -> KnownCaseResult:
@@ -75,7 +78,7 @@ class KnownCase(ABC):
 class Identity(KnownCase):
     """A claim that holds up to rounding on every grid: up to `roundings` times ε."""
 
-    kind = "round-off"
+    limit_type = "round-off"
     roundings: ClassVar[float]
 
     @abstractmethod
@@ -94,7 +97,7 @@ class Identity(KnownCase):
 class Refinement(KnownCase):
     """An error that decreases with the grid spacing; `sizes` are the spacings (m), coarse first."""
 
-    kind = "rate and cap"
+    limit_type = "rate and cap"
     sizes: ClassVar[tuple[float, ...]]
     quick_sizes: ClassVar[tuple[float, ...]]
 

@@ -131,7 +131,7 @@ class WaveDispersion(Identity):
 class SinglePrecision(KnownCase):
     """Response of a complete scene in float32 and in float64."""
 
-    kind = "bound"
+    limit_type = "bound"
     title = "float32 against float64, response of a scene, relative L2"
     derived = "one rounding a step, all alike: steps ε"
 
