@@ -1,4 +1,4 @@
-"""`ajgdata check NAME --accept`: the present bytes of recordings become the recorded ones."""
+"""`ajgdata check NAME --accept`: store the hashes of the present files of recordings."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ HASH_COLUMN = "sha256"
 
 @dataclass(frozen=True)
 class Accepted:
-    """A recording whose hash is stored now; `before` is the old hash, "" if there was none."""
+    """A recording with a new stored hash; `before` is the old hash, "" if there was none."""
 
     session_id: str
     recording_id: str
@@ -47,10 +47,10 @@ class NotAccepted:
 def accept_recordings(paths: Paths, dataset: str) -> tuple[list[Accepted], list[NotAccepted]]:
     """Store the hash of each recording that has none, or whose bytes changed.
 
-    Only the column `sha256` of recordings.csv changes. Returns the recordings with a new hash, and
-    those whose file is missing or cannot be decoded: their rows do not change. Sessions whose
-    tables cannot be read do not change; `validate_dataset` reports them. Raises DataError for an
-    unknown data set, and while another process writes into the data set.
+    Only the column `sha256` of recordings.csv changes. Return the recordings with a new hash, and
+    the recordings whose file is missing or cannot be decoded. The rows of the latter do not change,
+    and neither do sessions whose tables cannot be read; `validate_dataset` reports both. Raises
+    DataError for an unknown data set, and while another process writes into the data set.
     """
     read_dataset(paths, dataset)
     accepted = []
@@ -73,7 +73,7 @@ def _accept_session(folder: Path) -> tuple[list[Accepted], list[NotAccepted]]:
     accepted = []
     not_accepted = []
     for recording in tracked(recordings, f"reading {folder.name}"):
-        names = (folder.name, recording.recording_id)
+        identity = (folder.name, recording.recording_id)
         try:
             path = audio_path(folder, session, recording)
             digest = file_sha256(path)
@@ -81,9 +81,9 @@ def _accept_session(folder: Path) -> tuple[list[Accepted], list[NotAccepted]]:
                 continue
             check_decodable(path)
         except DataError as error:
-            not_accepted.append(NotAccepted(*names, error.problem, error.fix))
+            not_accepted.append(NotAccepted(*identity, error.problem, error.fix))
             continue
-        accepted.append(Accepted(*names, recording.sha256, digest))
+        accepted.append(Accepted(*identity, recording.sha256, digest))
     if accepted:
         _write_hashes(folder / RECORDINGS_FILE, accepted)
     return accepted, not_accepted

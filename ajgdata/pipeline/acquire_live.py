@@ -1,4 +1,4 @@
-"""Protocol -> a session recorded with robot and sound card, or with the virtual gripper."""
+"""Record a session of a protocol with robot and sound card, or with the virtual gripper."""
 
 from __future__ import annotations
 
@@ -118,9 +118,10 @@ def protocol_of(paths: Paths, spec: DatasetSpec) -> GraspProtocol:
 
 
 def session_name(paths: Paths, dataset: str, protocol: GraspProtocol) -> str:
-    """Return the last session of the sound card if grasps are left in it, else the next name."""
+    """Return the last session of the sound card if it has remaining grasps, else the next name."""
     matches = (_NAME.fullmatch(name) for name in list_sessions(paths, dataset))
-    number = max((int(match[1]) for match in matches if match), default=0)
+    numbers = [int(match[1]) for match in matches if match]
+    number = max(numbers, default=0)
     if number:
         last = f"soundcard-{number:02d}"
         folder = paths.session(dataset, last)
@@ -145,11 +146,12 @@ def open_hands(
 ) -> Iterator[tuple[Robot, Card, dict[str, str]]]:
     """Yield robot and sound card, and `gripper`, `medium` and `source` for session.yaml.
 
-    `source` is `soundcard` (`card` has its settings except the rate, which the data set declares)
-    or `virtual`: the virtual gripper over the objects of the data set's recipe, drawn by `seed`,
-    which needs no person. The microphone of `card` is by default `microphone`, that of the model,
-    or that of the sessions. Raises DataError, also for another sample rate than `rate_hz`, that of
-    the model, and for a model of the mean of several microphones.
+    `source` is `soundcard` or `virtual`. For a sound card, `card` has its settings except the rate,
+    which the data set declares. `virtual` is the virtual gripper over the objects of the data set's
+    recipe; `seed` draws its grasps, and it needs no person. `microphone` is that of the model: it
+    is used if `card` has none, and the microphone of the sessions if the model has none either.
+    Raises DataError, for example for another sample rate than `rate_hz` of the model, and for a
+    model of the mean of several microphones.
     """
     if source == VIRTUAL:
         if spec.recipe is None:
@@ -170,11 +172,11 @@ def open_hands(
 
 
 def _card_microphone(paths: Paths, spec: DatasetSpec, microphone: int | str | None) -> int:
-    """Return the input channel that a model was trained with: that of files with several channels,
-    or that of the sessions of the sound card, whose files have one channel; 1 if there are none.
+    """Return the number of the microphone with which a model was trained.
 
-    Raises DataError for sessions of several microphones, and for the mean of several, because a
-    sound card records one.
+    This is `microphone`, or without it the microphone of the sessions of the sound card, or 1
+    without such sessions. Raises DataError for sessions of several microphones, and for the mean of
+    several microphones, because a sound card records one.
     """
     if isinstance(microphone, str):
         problem = "the model was trained with the mean of all microphones, a sound card records one"
@@ -196,8 +198,7 @@ def _card_microphone(paths: Paths, spec: DatasetSpec, microphone: int | str | No
 
 
 def _check_recordable(path: Path, audio: AudioSettings) -> None:
-    """Raise DataError if recordings of a sound card, which have one channel, are not what a data
-    set declares."""
+    """Raise DataError if a data set declares another channel than that of a sound card."""
     if audio.microphone not in (None, 1):
         problem = f"audio.microphone is {audio.microphone}, and a sound card writes one channel"
         fix = "record into another data set; `ajgdata record --microphone` chooses the input"
@@ -206,7 +207,8 @@ def _check_recordable(path: Path, audio: AudioSettings) -> None:
 
 def _check_rate(card: Card, rate_hz: int) -> None:
     """Raise DataError if a sound card records at another sample rate than that of the model."""
-    if (card_hz := card.settings.sample_rate_hz) != rate_hz:
+    card_hz = card.settings.sample_rate_hz
+    if card_hz != rate_hz:
         problem = f"records at {card_hz} Hz, and the model was trained at {rate_hz} Hz"
         fix = "train the model again, or correct audio.sample_rate_hz of the data set"
         raise DataError(card.settings.device, problem, fix)

@@ -1,4 +1,4 @@
-"""A data set's feature file and quarantine -> what a report and a dataset card show of it."""
+"""Summary of a data set for reports and dataset cards, from its feature file and quarantine."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MAX_SPECTRA = 8
 
 
 def summary(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> DatasetSummary:
-    """Return what the report and the dataset card show of a data set and its features."""
+    """Return the summary of a data set and its features."""
     settings = json.loads(str(store.attrs["settings"]))
     return DatasetSummary(
         name=spec.name,
@@ -53,10 +53,11 @@ def rows_by_label(store: FeatureRows, spec: DatasetSpec) -> tuple[str, dict[str,
     name = next((task.target for task in spec.tasks.values()), "")
     if name not in store.columns:
         return name, {}
-    target, values = spec.targets[name], store.columns[name].values
+    target = spec.targets[name]
+    values = store.columns[name].values
     if target.kind == "classification":
-        classes = [c for c in np.unique(values) if c][:MAX_SPECTRA]
-        return name, {str(c): values == c for c in classes}
+        classes = [label for label in np.unique(values) if label][:MAX_SPECTRA]
+        return name, {str(label): values == label for label in classes}
     return name, _bins(values, target.unit)
 
 
@@ -73,7 +74,8 @@ def samples(paths: Paths, spec: DatasetSpec, store: FeatureRows) -> Iterator[tup
         name = str(store.columns["recording"].values[np.flatnonzero(rows)[0]])
         session, _, recording_id = name.partition("/")
         folder, about, recordings = read(session)
-        if row := recordings.get(recording_id):
+        row = recordings.get(recording_id)
+        if row:
             yield label, link_from_report(paths, audio_path(folder, about, row))
 
 
@@ -87,8 +89,10 @@ def mean_spectra(store: FeatureRows, spec: DatasetSpec) -> Spectra | None:
 
 
 def _bins(values: np.ndarray, unit: str) -> dict[str, np.ndarray]:
-    """Return the rows (n,) of each of up to four equally filled bins of `values` (n,), NaN apart,
-    by their range."""
+    """Return the rows (n,) of up to four equally filled bins of `values` (n,), by their range.
+
+    Rows with NaN or infinity are in no bin.
+    """
     present = values[np.isfinite(values)]
     if not len(present):
         return {}

@@ -1,4 +1,4 @@
-"""Results -> CSV files of a report: a table for each figure."""
+"""CSV files of a report: one table for each figure."""
 
 from __future__ import annotations
 
@@ -24,13 +24,17 @@ PAPER_TABLE = "paper-comparison"
 def write_exports(report: Report, results: Sequence[TaskResults], folder: Path) -> tuple[str, ...]:
     """Write every table of a report as CSV to `folder`, which is replaced as a whole.
 
-    `results` are those that the report shows. Returns the names of the files without suffix.
+    `results` are the results in the report. Return the names of the files without suffix.
     """
-    tables = {PAPER_TABLE: paper_table(report.comparisons)} if report.comparisons else {}
+    tables: dict[str, Table] = {}
+    if report.comparisons:
+        tables[PAPER_TABLE] = paper_table(report.comparisons)
     for result in results:
-        tables |= table_files(result)
+        tables.update(table_files(result))
     for page in report.pages:
-        tables |= {shown.name: shown.table for shown in page.figures if shown.table is not None}
+        for figure in page.figures:
+            if figure.table is not None:
+                tables[figure.name] = figure.table
     with replacing_folder(folder) as new:
         for name, table in tables.items():
             write_csv(new / f"{name}.csv", table)
@@ -38,14 +42,18 @@ def write_exports(report: Report, results: Sequence[TaskResults], folder: Path) 
 
 
 def write_csv(path: Path, table: Table) -> None:
-    """Write a table as CSV. Columns are headed by their keys, with the unit in brackets unless the
-    key has it; numbers keep every digit."""
-    heads = {column.key: _head(column) for column in table.columns}
-    rows = [{heads[key]: row[key] for key in heads} for row in table.rows]
-    write_bytes(path, csv_bytes(list(heads.values()), rows))
+    """Write a table as CSV. Numbers keep every digit."""
+    headers = {column.key: csv_header(column) for column in table.columns}
+    rows = [{headers[key]: row[key] for key in headers} for row in table.rows]
+    write_bytes(path, csv_bytes(list(headers.values()), rows))
 
 
-def _head(column: Column) -> str:
+def csv_header(column: Column) -> str:
+    """Return the key of a column, with its unit in brackets unless the key ends with the unit.
+
+    >>> csv_header(Column("error", "Error", "mm")), csv_header(Column("size_mm", "Size", "mm"))
+    ('error (mm)', 'size_mm')
+    """
     has_unit = not column.unit or column.key.lower().endswith(f"_{column.unit.lower()}")
     return column.key if has_unit else f"{column.key} ({column.unit})"
 
@@ -53,10 +61,11 @@ def _head(column: Column) -> str:
 def table_files(results: TaskResults) -> dict[str, Table]:
     """Return the tables of an experiment on a task, by file name without suffix.
 
-    Those of scores and costs are one, named like the experiment's main figure; others end in their
-    own name. The predictions are in predictions.csv only.
+    Scores and costs are one table, with the name of the experiment's main figure. The names of
+    other tables end in the name of the table. Predictions are only in predictions.csv.
     """
-    base, has_models = results.named(), len(results.results) > 1
+    base = results.named()
+    has_models = len(results.results) > 1
     parts: dict[str, list[Table]] = {}
     for result in results.results:
         for table in (*result.tables.values(), *result.cost.values()):
@@ -66,17 +75,23 @@ def table_files(results: TaskResults) -> dict[str, Table]:
     files: dict[str, Table] = {}
     for name, tables in parts.items():
         rows = tuple(row for table in tables for row in table.rows)
-        safe = re.sub(r"[^A-Za-z0-9_]+", "-", name)
-        files[base if name == SCORES else f"{base}--{safe}"] = replace(tables[0], rows=rows)
+        file = base
+        if name != SCORES:
+            file += "--" + re.sub(r"[^A-Za-z0-9_]+", "-", name)
+        files[file] = replace(tables[0], rows=rows)
     return files
 
 
 def with_tables(shown: DrawnFigure, names: Iterable[str]) -> DrawnFigure:
-    """Return a picture that also links its table, if there is one: the longest of `names` that its
-    name begins with."""
+    """Return a figure that also links its table, if there is one.
+
+    This is the longest of the `names` with which the name of the figure begins.
+    """
     own = [name for name in names if re.match(rf"{re.escape(name)}(-|$)", shown.name)]
-    link = {"csv": f"{TABLES_FOLDER}/{max(own, key=len)}.csv"} if own else {}
-    return shown._replace(links={**shown.links, **link})
+    if not own:
+        return shown
+    table = f"{TABLES_FOLDER}/{max(own, key=len)}.csv"
+    return shown._replace(links={**shown.links, "csv": table})
 
 
 def _of_model(table: Table, model: str, has_models: bool) -> Table:

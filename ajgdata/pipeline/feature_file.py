@@ -1,4 +1,4 @@
-"""Recordings of a data set -> its feature file and quarantine; only what changed is computed."""
+"""Feature file and quarantine of a data set. Only new and changed recordings are computed."""
 
 from __future__ import annotations
 
@@ -54,8 +54,11 @@ SETTINGS_ATTRIBUTE = "settings_digest"
 
 @dataclass(frozen=True)
 class RecordingRow:
-    """One recording: feature (f,), None if it cannot be used, its issues, the sha256 of its file,
-    and the levels of the channels of the file in dB of full scale."""
+    """One recording: its feature (f,), its issues, and the sha256 of its file.
+
+    The feature is None if the recording cannot be used. `levels_db` are the levels of the channels
+    of the file in dB of full scale.
+    """
 
     feature: np.ndarray | None
     issues: tuple[Finding, ...]
@@ -65,8 +68,11 @@ class RecordingRow:
 
 @dataclass
 class Previous:
-    """The last feature file: rows by session and by (recording_id, sha256), and the digest of the
-    tables of each session."""
+    """The last feature file.
+
+    `rows` are by session, then by (recording_id, sha256). `tables` has the digest of the tables of
+    each session.
+    """
 
     rows: dict[str, dict[tuple[str, str], RecordingRow]] = field(
         default_factory=lambda: defaultdict(dict)
@@ -74,8 +80,10 @@ class Previous:
     tables: dict[str, str] = field(default_factory=dict)
 
     def trusted(self, session: str, tables: str) -> dict[str, str]:
-        """Return the sha256 of recordings whose files are not read again, by recording_id: those of
-        a session whose tables did not change."""
+        """Return the stored sha256 of the recordings of a session, by recording_id.
+
+        Their files are not read again. There are none if the digest of the `tables` has changed.
+        """
         if self.tables.get(session) != tables:
             return {}
         return {name: sha256 for name, sha256 in self.rows[session]}
@@ -83,8 +91,10 @@ class Previous:
 
 @dataclass(frozen=True)
 class SessionFeatures:
-    """The usable recordings of a session, with labels; columns of its table;
-    issues of all its recordings; how many were read and how many reused."""
+    """The usable recordings of a session with their labels, and the issues of all its recordings.
+
+    `columns` are those of its table. `computed` and `reused` are numbers of recordings.
+    """
 
     rows: list[RecordingRow]
     labels: list[dict[str, str]]
@@ -114,18 +124,19 @@ def build_feature_file(
     `tables` are the digests for which Snakemake started the job (see `freshness.run_tables`).
     Many new recordings are computed by up to `threads` processes, with the same results.
 
-    Returns how many recordings were read and how many features were reused. A row of the old
-    `store` is reused while recording, sha256, settings and `code` are the same. Files of a session
-    whose tables did not change are not read again. A recording that cannot be used, is marked
-    `reject`, or whose bytes occur a second time, is excluded and listed in `quarantine`. A target
-    that is not a number is missing, and listed. Of a rejected recording only the rejection is
-    listed.
+    Return the numbers of recordings that were read and of features that were reused. A row of the
+    old `store` is reused if recording, sha256, settings and `code` are the same. Files of a session
+    whose tables did not change are not read again.
+
+    `quarantine` lists the excluded recordings: those that cannot be used, are marked `reject`, or
+    whose bytes occur a second time. It also lists texts that are not numbers in a target of
+    numbers; their values are missing. The only issue of a rejected recording is its rejection.
     """
     digest = sha256_of(f"{settings_digest(audio, features)} {code}".encode())[:16]
     previous = _previous(store, quarantine, hashes, digest)
-    # Before anything else is read: a table that changes meanwhile then differs from its digest.
+    # The digests are read first: a table that changes during this job then differs from its digest.
     digests = {name: tables_digest(paths.session(dataset, name)) for name in sessions}
-    # Sums by several threads of a library would differ in their rounding.
+    # Sums that a library computes with several threads differ in rounding.
     with threadpool_limits(limits=1):
         parts = _parts(paths, dataset, digests, previous, audio, features, targets, threads)
         table, copies = without_copies(_joined(parts, audio, features, targets), [*targets])
@@ -145,9 +156,11 @@ def build_feature_file(
         quarantine=file_sha256(quarantine),
     )
     write_hashes(hashes, content)
-    if excluded := left_out(issues):
+    excluded = left_out(issues)
+    if excluded:
         tell(f"left out  {len(excluded)} of {dataset}: {quarantine} says why")
-    computed, reused = sum(part.computed for part in parts), sum(part.reused for part in parts)
+    computed = sum(part.computed for part in parts)
+    reused = sum(part.reused for part in parts)
     print(f"{computed} recordings read, {reused} features reused")
     return computed, reused
 
@@ -162,8 +175,10 @@ def _parts(
     targets: Mapping[str, Target],
     threads: int,
 ) -> list[SessionFeatures]:
-    """Return the usable recordings of each session of `digests`, computed in several processes if
-    many are new."""
+    """Return the usable recordings of each session of `digests`.
+
+    Several processes compute the features if many recordings are new.
+    """
     checked: list[SessionAudio] = []
 
     def new_files() -> Iterator[tuple[str, AudioFile]]:
@@ -215,10 +230,9 @@ def _row(
         return RecordingRow(None, issues, file.sha256)
     try:
         feature = spectrum(result.samples, audio.sample_rate_hz, features)
-    except ValueError as error:  # for instance: not normalised, and beyond float32
+    except ValueError as error:  # for example a feature without normalisation, beyond float32
         fix = "change features in dataset.yaml, or set quality to reject"
-        names = (session, file.recording_id, "")
-        issue = Finding(*names, "error", "no_feature", str(error), fix)
+        issue = Finding(session, file.recording_id, "", "error", "no_feature", str(error), fix)
         return RecordingRow(None, (*issues, issue), file.sha256)
     return RecordingRow(feature, issues, file.sha256, result.levels_db)
 
@@ -274,7 +288,7 @@ def _joined(
 def _with_attributes(
     table: FeatureRows, dataset: str, audio: AudioSettings, features: FeatureSettings, digest: str
 ) -> FeatureRows:
-    """Return the table with what identifies the data set, and how it was computed."""
+    """Return the table with attributes: its data set, settings, software and inputs."""
     sources = set(table.columns["source"].values) if "source" in table.columns else set()
     rows = zip(table.columns["recording"].values, table.columns["sha256"].values, strict=True)
     inputs = sha256_of("\n".join(f"{name} {sha256}" for name, sha256 in rows).encode())
@@ -290,7 +304,10 @@ def _with_attributes(
 
 
 def _previous(path: Path, quarantine: Path, hashes: Path, digest: str) -> Previous:
-    """Return the rows of the last feature file; none if its settings differ or it is unreadable."""
+    """Return the rows of the last feature file.
+
+    There are none if its settings differ from `digest`, or if it cannot be read.
+    """
     previous = Previous()
     recorded = read_hashes(hashes)
     if recorded is None or not (path.is_file() and quarantine.is_file()):
@@ -311,7 +328,7 @@ def _previous(path: Path, quarantine: Path, hashes: Path, digest: str) -> Previo
     for feature, (name, session, sha256, flags, levels) in zip(table.feature, texts, strict=True):
         codes = set(filter(None, flags.split(",")))
         known = tuple(issue for issue in issues_of[name] if issue.code in codes)
-        if {issue.code for issue in known} == codes:  # else store and quarantine are of two runs
+        if {issue.code for issue in known} == codes:  # otherwise the two files are of two runs
             row = name.partition("/")[2]
             previous.rows[session][row, sha256] = RecordingRow(
                 feature, known, sha256, parse_levels(levels)

@@ -1,8 +1,8 @@
 """`ajgdata fetch`: download a published data set, or public recordings by name, into this project.
 
-A published data set is untrusted input: hashes and names are checked before anything is written
-into the project, nothing of it is run, and settings that could start a program are not taken over.
-It is registered completely or not at all. Spectra are not fetched: the next run computes them.
+A published data set is not trusted. Hashes and names are checked before anything is written into
+the project, no part of it is run, and settings that could start a program are not taken over. It is
+registered completely or not at all. Spectra are not downloaded, because the next run computes them.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from ajgdata.types import DataError, DatasetSpec, checked_name
 from ajgdata.types.formats import DATASET_FORMAT
 from ajgdata.types.replaced_keys import microphone_of
 
-#: Stored with the recordings, because the licence may require it.
+#: Files that are stored with the recordings, because the licence may require it.
 STORED_FILES = (Tree.README, Tree.LICENCE, Tree.SUMS)
 #: Keys of dataset.yaml that are not taken over: they can start a program or name other files.
 NOT_TAKEN_OVER = ("recipe", "protocol", "imports")
@@ -58,8 +58,11 @@ PUBLISH_AGAIN = "publish the data set again"
 
 @dataclass(frozen=True)
 class Fetched:
-    """The data set that was registered; `removed` are keys of its dataset.yaml that were not taken
-    over, `converted` are lines of an older version and the lines that replace them."""
+    """A registered data set, with its numbers of recordings and sessions.
+
+    `removed` are keys of its dataset.yaml that were not taken over. `converted` are lines of an
+    older version with their replacements.
+    """
 
     name: str
     recordings: int
@@ -71,20 +74,19 @@ class Fetched:
 def fetch_source(paths: Paths, dataset: str) -> Imported:
     """Download the public recordings of `dataset` and import them by the rules of its dataset.yaml.
 
-    They stay in a cache outside the project. Raises DataError, and imports nothing,
-    unless every byte is the right one.
+    The recordings stay in a cache outside the project. Raises DataError, and imports nothing, if
+    the sha256 of a file differs.
     """
     folder = bring(dataset, read_source(paths, dataset))
     return import_folder(paths, dataset, folder, settings=None, copy=False)[1]
 
 
 def fetch(paths: Paths, source: str, *, name: str = "") -> Fetched:
-    """Register the published data set at `source`, a folder or a web address, as `name` (default:
-    its own).
+    """Register the published data set at `source`, a folder or a web address.
 
-    An interrupted download resumes with the same call. Raises DataError, and changes nothing in the
-    project, for anything that is wrong, for a name that exists, and while another process fetches
-    the same data set.
+    It gets the `name`, by default its own name. The same call resumes an interrupted download.
+    Raises DataError, and changes nothing in the project, for a data set with an error, for a name
+    that exists, and while another process fetches the same data set.
     """
     if name:
         checked_name(name)
@@ -141,7 +143,8 @@ def _required(tree: Tree) -> dict[str, str]:
     """Return the hashes of the files to fetch, by name; the archive contains the recordings."""
     hashes = read_checksums(tree / tree.SUMS)
     required = {Tree.DECLARATION, Tree.ARCHIVE, *STORED_FILES} - {Tree.SUMS}
-    if missing := sorted(required - set(hashes)):
+    missing = sorted(required - set(hashes))
+    if missing:
         raise DataError(tree / tree.SUMS, f"does not name {missing[0]}", PUBLISH_AGAIN)
     return {
         name: digest
@@ -151,23 +154,27 @@ def _required(tree: Tree) -> dict[str, str]:
 
 
 def _config(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...], tuple[str, ...]]:
-    """Return the published data set config without tests on other data sets, its keys that are
-    not taken over, and its lines that were converted to this version."""
+    """Return the data set config of a published data set, without tests on other data sets.
+
+    Also return its keys that are not taken over, and its lines that were converted to this version.
+    """
     path = tree / tree.DECLARATION
     content = read_yaml(path)
     check_yaml_format(path, content, DATASET_FORMAT)
     if "from" in content:
         raise DataError(path, "is derived from another data set", DISTRUST)
     converted = _converted(content)
-    removed = tuple(key for key in NOT_TAKEN_OVER if content.pop(key, None))
-    spec, tasks = read_model(path, DatasetSpec, content), {}
+    removed = [key for key in NOT_TAKEN_OVER if content.pop(key, None)]
+    spec = read_model(path, DatasetSpec, content)
+    tasks = {}
     for name, task in spec.tasks.items():
         paper = task.paper
         if isinstance(paper, Mapping):
             paper = {part: row for part, row in paper.items() if part not in task.test_on}
-        removed += (f"test_on of {name}",) if task.test_on else ()
+        if task.test_on:
+            removed.append(f"test_on of {name}")
         tasks[name] = task.model_copy(update={"test_on": (), "paper": paper})
-    return spec.model_copy(update={"tasks": tasks}), removed, converted
+    return spec.model_copy(update={"tasks": tasks}), tuple(removed), converted
 
 
 def _converted(content: dict[str, object]) -> tuple[str, ...]:
@@ -200,8 +207,10 @@ def _check_free(paths: Paths, name: str) -> None:
 
 
 def _unpack(tree: Tree, folder: Path) -> None:
-    """Write the files of all sessions below `folder`. Raises DataError for a file that is not the
-    one of SHA256SUMS."""
+    """Write the files of all sessions below `folder`.
+
+    Raises DataError for a file whose hash is not that of SHA256SUMS, and for a damaged archive.
+    """
     hashes = read_checksums(tree / tree.SUMS)
     folder.mkdir()
     try:
@@ -218,7 +227,7 @@ def _unpack(tree: Tree, folder: Path) -> None:
                     continue
                 target = folder / checked_name(session, "session") / file
                 target.parent.mkdir(parents=True, exist_ok=True)
-                with source, target.open("wb") as stream:  # in blocks: a file may have any size
+                with source, target.open("wb") as stream:  # copied in blocks, for files of any size
                     shutil.copyfileobj(source, stream)
                 if file_sha256(target) != digest:
                     problem = f"its {name} is not the one of {tree.SUMS} (sha256 differs)"
@@ -229,16 +238,20 @@ def _unpack(tree: Tree, folder: Path) -> None:
 
 
 def _check(folder: Path) -> int:
-    """Return the number of recordings of a session. Raises DataError for a table or a file with an
-    error, and for a path that leaves the folder."""
+    """Return the number of recordings of a session.
+
+    Raises DataError for a table or a file with an error, and for a path that leaves the folder.
+    """
     session = read_session(folder)
     if session.audio_root is not None:
         raise DataError(f"session {folder.name}", "audio_root leaves the folder", DISTRUST)
-    if played := session.excitation:
+    played = session.excitation
+    if played:
         path = inside(folder, played.file)
         if not path.is_file() or file_sha256(path) != played.sha256:
             raise DataError(f"session {folder.name}", "lacks its excitation", PUBLISH_AGAIN)
     checked = check_session(folder)
-    if errors := [issue for issue in checked.findings if issue.level == "error"]:
+    errors = [issue for issue in checked.findings if issue.level == "error"]
+    if errors:
         raise DataError(f"session {folder.name}", errors[0].problem, DISTRUST)
     return len(checked.files)

@@ -45,7 +45,7 @@ from ajgdata.types import (
 DECLARED_FOLDS = 5
 #: Models of a first run: they train in seconds.
 FIRST_MODELS = ("linear", "knn")
-#: Groups of a pattern that count, and are not learnt unless named.
+#: Groups of a pattern that are counters: they are targets only if `--target` names them.
 COUNTERS = ("n", "fold", "take", "clip")
 
 
@@ -62,13 +62,14 @@ def import_folder(
 ) -> tuple[DatasetSpec, Imported]:
     """Import `folder` into `dataset`.
 
-    `settings` describe how file names or a table are read; the default is `imports` of
-    dataset.yaml, else the starter kit's convention. `microphone` is `audio.microphone` of a new
-    data set; None: see `pipeline.microphones`. Raises DataError, before anything is written,
-    if the folder cannot be understood, for a session that cannot be added to, and while another
-    process writes into the data set.
+    `settings` describe how file names or a table are read. The default is `imports` of
+    dataset.yaml, or the starter kit's convention for a new data set. `microphone` is
+    `audio.microphone` of a new data set; for None, see `pipeline.microphones`. Raises DataError,
+    before anything is written, if the file names or the table cannot be read, if recordings cannot
+    be added to a session, and while another process writes into the data set.
     """
-    folder, path = Path(folder), paths.dataset(checked_name(dataset))
+    folder = Path(folder)
+    path = paths.dataset(checked_name(dataset))
     declared = read_dataset(paths, dataset) if path.is_file() else None
     if declared and declared.recipe:
         raise DataError(path, "has a recipe, which makes its sessions", "choose another data set")
@@ -85,7 +86,7 @@ def import_folder(
         check_added_channels(paths, dataset, scanned, contents, used, is_requested=is_requested)
     spec = declared or declare(dataset, scanned, contents, chosen, targets, microphone)
     _note_columns(paths, spec, scanned, targets)
-    # a template can name sessions of another folder by chance, a name is meant
+    # A template can give the name of an existing session by chance; a written name is intended.
     is_named = bool(settings and settings.session and not template_columns(settings.session))
     with alone(paths.recordings(dataset), BRINGING):
         try:
@@ -99,11 +100,11 @@ def import_folder(
 
 
 def _chosen(options: ImportSettings | None, declared: DatasetSpec | None) -> ImportSettings:
-    """Return the given settings, completed by dataset.yaml; else the starter kit's convention."""
+    """Return the given settings, completed by dataset.yaml or by the starter kit's convention."""
     before = declared.imports if declared else ImportSettings(pattern="starter-kit")
     if options is None:
         return before
-    if options.pattern or options.table:  # another way to read the folder: nothing else holds
+    if options.pattern or options.table:  # the stored settings are for another way of reading
         return options
     return before.model_copy(update=options.model_dump(exclude_defaults=True))
 
@@ -129,12 +130,15 @@ def _note_columns(paths: Paths, spec: DatasetSpec, scanned: Scan, targets: Seque
 
     Raises DataError for a target that `spec` does not have.
     """
-    if unknown := sorted(set(map(slug, targets)) - set(spec.targets)):
+    unknown = sorted(set(map(slug, targets)) - set(spec.targets))
+    if unknown:
         problem = f"{spec.name} is declared already, without {unknown[0]!r}"
         raise DataError("--target", problem, f"add it to {paths.dataset(spec.name)}")
-    if free := [column for column in scanned.label_columns() if column not in spec.targets]:
-        scanned.remarks["note"].append(("stored, but not a target", ", ".join(free)))
-    if names := unpublishable(scanned.label_columns()):
+    not_targets = [column for column in scanned.label_columns() if column not in spec.targets]
+    if not_targets:
+        scanned.remarks["note"].append(("stored, but not a target", ", ".join(not_targets)))
+    names = unpublishable(scanned.label_columns())
+    if names:
         reason = f"{', '.join(names)}; to publish the data set, {RENAME}"
         scanned.remarks["note"].append(("columns that cannot be published", reason))
 
@@ -147,18 +151,20 @@ def declare(
     targets: Sequence[str],
     microphone: int | str | None = None,
 ) -> DatasetSpec:
-    """Return a first dataset.yaml for what an import found; people are meant to complete it.
+    """Return a first dataset.yaml of an imported folder, for a person to complete.
 
-    `targets` are the label columns to learn (default: all of a pattern's; a table's must be named),
-    `object` among them. Why they are numbers or classes is noted. A task is declared for each
-    target that has two classes; if none has, for all, because more recordings may follow.
+    `targets` are label columns or `object`. By default they are all columns of a pattern; columns
+    of a table must be named. Notes give the reasons why a target is a number or a class. Each
+    target with at least two values gets a task. If there is no such target, each target gets a
+    task, because more recordings may follow.
     """
     columns = sorted(scanned.label_columns())
     chosen = list(dict.fromkeys(map(slug, targets))) or list(filter(_is_learnt, columns))
     if any(file.cells["object"] for file in scanned.files):
         columns.append("object")
         chosen = chosen or ["object"]
-    if unknown := [target for target in chosen if target not in columns]:
+    unknown = [target for target in chosen if target not in columns]
+    if unknown:
         raise DataError("--target", f"there is no column {unknown[0]!r}", f"use one of {columns}")
     if settings.table and not targets:
         raise DataError("--target", "a table has many columns", f"name labels among {columns}")
@@ -191,12 +197,12 @@ def declare(
 
 
 def _is_learnt(column: str) -> bool:
-    """Return True for a group of a pattern that is a target although `--target` is not given."""
+    """Return whether a group of a pattern is a target without `--target`."""
     return column not in COUNTERS and not re.fullmatch(UNUSED_FIELD.format(r"\d+"), column)
 
 
 def _note_cells(scanned: Scan, column: str, inference: InferredTarget) -> None:
-    """Note the recordings whose cell is missing by its text, and warn about doubtful cells."""
+    """Note the recordings whose text stands for a missing value, and warn about doubtful cells."""
     files: dict[str, list[str]] = defaultdict(list)
     for file in scanned.files:
         files[file.text(column)].append(file.path.as_posix())
@@ -211,7 +217,7 @@ def _note_cells(scanned: Scan, column: str, inference: InferredTarget) -> None:
 
 
 def _common_audio(scanned: Scan, contents: Contents, microphone: int | str | None) -> AudioSettings:
-    """Return the commonest rate of the readable files, and the microphone that is used.
+    """Return the most common rate of the readable files, and the microphone.
 
     Raises DataError if no file is a sound, and as `chosen_microphone` does.
     """

@@ -1,4 +1,4 @@
-"""Whether a column of texts is declared as numbers or as classes."""
+"""Decide whether a column of texts is a target of numbers or of classes."""
 
 from __future__ import annotations
 
@@ -88,6 +88,7 @@ def inferred_target(cells: Mapping[str, int]) -> InferredTarget:
 def _declared(
     kind: Kind, missing: Collection[str], reason: str, doubts: Collection[Doubt | None]
 ) -> InferredTarget:
+    """Return a target with the texts that stand for a missing value, and with its doubts."""
     if missing:
         reason += f"; declared missing: {', '.join(sorted(missing))}"
     target = Target.model_validate({"kind": kind, "missing": tuple(sorted(missing))})
@@ -95,7 +96,7 @@ def _declared(
 
 
 def _split(cells: Mapping[str, int]) -> tuple[dict[str, int], dict[str, int]]:
-    """Return the cells that are finite numbers, and the others."""
+    """Return the cells that are finite numbers, and the cells that are not."""
     numbers: dict[str, int] = {}
     words: dict[str, int] = {}
     for text, count in sorted(cells.items()):
@@ -109,12 +110,13 @@ def _split(cells: Mapping[str, int]) -> tuple[dict[str, int], dict[str, int]]:
 
 
 def _counted(texts: Mapping[str, int], count: int) -> str:
-    """Return `2 of 24 cells are`."""
+    """Return the number of cells with these texts, for example `2 of 24 cells are`."""
     own = sum(texts.values())
     return f"{own} of {count} cells {'is' if own == 1 else 'are'}"
 
 
 def _not_numbers(words: Mapping[str, int], count: int) -> Doubt | None:
+    """Return the doubt about words in a column of numbers."""
     if not words:
         return None
     noun = "a number" if sum(words.values()) == 1 else "numbers"
@@ -134,12 +136,14 @@ def _commas(words: Mapping[str, int], numbers: Mapping[str, int], count: int) ->
 
 
 def _many_numbers(words: Mapping[str, int], count: int) -> Doubt:
+    """Return the doubt about a column of classes that are mostly numbers."""
     problem = f"only {_counted(words, count)} not numbers, but the column is declared as a class"
     fix = "for a column of numbers, correct the cells, and import into a new data set"
     return Doubt(tuple(words), problem, fix)
 
 
 def _like_missing(missing: Mapping[str, int], count: int) -> Doubt | None:
+    """Return the doubt about classes whose names usually stand for a missing value."""
     if not missing:
         return None
     problem = f"{_counted(missing, count)} probably missing, but a class of its own"

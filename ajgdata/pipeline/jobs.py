@@ -22,15 +22,19 @@ from ajgdata.types import DataError, one_line
 def run_job(job: Any) -> None:
     """Call the function that a rule names in its parameter `function` (`module:function`).
 
-    It gets the inputs, outputs, wildcards and params that it takes, by name. `job` is the object
-    `snakemake` of scripts. Values become what the function's annotations require, e.g. paths and
-    settings. Other arguments: `paths`, `log` and `threads`. Networks are trained on `device`.
+    `job` is the object `snakemake` of scripts. The parameters of the function are names of inputs,
+    outputs, wildcards and params of the rule, or `paths`, `log` and `threads`. Values are converted
+    to the annotated types, for example paths and settings. Networks are trained on `device`.
     """
     function = resolve_name(f"{__package__}.{job.params.function}")
-    values = {"paths": Paths(run=job.params.get("run", "")), "log": job.log[0]}
-    values["threads"] = job.threads
+    values = {
+        "paths": Paths(run=job.params.get("run", "")),
+        "log": job.log[0],
+        "threads": job.threads,
+    }
     for named in (job.input, job.output, job.wildcards, job.params):
-        values |= {key: [*v] if isinstance(v, list) else v for key, v in named.items()}
+        for name, value in named.items():
+            values[name] = [*value] if isinstance(value, list) else value
     arguments = {
         name: values[name] for name in inspect.signature(function).parameters if name in values
     }
@@ -42,8 +46,8 @@ def run_job(job: Any) -> None:
 def logged(log: str) -> Iterator[None]:
     """Send the output of a job to `log`.
 
-    A DataError, or a lack of space, permission or memory, ends the process with one line, a bug
-    with a traceback.
+    The process ends with one line after a DataError, or if space, permission or memory are missing.
+    Other errors have a traceback.
     """
     Path(log).parent.mkdir(parents=True, exist_ok=True)
     with Path(log).open("w", encoding="utf-8", buffering=1) as stream:

@@ -13,10 +13,15 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-#: Fourier transforms of 2^14 complex numbers, products of matrices of 256 x 256, and additions in
-#: Python: each kind takes about a third of a second at speed 1.
-TRANSFORMS, PRODUCTS, ADDITIONS = 1162, 397, 8_333_333
-CPU_INFO = Path("/proc/cpuinfo")  #: on Linux
+# Each of the three parts of the computation takes about a third of a second at speed 1.
+#: Number of Fourier transforms of 2^14 complex numbers.
+TRANSFORMS = 1162
+#: Number of products of matrices of 256 x 256.
+PRODUCTS = 397
+#: Number of additions in Python.
+ADDITIONS = 8_333_333
+#: Description of the processor on Linux.
+CPU_INFO = Path("/proc/cpuinfo")
 
 
 def machine_line() -> str:
@@ -31,7 +36,8 @@ def machine_line() -> str:
 def calibrate() -> float:
     """Return the CPU time of the fixed computation on one core, in s."""
     random = np.random.default_rng(0)
-    signal, matrix = random.normal(size=2**14) + 0j, random.normal(size=(256, 256))
+    signal = random.normal(size=2**14) + 0j
+    matrix = random.normal(size=(256, 256))
     with threadpool_limits(limits=1):
         start_s = time.process_time()
         for _ in range(TRANSFORMS):

@@ -17,6 +17,7 @@ from ajgdata.store.audio import AudioError, check_channels, read_channels
 from ajgdata.store.importing import Contents
 from ajgdata.store.scan import Scan
 from ajgdata.types import AudioSettings, DataError
+from ajgdata.types.base import many
 
 #: Most files whose channels are compared, spread evenly over the folder: the cost of an import does
 #: not grow with the number of files.
@@ -41,10 +42,10 @@ def chosen_microphone(
 ) -> int | str | None:
     """Return `audio.microphone` for the files of a folder; every choice becomes a remark.
 
-    Without a request, files with one channel need none. Channels that contain nearly the same sound
-    are averaged. Raises DataError with level and correlation of each channel if they do not, and
-    if no file has the requested microphone. Different numbers of channels, and each file that
-    cannot be used with the choice, are remarks `channels`.
+    Without a request, files with one channel need no microphone, and channels that contain nearly
+    the same sound are averaged. Raises DataError with level and correlation of each channel if the
+    sounds differ, and if no file has the requested microphone. Different numbers of channels, and
+    each file that cannot be used with the choice, are remarks `channels`.
     """
     counts = {path: info.channels for path, (_, info) in contents.items() if info}
     microphone = requested
@@ -53,8 +54,10 @@ def chosen_microphone(
         _check_alike(scanned, statistics)
         microphone = "mean"
     if isinstance(microphone, int) and microphone > max(counts.values()):
-        problem = f"microphone {microphone} is not in the files, which have up to "
-        problem += f"{max(counts.values())} channels"
+        largest = max(counts.values())
+        problem = (
+            f"microphone {microphone} is not in the files, which have up to {largest} channels"
+        )
         raise DataError("--microphone", problem, "choose a smaller number, or mean")
     _note_choice(scanned, counts, microphone, is_guess=requested is None)
     return microphone
@@ -72,8 +75,10 @@ def _statistics(scanned: Scan, counts: dict[Path, int]) -> ChannelStatistics | N
 
 
 def compared_channels(scanned: Scan, files: Sequence[Path]) -> ChannelStatistics | None:
-    """Return level and correlation of the channels of files that have equally many; None if nothing
-    in them can be compared."""
+    """Return level and correlation of the channels of files with equal numbers of channels.
+
+    Return None if nothing in the files can be compared.
+    """
     step = max(1, -(-len(files) // MAX_COMPARED_FILES))
     recordings = []
     for path in sorted(files)[::step]:
@@ -85,8 +90,7 @@ def compared_channels(scanned: Scan, files: Sequence[Path]) -> ChannelStatistics
 
 
 def _check_alike(scanned: Scan, statistics: ChannelStatistics | None) -> None:
-    """Raise DataError unless the channels contain nearly the same sound; else note the measured
-    values."""
+    """Note the measured values. Raise DataError unless the channels have nearly the same sound."""
     if statistics is None:
         fix = "add --microphone with a number from 1, or --microphone mean"
         raise DataError(scanned.folder, "has files with several channels without sound", fix)
@@ -113,11 +117,14 @@ def _note_choice(
     if max(counts.values()) == 1 and microphone is None:
         return
     if microphone == "mean":
-        used = "the mean of all channels is used"
+        choice = "the mean of all channels is used"
+    elif microphone is None:
+        choice = "none: one channel is used"
     else:
-        used = f"microphone {microphone} is used" if microphone else "none: one channel is used"
-    guess = "; to change it, edit this key in dataset.yaml"
-    scanned.remarks["note"].append(("audio.microphone", used + (guess if is_guess else "")))
+        choice = f"microphone {microphone} is used"
+    if is_guess:
+        choice += "; to change it, edit this key in dataset.yaml"
+    scanned.remarks["note"].append(("audio.microphone", choice))
     if len(set(counts.values())) > 1:
         reason = (
             f"{_numbers(counts)} channels: recordings that differ in this may not be comparable"
@@ -141,6 +148,4 @@ def note_unusable_files(
 def _numbers(counts: dict[Path, int]) -> str:
     """Return the numbers of channels in a folder with their numbers of files."""
     files = Counter(counts.values())
-    return " and ".join(
-        f"{count} ({files[count]} file{'s' * (files[count] > 1)})" for count in sorted(files)
-    )
+    return " and ".join(f"{count} ({many(files[count], 'file')})" for count in sorted(files))

@@ -19,7 +19,7 @@ from ajgdata.types.session import PLACEMENT_COLUMN
 
 
 class Pilot(NamedTuple):
-    """Scores of n held-out recordings of one model on one task, and what the recordings share."""
+    """Scores of n held-out recordings of one model on one task, and the units of the recordings."""
 
     score: np.ndarray  #: (n,), see `evaluate.planning.recording_scores`
     units: Mapping[DesignLevel, np.ndarray]  #: each (n,), see `evaluate.planning.design_units`
@@ -112,8 +112,10 @@ def _default_split(rows: Sequence[dict[str, str]], task: str, model: str) -> str
 def _predictions_of(
     rows: Sequence[dict[str, str]], file: Path, task: str, model: str, split: str
 ) -> list[dict[str, str]]:
-    """Return the rows of a task, model and split. Raises DataError, which lists them, if there are
-    no such rows."""
+    """Return the rows of a task, model and split.
+
+    Raises DataError with the existing combinations if there are no such rows.
+    """
     tested = [
         row
         for row in rows
@@ -132,10 +134,10 @@ def _predictions_of(
 def _read_labels(
     paths: Paths, dataset: str, recordings: np.ndarray
 ) -> tuple[dict[str, np.ndarray], str]:
-    """Return the labels (n,) of `recordings` (n,) by column, "" for a missing column; and whether
-    these are simulated or recorded.
+    """Return the labels (n,) of `recordings` (n,) by column, and their source.
 
-    Raises DataError if the features lack a recording.
+    The labels of a missing column are "". The source is `simulated` or `recorded`. Raises DataError
+    if a recording is not in the feature file.
     """
     file = paths.features(dataset)
     columns = ("session_id", "object", PLACEMENT_COLUMN, "grasp_id")

@@ -1,4 +1,4 @@
-"""Played sounds of the sessions of a data set: their differences look like objects."""
+"""Differences between the played sounds of sessions. A model can mistake them for objects."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ class PlayedSound:
 
 
 def played_sound_issues(paths: Paths, spec: DatasetSpec, names: list[str]) -> Iterator[Finding]:
-    """Yield a warning for each session whose played sound cannot be read, differs from the sound of
-    the first session, or from `excitation` of dataset.yaml.
+    """Yield a warning for each session with an unreadable or different played sound.
 
-    A data set with imported sounds is compared with dataset.yaml only if `excitation` is declared
-    there, because its default is the sound that would be played, not the sound that was.
+    Sounds are compared with the sound of the first session, and with `excitation` of dataset.yaml.
+    Imported sounds are compared with `excitation` only if dataset.yaml declares it, because its
+    default is not necessarily the sound that was played.
     """
     sounds: list[PlayedSound] = []
     for name in names:
@@ -56,22 +56,33 @@ def played_sound_issues(paths: Paths, spec: DatasetSpec, names: list[str]) -> It
     for sound in sounds:
         file = sound.path.name
         if not _equal(sounds[0], sound):
-            problem = f"the played sound {_named(sound)} differs from that of session "
-            problem += f"{sounds[0].session_id}, {_named(sounds[0])}"
+            first = sounds[0]
+            problem = (
+                f"the played sound {_named(sound)} differs from that of session "
+                f"{first.session_id}, {_named(first)}"
+            )
             yield _warning(sound.session_id, file, problem, _SEPARATE)
-        if (difference := _from_declared(sound, spec)) is not None:
-            problem = f"the played sound {_named(sound)} is not `excitation` of {DATASET_FILE} "
+        difference = _difference_from_declared(sound, spec)
+        if difference is not None:
+            problem = (
+                f"the played sound {_named(sound)} is not `excitation` of {DATASET_FILE} "
+                f"({difference})"
+            )
             fix = f"correct `excitation`, or {_SEPARATE}"
-            yield _warning(sound.session_id, file, f"{problem}({difference})", fix)
+            yield _warning(sound.session_id, file, problem, fix)
 
 
 def _warning(session: str, file: object, problem: str, fix: str) -> Finding:
+    """Return a warning about the played sound of a session."""
     return Finding(session, WHOLE, Path(str(file)).name, "warning", _CODE, problem, fix)
 
 
 def _played_sound(folder: Path) -> PlayedSound | None:
-    """Return the played sound of a session; None if there was none, or if session.yaml cannot be
-    read, which is another issue. Raises DataError for a file that is not the stored one."""
+    """Return the played sound of a session.
+
+    Return None if the session has none, or if session.yaml cannot be read, which is another issue.
+    Raises DataError if the sha256 of the file differs from session.yaml.
+    """
     try:
         session = read_session(folder)
     except DataError:
@@ -87,12 +98,13 @@ def _played_sound(folder: Path) -> PlayedSound | None:
 
 
 def _named(sound: PlayedSound) -> str:
+    """Return the description of a played sound with its hash, in brackets."""
     text = sound.about.description or sound.about.file
     return f"({text}, sha256 {sound.about.sha256[:8]}…)"
 
 
 def _equal(first: PlayedSound, second: PlayedSound) -> bool:
-    """Return True if two sessions played the same sound, whatever the format of its file."""
+    """Return whether two sessions played the same sound. The formats of the files may differ."""
     if first.about.sha256 == second.about.sha256:
         return True
     if _rate_hz(first) != _rate_hz(second):
@@ -117,17 +129,21 @@ def _samples(sound: PlayedSound) -> NDArray[np.float32]:
 
 
 def _same_samples(first: NDArray[Any], second: NDArray[Any]) -> bool:
+    """Return whether two sounds (frames, channels) have the same samples. Empty ones have not."""
     if first.shape != second.shape or not len(first):
         return False
     return float(np.abs(first - second).max()) <= SAME_SAMPLES
 
 
-def _from_declared(sound: PlayedSound, spec: DatasetSpec) -> str | None:
-    """Return in which way a played sound differs from dataset.yaml; None if it does not, or if
-    there is nothing to compare with."""
+def _difference_from_declared(sound: PlayedSound, spec: DatasetSpec) -> str | None:
+    """Return the difference between a played sound and dataset.yaml; None without a difference.
+
+    Return None also if dataset.yaml or session.yaml has no settings to compare.
+    """
     settings = sound.about.settings
     if settings is not None:
-        if (stored := _declaration(settings)) is None:
+        stored = _declaration(settings)
+        if stored is None:
             return None
         differing = _differing(stored.model_dump(), spec.excitation.model_dump())
         return ", ".join(differing) or None

@@ -1,4 +1,4 @@
-"""Calls of a function for many items, shared with other processes if there are enough items."""
+"""Call a function for many items. With enough items, several processes share the work."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ajgdata.types import DataError
 Item = TypeVar("Item")
 Returned = TypeVar("Returned")
 
-#: Recordings for each process. A process needs 0.45 s to import its modules, in which one core
+#: Recordings for each process. A process needs 0.45 s to import its modules. In this time, one core
 #: computes the features of 650 recordings of one second.
 ITEMS_PER_PROCESS = 1_000
 #: Items that a process computes at a time, in about 20 ms.
@@ -27,7 +27,7 @@ _BLOCK = 32
 
 
 def process_count(items: int) -> int:
-    """Return the number of processes for which there are enough items.
+    """Return the number of processes that share this number of items.
 
     >>> from ajgdata.pipeline.processes import process_count
     >>> process_count(999), process_count(1_000), process_count(5_000)
@@ -41,23 +41,23 @@ def results_of(
 ) -> list[Returned]:
     """Return the results of a function for all items, in their order.
 
-    This process computes them, or `processes` other processes if there are ITEMS_PER_PROCESS items
-    or more. The others begin while an iterator `items` is read. Function, items and results can be
-    pickled. Raises what the function raises, and DataError if a process is killed.
+    With at least ITEMS_PER_PROCESS items, `processes` other processes compute the results, and
+    begin while `items` is read. Otherwise this process computes them. Function, items and results
+    must be picklable. Raises errors of the function, and DataError if a process is killed.
     """
     source = iter(items)
     first = list(islice(source, ITEMS_PER_PROCESS)) if processes > 1 else []
     every = chain(first, source)
     if len(first) < ITEMS_PER_PROCESS:
         return [function(item) for item in every]
-    # Forking would copy the locks of threads in any state.
+    # A fork would copy locks that other threads hold.
     context = multiprocessing.get_context("spawn")
     try:
         with ProcessPoolExecutor(processes, context, _prepare_worker) as pool:
             try:
                 blocks = [pool.submit(_each, function, block) for block in _blocks(every)]
                 return [result for block in blocks for result in block.result()]
-            except BaseException:  # also Ctrl-C: only wait for blocks that are being computed
+            except BaseException:  # after Ctrl-C as well, blocks that have not begun are dropped
                 pool.shutdown(cancel_futures=True)
                 raise
     except BrokenProcessPool:
@@ -68,24 +68,27 @@ def results_of(
 
 def _blocks(items: Iterator[Item]) -> Iterator[list[Item]]:
     """Yield all items in lists of up to _BLOCK."""
-    while block := list(islice(items, _BLOCK)):
+    block = list(islice(items, _BLOCK))
+    while block:
         yield block
+        block = list(islice(items, _BLOCK))
 
 
 def _each(function: Callable[[Item], Returned], items: Sequence[Item]) -> list[Returned]:
     """Return the results of a function for some items, computed by one core."""
-    with threadpool_limits(limits=1):  # of the libraries that are loaded by now
+    # The limit applies to libraries that are loaded, so it is set for each block.
+    with threadpool_limits(limits=1):
         return [function(item) for item in items]
 
 
 def _prepare_worker() -> None:
-    """Leave Ctrl-C to the parent, and end with it."""
+    """Let only the parent handle Ctrl-C, and end this process with its parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
 def _end_with_parent() -> None:
-    """End this process if its parent is killed, for which the pool would wait for ever."""
+    """End this process if its parent is killed. Otherwise it would wait for work without end."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

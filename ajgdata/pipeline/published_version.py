@@ -105,7 +105,8 @@ def _changed_spectra(old_file: Path, new_file: Path) -> list[str]:
 
 def _changed_keys(old: Tree, new: Tree, file: str) -> list[str]:
     """Return a phrase with the keys of a YAML file whose values differ."""
-    before, after = read_yaml(old / file), read_yaml(new / file)
+    before = read_yaml(old / file)
+    after = read_yaml(new / file)
     keys = sorted(
         key
         for key in before.keys() | after.keys()

@@ -1,7 +1,6 @@
-"""Recordings -> samples fit for a feature, with everything that was found on the way.
+"""Read recordings and check whether they can be used.
 
-The one place that decides whether a recording can be used: the workflow and `ajgdata check`
-both come through here.
+The workflow and `ajgdata check` both use this module, so they agree on usable recordings.
 """
 
 from __future__ import annotations
@@ -22,8 +21,11 @@ from ajgdata.types import AudioSettings, DataError, Finding, NotPossibleError, R
 
 @dataclass(frozen=True)
 class Examined:
-    """Samples (n,) float32, None if the recording cannot be used, remarks, and the levels of the
-    channels of its file in dB of full scale."""
+    """A recording that was read and checked.
+
+    `samples` (n,) are float32, and None if the recording cannot be used. `levels_db` are the levels
+    of the channels of the file in dB of full scale.
+    """
 
     samples: np.ndarray | None
     remarks: tuple[Remark, ...]
@@ -33,37 +35,36 @@ class Examined:
 def examine(
     path: Path, audio: AudioSettings, window: int, band_hz: tuple[float, float] | None = None
 ) -> Examined:
-    """Read and check one recording; its feature has windows of `window` samples, and the bins of
-    `band_hz`."""
+    """Read and check one recording for a feature with windows of `window` samples and `band_hz`."""
     try:
         read = read_audio(path, audio)
     except AudioError as error:
         return Examined(None, (error.remark,))
     remarks = tuple(check_audio(read, window, band_hz))
-    if errors := tuple(remark for remark in remarks if remark.level == "error"):
-        return Examined(None, errors)  # what else is odd about it no longer matters
+    errors = tuple(remark for remark in remarks if remark.level == "error")
+    if errors:
+        return Examined(None, errors)
     return Examined(read.samples, remarks, read.levels_db)
 
 
 class RecordingReader:
-    """Samples of recordings of several data sets, and what was played to them.
-
-    `audio` says how the recordings of each data set are read.
-    """
+    """Reads samples of recordings of several data sets; `audio` has the settings of each."""
 
     def __init__(self, paths: Paths, audio: Mapping[str, AudioSettings]) -> None:
-        self._paths, self._audio = paths, dict(audio)
+        self._paths = paths
+        self._audio = dict(audio)
         self._sessions: dict[tuple[str, str], tuple[Session, dict[str, Recording]]] = {}
 
     def samples(self, dataset: str, names: Sequence[str], window: int) -> Iterator[np.ndarray]:
-        """Yield the samples (n,) of recordings of a data set, fit for windows of that length.
+        """Yield the samples (n,) of recordings of a data set, checked for windows of `window`.
 
-        Raises NotPossibleError for one that cannot be used, or that was edited.
+        Raises NotPossibleError for a recording that cannot be used, or whose file was edited.
         """
         for name in names:
             session, _, recording_id = name.partition("/")
             declared, rows = self._session(dataset, session)
-            row, folder = rows[recording_id], self._paths.session(dataset, session)
+            row = rows[recording_id]
+            folder = self._paths.session(dataset, session)
             try:
                 path = audio_path(folder, declared, row)
                 checked_sha256(path, row.sha256, dataset)
@@ -71,13 +72,14 @@ class RecordingReader:
                 raise NotPossibleError(f"recording {name!r}: {error.problem}") from None
             samples = examine(path, self._audio[dataset], window).samples
             if samples is None:
-                problem = f"recording {name!r} cannot be used with a window of {window}"
                 raise NotPossibleError(
-                    f"{problem}: see its data set's quarantine, or lower the window"
+                    f"recording {name!r} cannot be used with a window of {window}: see its data "
+                    "set's quarantine, or lower the window"
                 )
             yield samples
 
     def _session(self, dataset: str, session: str) -> tuple[Session, dict[str, Recording]]:
+        """Return a session and its rows by recording_id, which are read once."""
         if (dataset, session) not in self._sessions:
             folder = self._paths.session(dataset, session)
             rows = {row.recording_id: row for row in read_recordings(folder)[0]}
@@ -86,5 +88,5 @@ class RecordingReader:
 
 
 def finding(session: str, recording_id: str, path: Path, remark: Remark) -> Finding:
-    """A remark, with the recording it is about."""
+    """Return a remark as an issue of its recording."""
     return Finding(session, recording_id, path.name, *remark)

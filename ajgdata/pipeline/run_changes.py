@@ -15,8 +15,11 @@ from ajgdata.store.freshness import FeatureHashes, read_hashes, table_changes, t
 
 @dataclass(frozen=True)
 class FeatureState:
-    """The features of a data set before a run: their hashes, None if there are none, and whether
-    the tables are those that they were computed from."""
+    """The features of a data set before a run.
+
+    `hashes` is None if there are no features. `is_current` is whether the tables have not changed
+    since the features were computed.
+    """
 
     hashes: FeatureHashes | None
     is_current: bool
@@ -25,7 +28,7 @@ class FeatureState:
 def feature_states(paths: Paths, plans: Mapping[str, DatasetPlan]) -> dict[str, FeatureState]:
     """Return the state of the features of each data set.
 
-    Raises DataError for a table that cannot be read: what is outdated would be unknown.
+    Raises DataError for a table that cannot be read.
     """
     states = {}
     for name, plan in plans.items():
@@ -41,15 +44,16 @@ def changed_during_run(
 ) -> Iterator[str]:
     """Yield a line for each data set whose tables are no longer those that this run used.
 
-    A data set whose features were outdated before the run, and which the run did not compute again
-    (its target was another one), is not part of the run.
+    A data set is not part of the run if its features were outdated before the run, and the run did
+    not compute them again.
     """
     for name, state in before.items():
         hashes = read_hashes(paths.session_hashes(name))
         if hashes is None or (hashes == state.hashes and not state.is_current):
             continue
         tables = table_digests(paths, name, plans[name].virtual)
-        if changes := table_changes(hashes.tables, tables):
+        changes = table_changes(hashes.tables, tables)
+        if changes:
             yield (
                 f"{name}: {', '.join(changes)} during the run; "
                 f"its results are outdated, `ajgdata run {name}` computes them again"

@@ -13,15 +13,18 @@ from ajgdata.gripper.simulation import simulate
 from ajgdata.gripper.solver_plan import Plan, build_plan
 from ajgdata.studies.noise_free import relative_error, timed
 
-#: Simulations of a plan; the shortest time counts.
+#: Number of simulations of a plan, of which the shortest time counts.
 REPEATS = 2
 #: Upper end of the modes of a complete plan (Hz).
 ALL_MODES_HZ = 21_000.0
 
 
 class Savings(NamedTuple):
-    """Omitted physics of a scene, the share of the CPU time that this saves, and the relative
-    error (L2) of the magnitude spectrum of the response."""
+    """Omitted physics of a scene.
+
+    `time` is the saved share of the CPU time. `error` is the relative error (L2) of the magnitude
+    spectrum of the response.
+    """
 
     omitted: tuple[str, ...]
     time: float

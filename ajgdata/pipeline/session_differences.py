@@ -62,7 +62,7 @@ def read_session_tables(paths: Paths, spec: DatasetSpec) -> SessionTables:
             unusable.add((name, WHOLE))
             continue
         sessions[name] = session
-        unusable |= {(name, issue.recording_id) for issue in issues}
+        unusable.update((name, issue.recording_id) for issue in issues)
         for row, texts in zip(rows, label_rows(session, rows), strict=True):
             key = f"{name}/{row.recording_id}"
             recordings[key] = row
@@ -144,7 +144,8 @@ def _different_labels(spec: DatasetSpec, store: FeatureRows, tables: SessionTabl
         {name: {"sha256": stated[name] or hashes[name]} for name in names},
     )
     for name in sorted(set(store.columns) & set(current)):
-        old, new = store.columns[name].attrs, current[name].attrs
+        old = store.columns[name].attrs
+        new = current[name].attrs
         changed = [key for key in _DEFINED if old.get(key) != new.get(key)]
         if changed and "target" in (old.get("role"), new.get("role")):
             phrases.append(f"definition of {name} in dataset.yaml")
