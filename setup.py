@@ -1,7 +1,7 @@
-"""Packages of the wheel; everything else is in pyproject.toml, which cannot say this.
+"""List the packages of the wheel. All other settings are in pyproject.toml.
 
-`reports/`, which people edit, stands at the top of the project; in a wheel it is part of the
-package.
+People edit `reports/`, so this folder is at the top of the repository. A wheel contains it as
+`ajgdata.reports`. pyproject.toml can list packages or search for them, but not do both.
 """
 
 from setuptools import find_packages, setup

@@ -1,11 +1,11 @@
-"""Acoustic sensing with jamming grippers: recordings in, features, models and a report out.
+"""Acoustic sensing with jamming grippers: from recordings to features, models and a report.
 
 >>> import ajgdata
->>> recordings = ajgdata.load_recordings("size")  # an xarray.Dataset, lazily
->>> with ajgdata.load_features("size") as features:  # another, with the same labels
+>>> recordings = ajgdata.load_recordings("size")  # an xarray.Dataset; files are read when used
+>>> with ajgdata.load_features("size") as features:  # an xarray.Dataset with the same labels
 ...     bool((features.edge_mm.values == recordings.edge_mm.values).all())
 True
->>> train, test = ajgdata.load_dataset("size").folds("size")[0]  # no grasp is in both
+>>> train, test = ajgdata.load_dataset("size").folds("size")[0]  # no grasp is in both parts
 >>> train.X.shape, test.X.shape  # (recordings, bins of the spectrum)
 ((12, 1025), (4, 1025))
 """
@@ -64,7 +64,8 @@ __all__ = [
     "spectrum",
     "wilson_interval",
 ]
-#: Modules of the public names, each imported when one of its names is first used.
+#: Public names by module. A module is imported when one of its names is first used, so
+#: `import ajgdata` does not load pandas or scikit-learn.
 _MODULES = {
     "ajgdata.evaluate.agreement": (
         "Estimate",
@@ -92,7 +93,7 @@ _MODULES = {
 
 
 def __dir__() -> list[str]:
-    """Return the names for tab completion, without an import of their modules."""
+    """Return the names for tab completion; no module is imported."""
     return sorted({*globals(), *__all__, "tutorial"})
 
 

@@ -1,4 +1,7 @@
-"""The functions of `import ajgdata`: features, recordings and folds of a data set, ready to use."""
+"""Load the features, recordings, folds, metrics and models of a project.
+
+`import ajgdata` offers these functions.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,7 @@ from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withhel
 from ajgdata.paths import Paths, find_project, run_name
 from ajgdata.store.features import open_store, read_store
 from ajgdata.store.freshness import changes_since_features
+from ajgdata.store.metrics import read_metrics
 from ajgdata.store.models import other_version_reported, read_about, read_estimator, read_guard
 from ajgdata.store.sessions import check_declared, check_one_source, read_dataset, whole_sessions
 from ajgdata.types import (
@@ -27,6 +31,7 @@ from ajgdata.types import (
     NotPossibleError,
     checked_name,
 )
+from ajgdata.types.registry import TRUSTED_TYPES
 from ajgdata.types.session import SIMULATED_SOURCES
 
 if TYPE_CHECKING:
@@ -36,11 +41,12 @@ if TYPE_CHECKING:
 
     from ajgdata.live.predictor import Predictor
 
+#: Folder that contains `datasets/`; None: see `find_project`.
 Project = str | Path | None
 
 
 def load_features(name: str, project: Project = None) -> xr.Dataset:
-    """Return the features of the data set `name`, lazily, and its labels.
+    """Return the features and labels of the data set `name`; the features are read when used.
 
     Returns an xarray.Dataset with `feature` (recording, frequency), float32, and every label as a
     coordinate along `recording` (numbers: NaN is missing; text: "" is missing). `recording` is
@@ -68,17 +74,18 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
 
 
 def load_recordings(name: str, project: Project = None) -> xr.Dataset:
-    """Return the recordings of the data set `name` as one array, which is read when it is used.
+    """Return the recordings of the data set `name` as one array; each file is read when used.
 
     Returns an xarray.Dataset with `waveform` (recording, time), float32, full scale ±1, NaN after
     the end of a shorter recording; `time` is in seconds. Coordinates along `recording` are the
-    labels (as in `load_features`), `frames` (samples of each recording) and `file`. Each file is
-    converted as far as dataset.yaml allows (`audio.other_rate`, `audio.microphone`), and refused if
-    its bytes are not the recorded ones. No features are needed.
+    labels (as in `load_features`), `frames` (samples of each recording) and `file`. A file with
+    another rate, or with several channels, is converted if dataset.yaml permits it
+    (`audio.other_rate`, `audio.microphone`). No features are needed.
 
     Rejected and unusable recordings are excluded; a UserWarning gives the number of unusable
-    recordings. Another one reports that the features of the data set are outdated. Raises
-    DataError if no recording is left, FileNotFoundError outside a project.
+    recordings. Another UserWarning reports outdated features. Raises DataError if no recording is
+    left, and FileNotFoundError outside a project. Reading a waveform raises DataError if the file
+    does not have the checksum of recordings.csv.
 
     >>> import ajgdata
     >>> recordings = ajgdata.load_recordings("size")
@@ -96,7 +103,10 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
     if recordings is None:
         fix = f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata record`"
         raise DataError(paths.sessions(name), "holds no recording that can be used", fix)
-    _warn_of(issues, name)
+    excluded = [issue for issue in issues if issue.leaves_out]
+    used = [issue for issue in issues if not issue.leaves_out]
+    _warn_about(excluded, "excluded", name)
+    _warn_about(used, "used with an issue", name)
     _warn_if_outdated(paths, name)
     is_simulated = bool(SIMULATED_SOURCES & set(recordings.source.values))
     attrs = {"data_set": name, "source": "simulated" if is_simulated else "recorded"}
@@ -104,9 +114,9 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
 
 
 def _warn_if_outdated(paths: Paths, name: str) -> None:
-    """Warn of features that are outdated, and of tables that cannot be read."""
+    """Warn if the features of a data set are outdated, or if a table cannot be read."""
     if not paths.dataset(name).is_file():
-        return  # only the features are on this machine
+        return  # this computer has only the features of the data set
     try:
         spec = read_dataset(paths, name)
         changes = changes_since_features(paths, spec, session_names(spec.recipe))
@@ -118,23 +128,26 @@ def _warn_if_outdated(paths: Paths, name: str) -> None:
         warnings.warn(f"{message}Run `ajgdata run {name}`.", stacklevel=3)
 
 
-def _warn_of(issues: Sequence[Finding], name: str) -> None:
-    """Warn of recordings that are excluded, and of recordings that are used with an issue."""
-    for outcome, excluded in (("excluded", True), ("used with an issue", False)):
-        if some := [issue for issue in issues if issue.leaves_out == excluded]:
-            first = some[0]
-            count = len({(issue.session_id, issue.recording_id) for issue in some})
-            message = f"recordings of {name}: {count} {outcome}; {first.session_id}/"
-            message += f"{first.recording_id}: {first.problem}; `ajgdata check {name}` lists all"
-            warnings.warn(message, stacklevel=3)
+def _warn_about(issues: Sequence[Finding], outcome: str, name: str) -> None:
+    """Warn once about all recordings with issues that have the same outcome."""
+    if not issues:
+        return
+    count = len({(issue.session_id, issue.recording_id) for issue in issues})
+    first = issues[0]
+    warnings.warn(
+        f"recordings of {name}: {count} {outcome}; "
+        f"{first.session_id}/{first.recording_id}: {first.problem}; "
+        f"`ajgdata check {name}` lists all",
+        stacklevel=3,
+    )
 
 
 def load_metrics(*names: str, project: Project = None) -> pd.DataFrame:
-    """Return every number of a run of the workflow, one per row.
+    """Return the metrics of a run of the workflow: a table with one number per row.
 
     Returns a pandas.DataFrame with the columns of `docs/comparing.md`. `value` is float64 (NaN:
-    undefined, see `reason`); accuracies are between 0 and 1, errors are in `unit`. `names` are the
-    data sets of a run of selected data sets, for example "mine" after `ajgdata run mine`.
+    undefined, see `reason`); accuracies are between 0 and 1, errors are in `unit`. After a run of
+    selected data sets, `names` are these data sets, for example "mine" after `ajgdata run mine`.
 
     Raises DataError if the run has no metrics or if another version of ajgdata wrote them,
     FileNotFoundError outside a project.
@@ -145,8 +158,6 @@ def load_metrics(*names: str, project: Project = None) -> pd.DataFrame:
     >>> errors.pivot_table("value", "dataset", "model").round(2).to_dict()
     {'linear': {'size': 1.05}}
     """
-    from ajgdata.store.metrics import read_metrics
-
     paths = Paths(find_project(project).root, run_name(names))
     if not paths.metrics_table.is_file():
         fix = "run `snakemake` first, or name the data sets of an `ajgdata run`"
@@ -165,7 +176,7 @@ def load_dataset(name: str, project: Project = None) -> Dataset:
     >>> size = ajgdata.load_dataset("size")
     >>> size.tasks
     ('size',)
-    >>> [len(test) for train, test in size.folds("size")]  # recordings held out
+    >>> [len(test) for train, test in size.folds("size")]  # held-out recordings of each fold
     [4, 4, 4, 4]
     """
     paths = find_project(project)
@@ -176,7 +187,7 @@ def load_model(name: str, task: str, model: str = "cnn", project: Project = None
     """Return the model trained for `task` on all recordings of the data set `name`.
 
     Returns a fitted scikit-learn estimator for features (n, n_features) as in `load_features`.
-    Raises DataError if it has not been, or could not be, trained.
+    Raises DataError if this model has not been trained.
 
     >>> import ajgdata
     >>> with ajgdata.load_features("size") as features:
@@ -185,53 +196,63 @@ def load_model(name: str, task: str, model: str = "cnn", project: Project = None
     >>> edge_mm.shape
     (16,)
     """
-    return read_model(_model_folder(find_project(project), name, task, model))[0]
+    estimator, _ = read_model(_model_folder(find_project(project), name, task, model))
+    return estimator
 
 
 def read_model(folder: Path) -> tuple[BaseEstimator, dict[str, Any]]:
-    """Return the trained model in `folder`, and its description.
+    """Return the trained model in `folder` and the content of its model.json.
 
-    Raises DataError if there is no trained model, and for a file with types that are not in
+    Raises DataError if there is no trained model, or if its file contains a type that is not in
     `types.registry.TRUSTED_TYPES`.
     """
-    from ajgdata.types.registry import TRUSTED_TYPES
-
     about = read_about(folder)
     return read_estimator(folder, TRUSTED_TYPES), about
 
 
 def load_predictor(name: str, task: str, model: str = "cnn", project: Project = None) -> Predictor:
-    """Return the model trained for `task` of the data set `name`, ready for new recordings.
+    """Return a predictor for new recordings: the model trained for `task` of the data set `name`.
 
-    It checks waveforms as the workflow does, and returns calibrated probabilities, or a number with
-    an interval, and whether the gripper is empty or the object novel: `docs/predicting.md`. Raises
-    DataError if it has not been, or could not be, trained.
+    The predictor checks a waveform with the checks of the workflow. It predicts calibrated
+    probabilities, or a number with an interval, and detects an empty gripper and a novel object
+    (`docs/predicting.md`). Raises DataError if this model has not been trained.
 
     >>> import ajgdata
     >>> predictor = ajgdata.load_predictor("size", "size", "ridge")
     >>> waveform = ajgdata.load_recordings("size").waveform[0].values  # (n,), full scale ±1
-    >>> said = predictor.predict(waveform, sample_rate_hz=44_100)
-    >>> said.unit, said.novelty <= 1
+    >>> prediction = predictor.predict(waveform, sample_rate_hz=44_100)
+    >>> prediction.unit, prediction.novelty <= 1
     ('mm', True)
     """
     return read_predictor(_model_folder(find_project(project), name, task, model), name, task)
 
 
 def _model_folder(paths: Paths, name: str, task: str, model: str) -> Path:
-    """Return the folder of a trained model. Raises DataError, which lists models, if there is
-    none."""
-    names = checked_name(name), checked_name(task, "task"), checked_name(model, "model")
-    if not (folder := paths.model(*names)).is_dir():
-        spec = read_dataset(paths, name)
-        trained = {key: item.models for key, item in spec.tasks.items() if spec.final_models}
-        known = "; ".join(f"{key}: {', '.join(own)}" for key, own in trained.items() if own)
-        problem = "there is no such model" if task in spec.tasks else f"there is no task {task!r}"
-        raise DataError(folder, problem, f"`ajgdata run {name}` trains {known or 'none'}")
-    return folder
+    """Return the folder of a trained model.
+
+    Raises DataError, which lists the models of the data set, if there is no such folder.
+    """
+    folder = paths.model(
+        checked_name(name), checked_name(task, "task"), checked_name(model, "model")
+    )
+    if folder.is_dir():
+        return folder
+    spec = read_dataset(paths, name)
+    problem = "there is no such model" if task in spec.tasks else f"there is no task {task!r}"
+    trained = "none"
+    if spec.final_models:
+        models = {key: settings.models for key, settings in spec.tasks.items()}
+        texts = [f"{key}: {', '.join(own)}" for key, own in models.items() if own]
+        trained = "; ".join(texts) or "none"
+    raise DataError(folder, problem, f"`ajgdata run {name}` trains {trained}")
 
 
 def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
-    """Return the predictor in `folder`; raises DataError as `load_predictor` does."""
+    """Return the predictor of the trained model in `folder`.
+
+    `dataset` and `task` are the names that its predictions state. Raises DataError if there is no
+    trained model, or if another version of ajgdata wrote it.
+    """
     from ajgdata.evaluate.in_use import Calibration
     from ajgdata.evaluate.novelty import NoveltyGuard
     from ajgdata.live.predictor import Predictor
@@ -261,20 +282,21 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Recordings with their labels for one task; row i of each array is one recording.
+    """Features and labels of n recordings for one task; row i of each array is one recording.
 
-    `X` (n, n_features) float32; `y` (n,) float64 or text; `groups` (n,), never in two parts;
-    `recordings` (n,) `<session>/<recording_id>`; `classes` of the whole task, sorted (none for
-    regression).
+    A group, for example a grasp, is never in both parts of a fold.
     """
 
-    X: np.ndarray
-    y: np.ndarray
-    groups: np.ndarray
-    recordings: np.ndarray
-    classes: tuple[str, ...]
+    X: np.ndarray  #: features (n, n_features), float32
+    y: np.ndarray  #: labels (n,), float64 or text
+    groups: np.ndarray  #: names of the groups (n,), text
+    recordings: np.ndarray  #: names of the recordings (n,), `<session>/<recording_id>`
+    classes: tuple[
+        str, ...
+    ]  #: sorted classes of the task, also if a part lacks one; () for numbers
 
     def __len__(self) -> int:
+        """Return the number of recordings."""
         return len(self.y)
 
     def __repr__(self) -> str:
@@ -285,10 +307,10 @@ class Part:
 
 @dataclass(frozen=True)
 class Dataset:
-    """One data set of a project; see `load_dataset`."""
+    """One data set of a project and the folds of its tasks; see `load_dataset`."""
 
     paths: Paths
-    spec: DatasetSpec
+    spec: DatasetSpec  #: content of its dataset.yaml
 
     @property
     def tasks(self) -> tuple[str, ...]:
@@ -297,64 +319,72 @@ class Dataset:
 
     def all(self, task: str) -> Part:
         """Return every recording that has the target of `task`."""
-        return _part(*self._rows(task))
+        rows, classes = self._rows(task)
+        return _part(rows, classes)
 
     def withheld(self, task: str) -> Part:
-        """Return the recordings whose value no fold trains on: further test data of each fold."""
+        """Return the recordings with withheld values: no fold trains on them, and each fold can be
+        tested on them."""
         rows, classes = self._rows(task)
-        return _part(self._split_withheld(task, rows)[1], classes)
+        _, withheld = self._split_withheld(task, rows)
+        return _part(withheld, classes)
 
     def folds(self, task: str, seed: int = 0) -> list[tuple[Part, Part]]:
-        """Return the training and the test part of each fold of the evaluation.
+        """Return the training part and the test part of each cross-validation fold.
 
-        No group is in both parts. `seed` is that of the workflow. Values that the task withholds
-        are in neither part, see `withheld`. Raises DataError for an unknown task, and if the folds
-        are not possible.
+        No group is in both parts. With the seed of the workflow (default 0), the folds are those of
+        the workflow. Withheld values are in neither part, see `withheld`. Raises DataError for an
+        unknown task, or if the data are not sufficient for the folds.
 
         >>> import ajgdata
         >>> train, test = ajgdata.load_dataset("size").folds("size")[0]
-        >>> set(train.groups) & set(test.groups)  # grasps on both sides
+        >>> set(train.groups) & set(test.groups)  # grasps in both parts
         set()
         """
         from ajgdata.evaluate.splits import column_folds
 
         rows, classes = self._rows(task)
-        known, _ = self._split_withheld(task, rows)
+        rows, _ = self._split_withheld(task, rows)
         settings = self.spec.tasks[task]
-        number = min(settings.folds, len(set(known.group.tolist())))
+        n_folds = min(settings.folds, len(set(rows.group.tolist())))
         kind = self.spec.targets[settings.target].kind
-        with self._possible(task):
-            pairs = column_folds(known.value, known.group, settings.groups, kind, number, seed)
+        with self._insufficient_data_reported(task):
+            pairs = column_folds(rows.value, rows.group, settings.groups, kind, n_folds, seed)
         return [
-            (_part(known.where(train), classes), _part(known.where(test), classes))
+            (_part(rows.where(train), classes), _part(rows.where(test), classes))
             for train, test in pairs
         ]
 
     def _rows(self, task: str) -> tuple[TaskData, tuple[str, ...]]:
-        """Return the recordings that have the target of a task, and the target's classes."""
+        """Return the recordings that have the target of a task, and the sorted classes."""
         if task not in self.spec.tasks:
             raise self._error(f"there is no task {task!r}", f"use {', '.join(self.spec.tasks)}")
         settings = self.spec.tasks[task]
-        target, groups, classes = settings.target, settings.groups, settings.classes
+        target = settings.target
+        groups = settings.groups
+        classes = settings.classes
+        placebo = self.spec.placebo
         kind = self.spec.targets[target].kind
         table = read_store(self.paths.features(self.spec.name))
-        with self._possible(task):
+        with self._insufficient_data_reported(task):
             if settings.min_groups:
-                frequent = frequent_classes(
-                    table, target, groups, classes, settings.min_groups, self.spec.placebo
+                frequent, _ = frequent_classes(
+                    table, target, groups, classes, settings.min_groups, placebo
                 )
-                classes = tuple(frequent[0])
-            rows = task_data(table, target, kind, groups, classes, self.spec.placebo)
-        present = sorted(set(rows.value.tolist())) if kind == "classification" else []
-        return rows, tuple(present)
+                classes = tuple(frequent)
+            rows = task_data(table, target, kind, groups, classes, placebo)
+        if kind == "regression":
+            return rows, ()
+        return rows, tuple(sorted(set(rows.value.tolist())))
 
     def _split_withheld(self, task: str, rows: TaskData) -> tuple[TaskData, TaskData]:
-        with self._possible(task):
+        """Return the recordings with training values, and the recordings with withheld values."""
+        with self._insufficient_data_reported(task):
             return split_withheld(rows, self.spec.tasks[task].withhold)
 
     @contextmanager
-    def _possible(self, task: str) -> Iterator[None]:
-        """Raise DataError if the data are not sufficient for a task."""
+    def _insufficient_data_reported(self, task: str) -> Iterator[None]:
+        """Raise DataError if the block raises NotPossibleError, for data that are insufficient."""
         try:
             yield
         except NotPossibleError as error:
@@ -365,4 +395,5 @@ class Dataset:
 
 
 def _part(rows: TaskData, classes: tuple[str, ...]) -> Part:
+    """Return the public form of recordings of a task."""
     return Part(rows.feature, rows.value, rows.group, rows.name, classes)

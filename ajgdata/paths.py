@@ -1,8 +1,8 @@
-"""Every file name of a project, spelled once.
+"""The names of all files of a project.
 
-A project is the folder that holds `datasets/`. `datasets/` and `reports/` are written by people,
-`data/` by acquisition and import, `results/` by the workflow; `.ajgdata/` is a cache that may be
-deleted.
+A project is the folder that contains `datasets/`. People write `datasets/` and `reports/`,
+acquisition and import write `data/`, and the workflow writes `results/`. `.ajgdata/` is a cache,
+which may be deleted.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 RESULTS_FOLDER = "results"
-#: Folders in it with results that a command computes again.
+#: Folders in `results/` with files that `command_for` has a command for.
 RESULT_FOLDERS = (
     "ablations",
     "embed",
@@ -26,7 +26,7 @@ RESULT_FOLDERS = (
     "runs",
     "tasks",
 )
-#: Tables of a whole run in it.
+#: Tables of all data sets of a run, in `results/`.
 RUN_TABLES = ("metrics.csv", "predictions.csv")
 DATASET_FILE = "dataset.yaml"
 SOURCE_FILE = "source.yaml"
@@ -34,21 +34,26 @@ SESSION_FILE = "session.yaml"
 RECORDINGS_FILE = "recordings.csv"
 AUDIO_FOLDER = "audio"
 EXCITATION_FILE = "excitation.wav"
-#: In the folder of each report: figures, tables as CSV, pages on experiments, and its content.
-FIGURES_FOLDER, TABLES_FOLDER, EXPERIMENT_PAGES_FOLDER, RUNS_FILE = (
-    "figures",
-    "tables",
-    "experiments",
-    "runs.json",
-)
+# Names in the folder of a report.
 INDEX = "index.html"
+FIGURES_FOLDER = "figures"
+TABLES_FOLDER = "tables"  #: tables as CSV files
+EXPERIMENT_PAGES_FOLDER = "experiments"
+RUNS_FILE = "runs.json"  #: data sets and models of the report
 FIGURE_FORMATS = ("svg", "pdf")
-#: Of more data sets than this many letters name, a run's name holds a digest.
+#: Largest number of characters of a run's name that lists all its data sets.
 LONGEST_RUN_NAME = 100
 
 
 def run_name(datasets: Sequence[str]) -> str:
-    """Return the name of a run of only `datasets`, in any order; "" if there are none."""
+    """Return the name of a run of selected data sets; "" for none, which is a run of all data sets.
+
+    The order of `datasets` does not matter. A name that would be too long gives the first data set,
+    the number of other data sets, and a digest.
+
+    >>> run_name(["size", "angle"])
+    'angle+size'
+    """
     names = sorted(datasets)
     name = "+".join(names)
     if len(name) <= LONGEST_RUN_NAME:
@@ -58,7 +63,7 @@ def run_name(datasets: Sequence[str]) -> str:
 
 
 def short_name(name: str, longest: int) -> str:
-    """Return a name of a file: `name`, or its beginning and a digest if it is longer.
+    """Return `name`, or its beginning and a digest if it has more than `longest` characters.
 
     >>> short_name("material", 10), short_name("material of a sphere", 16)
     ('material', 'materia~47bceb77')
@@ -70,23 +75,24 @@ def short_name(name: str, longest: int) -> str:
 
 
 def command_for(result: Path) -> str:
-    """Return the command that computes a result of a project again, "" if there is no command.
+    """Return the command that computes the file `result` of a project again.
 
-    `result` is its path. The command runs the job of this result, also if the job is up to date. A
-    command with `--forcerun` also runs the jobs that follow from it.
+    The command runs the job of this file, also if the file is up to date. A command with
+    `--forcerun` also runs the jobs that use the file. Returns "" if no command computes the file.
 
     >>> command_for(Path("results/features/size.nc"))
     'ajgdata run size --forcerun features'
     """
     parts = result.absolute().parts
-    starts = (
-        place
-        for place, folder in enumerate(parts[:-1])
-        if folder == RESULTS_FOLDER and parts[place + 1] in (*RESULT_FOLDERS, *RUN_TABLES)
-    )
-    start = next(starts, None)
-    if start is None:
-        return ""  # for example a copy of a result
+    known = (*RESULT_FOLDERS, *RUN_TABLES)
+    starts = [
+        position
+        for position, folder in enumerate(parts[:-1])
+        if folder == RESULTS_FOLDER and parts[position + 1] in known
+    ]
+    if not starts:
+        return ""  # for example a copy of a result outside a project
+    start = starts[0]
     file = "/".join(parts[start:])
     name = result.name.partition(".")[0]
     match parts[start + 1 : -1]:
@@ -110,35 +116,50 @@ def command_for(result: Path) -> str:
 
 
 class Place:
-    """A file or folder of a project: its pattern below a folder of `Paths`."""
+    """An attribute of `Paths` whose value is the path of one file or folder.
+
+    `pattern` is the path below the folder `below`, which is another attribute of `Paths`.
+    """
 
     def __init__(self, pattern: str, below: str = "root") -> None:
-        self.pattern, self.below = pattern, below
+        self.pattern = pattern
+        self.below = below
 
     def __get__(self, paths: Paths, owner: type[Paths] | None = None) -> Path:
         return getattr(paths, self.below) / self.pattern
 
 
 class Places(Place):
-    """Files of which there are several: called with what stands in the braces of the pattern."""
+    """An attribute of `Paths` whose value is a function that returns the path of one of many files.
 
-    def __get__(  # type: ignore[override]  # several files: a function, not one path
+    The arguments of the function are the texts for the braces in `pattern`, in their order:
+    `paths.session("size", "s01")` is the path of the session `s01` of the data set `size`.
+    """
+
+    def __get__(  # type: ignore[override]  # the value is a function, not a path
         self, paths: Paths, owner: type[Paths] | None = None
     ) -> Callable[..., Path]:
-        folder, names = getattr(paths, self.below), re.findall(r"{(\w+)}", self.pattern)
+        folder = getattr(paths, self.below)
+        names = re.findall(r"{(\w+)}", self.pattern)
 
-        def place(*texts: str) -> Path:
+        def path(*texts: str) -> Path:
             return folder / self.pattern.format_map(dict(zip(names, texts, strict=True)))
 
-        return place
+        return path
 
 
 @dataclass(frozen=True)
 class Paths:
-    """Places of files, relative to a project folder. Patterns keep `{wildcards}` untouched.
+    """The paths of all files of the project in the folder `root`.
 
-    `run` names a run of selected data sets: results of all its data sets together are
-    apart from that of a whole run.
+    `run` is the name of a run of selected data sets (`run_name`), "" for a run of all data sets.
+    Each run has a folder for the results that combine its data sets. A text such as
+    `{dataset}` can be an argument, so these paths can be patterns of Snakemake.
+
+    >>> Paths(Path("project")).features("size").as_posix()
+    'project/results/features/size.nc'
+    >>> Paths(run="size").metrics_table.as_posix()
+    'results/runs/size/metrics.csv'
     """
 
     root: Path = Path()
@@ -150,7 +171,7 @@ class Paths:
     source = Places("datasets/{dataset}/" + SOURCE_FILE)
     dataset_schema = Place("datasets/dataset.schema.json")  #: written by `pipeline.schemas`
     source_schema = Place("datasets/source.schema.json")
-    reports = Place("reports")  #: what people edit to change a report; see `store.report_files`
+    reports = Place("reports")  #: texts and templates of the report, see `store.report_files`
     comparisons = Place("reports/comparisons")
     ablation_settings = Place("reports/ablations")
     snakefile = Place("Snakefile")  #: the workflow, if the project has its own
@@ -158,22 +179,22 @@ class Paths:
     # Written by acquisition and import.
     data = Place("data")
     recordings = Places("data/{dataset}")
-    #: Checksums of a published data set that was fetched.
+    #: Checksums of a published data set that was downloaded.
     fetched_sums = Places("data/{dataset}/published/SHA256SUMS")
     sessions = Places("data/{dataset}/sessions")
     session = Places("data/{dataset}/sessions/{session}")
-    #: Describes a session: written last, so that it is whole.
+    #: Description of a session. It is written last, so a folder with this file is complete.
     session_file = Places("data/{dataset}/sessions/{session}/" + SESSION_FILE)
     recordings_file = Places("data/{dataset}/sessions/{session}/" + RECORDINGS_FILE)
     events = Places("data/{dataset}/live/{session}/events.jsonl")  #: log of a live run
 
-    # Written by the workflow, per data set.
+    # Written by the workflow for each data set.
     results = Place(RESULTS_FOLDER)
     benchmarks = Place("results/benchmarks")
     acquired = Places("results/acquired/{dataset}/{session}.done")
     features = Places("results/features/{dataset}.nc")  #: features and labels of all sessions
-    #: Hashes of the features and of all that they were computed from, see `store.freshness`: they
-    #: decide what is up to date. Audio files of unchanged sessions are not read again.
+    #: Hashes of the features and of their inputs. `store.freshness` compares them to decide whether
+    #: the features are up to date, so audio files of unchanged sessions are not read again.
     session_hashes = Places("results/features/{dataset}.hashes.json")
     quarantine = Places("results/quarantine/{dataset}.csv")
     #: Tables of one experiment; `models` is the name of its job: a model, `plain` or `all`.
@@ -187,50 +208,47 @@ class Paths:
     exported = Place("results/exported")  #: models as files for other computers
     sample = Places("results/samples/{dataset}.nc")  #: part of the features, for the package
     published = Places("results/published/{dataset}")  #: see `Tree`
-    #: Checksums of a published data set: written when the rest is whole.
+    #: Checksums of a published data set. They are written last, when all other files are complete.
     published_sums = Places("results/published/{dataset}/SHA256SUMS")
 
-    # Written by the workflow, of the simulation.
+    # Written by the workflow about the simulation.
     study = Places("results/gripper/{name}.json")
     ablation = Places("results/ablations/{name}.json")
 
-    # Written by the workflow, of all data sets of a run together.
-    metrics_table = Place("metrics.csv", "of_run")
-    predictions = Place("predictions.csv", "of_run")
-    metrics_of_everything = Place("report/metrics.done", "of_run")
-    complete = Place("complete.txt", "of_run")  #: summary of `snakemake`
-    everything = Place("everything.txt", "of_run")  #: summary of `snakemake everything`
-    report_on_everything = Place("report/everything.done", "of_run")
-    log = Places("logs/{rule}.log", "of_run")
-    benchmark = Places("benchmarks/{rule}.tsv", "of_run")
-    report = Place("report/" + INDEX, "of_run")
-    runs = Place("report/" + RUNS_FILE, "of_run")  #: data sets and models of the report
-    page = Places("report/{name}.html", "of_run")
-    page_figures = Places("report/{page}", "of_run")
-    opening = Place("report/opening/opening.json", "of_run")  #: content of the opening picture
+    # Written by the workflow for all data sets of a run together.
+    metrics_table = Place("metrics.csv", "run_results")
+    predictions = Place("predictions.csv", "run_results")
+    metrics_of_everything = Place("report/metrics.done", "run_results")
+    complete = Place("complete.txt", "run_results")  #: summary of `snakemake`
+    everything = Place("everything.txt", "run_results")  #: summary of `snakemake everything`
+    report_on_everything = Place("report/everything.done", "run_results")
+    log = Places("logs/{rule}.log", "run_results")
+    benchmark = Places("benchmarks/{rule}.tsv", "run_results")
+    report = Place("report/" + INDEX, "run_results")
+    runs = Place("report/" + RUNS_FILE, "run_results")  #: data sets and models of the report
+    page = Places("report/{name}.html", "run_results")
+    page_figures = Places("report/{page}", "run_results")
+    opening = Place("report/opening/opening.json", "run_results")  #: content of the opening picture
 
     # May be deleted at any time.
     cache = Place(".ajgdata")
-    responses = Place(".ajgdata/responses")  #: of the virtual gripper, by scene
-    fetched = Place(".ajgdata/fetched")  #: of published data sets, by hash
+    responses = Place(".ajgdata/responses")  #: impulse responses of the virtual gripper, by scene
+    fetched = Place(".ajgdata/fetched")  #: downloads of published data sets, by hash
 
     @property
-    def of_run(self) -> Path:
-        """Return the folder of what a run says of all its data sets together."""
-        return self.results / "runs" / self.run if self.run else self.results
-
-
-def brought(name: str) -> Path:
-    """Return the folder of the recordings of a public data set: outside of every project, since
-    several may use them. AJGDATA_CACHE names another place than the system's for such files."""
-    import pooch  # whoever asks fetches: nothing else needs it
-
-    return Path(os.environ.get("AJGDATA_CACHE") or pooch.os_cache("ajgdata")) / "sources" / name
+    def run_results(self) -> Path:
+        """The folder of the results of all data sets of the run together."""
+        if not self.run:
+            return self.results
+        return self.results / "runs" / self.run
 
 
 @dataclass(frozen=True)
 class Tree:
-    """A published data set: every file name inside it. Names relative to it use `/`."""
+    """The names of all files of a published data set in the folder `root`.
+
+    The constants and the static methods are names relative to `root`, with `/` on every system.
+    """
 
     root: Path
 
@@ -248,17 +266,17 @@ class Tree:
 
     @staticmethod
     def audio(session: str, name: str) -> str:
-        """One recording."""
+        """Return the name of a recording."""
         return f"{AUDIO_FOLDER}/{session}/{name}"
 
     @staticmethod
     def session(session: str) -> str:
-        """Return the file in which a session describes itself."""
+        """Return the name of the description of a session."""
         return f"sessions/{session}/{SESSION_FILE}"
 
     @staticmethod
     def excitation(session: str, suffix: str) -> str:
-        """The sound that a session played."""
+        """Return the name of the file with the played sound of a session."""
         return f"sessions/{session}/excitation{suffix}"
 
     def __truediv__(self, name: str) -> Path:
@@ -267,17 +285,29 @@ class Tree:
 
 
 def find_project(start: str | Path | None = None) -> Paths:
-    """The project that holds `start` (default: AJGDATA_ROOT, else the working directory).
+    """Return the paths of the project that contains the folder `start`.
 
-    Raises FileNotFoundError when neither it nor a parent has a `datasets` folder.
+    Default: the environment variable AJGDATA_ROOT, else the working directory. Raises
+    FileNotFoundError if neither the folder nor a folder above it contains `datasets/`.
     """
-    if start is None and (root := os.environ.get("AJGDATA_ROOT")):
-        start = Path(root)
-    here = Path(start or Path.cwd()).absolute()
-    for folder in (here, *here.parents):
+    if start is None:
+        start = os.environ.get("AJGDATA_ROOT")
+    first = Path(start or Path.cwd()).absolute()
+    for folder in (first, *first.parents):
         if (folder / "datasets").is_dir():
             return Paths(folder)
     raise FileNotFoundError(
-        f"no project at {here} or above it. Go to the folder that contains datasets/, "
+        f"no project at {first} or above it. Go to the folder that contains datasets/, "
         "or set AJGDATA_ROOT to it."
     )
+
+
+def public_recordings(name: str) -> Path:
+    """Return the folder of the downloaded recordings of a public data set.
+
+    The folder is outside of all projects, because several projects may use the recordings. The
+    environment variable AJGDATA_CACHE names another parent folder than the cache of the system.
+    """
+    import pooch  # only downloads need this package, which takes 0.1 s to import
+
+    return Path(os.environ.get("AJGDATA_CACHE") or pooch.os_cache("ajgdata")) / "sources" / name

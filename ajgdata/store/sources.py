@@ -11,7 +11,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from ajgdata.paths import SOURCE_FILE, Paths, brought
+from ajgdata.paths import SOURCE_FILE, Paths, public_recordings
 from ajgdata.store.files import alone, read_model, write_if_changed
 from ajgdata.store.publishing.archive import RUN_AGAIN
 from ajgdata.types import DataError, DatasetSource, GitPart
@@ -44,7 +44,7 @@ def bring(dataset: str, source: DatasetSource) -> Path:
     Git downloads only missing files, so the same call resumes after
     an interruption, and a complete part needs no network.
     """
-    folder = brought(dataset).absolute()
+    folder = public_recordings(dataset).absolute()
     objects = folder.with_name(f"{folder.name}.git")
     with alone(objects, "fetching these recordings"):
         _git(objects, "init", "--quiet", "--bare", "--template=", str(objects))

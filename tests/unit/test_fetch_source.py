@@ -11,7 +11,7 @@ import pytest
 import soundfile
 import yaml
 
-from ajgdata.paths import Paths, brought
+from ajgdata.paths import Paths, public_recordings
 from ajgdata.pipeline.fetch import fetch_source
 from ajgdata.store.sessions import list_sessions, read_recordings
 from ajgdata.types import DataError, DatasetSource
@@ -101,8 +101,8 @@ def of_git(paths: Paths, *parts: dict) -> None:
 
 
 def held(paths: Paths) -> dict[str, bytes]:
-    """The bytes of what is brought, by name."""
-    root = brought("hits")
+    """The bytes of the downloaded files, by name."""
+    root = public_recordings("hits")
     members = (path for path in root.rglob("*") if path.is_file() and path.name[0] != ".")
     return {path.relative_to(root).as_posix(): path.read_bytes() for path in members}
 
@@ -136,7 +136,7 @@ def test_the_folder_of_a_commit_and_nothing_else(paths, mirror, files, fetched_f
     assert held(paths) == day1 | day2 | {"day2/x/1_metal.wav": files["hits/2_desk.wav"]}
     rows, _ = read_recordings(paths.session("hits", "day1"))
     assert {row.labels["label"] for row in rows} == {"metal", "desk"}
-    assert not list(paths.data.rglob("*.wav"))  # they are referred to, where they were brought
+    assert not list(paths.data.rglob("*.wav"))  # the table refers to the downloaded files
 
 
 def test_a_second_time_needs_no_network_and_mends_what_was_changed(
@@ -144,8 +144,8 @@ def test_a_second_time_needs_no_network_and_mends_what_was_changed(
 ):
     of_git(paths, {"commit": mirror.commit(files)})
     fetched_from(mirror.url)
-    (brought("hits") / NAMES[0]).write_bytes(b"changed")
-    (brought("hits") / NAMES[1]).unlink()
+    (public_recordings("hits") / NAMES[0]).write_bytes(b"changed")
+    (public_recordings("hits") / NAMES[1]).unlink()
     result = fetched_from("file:///nowhere")
     assert result.unchanged == len(files)
     assert held(paths) == files
