@@ -49,6 +49,7 @@ SWAPS: dict[type, type] = {
 }  # fmt: skip
 #: Type annotations do not run.
 NOT_EXECUTED = ("annotation", "returns")
+FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,7 @@ class Mutant:
     file: str
     line: int
     statement: int  # first line of the statement around the change
+    at_import: bool  # outside of all functions
     tree: ast.Module
     parent: ast.AST
     field: str
@@ -151,10 +153,11 @@ def mutants(path: Path, root: Path) -> Iterator[Mutant]:
     tree = ast.parse(path.read_text(encoding="utf-8"))
     file = str(path.relative_to(root))
 
-    def below(parent: ast.AST, statement: int) -> Iterator[Mutant]:
+    def below(parent: ast.AST, statement: int, at_import: bool) -> Iterator[Mutant]:
         for field, value in ast.iter_fields(parent):
             if field in NOT_EXECUTED:
                 continue
+            outside = at_import and not (field == "body" and isinstance(parent, FUNCTIONS))
             children = enumerate(value) if isinstance(value, list) else [(None, value)]
             for index, child in children:
                 if not isinstance(child, ast.AST) or is_text(child):
@@ -165,10 +168,11 @@ def mutants(path: Path, root: Path) -> Iterator[Mutant]:
                 if field in ("test", "ifs"):
                     replacements.append((child.lineno, ast.UnaryOp(ast.Not(), child)))
                 for line, new in replacements:
-                    yield Mutant(file, line, first_line, tree, parent, field, index, child, new)
-                yield from below(child, first_line)
+                    place = file, line, first_line, outside
+                    yield Mutant(*place, tree, parent, field, index, child, new)
+                yield from below(child, first_line, outside)
 
-    yield from below(tree, 1)
+    yield from below(tree, 1, at_import=True)
 
 
 def draw(root: Path, count: int, seed: int) -> list[Mutant]:
@@ -216,7 +220,8 @@ def prepare(folder: Path, commit: str) -> None:
     """Clone the repository, run its suite under coverage, and record the lines of each test."""
     import coverage
 
-    if (folder / "tests.json").exists():
+    if (folder / "tests.json").exists():  # an interrupted call can leave a mutant
+        subprocess.run(["git", "checkout", "--quiet", "."], cwd=folder / "clone", check=True)
         return
     folder.mkdir(parents=True, exist_ok=True)
     subprocess.run(["git", "clone", "--quiet", ROOT, folder / "clone"], check=True)
@@ -254,20 +259,23 @@ class Selection:
     def tests_for(self, mutant: Mutant) -> list[dict[str, Any]]:
         """Return the tests that execute a line, the fastest first, up to the budget of time.
 
-        If the line runs at import or in a fixture that tests share, other tests follow; first the
-        tests that execute other lines of the same file.
+        Every test can depend on a line that runs at import, or in a fixture that tests share. The
+        tests that execute functions of the same file are then first.
         """
         lines = self.data.contexts_by_lineno(str(self.folder / "clone" / mutant.file))
         contexts = set(lines.get(mutant.line) or lines.get(mutant.statement) or [])
-        same_file = {context for names in lines.values() for context in names}
+        if mutant.at_import:
+            contexts = {""}
+        in_functions = {name for names in lines.values() if "" not in names for name in names}
 
         def rank(context: str) -> int:
-            return 0 if context in contexts else 1 if context in same_file else 2
+            return 0 if context in contexts else 1 if context in in_functions else 2
 
         ordered = sorted(self.tests, key=lambda name: (rank(name), self.tests[name]["seconds"]))
         if "" not in contexts and contexts & self.tests.keys():
             ordered = [name for name in ordered if name in contexts]
-        selected, total_s = [], 0.0
+        selected = []
+        total_s = 0.0
         for name in ordered:
             total_s += self.tests[name]["seconds"]
             if selected and total_s > BUDGET_S:
