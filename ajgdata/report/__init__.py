@@ -1,1 +1,4 @@
-"""Results -> figures and one offline page. Nothing here opens a file of the workflow."""
+"""Report: results become figures and HTML pages that need no network.
+
+This package opens no file of the workflow: it gets values.
+"""

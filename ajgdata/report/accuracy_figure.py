@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import Any
 
@@ -17,7 +18,7 @@ from ajgdata.types.table import Table
 
 PANEL_IN = 2.4
 PANELS_PER_ROW = 3
-#: Errors below this are rounding errors of the feature, and not drawn.
+#: Smaller errors are rounding errors of the feature, which are not drawn.
 SMALLEST_ERROR = 1e-6
 TOTAL_STYLE: dict[str, Any] = {"marker": "*", "ms": 13, "color": "black", "ls": "", "zorder": 5}
 DEFAULT_STYLE: dict[str, Any] = {"marker": "o", "ms": 9, "mfc": "none", "color": "black", "ls": ""}
@@ -57,12 +58,12 @@ def largest_source(table: Table) -> str:
 def _draw(title: str, table: Table) -> Figure:
     scene_classes = table.split_by("kind")
     columns = min(PANELS_PER_ROW, len(scene_classes))
-    lines = -(-len(scene_classes) // columns)
-    size = (WIDTH_IN, 1.0 + PANEL_IN * lines)
+    n_rows = math.ceil(len(scene_classes) / columns)
+    size = (WIDTH_IN, 1.0 + PANEL_IN * n_rows)
     figure = new_figure(
         size, title, "error against run time over that of the default", ("simulated",)
     )
-    grid = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
+    grid = figure.subplots(n_rows, columns, sharex=True, sharey=True, squeeze=False)
     sources = [source for source in table.split_by("source") if source != ALL_SOURCES]
     for axes, (scene_class, rows) in zip(grid.ravel(), scene_classes.items(), strict=False):
         _draw_scene_class(axes, scene_class, rows, sources)
@@ -81,7 +82,8 @@ def _draw_scene_class(axes: Axes, scene_class: str, rows: Table, sources: list[s
     """Draw a class of scenes: a line for each source, the defaults and the total."""
     for index, source in enumerate(sources):
         own = rows.where(source=source)
-        time, error = own.numbers("ratio"), own.numbers("error")
+        time = own.numbers("ratio")
+        error = own.numbers("error")
         order = np.argsort(time, kind="stable")
         shown = error[order] > SMALLEST_ERROR
         axes.plot(time[order][shown], error[order][shown], label=source, **line_style(index))

@@ -1,4 +1,4 @@
-"""Sentences on results: the last lines of a run, the head of its report, and of each page."""
+"""Sentences on results: at the end of a run, and at the head of its report and of each page."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from ajgdata.report.comparison import PaperComparison, Role
 from ajgdata.report.format import number, with_unit
 from ajgdata.report.report_data import Report, ResultRow, TaskSection
 
-#: Published values of the first sentences: objects, size and angle.
+#: Ids of the published values in the first sentences: objects, size and angle.
 FIRST_RESULTS = ("ycb", "size-known", "orientation")
 MAX_SENTENCES = 3
 REFERENCE_ROLES: tuple[Role, Role] = ("placebo", "chance")
@@ -25,9 +25,10 @@ def answer(report: Report) -> list[str]:
     """Return our results with the published values, else the best model of each task."""
     rows = {row.paper.id: row for row in reversed(report.comparisons)}
     order = dict.fromkeys([*FIRST_RESULTS, *(row.paper.id for row in report.comparisons)])
-    compared = [*filter(None, (compared_sentence(rows[id_]) for id_ in order if id_ in rows))]
+    compared = [compared_sentence(rows[id_]) for id_ in order if id_ in rows]
     best = [best_sentence(s, row) for s in report.sections for row in s.rows if row.answer]
-    return (compared or best)[:MAX_SENTENCES]
+    sentences = [sentence for sentence in compared if sentence] or best
+    return sentences[:MAX_SENTENCES]
 
 
 def compared_sentence(row: PaperComparison) -> str:
@@ -35,7 +36,8 @@ def compared_sentence(row: PaperComparison) -> str:
     marks = {mark.role: mark for mark in row.marks}
     if not {"ours", "chance"} <= marks.keys() or row.paper.value is None:
         return ""
-    value, low, high = (number(end) for end in marks["ours"][1:])
+    ours = marks["ours"]
+    value, low, high = number(ours.value), number(ours.low), number(ours.high)
     chance = with_unit(number(marks["chance"].value), row.unit)
     published = with_unit(number(row.paper.value), row.paper.unit)
     result = f"{row.paper.metric.replace('rmse', 'RMSE')} {with_unit(value, row.unit)}"
@@ -68,8 +70,9 @@ def cause(row: PaperComparison) -> str:
     """Return a sentence on the supported cause of a difference; "" if no cause was tested."""
     if not row.differs or not row.reasons:
         return ""
-    claims = list(dict.fromkeys(reason.claim for reason in row.why))
-    return f" Supported cause: {claims[0]}." if claims else " No tested cause is supported."
+    if not row.why:
+        return " No tested cause is supported."
+    return f" Supported cause: {row.why[0].claim}."
 
 
 def best_sentence(section: TaskSection, row: ResultRow) -> str:

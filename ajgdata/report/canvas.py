@@ -1,7 +1,7 @@
-"""One look for all figures, and the same bytes for the same figure.
+"""Style of all figures, and figure files whose bytes are equal each time.
 
-Figures are made without pyplot, with every setting stated here: neither a user's matplotlibrc nor
-an earlier figure can change them.
+Figures are drawn without pyplot, and all settings are in this module, so that neither a user's
+matplotlibrc nor an earlier figure can change them.
 """
 
 from __future__ import annotations
@@ -32,18 +32,24 @@ P = ParamSpec("P")
 #: for lines on white.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 SOURCE_COLOURS: dict[Source, str] = {"simulated": "#0072B2", "recorded": "#B34700"}
-#: Resolution of what is drawn as pixels in a vector file.
+#: Resolution of pixels in a vector file.
 SVG_DPI = 130
 MARKERS = "os^DvPX"
 GREY = "#6b6b6b"
-#: Lines differ without their colour as well.
+#: Dashes of lines, which then differ without colour, too.
 DASHES = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (5, 1.5, 1, 1.5)))
 WIDTH_IN = 7.2
-TITLE_PT, SUBTITLE_PT = 11.0, 8.5
-TITLE_LINE_IN, SUBTITLE_LINE_IN = 0.19, 0.15
-#: Letters of text of these sizes that fit into an inch.
-TITLE_LETTERS_PER_IN, SUBTITLE_LETTERS_PER_IN = 9.0, 13.0
-HEAD_IN = 0.53  #: height of a head of one line of each, which the size of a figure includes
+#: Title: size, height of a line, and letters per inch.
+TITLE_PT = 11.0
+TITLE_LINE_IN = 0.19
+TITLE_LETTERS_PER_IN = 9.0
+#: Subtitle: size, height of a line, and letters per inch.
+SUBTITLE_PT = 8.5
+SUBTITLE_LINE_IN = 0.15
+SUBTITLE_LETTERS_PER_IN = 13.0
+#: Height of a head with one line of title and subtitle, which the size of a figure includes.
+HEAD_IN = 0.53
+#: Distance of two badges.
 BADGE_IN = 0.88
 NO_BREAK = "\N{NO-BREAK SPACE}"
 
@@ -66,13 +72,13 @@ STYLE: dict[str, Any] = {
     "lines.linewidth": 1.4,
     "pdf.fonttype": 42,
     "savefig.dpi": 200,
-    "svg.fonttype": "path",  # the reader need not have the font
+    "svg.fonttype": "path",  # readers may not have the font
     "svg.hashsalt": "ajgdata",
-    "text.parse_math": False,  # a label may hold a dollar sign
+    "text.parse_math": False,  # a label may contain a dollar sign
     "xtick.labelsize": 8,
     "ytick.labelsize": 8,
 }
-# Whatever would put a date, or the machine, into the file.
+#: Metadata that would write the date or the program into a file.
 _METADATA: dict[str, dict[str, Any]] = {
     "svg": {"Date": None},
     "png": {"Software": None},
@@ -81,34 +87,38 @@ _METADATA: dict[str, dict[str, Any]] = {
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Return `draw` under STYLE and with a frozen layout: saving twice cannot move anything."""
+    """Return `draw` with STYLE, and with a layout that later saving does not change."""
 
     @wraps(draw)
     def wrapper(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with matplotlib.style.context(["default", STYLE]):
             figure = draw(*args, **kwargs)
-            if (engine := figure.get_layout_engine()) and figure.axes:
-                engine.execute(figure)  # half the time of drawing
-            figure.set_layout_engine(None)  # not "none", with which each save would draw twice
+            engine = figure.get_layout_engine()
+            if engine is not None and figure.axes:
+                engine.execute(figure)  # takes half of the time of drawing
+            figure.set_layout_engine(None)  # with "none", each save would draw twice
         return figure
 
     return wrapper
 
 
 def draw(illustration: Illustration) -> Figure:
-    """Return the figure of an illustration, drawn in the one style."""
+    """Return the figure of an illustration, drawn in STYLE."""
     return styled(illustration.draw)()
 
 
 def new_figure(
     size_in: tuple[float, float], title: str, subtitle: str, sources: Iterable[Source]
 ) -> Figure:
-    """Return a figure whose head says what it shows, in one sentence, and below, boxed, if data are
-    simulated or recorded, and what they are of. Further lines of the head make the figure higher.
+    """Return a figure with a head: the title, the sources of the data in boxes, and the subtitle.
+
+    `size_in` is width and height with one line of title and subtitle (inches). Further lines make
+    the figure higher.
     """
-    width, badges = size_in[0], sorted(set(sources))
+    width = size_in[0]
+    badges = sorted(set(sources))
     left = 0.08 + BADGE_IN * len(badges)
-    # A number, its deviation and the word after it stay in one line.
+    # A number, its deviation and the next word stay in one line.
     unbroken = re.sub(r"(?<=[\d±]) ", NO_BREAK, sentence(title))
     wrapped = textwrap.wrap(unbroken, int(TITLE_LETTERS_PER_IN * (width - 0.2))) or [""]
     lines = [line.replace(NO_BREAK, " ") for line in wrapped]
@@ -135,8 +145,10 @@ def new_figure(
 
 
 def line_style(index: int) -> dict[str, Any]:
-    """Return colour, marker and dashes of the `index`-th of several lines; they repeat late, and
-    apart."""
+    """Return colour, marker and dashes of a line by its index.
+
+    They repeat after different numbers of lines, so that few lines are equal.
+    """
     return {
         "color": COLOURS[index % len(COLOURS)],
         "marker": MARKERS[(index + index // len(COLOURS)) % len(MARKERS)],
@@ -147,7 +159,7 @@ def line_style(index: int) -> dict[str, Any]:
 
 
 def plain_ticks(axis: Axis, at: Sequence[float] = ()) -> None:
-    """Write numbers, not powers, at ticks of a logarithmic axis, and only at `at` if given."""
+    """Write numbers at the ticks of a logarithmic axis; `at` selects the ticks."""
     if at:
         low, high = axis.get_view_interval()
         axis.set_ticks([tick for tick in at if low <= tick <= high])
@@ -164,7 +176,7 @@ def power_ticks(axis: Axis) -> None:
 
 
 def power(tick: float) -> str:
-    """Return a power of ten with a raised exponent.
+    """Return a power of ten with a superscript exponent.
 
     >>> power(1e-6)
     '10⁻⁶'
@@ -174,7 +186,7 @@ def power(tick: float) -> str:
 
 
 def encode(figure: Figure, suffix: str) -> bytes:
-    """Return the figure as a `svg`, `png` or `pdf` file: the same bytes each time."""
+    """Return the bytes of a figure as a `svg`, `png` or `pdf` file; they are equal each time."""
     buffer = io.BytesIO()
     with matplotlib.style.context(["default", STYLE]):
         dpi = SVG_DPI if suffix == "svg" else STYLE["savefig.dpi"]
@@ -183,7 +195,7 @@ def encode(figure: Figure, suffix: str) -> bytes:
 
 
 def save_figure(figure: Figure, stem: Path, formats: Sequence[str] = FIGURE_FORMATS) -> list[Path]:
-    """Write `stem`.svg and so on, each in one step; return them in the order of `formats`."""
+    """Write a file of each format next to `stem`; return the files in the order of `formats`."""
     files = [stem.with_name(f"{stem.name}.{suffix}") for suffix in formats]
     for suffix, file in zip(formats, files, strict=True):
         write_bytes(file, encode(figure, suffix))

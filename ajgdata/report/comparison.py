@@ -1,6 +1,6 @@
 """Comparison with the paper: published values, our results with their cost, and the verdicts.
 
-Verdicts are computed, never typed: see `evaluate.agreement`.
+`evaluate.agreement` computes the verdicts; no verdict is typed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from ajgdata.types import Name, Strict, checked
 
 #: The paper's words for a model that does no better than a guess.
 NEAR_CHANCE = "near chance"
-#: Sign of each verdict: never colour alone.
+#: Sign of each verdict, because colour alone is not enough.
 SIGNS: dict[PaperVerdict, str] = {
     "agrees": "✓",
     "partly agrees": "◐",
@@ -37,7 +37,7 @@ SIGNS: dict[PaperVerdict, str] = {
     "inconclusive": "?",
     "disagrees": "≠",
 }
-#: Words at a result whose verdict another computer could change.
+#: Remark on a result whose verdict another computer could change.
 UNSTABLE = "the verdict changes within the difference between machines"
 #: Numbers of tested grasps for which a verdict is computed, if the paper does not state its number.
 ASSUMED_N = (40, 80, 160)
@@ -50,7 +50,7 @@ class PaperFigure(Strict):
 
     id: Name
     metric: str
-    value: float | None = Field(description="null where the result is not one number")
+    value: float | None = Field(description="null if the result is not one number")
     unit: str
     text: Annotated[str, Field(min_length=1, description="the result in a few words")]
     where: str = Field(description="the experiment of the paper that it belongs to")
@@ -61,22 +61,22 @@ class PaperFigure(Strict):
         (), description="classes of a statement on their order, the class with most energy first"
     )
     reached: float | None = Field(
-        None, description="where `value` counts what it takes: the score that it takes it for"
+        None, description="accuracy to reach, if `value` is the number of grasps that this takes"
     )
     correct: int | None = Field(
         None, ge=0, description="successes, if the value is a share of counted trials"
     )
     trials: int | None = Field(None, ge=1, description="trials, if the value is a share of them")
-    panel: str = Field("", description="title on the first screen; figures of one title share it")
-    row: str = Field("", description="name among the figures of its panel")
-    short: str = Field("", description="the result in at most 30 letters, if it is not one number")
-    source: str = Field("", description="citation; taken from the head of the file")
+    panel: str = Field("", description="title on the first page; several results can share it")
+    row: str = Field("", description="name of the result among those with the same `panel`")
+    short: str = Field("", description="the result in up to 30 letters, if it is not one number")
+    source: str = Field("", description="citation; default: that at the head of the file")
     url: str = Field("", description="web address of the paper; from the head of the file")
     spread: float = Field(0.0, ge=0, description="difference of our value between machines")
 
     @property
     def name(self) -> str:
-        """Return the name of the result in a row of its own: `Cube size, withheld`."""
+        """Return the name of the result, for example `Cube size, withheld`."""
         return ", ".join(filter(None, (self.panel or self.where, self.row)))
 
     @property
@@ -110,7 +110,8 @@ class _PaperFile(Strict):
     @classmethod
     def _distinct(cls, figures: tuple[PaperFigure, ...]) -> tuple[PaperFigure, ...]:
         ids = [figure.id for figure in figures]
-        if twice := sorted({name for name in ids if ids.count(name) > 1}):
+        twice = sorted({name for name in ids if ids.count(name) > 1})
+        if twice:
             raise ValueError(f"listed twice: {', '.join(twice)}")
         return figures
 
@@ -118,16 +119,20 @@ class _PaperFile(Strict):
 def parse_paper(
     mapping: Mapping[str, Any], spread: Mapping[str, float] = MappingProxyType({})
 ) -> dict[str, PaperFigure]:
-    """Content of `paper.yaml` -> its figures by id, with the citation and with their `spread`.
+    """Return the published values of `paper.yaml` by id, with citation, address and `spread`.
 
-    Raises DataError, naming the key, if the content is not what it should be.
+    `mapping` is the content of the file; `spread` has differences between machines by id. Raises
+    DataError, which names the key, if a value is missing or wrong.
     """
     paper = checked(_PaperFile, "paper.yaml", mapping)
     figures = {}
     for row in paper.figures:
-        known = {"source": row.source or paper.source, "spread": spread.get(row.id, 0.0)}
-        known["url"] = paper.url
-        figures[row.id] = row.model_copy(update=known)
+        shared = {
+            "source": row.source or paper.source,
+            "spread": spread.get(row.id, 0.0),
+            "url": paper.url,
+        }
+        figures[row.id] = row.model_copy(update=shared)
     return figures
 
 
@@ -135,7 +140,7 @@ Role = Literal["ours", "sessions", "placebo", "baseline", "chance", "paper"]
 
 
 class Mark(NamedTuple):
-    """A number that is drawn next to the published value, in its unit, with its interval."""
+    """A number with its interval on the skill axis; `role` is its meaning."""
 
     role: Role
     value: float
@@ -144,9 +149,12 @@ class Mark(NamedTuple):
 
 
 def mark_of(role: Role, score: Score, scale: float = 1.0) -> Mark:
-    """Return a mean with its interval, else its standard deviation on both sides; without one if it
-    is unknown."""
-    value, ((below,), (above,)) = scale * score.mean, score.bars(scale)
+    """Return the mark of a score: its mean with its interval, else plus and minus one deviation.
+
+    If the deviation is unknown, the interval is the mean.
+    """
+    value = scale * score.mean
+    (below,), (above,) = score.bars(scale)
     return Mark(role, value, value - below, value + above)
 
 
@@ -170,9 +178,10 @@ class Change:
 
 @dataclass(frozen=True)
 class Reason:
-    """A hypothesis on figures `of` the paper, and its tests. `link` leads to their table.
+    """A hypothesis on differences from published values, and its tests.
 
-    With a `split`, it is only about the result by this split.
+    `of` are the ids of the published values, and `link` leads to the table of the tests. With a
+    `split`, the hypothesis is only about the results of this split.
     """
 
     of: tuple[str, ...]
@@ -186,7 +195,7 @@ class Reason:
         return row.paper.id in self.of and self.split in ("", row.split)
 
     def explains(self, low: bool) -> bool:
-        """Return whether a supported change moved the metric up (where ours is `low`), or down."""
+        """Return whether a supported change moved the metric up, or down if ours is not `low`."""
         return any(test.supported and (test.after > test.before) is low for test in self.tests)
 
 
@@ -194,13 +203,14 @@ class Reason:
 class PaperComparison:
     """A published value, our result, and the verdict `agrees`.
 
-    `model` is the model's name for people, "" where none was trained. Where `cost` is not given,
-    the page gives that of training the paper's model on the task. `marks` are drawn, in `unit`
-    (default: the paper's), if chance is among them. `label` names the
-    row among others of one figure, `page` has the details. Where the
-    same values stand there by several splits, `split` says by which. `controls` are the result with
-    held-out sessions and the placebo, in words. `remark` is a condition of the verdict, or what
-    it does not show.
+    - `model`: name of the model for people; "" if no model was trained
+    - `cost`: default: the cost of training the paper's model on the task
+    - `marks`: drawn if the chance level is among them, in `unit` (default: that of the paper)
+    - `label`: name of the row if a published value has several rows
+    - `split`: split of the result, if the task has results of several splits
+    - `page`: link to the page with the details
+    - `controls`: result with held-out sessions, and the placebo, in words
+    - `remark`: a condition of the verdict, or a limit of what it shows
     """
 
     paper: PaperFigure
@@ -228,7 +238,7 @@ class PaperComparison:
 
     @property
     def name(self) -> str:
-        """Return the name of the result in a row of its own."""
+        """Return the name of the result."""
         label = self.label or self.paper.row
         return ", ".join(filter(None, (self.paper.panel or self.paper.where, label)))
 
@@ -238,13 +248,14 @@ class PaperComparison:
         ours = next((mark for mark in self.marks if mark.role == "ours"), None)
         if ours is None or not any(mark.role == "chance" for mark in self.marks):
             return self.result.partition(";")[0]
-        value, low, high = (number(end) for end in ours[1:])
-        text = with_unit(value, self.unit)
-        return f"{text} ({low} to {high})" if ours.low < ours.high else text
+        text = with_unit(number(ours.value), self.unit)
+        if ours.low < ours.high:
+            return f"{text} ({number(ours.low)} to {number(ours.high)})"
+        return text
 
     @property
     def why(self) -> list[Reason]:
-        """Return the reasons that are supported and move the result towards the paper's."""
+        """Return the supported reasons that move our result towards the published value."""
         ours = next((mark.value for mark in self.marks if mark.role == "ours"), math.nan)
         is_low = self.paper.value is not None and ours < self.paper.value
         return [reason for reason in self.reasons if reason.explains(is_low)]
@@ -252,7 +263,9 @@ class PaperComparison:
     @property
     def differs(self) -> bool:
         """Return whether a reason is required; for an inconclusive row only if one was tested."""
-        return self.agrees != "agrees" and (self.agrees != "inconclusive" or bool(self.reasons))
+        if self.agrees == "inconclusive":
+            return bool(self.reasons)
+        return self.agrees != "agrees"
 
 
 class Judgement(NamedTuple):
@@ -294,42 +307,51 @@ def by_n_text(paper: PaperFigure, by_n: Mapping[int, PaperVerdict]) -> str:
 
 
 def holds(gap: Score) -> PaperVerdict:
-    """Return the verdict on a statement that a difference is above 0, by NOISE_DEVIATIONS sd."""
-    return statement(
-        Interval(gap.mean - NOISE_DEVIATIONS * gap.sd, gap.mean + NOISE_DEVIATIONS * gap.sd)
-    )
+    """Return the verdict on the statement that a difference is above 0.
+
+    The interval of the difference is plus and minus `NOISE_DEVIATIONS` standard deviations.
+    """
+    reach = NOISE_DEVIATIONS * gap.sd
+    return statement(Interval(gap.mean - reach, gap.mean + reach))
 
 
 def tally(rows: Iterable[PaperComparison]) -> dict[str, int]:
-    """Return how many rows have each verdict, in the order of `PAPER_VERDICTS`: the one count of
-    the console, the report and the documentation."""
+    """Return the number of rows with each verdict, in the order of `PAPER_VERDICTS`.
+
+    The console, the report and the documentation print this count.
+    """
     counts = Counter(row.agrees for row in rows)
     return {verdict: counts[verdict] for verdict in PAPER_VERDICTS if counts[verdict]}
 
 
 def tally_text(counts: Mapping[str, int]) -> str:
-    """Return `3 agree, 2 better`."""
-    return ", ".join(
-        f"{count} {verdict if count == 1 else verdict.replace('agrees', 'agree')}"
-        for verdict, count in counts.items()
-    )
+    """Return the count of each verdict in words.
+
+    >>> tally_text({"agrees": 3, "better": 2})
+    '3 agree, 2 better'
+    """
+    texts = []
+    for verdict, count in counts.items():
+        words = verdict if count == 1 else verdict.replace("agrees", "agree")
+        texts.append(f"{count} {words}")
+    return ", ".join(texts)
 
 
 def evidence(reason: Reason) -> str:
-    """Return each change with what it did: `trained at all levels (CNN 5.4 → 0.74)`."""
+    """Return each change with its effects, for example `trained at all levels (CNN 5.4 → 0.74)`."""
     changes: dict[str, list[str]] = {}
     for test in reason.tests:
-        said = f"{test.model} {number(test.before)} → {number(test.after)}"
-        doubt = "" if test.supported else " not supported"
-        changes.setdefault(test.change, []).append(said + doubt)
-    return "; ".join(f"{change} ({', '.join(said)})" for change, said in changes.items())
+        effect = f"{test.model} {number(test.before)} → {number(test.after)}"
+        if not test.supported:
+            effect += " not supported"
+        changes.setdefault(test.change, []).append(effect)
+    return "; ".join(f"{change} ({', '.join(effects)})" for change, effects in changes.items())
 
 
 def in_papers_order(
     rows: Iterable[PaperComparison], paper: Iterable[PaperFigure]
 ) -> list[PaperComparison]:
-    """Return the first row of each figure of the paper, data set and split, in the paper's
-    order."""
+    """Return the first row per published value, data set and split, in the order of the paper."""
     listed = list(rows)
     order = list(dict.fromkeys(figure.id for figure in (*paper, *(row.paper for row in listed))))
     first = {(row.paper.id, row.dataset, row.split): row for row in reversed(listed)}

@@ -10,21 +10,23 @@ from ajgdata.report.format import Caption, Score, number, words
 from ajgdata.report.marks import FigureContent, Point, illustration
 from ajgdata.report.report_data import DatasetSummary, Illustration, Spectra
 
-#: Where the mean spectrum is further below its peak, differences are of next to nothing.
-HEARD_DB = 40
-#: Levels are not drawn further below the peak; this keeps empty bins finite.
+#: Frequencies at which the mean spectrum is further below its peak are too quiet to compare.
+AUDIBLE_DB = 40
+#: Lowest level below the peak, also of empty bins.
 SILENT_DB = 120
 
 
 def spectra_figure(dataset: DatasetSummary, spectra: Spectra) -> Illustration:
-    """Return the mean feature of each class or target bin over frequency, and where they differ
-    most, in dB of the highest value."""
+    """Return the mean spectrum of each class or range of the target, in dB of the highest value.
+
+    The title has the frequency with the largest difference.
+    """
     factor = 10.0 if dataset.features.quantity == "power" else 20.0
     frequency, level = levels_db(spectra, factor)
     grouping = words(spectra.grouping)
     title = f"Mean spectrum of one {grouping}"
     if len(level) > 1:
-        is_audible = level.mean(axis=0) >= level.mean(axis=0).max() - HEARD_DB
+        is_audible = level.mean(axis=0) >= level.mean(axis=0).max() - AUDIBLE_DB
         spread = np.where(is_audible, np.ptp(level, axis=0), -1.0)
         at = int(np.argmax(spread))
         where = f"{number(frequency[at], 2)} Hz, by {number(float(spread[at]), 2)} dB"
@@ -48,9 +50,9 @@ def spectra_figure(dataset: DatasetSummary, spectra: Spectra) -> Illustration:
 
 
 def levels_db(spectra: Spectra, factor: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return frequencies (f,) above 0 and the level of each mean (n, f) in dB of the highest.
+    """Return frequencies (f,) above 0 Hz, and levels (n, f) in dB of the highest level.
 
-    `factor` is 20 for magnitudes, 10 for powers.
+    `factor` is 20 for magnitudes and 10 for powers.
     """
     audible = spectra.frequency_hz > 0
     mean = np.asarray(spectra.mean, float)[:, audible]

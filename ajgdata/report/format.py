@@ -1,4 +1,4 @@
-"""Numbers and words as people read them: used by every figure, table and caption."""
+"""Numbers and words for people, in every figure, table and caption."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ DASH = "—"
 
 
 class Score(NamedTuple):
-    """A metric over folds: mean, standard deviation, and the value of each fold; where the split
-    was repeated, also the ends of the 95 % interval of the mean."""
+    """A metric over folds: mean, standard deviation, and the value of each fold.
+
+    `low` and `high` are the ends of the 95 % interval of the mean, if the split was repeated.
+    """
 
     mean: float
     sd: float
@@ -28,22 +30,27 @@ class Score(NamedTuple):
         return math.isfinite(self.low) and math.isfinite(self.high)
 
     def bars(self, scale: float = 1.0) -> list[list[float]]:
-        """Return how far a bar reaches below and above the mean, as matplotlib takes it: to the
-        ends of the interval, else one standard deviation (none, if it is unknown)."""
-        sd = self.sd if math.isfinite(self.sd) else 0.0
-        ends = (self.mean - self.low, self.high - self.mean) if self.has_interval else (sd, sd)
-        return [[abs(scale) * max(end, 0.0)] for end in ends]
+        """Return the lengths of an error bar below and above the mean, (2, 1) for matplotlib.
+
+        The bar reaches to the ends of the interval, or one standard deviation without an interval.
+        It has no length if the deviation is unknown.
+        """
+        if self.has_interval:
+            below, above = self.mean - self.low, self.high - self.mean
+        else:
+            below = above = self.sd if math.isfinite(self.sd) else 0.0
+        return [[abs(scale) * max(below, 0.0)], [abs(scale) * max(above, 0.0)]]
 
 
 class Caption(NamedTuple):
-    """Words below a figure, and those for a person who cannot see it."""
+    """Text below a figure, and the alternative text for people who cannot see it."""
 
     text: str
     alt: str
 
 
 def number(value: float, digits: int = 3) -> str:
-    """Return a number to `digits` significant digits, without exponent or needless zeros.
+    """Return a number with `digits` significant digits, without exponent or trailing zeros.
 
     Infinity is `∞`; NaN is a dash.
     """
@@ -62,9 +69,9 @@ _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def value(content: float | str | None) -> str:
-    """Return a cell of a table: yes or no, text as it is, three digits, a dash for nothing.
+    """Return the text of a cell: yes or no, the text itself, three digits, or a dash for None.
 
-    Numbers below 0.001 and from 100,000 on get a power of ten.
+    Numbers below 0.001 and from 100,000 on have a power of ten.
     """
     if content is None:
         return DASH
@@ -83,21 +90,26 @@ def value(content: float | str | None) -> str:
 
 def with_unit(text: str, unit: str) -> str:
     """Return `text` and a unit: no space before the degree sign, nothing after a bare number."""
-    return f"{text}{'' if unit == '°' else ' '}{unit}".rstrip()
+    if unit in ("", "°"):
+        return f"{text}{unit}"
+    return f"{text} {unit}"
 
 
 def column_title(text: str, unit: str) -> str:
-    """Return the title of a column, as `types.table.table_of` reads it: a unit follows a comma."""
+    """Return the title of a column with its unit after a comma, which `table_of` reads."""
     return f"{text}, {unit}" if unit else text
 
 
 def mean_sd(score: Score, unit: str = "", scale: float = 1.0) -> str:
-    """Return `2.63 ± 0.21 mm`: as many decimals as two significant digits of the deviation have;
-    `2.63 (2.4 to 2.86) mm` where an interval is known."""
+    """Return a score such as `2.63 ± 0.21 mm`, or `2.63 (2.4 to 2.86) mm` with an interval.
+
+    The deviation has two significant digits, and the mean as many decimals.
+    """
     if score.has_interval:
         ends = f"{number(score.low * scale)} to {number(score.high * scale)}"
         return with_unit(f"{number(score.mean * scale)} ({ends})", unit)
-    mean, sd = score.mean * scale, score.sd * scale
+    mean = score.mean * scale
+    sd = score.sd * scale
     if math.isnan(mean):
         return DASH
     if not (math.isfinite(sd) and sd > 0):
@@ -107,14 +119,16 @@ def mean_sd(score: Score, unit: str = "", scale: float = 1.0) -> str:
 
 
 def enumerated(items: Sequence[str]) -> str:
-    """Return items as in a sentence.
+    """Return items with commas, and `and` before the last.
 
     >>> from ajgdata.report.format import enumerated
     >>> enumerated(["40", "80", "160"])
     '40, 80 and 160'
     """
     *first, last = items
-    return f"{', '.join(first)} and {last}" if first else last
+    if not first:
+        return last
+    return f"{', '.join(first)} and {last}"
 
 
 def shortened(text: str, longest: int) -> str:
@@ -146,7 +160,8 @@ def words(name: str) -> str:
 
 
 def sentence(text: str) -> str:
-    """Return `text` with a capital in front: of a first word that is one of plain letters."""
+    """Return `text` with a capital letter, if its first word has only small letters."""
     first = text.split(maxsplit=1)[0] if text.strip() else ""
-    plain = first.strip(",;:").isalpha() and first.islower()
-    return text[:1].upper() + text[1:] if plain else text
+    if first.strip(",;:").isalpha() and first.islower():
+        return text[:1].upper() + text[1:]
+    return text

@@ -1,9 +1,12 @@
-"""Five marks, each of which draws any points: lines, rows, scatter, matrix and histogram.
+"""Five kinds of figures, each of which draws any points.
 
-`lines`: a value over a numeric axis, one line per series. `rows`: one row per place, with its
-interval. `scatter`: a value over its cost, with the Pareto front. `matrix`: shares
-of predicted classes per true class. `histogram`: the distribution of values per series. All but
-`matrix` show chance and the published value.
+- `lines`: a value over a numeric axis, one line per series
+- `rows`: one row per place, with its interval
+- `scatter`: a value over its cost, with the Pareto front
+- `matrix`: shares of predicted classes per true class
+- `histogram`: the distribution of values per series
+
+All except `matrix` show the chance level and the published value.
 """
 
 from __future__ import annotations
@@ -25,26 +28,40 @@ from ajgdata.report.format import value as value_text
 from ajgdata.report.report_data import Illustration
 
 MarkName = Literal["lines", "rows", "scatter", "matrix", "histogram"]
-#: Panels side by side, and the height (in) of one panel, of one of many, and of one row.
-PANELS_PER_ROW, PANEL_IN, SMALL_IN, ROW_IN = 3, 2.6, 1.9, 0.32
+#: Panels side by side.
+PANELS_PER_ROW = 3
+#: Figures of more panels have small panels.
 FEW_PANELS = 6
-#: Axes with more places have ticks at round numbers; longer axis titles are wrapped.
-MAX_TICKS, TITLE_LETTERS = 8, 32
+#: Height of the only panel of a figure, of a panel, of a small panel, and of a row (inches).
+SINGLE_PANEL_IN = 3.0
+PANEL_IN = 2.6
+SMALL_PANEL_IN = 1.9
+ROW_IN = 0.32
+#: Axes with more places have ticks at round numbers.
+MAX_TICKS = 8
+#: Longer titles of axes and panels are wrapped.
+TITLE_LETTERS = 32
 #: Ratio of the largest to the smallest x above which the axis is logarithmic.
 LOG_RATIO = 15
-#: Lines of more points have no markers and no bars.
+#: Lines with more points have no markers and no bars.
 MAX_MARKERS = 100
-#: Matrices of more classes have no numbers in their cells.
+#: Matrices with more classes have no numbers in their cells.
 MAX_NUMBERED = 16
-#: Shares above this value are dark: their numbers are white.
+#: Shares below this value are written as 0 %, so no number is written.
+SMALLEST_SHARE = 0.005
+#: Matrices with more predicted classes have turned labels.
+MAX_LEVEL_LABELS = 4
+#: Cells of larger shares are dark, so their numbers are white.
 DARK = 0.55
+#: Letters in a row of a legend.
+LEGEND_LETTERS = 90
 CHANCE_STYLE: dict[str, Any] = {"color": GREY, "ls": ":", "lw": 1.0}
 PUBLISHED_STYLE: dict[str, Any] = {"color": "black", "ls": "--", "lw": 1.0}
 IDEAL_STYLE: dict[str, Any] = {"color": GREY, "ls": (0, (4, 3)), "lw": 0.9}
 
 
 class Point(NamedTuple):
-    """A value of a series at a place, all as they are shown."""
+    """A value of a series at a place, in the unit of the figure."""
 
     panel: str
     series: str
@@ -54,13 +71,14 @@ class Point(NamedTuple):
 
 @dataclass(frozen=True)
 class FigureContent:
-    """Points and the words of a figure; `axis` and `place` name its value and its x axis.
+    """Points and texts of a figure.
 
-    `chance` is the chance level per panel, `published` a value of the paper, or x and value
-    of each of its values.
-    With `ideal`, the line on which x and value are equal is drawn, and `chance` is the value that a
-    guess predicts. `log`: the axis of the value is logarithmic. `limits` are the lowest and the
-    highest possible value: bars end there.
+    - `axis`, `place`: title and unit of the value and of the x axis
+    - `chance`: chance level of each panel; with `ideal`, the value that a guess predicts
+    - `published`: a value of the paper, or pairs of x and value in one sequence
+    - `ideal`: whether to draw the line on which x and value are equal
+    - `log`: whether the axis of the value is logarithmic
+    - `limits`: lowest and highest possible value, at which bars end
     """
 
     title: str
@@ -87,23 +105,26 @@ class FigureContent:
 
     def of(self, panel: str, series: str) -> list[Point]:
         """Return the points of one series in one panel."""
-        return [p for p in self.points if (p.panel, p.series) == (panel, series)]
+        return [point for point in self.points if point.panel == panel and point.series == series]
 
 
 def illustration(name: str, mark: MarkName, content: FigureContent, text: str) -> Illustration:
     """Return a figure with a caption; its alternative text lists title and points."""
-    listed = (
-        f"{', '.join(place_text(part, '') for part in (p.panel, p.series, p.x) if part != '')}: "
-        f"{value_text(p.score.mean)}"
-        for p in content.points[:MAX_LISTED]
-    )
-    suffix = " and more" if len(content.points) > MAX_LISTED else ""
-    alt = f"{content.title}. {'; '.join(listed)}{suffix}."
+    listed = "; ".join(_point_text(point) for point in content.points[:MAX_LISTED])
+    if len(content.points) > MAX_LISTED:
+        listed += " and more"
+    alt = f"{content.title}. {listed}."
     return Illustration(name, Caption(text, alt), partial(draw, mark, content), content.title)
 
 
+def _point_text(point: Point) -> str:
+    """Return panel, series, place and value of a point."""
+    names = [place_text(part, "") for part in (point.panel, point.series, point.x) if part != ""]
+    return f"{', '.join(names)}: {value_text(point.score.mean)}"
+
+
 def draw(mark: MarkName, content: FigureContent) -> Figure:
-    """Return the figure of a mark. Raises ValueError for an unknown mark, and without points."""
+    """Return the figure of a mark. Raises ValueError for an unknown mark or without points."""
     if mark not in MARKS:
         raise ValueError(f"there is no mark {mark!r}: use one of {', '.join(MARKS)}")
     if not content.points:
@@ -129,8 +150,10 @@ def lines(content: FigureContent) -> Figure:
 
 
 def scatter(content: FigureContent) -> Figure:
-    """Return points over their cost, with a line along their Pareto front: no point is lower at the
-    same cost or less."""
+    """Return points over their cost, with a line along their Pareto front.
+
+    No point has a lower value at the same or a lower cost than a point of the front.
+    """
     figure, grid = _grid(content)
     for axes, panel in zip(grid, content.panels, strict=True):
         own = [point for point in content.points if point.panel == panel]
@@ -139,7 +162,8 @@ def scatter(content: FigureContent) -> Figure:
         front = front[np.argsort(cost[front], kind="stable")]
         axes.plot(cost[front], value[front], color=GREY, lw=0.8, zorder=1)
         for index, name in enumerate(content.series):
-            if points := content.of(panel, name):
+            points = content.of(panel, name)
+            if points:
                 style = {**line_style(index), "ls": "", "elinewidth": 0.7}
                 axes.errorbar(*_arrays(points, content.limits), label=name, **style)
         _references(axes, content, panel, "y")
@@ -149,11 +173,13 @@ def scatter(content: FigureContent) -> Figure:
 
 
 def pareto_front(cost: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """Return which of n points no other point beats: boolean (n,).
+    """Return whether each of n points is on the Pareto front: boolean (n,).
 
-    A point is beaten by another that is no worse in both and better in one; equals stay.
+    A point is not on the front if another point is no worse in cost and value, and better in one.
+    Equal points are both on the front.
     """
-    cost, value = np.asarray(cost, float), np.asarray(value, float)
+    cost = np.asarray(cost, float)
+    value = np.asarray(value, float)
     no_worse = (cost[:, None] <= cost) & (value[:, None] <= value)
     better = (cost[:, None] < cost) | (value[:, None] < value)
     return ~np.any(no_worse & better, axis=0)
@@ -162,13 +188,15 @@ def pareto_front(cost: np.ndarray, value: np.ndarray) -> np.ndarray:
 def rows(content: FigureContent) -> Figure:
     """Return one row per place, with the interval of each series."""
     places = list(dict.fromkeys(str(point.x) for point in content.points))
-    count, series = len(content.panels), content.series
+    count = len(content.panels)
+    series = content.series
     height = 1.5 + max(ROW_IN, 0.16 * len(series)) * len(places)
     figure = new_figure((WIDTH_IN, height), content.title, content.subtitle, content.sources)
     grid = figure.subplots(1, count, sharey=True, squeeze=False)[0]
     for axes, panel in zip(grid, content.panels, strict=True):
         for index, name in enumerate(series):
-            if points := content.of(panel, name):
+            points = content.of(panel, name)
+            if points:
                 _, mean, bars = _arrays(points, content.limits)
                 shift = 0.14 * (index - (len(series) - 1) / 2)
                 y = np.array([places.index(str(point.x)) for point in points]) + shift
@@ -205,7 +233,8 @@ def histogram(content: FigureContent) -> Figure:
 
 def matrix(content: FigureContent) -> Figure:
     """Return shares (score) of predicted classes (series) per true class (x)."""
-    predicted, true = content.series, list(dict.fromkeys(str(p.x) for p in content.points))
+    predicted = content.series
+    true = list(dict.fromkeys(str(point.x) for point in content.points))
     shares = np.zeros((len(true), len(predicted)))
     for point in content.points:
         shares[true.index(str(point.x)), predicted.index(point.series)] = point.score.mean
@@ -215,28 +244,41 @@ def matrix(content: FigureContent) -> Figure:
     axes.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="equal")
     axes.grid(False)
     axes.spines[:].set_visible(False)
-    many: dict[str, Any] = {"rotation": 45, "rotation_mode": "xtick"} if len(predicted) > 4 else {}
-    axes.set_xticks(range(len(predicted)), predicted, **many)
+    if len(predicted) > MAX_LEVEL_LABELS:
+        axes.set_xticks(range(len(predicted)), predicted, rotation=45, rotation_mode="xtick")
+    else:
+        axes.set_xticks(range(len(predicted)), predicted)
     axes.set_yticks(range(len(true)), true)
     axes.tick_params(length=0)
     axes.set(xlabel=_axis_label(content.axis), ylabel=_axis_label(content.place))
-    for row, column in np.argwhere(shares >= 0.005) if len(true) <= MAX_NUMBERED else ():
-        share = shares[row, column]
-        style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8}
-        colour = "white" if share > DARK else "#222222"
-        axes.text(column, row, f"{100 * share:.0f}", color=colour, **style)
+    if len(true) <= MAX_NUMBERED:
+        _write_shares(axes, shares)
     return figure
 
 
+def _write_shares(axes: Axes, shares: np.ndarray) -> None:
+    """Write the shares of a matrix into its cells, in per cent; cells of 0 % stay empty."""
+    style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8}
+    for row, column in np.argwhere(shares >= SMALLEST_SHARE):
+        share = shares[row, column]
+        colour = "white" if share > DARK else "#222222"
+        axes.text(column, row, f"{100 * share:.0f}", color=colour, **style)
+
+
 def _grid(content: FigureContent) -> tuple[Figure, list[Axes]]:
-    """Return a figure with one panel of equal axes per panel of the content."""
+    """Return a figure with one panel per panel of the content; the axes of the value are equal."""
     count = len(content.panels)
     columns = min(PANELS_PER_ROW, count)
-    panel_in = 3.0 if count == 1 else PANEL_IN if count <= FEW_PANELS else SMALL_IN
-    height = 0.8 + panel_in * math.ceil(count / columns)
-    figure = new_figure((WIDTH_IN, height), content.title, content.subtitle, content.sources)
-    size: dict[str, Any] = {"nrows": math.ceil(count / columns), "ncols": columns}
-    grid = figure.subplots(**size, sharey=True, squeeze=False).ravel().tolist()
+    n_rows = math.ceil(count / columns)
+    if count == 1:
+        panel_in = SINGLE_PANEL_IN
+    elif count <= FEW_PANELS:
+        panel_in = PANEL_IN
+    else:
+        panel_in = SMALL_PANEL_IN
+    size = (WIDTH_IN, 0.8 + panel_in * n_rows)
+    figure = new_figure(size, content.title, content.subtitle, content.sources)
+    grid = figure.subplots(n_rows, columns, sharey=True, squeeze=False).ravel().tolist()
     for axes in grid[count:]:
         axes.set_visible(False)
     for axes, panel in zip(grid, content.panels, strict=False):
@@ -247,7 +289,7 @@ def _grid(content: FigureContent) -> tuple[Figure, list[Axes]]:
 def _arrays(
     points: Sequence[Point], limits: tuple[float, float]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return places (n,), means (n,), and bars (2, n) that end at the possible values `limits`."""
+    """Return places (n,), means (n,), and bars (2, n) that end at `limits`; a text has place 0."""
     numeric = all(not isinstance(point.x, str) for point in points)
     x = np.array([point.x if numeric else 0 for point in points], float)
     mean = np.array([point.score.mean for point in points])
@@ -259,6 +301,7 @@ def _arrays(
 
 
 def _numeric_x(axes: Axes, content: FigureContent, panel: str) -> None:
+    """Set scale, ticks and title of the x axis; a wide range of places is logarithmic."""
     x = sorted({float(p.x) for p in content.points if p.panel == panel})
     if x[0] > 0 and x[-1] / x[0] >= LOG_RATIO:
         axes.set_xscale("log")
@@ -269,7 +312,7 @@ def _numeric_x(axes: Axes, content: FigureContent, panel: str) -> None:
 
 
 def _references(axes: Axes, content: FigureContent, panel: str, axis: Literal["x", "y"]) -> None:
-    """Draw chance, the published value, and the line of equal x and value."""
+    """Draw the chance level, the published value, and the line of equal x and value."""
     line = axes.axhline if axis == "y" else axes.axvline
     for name, value in content.chance:
         if name == panel and math.isfinite(value):
@@ -281,11 +324,13 @@ def _references(axes: Axes, content: FigureContent, panel: str, axis: Literal["x
         places, values = content.published[::2], content.published[1::2]
         axes.plot(places, values, "*", color="black", ms=9, ls="", label="the paper")
     if content.ideal:
-        ends = [float(f(p.x for p in content.points)) for f in (min, max)]
+        x = [float(point.x) for point in content.points]
+        ends = [min(x), max(x)]
         axes.plot(ends, ends, label="ideal", **IDEAL_STYLE)
 
 
 def _finished(figure: Figure, grid: Sequence[Axes], content: FigureContent) -> Figure:
+    """Set the axes of the value, add the legend, and return the figure."""
     if content.log:
         grid[0].set_yscale("log")
         plain_ticks(grid[0].yaxis)
@@ -297,14 +342,15 @@ def _finished(figure: Figure, grid: Sequence[Axes], content: FigureContent) -> F
 
 
 def _legend(figure: Figure, grid: Sequence[Axes]) -> Figure:
-    """Name every series and reference once, below the panels."""
+    """Add a legend below the panels, with each series and reference once, and return the figure."""
     named: dict[str, Any] = {}
     for axes in grid:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             named.setdefault(label, handle)
     named.pop("", None)
     if named:
-        columns = max(1, min(4, int(90 / max(map(len, named)))))
+        longest = max(len(label) for label in named)
+        columns = max(1, min(4, LEGEND_LETTERS // longest))
         figure.legend(list(named.values()), list(named), loc="outside lower center", ncols=columns)
     return figure
 
@@ -315,7 +361,7 @@ def _axis_label(axis: tuple[str, str], letters: int = TITLE_LETTERS) -> str:
 
 
 def place_text(x: float | str, unit: str) -> str:
-    """Return a place on the x axis as text."""
+    """Return a place on the x axis as text, with its unit if it is a number."""
     return x if isinstance(x, str) else with_unit(number(float(x)), unit)
 
 

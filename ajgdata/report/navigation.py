@@ -13,7 +13,7 @@ from ajgdata.report.format import Source
 
 
 class Link(NamedTuple):
-    """Another page, relative to the report's folder, and the group that it belongs to."""
+    """Link to a page, relative to the folder of the report; `about` is its group."""
 
     link: str
     title: str
@@ -21,8 +21,7 @@ class Link(NamedTuple):
 
 
 class Lead(NamedTuple):
-    """Title of a page, the question that it answers, the group of pages that it belongs to, and the
-    sources of its data."""
+    """Title and introduction of a page on studies, its group, and the sources of its data."""
 
     title: str
     text: str
@@ -71,7 +70,7 @@ LEADS = {
 
 
 class Group(NamedTuple):
-    """Links of the navigation that belong together, relative to the report's folder."""
+    """Group of links of the navigation."""
 
     title: str
     links: tuple[Link, ...]
@@ -102,7 +101,7 @@ FIXED = {
 
 
 def experiment_link(page: str) -> str:
-    """Return where the page on an experiment is."""
+    """Return the link to the page on an experiment, relative to the folder of the report."""
     return f"{EXPERIMENT_PAGES_FOLDER}/{page}.html"
 
 
@@ -116,15 +115,23 @@ def navigation(
 ) -> list[Group]:
     """Return the navigation of a report, in the order in which it is shown.
 
-    `experiments` are its pages on experiments, `pages` names those on ablations and on the virtual
-    gripper. `compares`: results are compared with published values.
+    `experiments` are links to the pages on experiments. `pages` are the names of the pages on
+    ablations and on the virtual gripper. `compares`: results are compared with published values.
     """
-    links = [Link(INDEX, "Overview", "Results"), *([PAPER_PAGE] if compares else [])]
-    studies = [Link(f"{n}.html", lead.title, lead.about) for n, lead in LEADS.items() if n in pages]
-    links += [link for link in studies if link.about == "Results"]
-    links += experiments
-    links += [link for link in studies if link.about != "Results"]
-    links += [FIXED["datasets"], FIXED["run"]]
+    studies = [
+        Link(f"{name}.html", lead.title, lead.about)
+        for name, lead in LEADS.items()
+        if name in pages
+    ]
+    links = [
+        Link(INDEX, "Overview", "Results"),
+        *([PAPER_PAGE] if compares else []),
+        *(link for link in studies if link.about == "Results"),
+        *experiments,
+        *(link for link in studies if link.about != "Results"),
+        FIXED["datasets"],
+        FIXED["run"],
+    ]
     groups: dict[str, list[Link]] = {}
     for link in links:
         groups.setdefault(link.about, []).append(link)

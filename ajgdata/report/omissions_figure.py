@@ -14,7 +14,7 @@ from ajgdata.studies import LEFT_OUT
 from ajgdata.types.table import Table
 
 HEIGHT_IN = 4.2
-#: A change that is exactly zero is drawn here, because a logarithmic axis has no zero.
+#: Place of a change of exactly zero, because a logarithmic axis has no zero.
 DRAWN_ZERO = 1e-6
 
 
@@ -23,7 +23,8 @@ def omissions_figure(table: Table) -> Illustration:
     used = table.where(verdict=LEFT_OUT)
     title = "The simulation leaves nothing out"
     if used.rows:
-        saved, change = 100 * used.numbers("saved"), used.numbers("feature")
+        saved = 100 * used.numbers("saved")
+        change = used.numbers("feature")
         title = (
             f"The simulation uses {len(used.rows)} of {len(table.rows)} omissions: they save up to"
             f" {number(saved.max(), 2)} % of the time and change the feature by up to"

@@ -12,8 +12,10 @@ from matplotlib.lines import Line2D
 from ajgdata.report.canvas import WIDTH_IN, line_style, new_figure
 from ajgdata.report.format import Source, words
 
-#: Panels side by side, and the height of one in inches.
-PANELS_PER_ROW, PANEL_IN = 3, 2.2
+#: Panels side by side.
+PANELS_PER_ROW = 3
+#: Height of a panel (inches).
+PANEL_IN = 2.2
 
 
 def projections_figure(
@@ -28,7 +30,7 @@ def projections_figure(
     Args:
         planes: Positions (n, 2) of the recordings in each projection, by the title of its panel.
         labels: Objects (n,) of the recordings.
-        is_training: True (n,) for training recordings, which are filled; the others are open.
+        is_training: True (n,) for training recordings, which have filled marks; others are open.
         subtitle: Data set and embedding.
         source: Source of the recordings.
     """

@@ -1,6 +1,6 @@
 """Content of a report: plain values, figures that are not drawn yet, and text.
 
-The report has a list of experiments, and none by name: a `ReportPart` has what an experiment shows.
+The report knows no experiment by name: a `ReportPart` has the content of one experiment on a task.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 
 
 class Illustration(NamedTuple):
-    """A figure that is not drawn yet: file name without suffix, words, and how to draw it.
+    """A figure that is not drawn yet: file name without suffix, caption, and the drawing function.
 
-    `title` is its conclusion, which is also drawn. `table` has its values; the figures of
-    experiments have none, because the tables of the experiments are written. The figure of a page
-    `replaces` the figures of experiments that show the same, by name.
+    `title` is the conclusion, which is also drawn. `table` has the values of the figure of a page;
+    the values of other figures are in the tables of their experiments. The figure of a page
+    `replaces` the figures of experiments with the same content; these are their names.
     """
 
     name: str
@@ -48,9 +48,9 @@ class Illustration(NamedTuple):
 
 @dataclass(frozen=True)
 class ResultRow:
-    """A row of the table of results; what a row does not have is empty.
+    """A row of the table of results; missing values are empty.
 
-    `answer` is the value with its interval, of the best model of a task.
+    `answer` is the value of the best model of a task, with its interval.
     """
 
     label: str
@@ -60,17 +60,20 @@ class ResultRow:
     train_cpu_s: str = ""
     prediction_ms: str = ""
     best: bool = False
-    part: str = ""  #: heading of the rows that it stands among
+    part: str = ""  #: heading of a group of rows
     paper: PaperFigure | None = None
     answer: str = ""
-    marks: tuple[Mark, ...] = ()  #: for a forest plot, in `unit`
+    marks: tuple[Mark, ...] = ()  #: for the forest plot, in `unit`
     unit: str = ""
     controls: str = ""  #: result with held-out sessions and the placebo, for a sentence
 
 
 @dataclass(frozen=True, eq=False)
 class Spectra:
-    """Mean feature per class or target bin: frequency_hz (f,), mean (n, f), n labels."""
+    """Mean feature per class, or per range of the target.
+
+    `frequency_hz` is (f,), `mean` is (n, f), and `labels` are n texts. `grouping` is the target.
+    """
 
     frequency_hz: np.ndarray
     labels: tuple[str, ...]
@@ -80,9 +83,10 @@ class Spectra:
 
 @dataclass(frozen=True, eq=False)
 class DatasetSummary:
-    """One data set: what the report and the dataset card show of it.
+    """A data set in the report and in its dataset card.
 
-    `provenance`: `commit` of the code, `config_hash` of settings, `inputs_hash`.
+    `provenance` has the `commit` of the code, the `config_hash` of the settings, and the
+    `inputs_hash` of the recordings.
     """
 
     name: str
@@ -103,17 +107,17 @@ class DatasetSummary:
 
     @property
     def spectra_name(self) -> str:
-        """Return the name of the figure of its mean spectra."""
+        """Return the name of the figure with the mean spectra."""
         return f"spectra--{self.name}"
 
     @property
     def n_left_out(self) -> int:
-        """Return the number of recordings that were left out."""
+        """Return the number of quarantined recordings."""
         return len(left_out(self.findings))
 
     @property
     def n_flagged(self) -> int:
-        """Return the number of recordings that are used, and not without remark."""
+        """Return the number of recordings that are used although they have issues."""
         return len(flagged(self.findings))
 
     @property
@@ -132,10 +136,10 @@ def findings_by_code(findings: Iterable[Finding]) -> list[tuple[str, list[Findin
 
 @dataclass(frozen=True)
 class ReportPart:
-    """One experiment on one task: rows of the main table, figures, tables.
+    """One experiment on one task: rows of the table of results, figures and texts.
 
-    `summary` stands first; `text` (Markdown) has question, method, and how to read the figure.
-    `advice` are sentences on what to do next.
+    `summary` is the first sentence. `text` (Markdown) has question, method, and how to read the
+    figure. `advice` are sentences on next steps.
     """
 
     experiment: str
@@ -165,21 +169,21 @@ class TaskSection:
 
     @property
     def anchor(self) -> str:
-        """Return the place of the section on the page."""
+        """Return the anchor of the section, to which links lead."""
         return f"task-{self.dataset}-{self.task}"
 
     @property
     def rows(self) -> list[ResultRow]:
-        """Return all its rows of the table of results."""
+        """Return the rows of all parts."""
         return [row for part in self.parts for row in part.rows]
 
 
 @dataclass(frozen=True)
 class ExperimentPage:
-    """A page on one experiment: the question, and the command that rebuilds it.
+    """A page on one experiment: the question, and the command that rebuilds the page.
 
-    `about` is the group of the navigation that it belongs to. The page begins with its own
-    `figures`, if it has any. `comparison_note` limits its comparison with the paper.
+    `about` is its group in the navigation. The page begins with its own `figures`, if it has any.
+    `comparison_note` states limits of the comparison with the paper.
     """
 
     name: str
@@ -193,15 +197,18 @@ class ExperimentPage:
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """Everything on the pages, in the order in which it is shown.
+    """Content of all pages.
 
-    `opening` is the first picture: `image`, relative to the report's folder, and `alt`. `checks`
-    counts the checks of the simulation studies, and those of them that hold; `studies` are their
-    titles, links and conclusions. `skipped` are texts on measurements that could not be made, with
-    the reason. `missing` says how many results of each kind no run has computed yet, `earlier` how
-    many are of an earlier run. `paper` is all that the paper reports, whether it is here or not.
-    `answer` are up to three sentences, `practice` topics with links and conclusions, and
-    `machine` the computer that wrote the report.
+    - `opening`: the first picture, with `image` (relative to the folder of the report) and `alt`
+    - `checks`: number of checks of the simulation studies, and number of passed checks
+    - `skipped`: skipped measurements with reasons, as texts
+    - `missing`: number of results that no run has computed yet, as a text per kind of result
+    - `earlier`: number of results of an earlier run
+    - `paper`: all published values
+    - `studies`: title, link and conclusion of each simulation study
+    - `answer`: up to three sentences
+    - `practice`: topics with links and conclusions
+    - `machine`: the computer that wrote the report
     """
 
     title: str
@@ -230,12 +237,12 @@ class Report:
 
     @property
     def cost(self) -> str:
-        """Return the cost of all jobs in words, "" if nothing was measured."""
+        """Return the cost of all jobs in words; "" if no cost was measured."""
         return cost_text(self.run_cost[-1]) if self.run_cost else ""
 
     @property
     def advice(self) -> list[tuple[TaskSection, str]]:
-        """Return what to do next, by task."""
+        """Return the advice on each task."""
         parts = ((section, part) for section in self.sections for part in section.parts)
         return [(section, text) for section, part in parts for text in part.advice]
 
@@ -246,18 +253,18 @@ class Report:
 
     @property
     def absent(self) -> list[PaperFigure]:
-        """Return what the paper reports and this report does not."""
+        """Return the published values without a result in this report."""
         known = {row.paper.id for row in self.comparisons}
         return [figure for figure in self.paper if figure.id not in known]
 
     @property
     def tally(self) -> str:
-        """Return how many rows have each verdict: `5 agree, 8 worse`."""
+        """Return the number of results with each verdict in words: `5 agree, 8 worse`."""
         return tally_text(tally(self.comparisons))
 
     @property
     def recordings_by_source(self) -> dict[Source, int]:
-        """Return the number of recordings of each source that features were made of."""
+        """Return the number of recordings of each source."""
         counts = Counter[Source]()
         for dataset in self.datasets:
             counts[dataset.source] += dataset.n_recordings
@@ -274,9 +281,10 @@ class Report:
         return len(self.recordings_by_source) > 1
 
     def on(self, page: str) -> list[TaskSection]:
-        """Return the sections of a page: those of its parts that stand on it."""
+        """Return the sections of a page, with the parts that this page shows."""
         sections = []
         for section in self.sections:
-            if parts := tuple(part for part in section.parts if part.page == page):
+            parts = tuple(part for part in section.parts if part.page == page)
+            if parts:
                 sections.append(replace(section, parts=parts))
         return sections

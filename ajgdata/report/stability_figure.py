@@ -1,4 +1,4 @@
-"""Figure of the study on stability: energy against steps, and distance to limits."""
+"""Figure of the study of stability: energy against steps, and distance to limits."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HEIGHT_IN = 5.2
 SLOPE: dict[str, Any] = {"color": GREY, "ls": ":", "lw": 1.2}
 BACKGROUND: dict[str, Any] = {"color": "#c9c9c9", "lw": 0.8, "zorder": 1}
 LEGEND: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (-0.2, -0.17), "fontsize": 7}
-#: A logarithmic axis has no zero: an unchanged energy is drawn as this relative change.
+#: Place of an unchanged energy, because a logarithmic axis has no zero.
 SMALLEST_CHANGE = 1e-17
 
 
@@ -59,8 +59,7 @@ def _title(long_runs: Table, limits: Table, unreached: Table) -> str:
 
 
 def _subtitle(long_runs: Table, limits: Table) -> str:
-    """Return the number of cases, their largest gain of energy per step, and the range of
-    orders."""
+    """Return the number of cases, their largest gains per step, and the range of orders."""
     cases = len(long_runs.split_by("case"))
     orders = np.abs(limits.numbers("measured_order"))
     orders = orders[np.isfinite(orders)]
@@ -82,7 +81,9 @@ def _count(steps: int) -> str:
     ('10⁶', '2,000')
     """
     exponent = math.log10(steps)
-    return power(steps) if exponent == round(exponent) else f"{steps:,}"
+    if exponent == round(exponent):
+        return power(steps)
+    return f"{steps:,}"
 
 
 def _draw(
@@ -117,16 +118,20 @@ def _draw_energy(axes: Axes, energy: Table, long_runs: Table) -> None:
 
 
 def _draw_distances(axes: Axes, distances: Table, named: Sequence[str]) -> None:
-    """Draw the distance to each limit that has an order; only the limits in `named` have a
-    colour."""
+    """Draw the distance to each limit that has an order.
+
+    Limits in `named` have a colour and a label, all others are grey.
+    """
     lines = {
         title: (rows.numbers("small"), rows.numbers("distance"))
         for title, rows in distances.split_by("title").items()
         if rows.rows[0]["order"] is not None
     }
-    for title in lines.keys() - set(named):
-        axes.plot(*lines[title], **BACKGROUND)
-    for index, title in enumerate(title for title in named if title in lines):
+    for title, line in lines.items():
+        if title not in named:
+            axes.plot(*line, **BACKGROUND)
+    coloured = [title for title in named if title in lines]
+    for index, title in enumerate(coloured):
         axes.plot(*lines[title], label=title.partition(":")[0], **line_style(index))
     smallest = min(small.min() for small, _ in lines.values())
     largest = max(distance.max() for _, distance in lines.values())

@@ -9,7 +9,7 @@ import numpy as np
 
 from ajgdata.report.accuracy_figure import accuracy_figure
 from ajgdata.report.format import Score, number, words
-from ajgdata.report.marks import FigureContent, MarkName, Point, illustration
+from ajgdata.report.marks import FigureContent, Point, illustration
 from ajgdata.report.omissions_figure import omissions_figure
 from ajgdata.report.report_data import Illustration
 from ajgdata.report.stability_figure import stability_figure
@@ -19,15 +19,17 @@ from ajgdata.types.table import Table
 
 
 def conclusions(study: str, tables: Sequence[Table]) -> str:
-    """Return how many checks of a study passed, and the titles of its figures, as sentences."""
-    texts = [f"{figure.title}." for figure in figures_of(study, tables)]
-    return " ".join(filter(None, [*map(passed, tables), *texts]))
+    """Return sentences: the number of passed checks per table, and the title of the figure."""
+    checks = [passed(table) for table in tables]
+    titles = [f"{figure.title}." for figure in figures_of(study, tables)]
+    return " ".join(filter(None, [*checks, *titles]))
 
 
 def figures_of(study: str, tables: Sequence[Table]) -> Iterator[Illustration]:
-    """Yield the figure of a study that has one, named like its first table; nothing is drawn yet.
+    """Yield the figure of a study, if it has one; nothing is drawn yet.
 
-    A study without rows in one of the tables that its figure shows has no figure.
+    The figure has the name of its first table. If one of its tables has no rows, there is no
+    figure.
     """
     if study not in STUDY_FIGURES:
         return
@@ -37,45 +39,40 @@ def figures_of(study: str, tables: Sequence[Table]) -> Iterator[Illustration]:
         yield figure(*(shown[name] for name in names))
 
 
-def _illustration(
-    table: Table, mark: MarkName, title: str, about: str, points: list[Point],
-    axis: str, text: str, place: tuple[str, str],
-) -> Illustration:  # fmt: skip
-    """Return a figure of simulated results with a logarithmic axis; values of 0 are left out."""
-    shown = tuple(point for point in points if point.score.mean > 0)
-    content = FigureContent(title, about, ("simulated",), shown, (axis, ""), place, log=True)
-    return illustration(table.name, mark, content, text)
-
-
-def _points(table: Table, key: str, series: str, x: str) -> list[Point]:
-    """Return a point per row with a finite value in the column `key`."""
-    return [
-        Point("", words(str(row[series])), float(row[x] or 0), Score(float(number_), math.nan))
-        for row, number_ in zip(table.rows, table.numbers(key), strict=True)
-        if math.isfinite(number_)
-    ]
-
-
 def convergence(table: Table) -> Illustration:
-    """Return the relative error of each refined case against the grid spacing, and the orders at
-    which refinement brings the known answers nearer."""
+    """Return the relative error of each refined case against the grid spacing.
+
+    The title has the orders at which the errors decrease.
+    """
     orders = []
     cases = table.split_by("case").values()
     for rows in cases:
-        grid, error = rows.numbers("dx_mm"), rows.numbers("error")
-        fine, coarse = int(np.argmin(grid)), int(np.argmax(grid))
+        grid = rows.numbers("dx_mm")
+        error = rows.numbers("error")
+        fine = int(np.argmin(grid))
+        coarse = int(np.argmax(grid))
         if grid[fine] < grid[coarse] and error[fine] > 0 and error[coarse] > 0:
             orders.append(np.log(error[coarse] / error[fine]) / np.log(grid[coarse] / grid[fine]))
     nearer = [order for order in orders if order > 0]
     title = f"Refinement brings {len(nearer)} of {len(orders)} known answers nearer"
     if nearer:
         title += f", at orders from {number(min(nearer), 2)} to {number(max(nearer), 2)}"
-    return _illustration(
-        table, "lines", title, f"{len(cases)} known answers",
-        _points(table, "error", "case", "dx_mm"), "relative error",
-        "Relative error of each case that is refined, against the spacing of its grid.",
+    points = [
+        Point("", words(str(row["case"])), float(row["dx_mm"]), Score(float(error), math.nan))
+        for row, error in zip(table.rows, table.numbers("error"), strict=True)
+        if math.isfinite(error) and error > 0  # the axis is logarithmic
+    ]
+    content = FigureContent(
+        title,
+        f"{len(cases)} known answers",
+        ("simulated",),
+        tuple(points),
+        ("relative error", ""),
         ("grid spacing", "mm"),
-    )  # fmt: skip
+        log=True,
+    )
+    text = "Relative error of each case that is refined, against the spacing of its grid."
+    return illustration(table.name, "lines", content, text)
 
 
 #: Share of the chance level below which an error at withheld angles counts as measurable.
@@ -114,7 +111,7 @@ def breaking_mirror(table: Table) -> Illustration:
 
 
 def smallest_changes(table: Table) -> str:
-    """Return for each task the smallest change with less than half of the chance level.
+    """Return the smallest change per task with an error below half of the chance level.
 
     The size of a change is the sum of both distances in mm.
     """

@@ -1,4 +1,4 @@
-"""Rows and columns that the page of a study shows first; complete tables are folded below them."""
+"""Rows and columns that the page of a study shows first; the complete tables are folded."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ from typing import Any, NamedTuple
 
 from ajgdata.types.table import Column, Table, Value
 
-#: Rows that a page shows first, in all its tables.
+#: Rows that a page shows first, in all tables together.
 MAX_ROWS = 8
 #: Columns of each table that a page shows first.
 MAX_COLUMNS = 6
 #: Rows of a complete table; its CSV file has all.
 MAX_FOLDED_ROWS = 300
-#: Pages whose tables are complete and not folded, and their rows per table.
-UNFOLDED, MAX_UNFOLDED_ROWS = ("ablations",), 30
+#: Pages whose tables are complete and not folded.
+UNFOLDED = ("ablations",)
+#: Rows of each table of these pages.
+MAX_UNFOLDED_ROWS = 30
 #: Keys of the columns that are shown first, for tables that do not begin with them.
 FIRST_COLUMNS: dict[str, tuple[str, ...]] = {
     "accuracy": ("kind", "source", "setting", "error", "ratio", "is_default"),
@@ -27,8 +29,8 @@ FIRST_COLUMNS: dict[str, tuple[str, ...]] = {
 class ShownTable(NamedTuple):
     """A table on a page: its first `columns` and `rows`, and the rows that are `folded`.
 
-    `folded` is empty if the first rows and columns are the complete table. `is_open`: a folded row
-    failed, and the page does not hide it.
+    `folded` is empty if the first rows and columns are the complete table. `is_open` is True if a
+    folded row is a failed check, which the page then shows.
     """
 
     table: Table
@@ -39,9 +41,9 @@ class ShownTable(NamedTuple):
 
 
 def shown_tables(study: str, tables: Sequence[Table]) -> list[ShownTable]:
-    """Return the tables of a page, of which up to `MAX_ROWS` rows are shown first.
+    """Return the tables of a page, with up to `MAX_ROWS` rows that are shown first.
 
-    The first tables use these rows; later tables are folded completely.
+    The first tables use up these rows, and later tables are completely folded.
     """
     if study in UNFOLDED:
         return [
@@ -80,18 +82,21 @@ def ordered_rows(table: Table) -> list[dict[str, Any]]:
 
 
 def holds(row: Mapping[str, Value]) -> bool | None:
-    """Return whether a row says `passed`; None for a row that does not hold or fail."""
+    """Return whether a check holds; None for a row that is not a check."""
     passed = row.get("passed")
     return None if passed is None else bool(passed)
 
 
 def passed(table: Table) -> str:
-    """Return `12 of 13 checks passed.` for a table whose rows are checks, else nothing."""
-    verdicts = [verdict for row in table.rows if (verdict := holds(row)) is not None]
-    return f"{sum(verdicts)} of {len(verdicts)} checks passed." if verdicts else ""
+    """Return a sentence such as `12 of 13 checks passed.`; "" for a table without checks."""
+    verdicts = [holds(row) for row in table.rows]
+    checks = [verdict for verdict in verdicts if verdict is not None]
+    if not checks:
+        return ""
+    return f"{sum(checks)} of {len(checks)} checks passed."
 
 
 def numeric(table: Table, key: str) -> bool:
-    """Return whether a column holds numbers, finite or not, and perhaps gaps: set flush right."""
+    """Return whether a column has numbers, which are set flush right; cells may be missing."""
     cells = [cell for cell in table.column(key) if cell is not None]
     return bool(cells) and not any(isinstance(cell, (str, bool)) for cell in cells)

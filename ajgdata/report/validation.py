@@ -14,7 +14,7 @@ from ajgdata.report.report_data import Illustration
 from ajgdata.types.table import Table
 
 HEIGHT_IN = 4.9
-#: Series of both panels: key of the columns and index of the line style.
+#: Series of both panels by the prefix of their columns, with the index of the line style.
 SERIES = {"measured": 1, "simulated": 0}
 #: Ticks of the axes of frequency (Hz) and attenuation (dB/m).
 FREQUENCY_TICKS = (200, 400, 800, 1600)
@@ -30,25 +30,21 @@ TEXT = (
 
 def validation(resonances: Table, attenuation: Table) -> Illustration:
     """Return the figure of both tables, named like the first."""
-    largest = {name: upper_bound(deviation(resonances, name)[0]) for name in SERIES}
+    measured, _ = deviation(resonances, "measured")
+    simulated, _ = deviation(resonances, "simulated")
     title = (
-        f"Resonances: measured within {largest['measured']} %,"
-        f" simulated {largest['simulated']} % of theory"
+        f"Resonances: measured within {upper_bound(measured)} %,"
+        f" simulated {upper_bound(simulated)} % of theory"
     )
     ratio = attenuation.numbers("measured_db_m") / attenuation.numbers("theory_db_m")
     about = (
         f"measured attenuation {number(ratio.min(), 2)} to {number(ratio.max(), 2)} times"
         " thermoviscous theory"
     )
-    rows = zip(
-        resonances.column("resonance"),
-        deviation(resonances, "measured")[0],
-        deviation(resonances, "simulated")[0],
-        strict=True,
-    )
+    names = resonances.column("resonance")
     points = "; ".join(
-        f"{name}: measured {number(measured, 2)} %, simulated {number(simulated, 2)} %"
-        for name, measured, simulated in rows
+        f"{name}: measured {number(first, 2)} %, simulated {number(second, 2)} %"
+        for name, first, second in zip(names, measured, simulated, strict=True)
     )
     caption = Caption(TEXT, f"{title}. {about}. {points}.")
     draw = partial(_draw, title, about, resonances, attenuation)
@@ -56,13 +52,12 @@ def validation(resonances: Table, attenuation: Table) -> Illustration:
 
 
 def upper_bound(values: np.ndarray) -> str:
-    """Return the largest absolute value, rounded up to one decimal.
+    """Return the largest absolute value, rounded up to one decimal; rounding errors do not count.
 
     >>> upper_bound(np.array([-2.04, 0.5])), upper_bound(np.array([2.0]))
     ('2.1', '2.0')
     """
     tenths = 10 * np.abs(values).max()
-    # Rounding errors do not count.
     return f"{np.ceil(tenths - 1e-9) / 10:.1f}"
 
 
@@ -102,7 +97,8 @@ def _draw_resonances(axes: Axes, table: Table) -> None:
 def _draw_attenuation(axes: Axes, table: Table) -> None:
     frequency = table.numbers("frequency_hz")
     for series, index in SERIES.items():
-        value, uncertainty = (table.numbers(f"{series}{end}") for end in ("_db_m", "_sd_db_m"))
+        value = table.numbers(f"{series}_db_m")
+        uncertainty = table.numbers(f"{series}_sd_db_m")
         style = {**line_style(index), "ls": ""}
         axes.errorbar(frequency, value, uncertainty, label=series, capsize=2.0, **style)
     theory = table.numbers("theory_db_m")
