@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -99,8 +100,16 @@ class StackModes:
     column_shapes: Real | None = None
 
 
-def skin(body: Body, membrane_kg_m2: float) -> tuple[float, float, float]:
-    """Return mass (kg/m²), resistance (Pa s/m) and stiffness (N/m³) of the skin with the membrane.
+class Skin(NamedTuple):
+    """A locally reacting surface, per area: mass (kg/m²), resistance (Pa s/m), stiffness (N/m³)."""
+
+    mass: float
+    resistance: float
+    stiffness: float
+
+
+def skin(body: Body, membrane_kg_m2: float) -> Skin:
+    """Return the skin of an object with the mass of the membrane (kg/m²) on it.
 
     A third of the skin's mass moves with its surface (Rayleigh). In addition to the material's
     loss, waves radiate downwards as into a cone, whose dashpot is ρc (Meek & Wolf, J. Geotech. Eng.
@@ -111,7 +120,7 @@ def skin(body: Body, membrane_kg_m2: float) -> tuple[float, float, float]:
     mass = membrane_kg_m2 + material.density_kg_m3 * (body.height - body.core) / 3
     wave = np.sqrt(material.density_kg_m3 * material.young_pa)
     inner = material.loss * np.sqrt(stiffness * mass)
-    return mass, float(inner + wave * body.core / body.height), stiffness
+    return Skin(mass, float(inner + wave * body.core / body.height), stiffness)
 
 
 def stack(

@@ -17,6 +17,7 @@ from typing import NamedTuple, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from ajgdata.gripper.air_film import AirFilm, film_spring, gap_m
 from ajgdata.gripper.bending import Load, Plate, PlateModes, ShellModes, ring_modes, shell_modes
 from ajgdata.gripper.column import Bed, Body, Stack, StackModes, bent_modes, skin, solve, stack
 from ajgdata.gripper.contact import GRAIN_SOLIDS, GRAVITY, Latex, Pack, seat
@@ -24,7 +25,7 @@ from ajgdata.gripper.geometry import Cavity
 from ajgdata.gripper.grid import Cells
 from ajgdata.gripper.imprint import Imprint, find_imprint
 from ajgdata.gripper.medium import Air
-from ajgdata.gripper.membrane import AirFilm, Skin, film_spring, gap_m
+
 from ajgdata.gripper.objects import (
     MM,
     Box,
@@ -325,7 +326,7 @@ def _skin_walls(
     """Return the object's skin, with the membrane and the film of air on it, as local walls."""
     yielding = None
     if "compliance" not in absent:
-        yielding = Skin(*skin(body, scene.gripper.membrane.mass_kg_m2))
+        yielding = skin(body, scene.gripper.membrane.mass_kg_m2)
     if film is not None and "film" not in absent:
         yielding = film.over(yielding)
     if yielding is None:

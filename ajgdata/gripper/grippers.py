@@ -1,4 +1,4 @@
-"""The gripper, and a family of named variants of it."""
+"""The gripper, and named variants of it."""
 
 from __future__ import annotations
 
@@ -9,38 +9,38 @@ from pydantic import Field, field_validator, model_validator
 
 from ajgdata.gripper.objects import MM, Positive, SceneModel
 
-#: First root of the Bessel function J0, of a clamped membrane.
+#: First root of the Bessel function J0: the lowest mode of a circular membrane.
 DRUM = 2.405
-#: Smallest stiffness (N/m³) of a membrane with tension: squares of smaller tensions overflow.
+#: Least stiffness (N/m³) of a membrane with tension: smaller ones cause overflow.
 SLACKEST_N_M3 = 1e-6
 Size = Annotated[float, Field(ge=5, le=200)]
 Coordinate = Annotated[float, Field(ge=-200, le=200)]
 
 
 class Membrane(SceneModel):
-    """Latex balloon as a locally reacting wall: m dv/dt + r v + k ∫v dt = p."""
+    """The latex balloon as a locally reacting wall: m dv/dt + r v + k ∫v dt = p."""
 
     mass_kg_m2: Annotated[float, Field(ge=0, le=1e9)] = Field(
         0.3, description="0.3 mm of latex at 1000 kg/m3"
     )
     resistance_pa_s_m: Annotated[float, Field(ge=0, le=1e15)] = Field(
-        450.0, description="radiation into open air (rho c = 413) and the loss of latex"
+        450.0, description="radiation into open air (rho c = 413), and the loss of latex"
     )
     stiffness_n_m3: Annotated[float, Field(ge=0, le=1e15)] = Field(
         1e5, description="T (2.4/R)^2 for a tension of about 40 N/m at R = 50 mm; estimate"
     )
     pinned: bool = Field(
-        True, description="where grains lie on it, it moves only in the spans between them"
+        True, description="under grains, the membrane moves only in the spans between them"
     )
     film: Annotated[float, Field(ge=0, le=20)] = Field(
         1.0,
-        description="thickness of the air trapped between it and an object, in units of the middle"
-        " for the object's material",
+        description="thickness of the air between membrane and object, relative to the middle of"
+        " the range for the object's material",
     )
 
     @field_validator("stiffness_n_m3")
     @classmethod
-    def _tense_or_limp(cls, value: float) -> float:
+    def _check_stiffness(cls, value: float) -> float:
         if 0 < value < SLACKEST_N_M3:
             raise ValueError(
                 f"membrane.stiffness_n_m3 {value:g} is too small: use 0 for a limp membrane, or at"
@@ -50,8 +50,10 @@ class Membrane(SceneModel):
 
 
 class Gripper(SceneModel):
-    """Rigid conical housing with a half-ellipsoid balloon below; the paper gives no dimensions
-    but the 70 mm between the transducers."""
+    """A rigid conical housing with a balloon below, which is half of an ellipsoid.
+
+    The paper gives no dimensions except the 70 mm between the transducers.
+    """
 
     roof_radius_mm: Size = 40.0
     rim_radius_mm: Size = 50.0
@@ -59,46 +61,48 @@ class Gripper(SceneModel):
     balloon_depth_mm: Size = Field(45.0, description="rim to tip of the free balloon")
     bed_depth_mm: Positive = Field(
         35.0,
-        description="fill level: grains on the axis, before the grasp; none where the medium is"
-        " air. The paper does not give it",
+        description="fill level: depth of the grains on the axis before the grasp, without effect"
+        " in air. Not in the paper",
     )
     speaker_mm: tuple[Coordinate, Coordinate] = Field(
         (-35.0, 3.0),
-        description="x, y on the roof. At almost the radius of the microphone, so an angle and its"
-        " mirror image give almost the same sound (see docs/virtual-gripper.md)",
+        description="x, y on the roof. Its radius is almost that of the microphone, so an angle and"
+        " its mirror image give almost the same sound (see docs/virtual-gripper.md)",
     )
     microphone_mm: tuple[Coordinate, Coordinate] = (34.0, -5.0)
     transducer_sigma_mm: Annotated[float, Field(ge=0.5, le=10)] = Field(
-        2.5, description="Gaussian volume of each transducer"
+        2.5, description="width of the Gaussian volume of each transducer"
     )
     port_mm: tuple[Coordinate, Coordinate] = Field(
         (18.0, 28.0), description="vacuum port on the roof"
     )
     port_bore_mm: Annotated[float, Field(gt=0, le=50)] = 4.0
     port_length_mm: Annotated[float, Field(gt=0, le=1e6)] = Field(
-        10.0, description="inert part of the fitting; hose is matched"
+        10.0, description="length of the fitting, an inert mass; the hose behind it is matched"
     )
     wall_admittance: Annotated[float, Field(ge=0, le=1e6)] = Field(
         4e-3,
-        description="rho c / z of the housing and its flange, at all frequencies; at least the"
-        " thermoviscous boundary layer (1.2e-3 at 3 kHz), at most ten times as much",
+        description="rho c / z of the housing and its flange, at all frequencies; one to ten times"
+        " that of the thermoviscous boundary layer (1.2e-3 at 3 kHz)",
     )
     membrane: Membrane = Membrane()
     stiffness_n_m3: Annotated[float, Field(ge=1e3, le=1e9)] = Field(
         4e5, description="grasp force per displaced volume"
     )
     clearance_mm: Annotated[float, Field(ge=4)] = Field(
-        4.0, description="no scene may pinch the cavity below this; never less than 4 mm"
+        4.0, description="least height of a pinched cavity in a scene; never less than 4 mm"
     )
 
     @property
     def tension_n_m(self) -> float:
-        """Tension of the membrane, T = k (R/2.405)², from its stiffness k and the rim's radius R:
-        a drum gives way as its lowest mode does."""
+        """Tension of the membrane, T = k (R/2.405)², N/m.
+
+        k is its stiffness and R the radius of the rim: a drum yields in its lowest mode.
+        """
         return self.membrane.stiffness_n_m3 * (self.rim_radius_mm * MM / DRUM) ** 2
 
     @model_validator(mode="after")
-    def _inside(self) -> Gripper:
+    def _check(self) -> Gripper:
         if self.roof_radius_mm >= self.rim_radius_mm:
             raise ValueError("roof_radius_mm must be smaller than rim_radius_mm")
         for name, margin in (
@@ -112,10 +116,10 @@ class Gripper(SceneModel):
                     f"{name} ({x:g}, {y:g}) lies outside the roof of radius "
                     f"{self.roof_radius_mm:g} mm: move it inwards"
                 )
-        apart = math.dist(self.speaker_mm, self.microphone_mm)
-        if apart < 2 * self.transducer_sigma_mm:
+        distance = math.dist(self.speaker_mm, self.microphone_mm)
+        if distance < 2 * self.transducer_sigma_mm:
             raise ValueError(
-                f"speaker_mm and microphone_mm are {apart:g} mm apart and would overlap: "
+                f"speaker_mm and microphone_mm are {distance:g} mm apart and would overlap: "
                 f"keep them {2 * self.transducer_sigma_mm:g} mm apart"
             )
         if self.clearance_mm >= self.height_mm:
@@ -132,7 +136,8 @@ class Gripper(SceneModel):
 
 
 def scaled(factor: float, **changes: Any) -> Gripper:
-    """The default gripper with all its sizes but transducers, bore and drape times `factor`."""
+    """Return the default gripper with all sizes times `factor`, except those of transducers, bore
+    and fitting; `changes` replace settings."""
     base = Gripper()
     sizes: dict[str, Any] = {
         name: getattr(base, name) * factor
@@ -152,7 +157,7 @@ def scaled(factor: float, **changes: Any) -> Gripper:
 
 _THICK = Membrane(mass_kg_m2=1.0, stiffness_n_m3=3.3e5)
 
-#: Variants by name. The paper has one gripper, of sizes unknown; these are estimates around it.
+#: Variants by name. They are estimates: the paper has one gripper, whose sizes are unknown.
 GRIPPERS: dict[str, Gripper] = {
     "default": Gripper(),
     "small": scaled(0.8),
@@ -166,7 +171,7 @@ GRIPPERS: dict[str, Gripper] = {
     "moved-transducers": Gripper(
         speaker_mm=(-30.0, 15.0), microphone_mm=(22.0, -26.0), port_mm=(25.0, 20.0)
     ),
-    # The smallest roof for transducers that are 70 mm apart and 10 mm off every mirror plane.
+    # The smallest roof for transducers at a distance of 70 mm, and 10 mm from every mirror plane.
     "unequal-radii": Gripper(
         roof_radius_mm=44.0, speaker_mm=(-40.7, -1.8), microphone_mm=(29.0, -8.2)
     ),

@@ -1,8 +1,9 @@
-"""Objects by name: what the paper grasps, as shapes.
+"""Objects by name: the objects of the paper as shapes.
 
-Sizes of the household objects are those of the YCB object set (Calli et al. 2015, IEEE Robotics &
-Automation Magazine 22(3), list of objects) unless the source says otherwise; walls of hollow ones
-follow from the published mass and the density of the material. Materials are the nearest ones.
+Sizes of household objects are those of the YCB object set (Calli et al. 2015, IEEE Robotics &
+Automation Magazine 22(3), list of objects) if `source` does not name another one. Walls of hollow
+objects follow from the published mass and the density of the material. Each object has the most
+similar material of `objects.MATERIALS`.
 """
 
 from __future__ import annotations
@@ -31,15 +32,15 @@ YCB = "YCB object set"
 
 
 class ObjectSpec(SceneModel):
-    """A named object. Categories of household objects are the paper's."""
+    """A named object; the categories of household objects are those of the paper."""
 
     shape: Object
     category: Category
-    source: str = Field(description="where the sizes are from, and what is estimated")
-    mass_g: Annotated[float, Field(gt=0)] | None = Field(None, description="as published")
+    source: str = Field(description="source of the sizes, and estimates")
+    mass_g: Annotated[float, Field(gt=0)] | None = Field(None, description="published mass")
 
 
-#: The paper names 16 cubes of 10 to 30 mm, not their sizes: evenly spaced here.
+#: Edges of the cubes. The paper names 16 cubes of 10 to 30 mm; even spacing is our assumption.
 CUBE_EDGES_MM = tuple(round(10 + 20 * n / 15, 1) for n in range(16))
 #: The paper's four materials.
 MATERIAL_SET: dict[str, MaterialName] = {
@@ -50,11 +51,12 @@ MATERIAL_SET: dict[str, MaterialName] = {
 }
 
 
-#: Thickness of plates, mm: the paper's "about 5".
+#: Thickness of plates, mm: "about 5" in the paper.
 PLATE_MM = 5.0
 
 
 def _cubes() -> dict[str, ObjectSpec]:
+    """Return the cubes of the paper."""
     source = f"{PAPER}: 16 PLA cubes of 10-30 mm; spacing assumed even"
     return {
         f"cube_{edge:.1f}".replace(".", "p"): ObjectSpec(
@@ -65,7 +67,7 @@ def _cubes() -> dict[str, ObjectSpec]:
 
 
 def _materials() -> dict[str, ObjectSpec]:
-    """Spheres and plates of the paper's four materials."""
+    """Return spheres and plates of the paper's four materials."""
     objects = {}
     for name, material in MATERIAL_SET.items():
         for diameter in (80, 30):
@@ -81,11 +83,13 @@ def _materials() -> dict[str, ObjectSpec]:
 
 
 def _compound(material: Any, *parts: dict[str, Any], shell_mm: float | None = None) -> Compound:
+    """Return a compound of `_part`s."""
     content = {"kind": "compound", "parts": parts, "material": material, "shell_mm": shell_mm}
     return Compound.model_validate(content)
 
 
 def _part(shape: Any, x: float = 0.0, y: float = 0.0, lift: float = 0.0, angle: float = 0.0) -> Any:
+    """Return a part of a compound: middle and height of the underside in mm, angle in degrees."""
     return {"shape": shape, "x_mm": x, "y_mm": y, "lift_mm": lift, "angle_deg": angle}
 
 
@@ -98,13 +102,16 @@ def _box(length: float, width: float, height: float) -> Box:
 
 
 def _banana() -> Compound:
-    """Five rods along an arc, all with their axes at half the height of the thickest."""
-    diameters, step, bend = (24.0, 33.0, 36.0, 33.0, 24.0), 39.5, 22.0
+    """Return five rods along an arc, with their axes at half the height of the thickest rod."""
+    diameters = (24.0, 33.0, 36.0, 33.0, 24.0)
+    step = 39.5  # length of a rod, mm
+    bend = 22.0  # angle between neighbours, degrees
     radius = step / (2 * math.sin(math.radians(bend) / 2))
     parts = []
     for n, diameter in enumerate(diameters):
-        turn = math.radians((n - 2) * bend)
-        x, y = radius * math.sin(turn), radius * (math.cos(turn) - 1)
+        angle = math.radians((n - 2) * bend)
+        x = radius * math.sin(angle)
+        y = radius * (math.cos(angle) - 1)
         lift = (max(diameters) - diameter) / 2
         parts.append(_part(_rod(diameter, step), x, y, lift, -(n - 2) * bend))
     return _compound("plastic", *parts, shell_mm=2.6)
@@ -113,12 +120,10 @@ def _banana() -> Compound:
 def _ycb(
     shape: Object, category: Category, mass_g: float | None, note: str = "", source: str = YCB
 ) -> ObjectSpec:
-    return ObjectSpec(
-        shape=shape,
-        category=category,
-        source=f"{source}{'; ' if note else ''}{note}",
-        mass_g=mass_g,
-    )
+    """Return a household object with the published mass (g) and a `note` on its source."""
+    if note:
+        source = f"{source}; {note}"
+    return ObjectSpec(shape=shape, category=category, source=source, mass_g=mass_g)
 
 
 def _ball(diameter: float, material: MaterialName, shell_mm: float | None = None) -> Sphere:
@@ -126,6 +131,7 @@ def _ball(diameter: float, material: MaterialName, shell_mm: float | None = None
 
 
 def _spherical() -> dict[str, ObjectSpec]:
+    """Return the household objects of the category "spherical"."""
     strawberry = Ellipsoid(
         kind="ellipsoid", diameters_mm=(55, 43.8, 43.8), material="plastic", shell_mm=2.4
     )
@@ -140,6 +146,7 @@ def _spherical() -> dict[str, ObjectSpec]:
 
 
 def _cylindrical() -> dict[str, ObjectSpec]:
+    """Return the household objects of the category "cylindrical"."""
     screw = _compound("plastic", _part(_rod(8, 35), 4, 0, 3.5), _part(_rod(15, 8), -17.5))
     spoon = _compound(
         "steel",
@@ -165,7 +172,8 @@ def _cylindrical() -> dict[str, ObjectSpec]:
 
 
 def _other() -> dict[str, ObjectSpec]:
-    # 28 g in 50 x 75 x 50 mm: denser than upholstery foam, otherwise like it.
+    """Return the household objects of the category "other"."""
+    # 28 g in 50 x 75 x 50 mm: denser than upholstery foam, with the same stiffness and loss.
     foam = MATERIALS["foam"].model_copy(update={"density_kg_m3": 150.0})
     brick = Box(kind="box", length_mm=75, width_mm=50, height_mm=50, material=foam)
     spam = _box(97, 50, 82)
@@ -188,21 +196,22 @@ def _other() -> dict[str, ObjectSpec]:
     }
 
 
-#: The paper's 16 household objects; it names 15, and by its categories the last is an "other".
+#: The 16 household objects. The paper names 15, and its categories show that the last is "other".
 HOUSEHOLD: dict[str, ObjectSpec] = _spherical() | _cylindrical() | _other()
 
 
-#: Distance from the middle line of a bar to the axis about which it is turned; not in the paper.
+#: Least and largest distance (mm) from the middle line of a bar to the axis about which it is
+#: turned; not in the paper.
 BAR_ECCENTRIC_RANGE_MM = (0.0, 6.0)
 
 
 def _bars() -> dict[str, ObjectSpec]:
-    """The paper's 270 x 15 x 44 mm as length, width and height, lying flat, and off its axis: all
-    longer than the gripper is wide."""
-    edge, flat = (
-        Box(kind="box", length_mm=270, width_mm=width, height_mm=height, material="wood")
-        for width, height in ((15, 44), (44, 15))
-    )
+    """Return the paper's bar of 270 x 15 x 44 mm: on its edge, flat, and off its axis.
+
+    It is longer than the gripper is wide.
+    """
+    edge = Box(kind="box", length_mm=270, width_mm=15, height_mm=44, material="wood")
+    flat = Box(kind="box", length_mm=270, width_mm=44, height_mm=15, material="wood")
     order = f"{PAPER}: 270 x 15 x 44 mm"
     low, high = BAR_ECCENTRIC_RANGE_MM
     aside = {"shape": edge.model_copy(update={"material": "rigid"}), "y_mm": (low + high) / 2}

@@ -1,44 +1,48 @@
 """Objects under the gripper: the base of all data models, materials, supports and shapes.
 
-Shapes are primitives, standing on the table, and compounds of them. The gripper meets an object
-from above, so that a shape is a height over the table: what hangs over is filled below. Sizes are
-millimetres; angles turn about z, and at angle 0 lengths lie along x. Materials are in SI units.
+Shapes are primitives that stand on the table, and compounds of primitives. The gripper touches an
+object from above, so a shape is a height over the table, and the space below an overhang is filled.
+Sizes are in millimetres. Angles are about z, and at angle 0 the length is along x. Materials are in
+SI units.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
-#: Metres in a millimetre: scenes are drawn in millimetres and solved in SI units.
+#: Metres in a millimetre: scenes are in millimetres, and the solver uses SI units.
 MM = 1e-3
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
-#: Parts of what is grasped that a plan can leave out.
+#: Parts of the object's physics that a plan can omit.
 ObjectPart = Literal["motion", "elastic", "compliance", "film", "frame"]
 #: Parts of the physics of a scene.
 PartName = Literal["bed", "poles", "membrane", "object", ObjectPart, "support"]
 
 
 class SceneError(ValueError):
-    """A scene that cannot exist, e.g. an object that would pinch the cavity shut."""
+    """Error of a scene that is not possible, e.g. an object that would close the cavity."""
 
 
 class SceneModel(BaseModel):
-    """Base of every model of the gripper: unknown keys and numbers that are not finite are errors,
-    instances are immutable."""
+    """Base of all data models of the gripper.
+
+    Unknown keys and numbers that are not finite are errors. Instances are immutable.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Material(SceneModel):
-    """A linear isotropic solid; `loss` is the loss factor η of E (1 + iη), taken as constant.
+    """A linear isotropic solid; `loss` is the loss factor η of E (1 + iη), a constant.
 
-    Bounds lie far beyond all there is, and within what squares and ratios of them can hold.
+    The bounds are far beyond all materials, and their squares and ratios do not overflow.
     """
 
     density_kg_m3: Annotated[float, Field(ge=1e-6, le=1e12)]
@@ -55,8 +59,8 @@ MaterialName = Literal[
     "steel", "aluminium", "wood", "plastic", "pla", "styrofoam", "foam", "rubber"
 ]
 
-#: Handbook values, of the order of what one would buy: wood is softwood along the grain, plastic a
-#: hard polymer (PLA, ABS, polystyrene), styrofoam expanded polystyrene, foam soft polyurethane.
+#: Handbook values of common products: wood is softwood along the grain, plastic is a hard polymer
+#: (PLA, ABS, polystyrene), styrofoam is expanded polystyrene, and foam is soft polyurethane.
 MATERIALS: dict[MaterialName, Material] = {
     "steel": _solid(7850.0, 200e9, 0.30, 0.002),
     "aluminium": _solid(2700.0, 70e9, 0.33, 0.003),
@@ -69,10 +73,11 @@ MATERIALS: dict[MaterialName, Material] = {
 }
 
 
-#: Mean gap (µm) between a smooth sheet and the surface, which it touches at its highest points: the
-#: levelling depth of the profile, about three times its mean deviation Ra (ISO 21920-2). From and
-#: to: Ra by process, 0.1-1.6 ground or turned metal, 0.4-3 moulded plastic or rubber, 3-12 sanded
-#: wood, 5-25 printed layers; Styrofoam and foam: valleys between beads, open cells (estimates).
+#: Least and largest mean gap (µm) between a smooth sheet and a surface that it touches at the
+#: highest points. The gap is the levelling depth of the profile, about three times its mean
+#: deviation Ra (ISO 21920-2). Ra depends on the process: 0.1-1.6 ground or turned metal, 0.4-3
+#: moulded plastic or rubber, 3-12 sanded wood, 5-25 printed layers. The gaps of Styrofoam (valleys
+#: between beads) and foam (open cells) are estimates.
 GAP_UM: dict[MaterialName, tuple[float, float]] = {
     "steel": (0.3, 5.0),
     "aluminium": (0.3, 5.0),
@@ -86,19 +91,22 @@ GAP_UM: dict[MaterialName, tuple[float, float]] = {
 
 
 class Support(SceneModel):
-    """What the object lies on: the rigid ground, or a concave piece of rubber: a block with a dish
-    in its top. Round objects lie in the dish, wide flat ones on its rim, free over the hollow."""
+    """Support of the object: the rigid ground, or a concave piece of rubber.
+
+    The concave piece is a block with a dish in its top. Round objects lie in the dish. Wide flat
+    objects lie on its rim, above the hollow.
+    """
 
     kind: Literal["rigid", "concave"] = "rigid"
     thickness_mm: Annotated[float, Field(ge=0, le=1000)] = Field(
         5.0,
-        description="of the rubber under the bottom of the dish; the paper gives none",
+        description="thickness of the rubber under the dish; not in the paper",
     )
     rim_radius_mm: Annotated[float, Field(ge=5, le=200)] = Field(
-        35.0, description="of the dish's rim, which carries a plate of 100 mm; the paper gives none"
+        35.0, description="radius of the dish's rim, which carries a plate of 100 mm; not in paper"
     )
     rim_width_mm: Annotated[float, Field(ge=0.5, le=50)] = Field(
-        4.0, description="of the edge around the dish"
+        4.0, description="width of the edge around the dish"
     )
     dish_radius_mm: Annotated[float, Field(ge=10, le=1000)] = Field(
         80.0, description="radius of curvature of the dish"
@@ -110,7 +118,7 @@ class Support(SceneModel):
         return self.dish_radius_mm - math.sqrt(self.dish_radius_mm**2 - self.rim_radius_mm**2)
 
     @model_validator(mode="after")
-    def _dished(self) -> Support:
+    def _check_dish(self) -> Support:
         if self.kind == "concave" and self.dish_radius_mm < self.rim_radius_mm:
             raise ValueError(
                 f"dish_radius_mm {self.dish_radius_mm:g} is smaller than rim_radius_mm "
@@ -122,39 +130,39 @@ class Support(SceneModel):
 
 
 def material_of(material: Literal["rigid"] | MaterialName | Material) -> Material | None:
-    """The material by name or as given; None for a rigid object."""
+    """Return a material that is given by name or by its numbers; None for a rigid object."""
     if isinstance(material, Material):
         return material
     return None if material == "rigid" else MATERIALS[material]
 
 
-#: Narrower footprints fall between the samples of the membrane's raster.
+#: Least width of a footprint: the distance of the samples of the membrane's raster.
 NARROWEST_MM = 0.5
 Width = Annotated[float, Field(ge=NARROWEST_MM, le=1000)]
 Height = Annotated[float, Field(ge=1e-6, le=1000)]
 
 
-def _spelt(material: Any) -> str:
-    """Kind of an error in a material: an error of a name or of a number."""
+def _spelling(material: Any) -> str:
+    """Return the tag of a material: it is given by its name or by its numbers."""
     return "str" if isinstance(material, str) else "numbers"
 
 
 AnyMaterial = Annotated[
     Annotated[Literal["rigid", MaterialName], Tag("str")] | Annotated[Material, Tag("numbers")],
-    Discriminator(_spelt),
+    Discriminator(_spelling),
 ]
 
 
 class Solid(SceneModel):
-    """Base of all objects: they are rigid, or of a material that moves, yields and rings.
+    """Base of all objects: rigid, or of a material that moves, yields and rings.
 
-    With `shell_mm` the object is hollow, with walls of that thickness.
+    With `shell_mm`, the object is hollow and has walls of this thickness.
     """
 
     material: AnyMaterial = "rigid"
     shell_mm: Annotated[float, Field(gt=0)] | None = None
     gap_um: Annotated[float, Field(ge=0, le=2000)] | None = Field(
-        None, description="air between surface and membrane, on average; null: of the material"
+        None, description="mean gap between surface and membrane; null: that of the material"
     )
 
     @property
@@ -164,7 +172,7 @@ class Solid(SceneModel):
 
     @property
     def title(self) -> str:
-        """Kind and size, for messages and captions."""
+        """Kind and sizes, for messages and captions."""
         sizes = " x ".join(f"{size:g}" for size in self.size_mm)
         return f"{getattr(self, 'kind', 'object')} ({sizes} mm)"
 
@@ -175,11 +183,11 @@ class Solid(SceneModel):
         return full if self.shell_mm is None else full - self._enclosed_mm3(self.shell_mm)
 
     def _enclosed_mm3(self, inset: float) -> float:
-        """Volume enclosed by the surface moved inwards by `inset` mm."""
+        """Return the volume (mm³) within the surface, moved inwards by `inset` mm."""
         raise NotImplementedError
 
     @model_validator(mode="after")
-    def _hollow(self) -> Solid:
+    def _check_shell(self) -> Solid:
         if self.shell_mm is not None and 2 * self.shell_mm >= min(self.size_mm):
             raise ValueError(
                 f"shell_mm {self.shell_mm:g} fills a {self.title}: it must be below half of the "
@@ -204,7 +212,7 @@ class Cube(Solid):
 
 
 class Box(Solid):
-    """A box; plates are thin boxes."""
+    """A box; a plate is a thin box."""
 
     kind: Literal["box"]
     length_mm: Width
@@ -287,7 +295,8 @@ Position = Annotated[float, Field(ge=-1000, le=1000)]
 
 
 class Placed(SceneModel):
-    """One part of a compound: where its middle stands, and how high its underside is."""
+    """One part of a compound: a primitive, the position of its middle, and the height (`lift_mm`)
+    of its underside."""
 
     shape: Primitive
     x_mm: Position = 0.0
@@ -305,7 +314,7 @@ class Placed(SceneModel):
 
 
 class Compound(Solid):
-    """One body made of several primitives; its material and shell are those of all parts."""
+    """One body of several primitives; its material and shell are those of all parts."""
 
     kind: Literal["compound"]
     parts: Annotated[tuple[Placed, ...], Field(min_length=1, max_length=32)]
@@ -313,28 +322,22 @@ class Compound(Solid):
     @property
     def size_mm(self) -> tuple[float, float, float]:
         """Length, width, height of the box around all parts."""
-        spans = [
-            max(centre + reach for centre, reach in along)
-            - min(centre - reach for centre, reach in along)
-            for along in (
-                [(p.x_mm, p.reach_mm[0]) for p in self.parts],
-                [(p.y_mm, p.reach_mm[1]) for p in self.parts],
-            )
-        ]
-        return spans[0], spans[1], max(p.lift_mm + p.shape.size_mm[2] for p in self.parts)
+        length = _span((p.x_mm, p.reach_mm[0]) for p in self.parts)
+        width = _span((p.y_mm, p.reach_mm[1]) for p in self.parts)
+        return length, width, max(p.lift_mm + p.shape.size_mm[2] for p in self.parts)
 
     def _enclosed_mm3(self, inset: float) -> float:
-        """Sum over the parts: where they overlap, the overlap counts twice."""
+        """Return the sum over the parts (mm³): an overlap of two parts counts twice."""
         return sum(p.shape._enclosed_mm3(inset) for p in self.parts)
 
     @model_validator(mode="after")
-    def _one_body(self) -> Compound:
+    def _check_parts(self) -> Compound:
         lowest = min(part.lift_mm for part in self.parts)
         if lowest > 0:
             raise ValueError(f"no part rests on the table: lower every lift_mm by {lowest:g}")
         for part in self.parts:
-            own = part.shape.shell_mm, part.shape.gap_um
-            if part.shape.material != "rigid" or own != (None, None):
+            has_own = part.shape.shell_mm is not None or part.shape.gap_um is not None
+            if part.shape.material != "rigid" or has_own:
                 raise ValueError(
                     "material, shell_mm and gap_um belong to the compound, not to its parts"
                 )
@@ -344,6 +347,12 @@ class Compound(Solid):
                     "it must be below half of its smallest size"
                 )
         return self
+
+
+def _span(parts: Iterable[tuple[float, float]]) -> float:
+    """Return the length covered by parts with these centres and half extents."""
+    intervals = [(centre - reach, centre + reach) for centre, reach in parts]
+    return max(high for _, high in intervals) - min(low for low, _ in intervals)
 
 
 Object = Annotated[

@@ -1,4 +1,4 @@
-"""The signal chain as plain data: what plays, what listens, and what else can be heard."""
+"""The signal chain as plain data: speaker, microphone, converter and noise."""
 
 from __future__ import annotations
 
@@ -8,31 +8,36 @@ from pydantic import Field
 
 from ajgdata.gripper.objects import Finite, Positive, SceneModel
 
-#: In the band of the converter, whose rate is 44.1 kHz.
+#: A frequency in the band of the converter, whose sample rate is 44.1 kHz.
 Frequency = Annotated[float, Field(gt=0, lt=22_050)]
 
 
 class Motor(SceneModel):
-    """Servo that holds the gripper at the grasp's angle; see `ajgdata.gripper.noise`."""
+    """The servo that holds the gripper at the grasp's angle; see `ajgdata.gripper.noise`."""
 
     level_db_spl: Finite = Field(
-        60.0, description="rms at the microphone, over all angles; estimate: a holding servo nearby"
+        60.0, description="rms at the microphone over all angles; estimate: a holding servo nearby"
     )
     fundamental_hz: Annotated[float, Field(gt=0, lt=2_000)] = Field(
-        420.0, description="hum of the control loop; estimate"
+        420.0, description="fundamental of the hum of the control loop; estimate"
     )
-    harmonics: Annotated[int, Field(ge=1, le=10)] = Field(8, description="of the hum")
+    harmonics: Annotated[int, Field(ge=1, le=10)] = Field(
+        8, description="number of harmonics of the hum"
+    )
     depth: Annotated[float, Field(ge=0, le=1)] = Field(
-        0.8, description="how much a harmonic changes over a turn; 0 tells nothing of the angle"
+        0.8, description="relative change of each harmonic over a turn; 0: equal at all angles"
     )
     drift: Annotated[float, Field(ge=0, le=0.1)] = Field(
-        0.005, description="relative: the hum of each recording is drawn within it"
+        0.005, description="largest relative deviation of the fundamental in a recording"
     )
 
 
 class SignalChain(SceneModel):
-    """Loudspeaker, microphone, converter and noise. The microphone's figures are of the paper's
-    part (SPW2430, data sheet); level and response of its receiver are those of its kind."""
+    """Loudspeaker, microphone, converter and noise.
+
+    The values of the microphone are from the data sheet of the paper's part (SPW2430). Level and
+    response of the loudspeaker are those of a balanced-armature receiver.
+    """
 
     level_db_spl: Finite | None = Field(
         90.0,
@@ -40,24 +45,29 @@ class SignalChain(SceneModel):
         " of 105 dB in 2 cm3 gives 89); null: the speaker is silent",
     )
     full_scale_db_spl: Finite = Field(
-        129.0, description="sine that just reaches full scale: overload of the microphone"
+        129.0, description="level of a sine that just reaches full scale: the microphone's overload"
     )
-    gain_db: Finite = Field(0.0, description="preamplifier, before the converter")
+    gain_db: Finite = Field(0.0, description="gain of the preamplifier, before the converter")
     noise_db_spl: Finite | None = Field(
         38.6,
-        description="the microphone's own, white: 35 dB(A) up to 10 kHz; null for none. The room is"
-        " `external_noise_dba`",
+        description="white noise of the microphone, 35 dB(A) up to 10 kHz; null: none. The noise of"
+        " the room is `external_noise_dba`",
     )
     external_noise_dba: Finite | None = Field(
         None,
-        description="level of white sound outside the gripper, heard through its membrane; null for"
-        " none (the paper's experiment: 45 to 80)",
+        description="level of white sound outside the gripper, which enters through the membrane;"
+        " null: none (the paper's experiment: 45 to 80)",
     )
     motor: Motor | None = Field(
         None, description="sound of the servo that turned the gripper; null: the object was turned"
     )
-    coupling_hz: Frequency = Field(100.0, description="AC coupling of speaker and of microphone")
-    resonances_hz: tuple[Frequency, Frequency] = Field(
-        (3_000.0, 8_500.0), description="of the armature, and of the air in its case and spout"
+    coupling_hz: Frequency = Field(
+        100.0, description="cut-off of the AC coupling of speaker and microphone"
     )
-    resonances_q: tuple[Positive, Positive] = (3.0, 3.0)
+    resonances_hz: tuple[Frequency, Frequency] = Field(
+        (3_000.0, 8_500.0),
+        description="resonances of the armature, and of the air in its case and spout",
+    )
+    resonances_q: tuple[Positive, Positive] = Field(
+        (3.0, 3.0), description="quality factors of both resonances"
+    )

@@ -5,7 +5,8 @@ import pytest
 
 from ajgdata.gripper import Scene
 from ajgdata.gripper.medium import Air
-from ajgdata.gripper.membrane import AirFilm, Skin, film_spring, gap_m
+from ajgdata.gripper.air_film import AirFilm, film_spring, gap_m
+from ajgdata.gripper.column import Skin
 
 AIR = Air(22.0)
 
