@@ -25,7 +25,6 @@ from ajgdata.gripper.geometry import Cavity
 from ajgdata.gripper.grid import Cells
 from ajgdata.gripper.imprint import Imprint, find_imprint
 from ajgdata.gripper.medium import Air
-
 from ajgdata.gripper.objects import (
     MM,
     Box,

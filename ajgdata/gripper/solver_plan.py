@@ -15,7 +15,7 @@ from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.membrane import membrane_walls
 from ajgdata.gripper.objects import MM, SceneError
-from ajgdata.gripper.outside import MembranePatches, skin
+from ajgdata.gripper.outside import MembranePatches, membrane_patches
 from ajgdata.gripper.parts import PhysicsPart
 from ajgdata.gripper.random_fields import RandomField
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, actual_scene
@@ -121,7 +121,7 @@ def _planned(scene: Scene) -> Plan:
         gaussian_probe(cells, system, (x * MM, y * MM, roof), sigma)
         for x, y in (gripper.speaker_mm, gripper.microphone_mm)
     )
-    exposed = skin(membrane, cells)
+    exposed = membrane_patches(membrane, cells)
     ends = speaker, microphone, per_sample, shape.displaced_m3, air
     return Plan(scene, parts, cells, exposed, system, *ends)
 

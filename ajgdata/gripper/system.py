@@ -1,14 +1,13 @@
-"""Cut cells + fluids + walls -> the coefficients that the kernel marches.
+"""Coefficients of the kernel from cut cells, fluids, walls and modes.
 
-In a cell of capacity M = V C the pressure p and the relaxing densities q obey
-M dp/dt + Σ M c_j dq_j/dt = -Σ U - Σ S v,  τ_j dq_j/dt = p - q_j, and each locally reacting wall of
-area S obeys m dv/dt + r v + k ∫v dt = p. Drag in the faces is integrated exactly; poles and walls
-by the trapezoidal rule, solved for the new pressure in closed form.
+A cell of capacity M = V C has the pressure p and the relaxing densities q_j:
+M dp/dt + Σ M c_j dq_j/dt = -Σ U - Σ S v and τ_j dq_j/dt = p - q_j. Each locally reacting wall of
+area S obeys m dv/dt + r v + k ∫v dt = p. The drag in the faces is integrated exactly. The
+trapezoidal rule integrates poles and walls, with a closed form of the new pressure.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -30,19 +29,20 @@ from ajgdata.gripper.walls import (
 )
 
 Real = NDArray[np.floating]
-Integer = NDArray[np.int64]
+#: Safety factor of the least capacity of a cell, for rounding errors.
 MARGIN = 1.0005
+#: Largest number of relaxation poles.
 POLES = 2
-#: Of sharing out capacity; a dozen suffices in every scene seen.
+#: Largest number of passes of `_share_out`; a dozen have sufficed in every scene so far.
 ROUNDS = 40
-#: Bytes of a cache line: arrays begin where one does, because loads across two take twice the time.
+#: Bytes of a cache line. Arrays begin with one, because loads across two lines take twice the time.
 LINE = 64
 
 
 class Faces(NamedTuple):
-    """U <- decay U - gain (p₊ - p), in flat arrays, for the three directions.
+    """U <- decay U - gain D p, in flat arrays, for the faces of the three directions.
 
-    The U are (1 + 3w) times the volume velocity, the gains (1 + 3w)² times.
+    U is (1 + 3w) times the volume velocity, and so the gain has the factor (1 + 3w)².
     """
 
     decay_x: NDArray
@@ -54,7 +54,7 @@ class Faces(NamedTuple):
 
 
 class Reach(NamedTuple):
-    """w/(1 + 3w) of the faces, flat, with the weight w of the four-point difference."""
+    """w/(1 + 3w) of the faces, in flat arrays; w is the weight of the four-point difference."""
 
     x: NDArray
     y: NDArray
@@ -62,9 +62,9 @@ class Reach(NamedTuple):
 
 
 class Capacities(NamedTuple):
-    """p <- keep p_old + Σ return_j q_j - yield_ ΣU; q_j <- q_j + rate_j (p + p_old - 2 q_j).
+    """p <- keep p_old + Σ return_j q_j - yield_ Σ U; q_j <- q_j + rate_j (p + p_old - 2 q_j).
 
-    `rates` (4,): both rates, and 1 - 2 rate of both.
+    The arrays are flat. `rates` (4,) are both rates, and 1 - 2 rate of both.
     """
 
     yield_: NDArray
@@ -75,7 +75,11 @@ class Capacities(NamedTuple):
 
 
 class Span(NamedTuple):
-    """Active cells of each slab are in lo <= i < hi; the grains lie in the first `bed_slabs`."""
+    """Flat indices of the cells that the kernel updates.
+
+    In each slab, these are lo <= i < hi, both (slabs,). The grains are in the first `bed_slabs`. A
+    row has `row` cells, and a slab has `slab` cells.
+    """
 
     lo: NDArray
     hi: NDArray
@@ -86,7 +90,12 @@ class Span(NamedTuple):
 
 @dataclass(frozen=True)
 class System:
-    """Everything that the kernel needs, and what it cost to make it stable."""
+    """All that the kernel needs for cells of `shape` (nz, ny, nx) and a time step `dt` (s).
+
+    `mass` (nz, ny, nx) is the capacity of the cells (m³/Pa). `added_volume` is the share of the
+    capacity that was added for stability, and `raised_cells` the share of cells that received
+    capacity from their neighbours for stability.
+    """
 
     shape: tuple[int, int, int]
     dt: float
@@ -103,7 +112,8 @@ class System:
 
 @dataclass(frozen=True)
 class Packed:
-    """The grains: their fluid, its mean porosity, and the local porosity in units of the mean."""
+    """The grains: their fluid, its mean porosity, and the local porosity in units of the mean,
+    `ratio` (nz, ny, nx)."""
 
     fluid: Fluid
     porosity: float
@@ -120,13 +130,17 @@ def assemble(
     modes: ModeList = NO_MODES,
     wide: float = 0.0,
 ) -> System:
-    """Coefficients for time step `dt` (s); `wide` is the weight of the four-point differences.
+    """Return the coefficients for the time step `dt` (s).
 
-    `added_volume` is the fraction of the capacity added for stability, `raised_cells` the share of
-    cells that took capacity from their neighbours for the same reason.
+    The kernel computes in the type `dtype`. `wide` is the weight of the four-point differences.
     """
     share = _grain_share(cells, grains)
-    decay, gain, weight = _face_terms(cells, share, dt, air, grains, wide)
+    decay, gain, weight = [], [], []
+    for area, axis in ((cells.area_x, 2), (cells.area_y, 1), (cells.area_z, 0)):
+        face_decay, face_gain = _face(area, axis, share, cells.h, dt, air, grains)
+        decay.append(face_decay)
+        gain.append(face_gain)
+        weight.append(_weight(area, axis, share, wide))
     capacity, relaxing, rates = _capacity(cells, air, dt, share, grains)
     least = MARGIN * dt / 4 * _row_sums(_fastest_gain(gain, decay), weight)
     live = least > 0
@@ -134,17 +148,18 @@ def assemble(
     added = float((mass - capacity)[live].sum() / capacity.sum())
     raised = float(np.mean((least > capacity)[live]))
     walls = connected(walls, live)
-    capacities, wall_terms = _pressure(mass, relaxing, rates, walls, dt)
-    gain = tuple(g * (1 + 3 * w) ** 2 for g, w in zip(gain, weight, strict=True))
-    reach = (w / (1 + 3 * w) for w in weight)
+    yield_, keep, returns = _pressure(mass, relaxing, rates, walls, dt)
+    scaled_gain = [g * (1 + 3 * w) ** 2 for g, w in zip(gain, weight, strict=True)]
+    reach = [w / (1 + 3 * w) for w in weight]
+    capacities = (yield_, keep, *returns, np.append(rates, 1 - 2 * rates))
     return System(
         cells.shape,
         dt,
-        Faces(*(_flat(array, dtype) for array in (*decay, *gain))),
+        Faces(*(_flat(array, dtype) for array in (*decay, *scaled_gain))),
         Reach(*(_flat(array, dtype) for array in reach)),
-        Capacities(*(_flat(a, dtype) for a in (*capacities, np.append(rates, 1 - 2 * rates)))),
-        Walls(wall_terms[0], *(_flat(a, dtype) for a in wall_terms[1:])),
-        coupled(modes, capacities[0].ravel(), dt, dtype),
+        Capacities(*(_flat(array, dtype) for array in capacities)),
+        _moving_walls(walls, yield_.ravel(), dt, dtype),
+        coupled(modes, yield_.ravel(), dt, dtype),
         _span(live, share > 0),
         mass,
         added,
@@ -159,126 +174,25 @@ def _grain_share(cells: Cells, grains: Packed | None) -> Real:
     return np.divide(cells.bed, cells.volume, out=np.zeros(cells.shape), where=cells.volume > 0)
 
 
-def _face_terms(
-    cells: Cells, share: Real, dt: float, air: Fluid, grains: Packed | None, wide: float
-) -> Iterator[tuple[Real, ...]]:
-    """Return decay, gain and weight of the faces, each along x, y and z."""
-    areas = ((cells.area_x, 2), (cells.area_y, 1), (cells.area_z, 0))
-    terms = (
-        (*_face(area, axis, share, cells.h, dt, air, grains), _weight(area, axis, share, wide))
-        for area, axis in areas
-    )
-    return zip(*terms, strict=True)
-
-
-def _capacity(
-    cells: Cells, air: Fluid, dt: float, share: Real, grains: Packed | None
-) -> tuple[Real, Real, Real]:
-    """Capacity of the cells (m³/Pa), its relaxing parts (POLES, …) and their rates (POLES,)."""
-    capacity = cells.volume * (1 - share) * air.compressibility
-    relaxing, rates = np.zeros((POLES, *cells.shape)), np.zeros(POLES)
-    if grains is not None:
-        dense = cells.volume * share * grains.fluid.compressibility * grains.ratio
-        capacity = capacity + dense
-        for j, (c, tau) in enumerate(zip(grains.fluid.strengths, grains.fluid.times, strict=True)):
-            relaxing[j] = dense * c
-            rates[j] = (half := dt / (2 * tau)) / (1 + half)
-    return capacity, relaxing, rates
-
-
-def _weight(area: Real, axis: int, share: Real, wide: float) -> Real:
-    """Weight w of D p = (p₊ - p) - w (p₊₊ - 3p₊ + 3p - p₋) in the faces along one axis.
-
-    Only where the faces before and after are open too, and less where the grains end, because the
-    gradient jumps there: half of it has the lowest error on grids of 3 to 4 mm.
-    """
-    if not wide:
-        return np.zeros(area.shape)
-    around = [np.roll(share, n, axis) for n in (1, 0, -1, -2)]
-    jump = np.maximum.reduce(around) - np.minimum.reduce(around)
-    open_ = area > 0
-    both = open_ & np.roll(open_, 1, axis) & np.roll(open_, -1, axis)
-    return np.where(both, wide * (1 - jump / 2), 0.0)
-
-
-def _fastest_gain(gain: tuple[Real, ...], decay: tuple[Real, ...]) -> tuple[Real, ...]:
-    """Gain 2b/(1+a) of a face without drag that limits the time step as one of gain b and decay a.
-
-    A mode p₊ = p + βU₊, U₊ = aU - βp has determinant a and trace 1 + a - β², and is stable up to
-    β² = 2(1+a), twice as early with much drag as without.
-    """
-    return tuple(2 * b / (1 + a) for b, a in zip(gain, decay, strict=True))
-
-
-def _row_sums(gain: tuple[Real, ...], weight: tuple[Real, ...]) -> Real:
-    """Σ|DᵀbD| of each cell. Gershgorin: with M ≥ Δt/4 of that, no eigenvalue leaves the stable
-    range, however a cell is cut."""
-    total = np.zeros(gain[0].shape)
-    for g, w, axis in zip(gain, weight, (2, 1, 0), strict=True):
-        near, far = g * (2 + 8 * w) * (1 + 3 * w), g * (2 + 8 * w) * w
-        total += near + np.roll(near, 1, axis) + np.roll(far, -1, axis) + np.roll(far, 2, axis)
-    return total
-
-
-def _share_out(capacity: Real, least: Real) -> Real:
-    """Give cells that need more capacity for stability what their open neighbours can spare.
-
-    The total stays what it is, and with it the resonances to first order in the grid; adding
-    instead would lower them by half the share that is added.
-    """
-    live, mass = least > 0, capacity.copy()
-    for _ in range(ROUNDS):
-        lack = np.where(live, np.maximum(least - mass, 0), 0)
-        if not lack.any():
-            break
-        spare = np.where(live, np.maximum(mass - least, 0), 0)
-        near = _around(spare)
-        # At most a sixth of what each of six neighbours can spare: nobody gives more than it has.
-        ask = np.minimum(np.divide(lack, near, out=np.zeros_like(lack), where=near > 0), 1 / 6)
-        mass += ask * near - spare * _around(ask)
-    return mass
-
-
-def _around(values: Real) -> Real:
-    """Sum over the up to six neighbours of each cell."""
-    total = np.zeros(values.shape)
-    for axis in range(3):
-        into, of = total.swapaxes(0, axis), values.swapaxes(0, axis)
-        into[1:] += of[:-1]
-        into[:-1] += of[1:]
-    return total
-
-
-def aligned(size: int, dtype: DTypeLike) -> NDArray:
-    """Return zeros, (size,), that begin where a cache line does."""
-    nbytes = size * np.dtype(dtype).itemsize
-    room = np.zeros(nbytes + LINE, np.uint8)
-    start = -room.ctypes.data % LINE
-    return room[start : start + nbytes].view(dtype)
-
-
-def _flat(array: Real, dtype: type) -> NDArray:
-    flat = aligned(array.size, dtype)
-    flat[:] = array.ravel()
-    return flat
-
-
 def _face(
     area: Real, axis: int, share: Real, h: float, dt: float, air: Fluid, grains: Packed | None
 ) -> tuple[Real, Real]:
-    """Decay and gain of the faces along one axis.
+    """Return decay and gain of the faces of `area` (m²) along one axis.
 
-    The grains end in a nearly horizontal surface: along z the two media act in series, where they
-    really are in the half cells at either side; along x and y they act in parallel.
+    The grains end in a nearly horizontal surface. Along z, the two media act in series, each on its
+    side of the surface in the half cells next to a face. Along x and y, they act in parallel.
     """
-    density, drag = np.full(share.shape, air.density), np.zeros(share.shape)
+    density = np.full(share.shape, air.density)
+    drag = np.zeros(share.shape)
     if grains is not None:
         ratio = (grains.ratio + np.roll(grains.ratio, -1, axis)) / 2
-        local, mean = ratio * grains.porosity, grains.porosity
+        local = ratio * grains.porosity
+        mean = grains.porosity
         tortuous = grains.fluid.density * ratio**-1.5
         resisting = grains.fluid.drag * ((1 - local) / (1 - mean)) ** 2 / ratio**3
         if axis == 0:
-            lower, upper = np.minimum(2 * share, 1), np.maximum(2 * share - 1, 0)
+            lower = np.minimum(2 * share, 1)
+            upper = np.maximum(2 * share - 1, 0)
             wet = (upper + np.roll(lower, -1, axis)) / 2
             density = density + wet * (tortuous - air.density)
             drag = wet * resisting
@@ -287,52 +201,179 @@ def _face(
             density = 1 / ((1 - wet) / air.density + wet / tortuous)
             drag = density**2 * wet * resisting / tortuous**2
     exponent = drag * dt / density
-    # (1 - e^-s)/s by expm1, exact as the drag vanishes.
+    # (1 - e^-s)/s by expm1 is exact for small drags.
     slow = np.where(exponent > 0, -np.expm1(-exponent) / np.where(exponent > 0, exponent, 1), 1.0)
     return np.exp(-exponent), area / h * dt / density * slow
 
 
+def _weight(area: Real, axis: int, share: Real, wide: float) -> Real:
+    """Return the weight w of D p = (p₊ - p) - w (p₊₊ - 3p₊ + 3p - p₋) in the faces along one axis.
+
+    It is 0 if the face before or the face after is closed. It is smaller where the grains end,
+    because the gradient jumps there: half of the weight has the lowest error on grids of 3 to 4 mm.
+    """
+    if not wide:
+        return np.zeros(area.shape)
+    around = [np.roll(share, n, axis) for n in (1, 0, -1, -2)]
+    jump = np.maximum.reduce(around) - np.minimum.reduce(around)
+    is_open = area > 0
+    both = is_open & np.roll(is_open, 1, axis) & np.roll(is_open, -1, axis)
+    return np.where(both, wide * (1 - jump / 2), 0.0)
+
+
+def _capacity(
+    cells: Cells, air: Fluid, dt: float, share: Real, grains: Packed | None
+) -> tuple[Real, Real, Real]:
+    """Return the capacity of the cells (m³/Pa), its relaxing parts (POLES, nz, ny, nx) and their
+    rates (POLES,)."""
+    capacity = cells.volume * (1 - share) * air.compressibility
+    relaxing = np.zeros((POLES, *cells.shape))
+    rates = np.zeros(POLES)
+    if grains is not None:
+        dense = cells.volume * share * grains.fluid.compressibility * grains.ratio
+        capacity = capacity + dense
+        for j, (c, tau) in enumerate(zip(grains.fluid.strengths, grains.fluid.times, strict=True)):
+            half = dt / (2 * tau)
+            relaxing[j] = dense * c
+            rates[j] = half / (1 + half)
+    return capacity, relaxing, rates
+
+
+def _fastest_gain(gain: list[Real], decay: list[Real]) -> list[Real]:
+    """Return the gain 2b/(1+a) of faces without drag that limit the time step in the same way as
+    faces of gain b and decay a.
+
+    A mode p₊ = p + βU₊, U₊ = aU - βp has the determinant a and the trace 1 + a - β². It is stable
+    up to β² = 2(1+a), which for large drag is half of the value without drag.
+    """
+    return [2 * b / (1 + a) for b, a in zip(gain, decay, strict=True)]
+
+
+def _row_sums(gain: list[Real], weight: list[Real]) -> Real:
+    """Return Σ|DᵀbD| of each cell, for the gain b.
+
+    If M is at least Δt/4 of this sum, all eigenvalues are in the stable range (Gershgorin), for any
+    shape of the cut cells.
+    """
+    total = np.zeros(gain[0].shape)
+    for g, w, axis in zip(gain, weight, (2, 1, 0), strict=True):
+        near = g * (2 + 8 * w) * (1 + 3 * w)
+        far = g * (2 + 8 * w) * w
+        total += near + np.roll(near, 1, axis) + np.roll(far, -1, axis) + np.roll(far, 2, axis)
+    return total
+
+
+def _share_out(capacity: Real, least: Real) -> Real:
+    """Return the capacity after cells with less than `least` received capacity from neighbours.
+
+    The total does not change, and so the resonances do not change to first order in the grid. Added
+    capacity would lower them by half of the added share.
+    """
+    live = least > 0
+    mass = capacity.copy()
+    for _ in range(ROUNDS):
+        lack = np.where(live, np.maximum(least - mass, 0), 0)
+        if not lack.any():
+            break
+        spare = np.where(live, np.maximum(mass - least, 0), 0)
+        near = _around(spare)
+        # Each of the six neighbours gives at most a sixth of its spare capacity to a cell, so it
+        # does not give more than it has.
+        ask = np.minimum(np.divide(lack, near, out=np.zeros_like(lack), where=near > 0), 1 / 6)
+        mass += ask * near - spare * _around(ask)
+    return mass
+
+
+def _around(values: Real) -> Real:
+    """Return the sum over the neighbours of each cell, up to six."""
+    total = np.zeros(values.shape)
+    for axis in range(3):
+        sums = total.swapaxes(0, axis)
+        cells = values.swapaxes(0, axis)
+        sums[1:] += cells[:-1]
+        sums[:-1] += cells[1:]
+    return total
+
+
 def _pressure(
     mass: Real, relaxing: Real, rates: Real, walls: WallList, dt: float
-) -> tuple[tuple[Real, ...], tuple[NDArray, ...]]:
-    """Coefficients of the pressure update with poles and walls eliminated.
+) -> tuple[Real, Real, list[Real]]:
+    """Return yield, keep and the returns of both poles: the coefficients of the pressure.
 
-    A wall that only resists remembers nothing: it is wholly in `keep` and no wall of the kernel's.
+    Poles and walls are eliminated. A wall that only resists has no state, so it is completely in
+    `keep`, and is not a wall of the kernel.
     """
     safe = np.where(mass > 0, mass, 1.0)
-    impedance = 2 * walls.mass / dt + walls.resistance + walls.stiffness * dt / 2
-    z = 1 / np.maximum(impedance, WEAKEST)
-    moving = (walls.mass > 0) | (walls.stiffness > 0)
+    admittance = _admittance(walls, dt)
+    moving = _is_moving(walls)
 
-    def loads(some: NDArray[np.bool_]) -> Real:
-        conductance = np.bincount(walls.cell, walls.area * z * some, minlength=mass.size)
+    def load(chosen: NDArray[np.bool_]) -> Real:
+        conductance = np.bincount(walls.cell, walls.area * admittance * chosen, minlength=mass.size)
         return dt * conductance.reshape(mass.shape) / (2 * safe)
 
-    reacting, resisting = loads(moving), loads(~moving)
+    reacting = load(moving)
+    resisting = load(~moving)
     poles = [rate * strength / safe for rate, strength in zip(rates, relaxing, strict=True)]
     denominator = 1 + sum(poles) + reacting + resisting
     yield_ = np.where(mass > 0, dt / (safe * denominator), 0.0)
     keep = (1 + reacting - resisting - sum(poles)) / denominator
-    returns = [2 * pole / denominator for pole in poles]
-    coupling = yield_.ravel()[walls.cell] * walls.area * z
-    cell = walls.cell.astype(np.uint64)
-    terms = (cell, coupling, z, 2 * walls.mass / dt, walls.stiffness * dt / 2)
-    return (yield_, keep, *returns), tuple(term[moving] for term in terms)
+    return yield_, keep, [2 * pole / denominator for pole in poles]
+
+
+def _admittance(walls: WallList, dt: float) -> Real:
+    """Return the admittance per area (m/(Pa s), (walls,)) of walls in a time step."""
+    impedance = 2 * walls.mass / dt + walls.resistance + walls.stiffness * dt / 2
+    return 1 / np.maximum(impedance, WEAKEST)
+
+
+def _is_moving(walls: WallList) -> NDArray[np.bool_]:
+    """Return which walls have a mass or a spring, and so a state."""
+    return (walls.mass > 0) | (walls.stiffness > 0)
+
+
+def _moving_walls(walls: WallList, yield_: Real, dt: float, dtype: type) -> Walls:
+    """Return the walls of the kernel; `yield_` is flat."""
+    admittance = _admittance(walls, dt)
+    moving = _is_moving(walls)
+    terms = (
+        yield_[walls.cell] * walls.area * admittance,
+        admittance,
+        2 * walls.mass / dt,
+        walls.stiffness * dt / 2,
+    )
+    cell = walls.cell.astype(np.uint64)[moving]
+    return Walls(cell, *(_flat(term[moving], dtype) for term in terms))
+
+
+def _flat(array: Real, dtype: type) -> NDArray:
+    """Return an aligned flat copy."""
+    flat = aligned(array.size, dtype)
+    flat[:] = array.ravel()
+    return flat
+
+
+def aligned(size: int, dtype: DTypeLike) -> NDArray:
+    """Return zeros (size,) that begin with a cache line."""
+    nbytes = size * np.dtype(dtype).itemsize
+    room = np.zeros(nbytes + LINE, np.uint8)
+    start = -room.ctypes.data % LINE
+    return room[start : start + nbytes].view(dtype)
 
 
 def _span(live: NDArray[np.bool_], grains: NDArray[np.bool_]) -> Span:
-    """First and last active cell of each slab, in whole vectors, and how many slabs hold grains."""
+    """Return the live cells of each slab in whole vectors, and the number of slabs with grains."""
     nz, ny, nx = live.shape
     slab = ny * nx
-    flat, base = live.reshape(nz, slab), np.arange(nz) * slab
-    some = flat.any(axis=1)
-    first = np.where(some, base + flat.argmax(axis=1), base)
-    last = np.where(some, base + slab - flat[:, ::-1].argmax(axis=1), base)
-    # A slab's own cells only: those of the next must not move yet.
+    flat = live.reshape(nz, slab)
+    base = np.arange(nz) * slab
+    is_live = flat.any(axis=1)
+    first = np.where(is_live, base + flat.argmax(axis=1), base)
+    last = np.where(is_live, base + slab - flat[:, ::-1].argmax(axis=1), base)
+    # Only the cells of the slab itself, because those of the next slab must not change yet.
     lo = np.maximum(first // LANES * LANES, base)
-    hi = np.where(some, np.minimum(-(-last // LANES) * LANES, base + slab), lo)
+    hi = np.where(is_live, np.minimum(-(-last // LANES) * LANES, base + slab), lo)
     wet = np.flatnonzero((live & grains).any(axis=(1, 2)))
-    # A face above the topmost grains still feels half of their drag, hence + 1 below, not above:
-    # it belongs to the slab of the grains themselves.
+    # The faces above the topmost grains have half of their drag. They belong to the slab of these
+    # grains, so the number of slabs is not larger by one.
     slabs = int(wet[-1]) + 1 if len(wet) else 0
     return Span(lo.astype(np.uint64), hi.astype(np.uint64), slabs, nx, slab)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper import Scene
-from ajgdata.gripper.medium import Air
 from ajgdata.gripper.air_film import AirFilm, film_spring, gap_m
 from ajgdata.gripper.column import Skin
+from ajgdata.gripper.medium import Air
 
 AIR = Air(22.0)
 
