@@ -1,13 +1,13 @@
-"""The virtual gripper: a 3-D wave simulation of the cavity, usable alone.
+"""The virtual gripper: a 3-D wave simulation of the cavity, independent of all other packages.
 
 >>> from ajgdata.gripper import Scene, excitation_sweep, record, simulate
->>> numerics = {"dx_mm": 6, "max_time_s": 0.01}  # coarse and short; leave it out to trust the sound
+>>> numerics = {"dx_mm": 6, "max_time_s": 0.01}  # coarse and short; the defaults are accurate
 >>> scene = Scene.model_validate({"object": {"kind": "cube", "edge_mm": 20}, "numerics": numerics})
->>> take = record(simulate(scene), excitation_sweep(), seed=1)
->>> take.samples.shape, take.clipped_count
+>>> recording = record(simulate(scene), excitation_sweep(), seed=1)
+>>> recording.samples.shape, recording.clipped_count
 ((44100,), 0)
 
-Scenes are plain data; the solver and its compiler are imported when they are first used.
+Scenes are plain data. The solver and its compiler are imported when they are first used.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from ajgdata.gripper.simulation import simulate
     from ajgdata.gripper.solver_plan import Plan, build_plan
 
-_HOME = {
+#: Modules of names that are imported when they are first used.
+_MODULES = {
     "Plan": "solver_plan",
     "build_plan": "solver_plan",
     "simulate": "simulation",
@@ -57,6 +58,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+    """Import a name of `_MODULES`."""
+    if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+    return getattr(importlib.import_module(f"{__name__}.{_MODULES[name]}"), name)

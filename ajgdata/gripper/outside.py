@@ -69,7 +69,7 @@ def membrane_patches(walls: WallList, cells: Cells) -> MembranePatches:
 
 
 def patch_velocity(push: Real, motion: Real, step_s: float) -> NDArray[np.complexfloating]:
-    """Return the volume velocity (patches, TRANSFER_BINS) of patches that `push` (patches, n) drives.
+    """Return the volume velocity (patches, TRANSFER_BINS) that `push` (patches, n) causes.
 
     `push` is the pressure times the area (N), sampled every `step_s`. With the spectrum P of
     `push`, the volume velocity of a patch is iω P / (k - ω²m + iωr). `push` remains at its final
@@ -99,8 +99,8 @@ def diffuse_gain(
 ) -> Real:
     """Return the rms pressure at the microphone per rms pressure in the room, (TRANSFER_BINS,).
 
-    `velocity` (patches, TRANSFER_BINS) is the volume velocity of each patch per volume velocity at the
-    microphone, `centre` (patches, 3) is in m, and the spectra belong to samples every `step_s`.
+    `velocity` (patches, TRANSFER_BINS) is the volume velocity of each patch per volume velocity at
+    the microphone. `centre` (patches, 3) is in m, and samples of the spectra are every `step_s`.
     """
     delay = np.einsum("dk,ck->dc", directions(), centre) / air.sound_speed
     angle = np.ascontiguousarray(np.pi / step_s / (TRANSFER_BINS - 1) * delay.T)

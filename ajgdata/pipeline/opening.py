@@ -33,7 +33,7 @@ from ajgdata.types import (
 
 if TYPE_CHECKING:
     from ajgdata.gripper import Scene
-    from ajgdata.gripper.simulation import PressureFrames
+    from ajgdata.gripper.pressure_frames import PressureFrames
     from ajgdata.report.opening import Opening
     from ajgdata.store.features import FeatureRows
 
@@ -159,7 +159,7 @@ def field_of(scene: Scene) -> PressureFrames:
     """
     from ajgdata.gripper import build_plan
     from ajgdata.gripper.medium import Air
-    from ajgdata.gripper.simulation import ricker_wavelet, slices
+    from ajgdata.gripper.pressure_frames import pressure_frames, ricker_wavelet
     from ajgdata.report.scenes import section
 
     cut, gripper = section(scene), scene.gripper
@@ -178,7 +178,7 @@ def field_of(scene: Scene) -> PressureFrames:
     leaves_s = len(ricker_wavelet(dt, PULSE_HZ)) // 2 * dt
     every = max(1, round(FRAME_S / dt))
     frames = int(np.ceil((leaves_s + moments_s[-1]) / (every * dt)))
-    film = slices(plan, every, frames, PULSE_HZ)
+    film = pressure_frames(plan, every, frames, PULSE_HZ)
     shown = [int(np.argmin(np.abs(film.times_s - leaves_s - moment))) for moment in moments_s]
     times_s = film.times_s[shown] - leaves_s
     return dataclasses.replace(film, times_s=times_s, frames=film.frames[shown])

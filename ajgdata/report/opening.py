@@ -16,8 +16,8 @@ from matplotlib.patches import FancyArrowPatch
 from numpy.typing import NDArray
 from scipy.signal import spectrogram
 
+from ajgdata.gripper.pressure_frames import PressureFrames
 from ajgdata.gripper.scene import Scene
-from ajgdata.gripper.simulation import PressureFrames
 from ajgdata.report.canvas import COLOURS, GREY, SOURCE_COLOURS, styled
 from ajgdata.report.format import number, words
 from ajgdata.report.scenes import draw_pressure, draw_section, section

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_closing, zoom
 
 from ajgdata.gripper.geometry import grasp_cavity
+from ajgdata.gripper.pressure_frames import PressureFrames
 from ajgdata.gripper.relief import RASTER_M, relief
 from ajgdata.gripper.scene import Scene
-from ajgdata.gripper.simulation import PressureFrames
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.format import number
 

@@ -18,8 +18,8 @@ from scipy.special import eval_legendre, spherical_jn
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, air_fluid
 from ajgdata.gripper.objects import MM
+from ajgdata.gripper.pressure_frames import ricker_wavelet
 from ajgdata.gripper.scene import Numerics, Scene
-from ajgdata.gripper.simulation import ricker_wavelet
 from ajgdata.gripper.solver import Patches, Probe, at_rest, march
 from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System, assemble

@@ -22,7 +22,7 @@ def test_slow_sound_from_outside_is_as_loud_inside_as_the_circuit_says():
     plan = build_plan(scene)
     membrane, air = scene.gripper.membrane, plan.air
     iw = 2j * np.pi * np.array([1, 2, 3]) * RATE / 2 / (TRANSFER_BINS - 1)
-    yields = plan.skin.area.sum() / (
+    yields = plan.membrane.area.sum() / (
         membrane.resistance_pa_s_m + iw * membrane.mass_kg_m2 + membrane.stiffness_n_m3 / iw
     )
     bore = scene.gripper.port_bore_mm * 1e-3

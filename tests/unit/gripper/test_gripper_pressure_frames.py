@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper import Scene, build_plan
-from ajgdata.gripper.simulation import ricker_wavelet, slices
+from ajgdata.gripper.pressure_frames import pressure_frames, ricker_wavelet
 from ajgdata.gripper.solver import at_rest, march
 
 CONTENT = {"medium": {"kind": "air"}, "numerics": {"dx_mm": 5, "precision": "float64"}}
@@ -16,7 +16,7 @@ def plan():
 
 
 def test_a_film_is_the_marched_field_whatever_the_chunks(plan):
-    film, fine = slices(plan, every=6, frames=5), slices(plan, every=1, frames=30)
+    film, fine = pressure_frames(plan, every=6, frames=5), pressure_frames(plan, every=1, frames=30)
     np.testing.assert_array_equal(film.frames, fine.frames[5::6])
     np.testing.assert_allclose(film.times_s, fine.times_s[5::6])
     state = at_rest(plan.system)
