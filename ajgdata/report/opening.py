@@ -1,6 +1,6 @@
-"""The opening picture: sweep in, gripper over an object, sound moving, spectrum out, decision.
+"""Opening picture of the report: sweep, gripper with an object, sound field, spectrum, decision.
 
-With few words and hardly an axis: it shows what all of this is about, by one recording's numbers.
+All numbers are those of one recording.
 """
 
 from __future__ import annotations
@@ -24,18 +24,19 @@ from ajgdata.report.scenes import draw_pressure, draw_section, section
 
 Real = NDArray[np.floating]
 LOWEST_HZ, HIGHEST_HZ = 100.0, 20_000.0
-#: What the moments of the field are called.
+#: Titles of the frames of the sound field.
 MOMENTS = ("sound leaves", "meets object", "comes back")
 
 
 @dataclass(frozen=True, eq=False)
 class Opening:
-    """One recording of one grasp: its scene, the played sound, its spectrum, and its prediction.
+    """One recording of one grasp: scene, played sound, spectrum, and prediction.
 
-    The times of `film` count from when the pulse left. `sweep` (samples,) was played at
-    `sample_rate_hz`; `level_db` (bins,) is the recording's feature at `frequency_hz` (bins,), in
-    dB. `object` is the true class; `model`, trained without this grasp, has `predicted` a class
-    with a `probability`.
+    - `film`: pressure in the plane xz; its times start when the pulse leaves the speaker
+    - `sweep`: the played sound (samples,) at `sample_rate_hz`
+    - `level_db`: feature of the recording (bins,) at `frequency_hz` (bins,), in dB
+    - `object`: the true class
+    - `model`: the model, trained without this grasp, that `predicted` a class with a `probability`
     """
 
     recording: str
@@ -51,38 +52,48 @@ class Opening:
     probability: float
 
 
-#: Size of the picture, and left, bottom, width and height of its parts, in inches.
-WIDTH_IN, HEIGHT_IN, FONT_PT = 11.6, 2.35, 10.5
-SWEEP_BOX, GRIPPER_BOX = (0.3, 0.48, 1.0, 1.45), (1.6, 0.1, 1.9, 2.05)
+#: Size of the picture (inches), and of its text.
+OPENING_SIZE_IN = (11.6, 2.35)
+FONT_PT = 10.5
+#: Left, bottom, width and height of the parts (inches).
+SWEEP_BOX = (0.3, 0.48, 1.0, 1.45)
+GRIPPER_BOX = (1.6, 0.1, 1.9, 2.05)
 FIELD_BOXES = [(3.78 + 1.36 * i, 0.48, 1.33, 1.45) for i in range(len(MOMENTS))]
-SPECTRUM_BOX, DECISION_BOX = (8.3, 0.48, 1.15, 1.45), (9.9, 0.48, 1.6, 1.45)
-ARROWS_X, ARROW_Y, ARROW_IN = (1.36, 3.52, 7.84, 9.6), 1.15, 0.24
+SPECTRUM_BOX = (8.3, 0.48, 1.15, 1.45)
+DECISION_BOX = (9.9, 0.48, 1.6, 1.45)
+#: Starts, height and length of the arrows between the parts (inches).
+ARROWS_X = (1.36, 3.52, 7.84, 9.6)
+ARROW_Y = 1.15
+ARROW_LENGTH = 0.24
 
 
 @styled
 def opening_figure(opening: Opening) -> Figure:
-    """Return the picture."""
-    figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN))
-    width, height = WIDTH_IN, HEIGHT_IN
+    """Return the opening picture."""
+    figure = Figure(figsize=OPENING_SIZE_IN)
+    width, height = OPENING_SIZE_IN
 
     def axes(place: tuple[float, float, float, float]) -> Axes:
         left, bottom, wide, high = place
         return figure.add_axes((left / width, bottom / height, wide / width, high / height))
 
-    pt, cut = FONT_PT, section(opening.scene)
+    pt = FONT_PT
+    cut = section(opening.scene)
     _draw_sweep(axes(SWEEP_BOX), opening, pt)
     gripper = axes(GRIPPER_BOX)
     draw_section(gripper, opening.scene, cut, words(opening.object), pt)
     _bare(gripper, "", "", pt)
-    for index, place in enumerate(map(axes, FIELD_BOXES)):
-        draw_pressure(place, opening.scene, cut, opening.film, index)
-        _bare(place, MOMENTS[index], f"{1e3 * opening.film.times_s[index]:.2f} ms", pt)
+    for index, moment in enumerate(MOMENTS):
+        field = axes(FIELD_BOXES[index])
+        draw_pressure(field, opening.scene, cut, opening.film, index)
+        _bare(field, moment, f"{1e3 * opening.film.times_s[index]:.2f} ms", pt)
     _draw_spectrum(axes(SPECTRUM_BOX), opening, pt)
     _draw_decision(axes(DECISION_BOX), opening, pt)
     for x in ARROWS_X:
-        ends = (x / width, ARROW_Y / height), ((x + ARROW_IN) / width, ARROW_Y / height)
+        start = (x / width, ARROW_Y / height)
+        end = ((x + ARROW_LENGTH) / width, ARROW_Y / height)
         style: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 1.3 * pt, "lw": 1.8}
-        figure.add_artist(FancyArrowPatch(*ends, color=GREY, shrinkA=0, shrinkB=0, **style))
+        figure.add_artist(FancyArrowPatch(start, end, color=GREY, shrinkA=0, shrinkB=0, **style))
     badge = {"boxstyle": "round,pad=0.3", "color": SOURCE_COLOURS["simulated"]}
     bold: dict[str, Any] = {"fontsize": 0.75 * pt, "fontweight": "bold", "color": "white"}
     figure.text(0.12 / width, 0.14 / height, "simulated", va="center", bbox=badge, **bold)
@@ -90,7 +101,7 @@ def opening_figure(opening: Opening) -> Figure:
 
 
 def _bare(axes: Axes, title: str, below: str, pt: float) -> None:
-    """Take away what an axis has, and write a title and what stands below."""
+    """Remove ticks, grid and frame, and write a title and a text below."""
     axes.grid(False)
     axes.minorticks_off()
     axes.set(xticks=[], yticks=[])
@@ -100,7 +111,7 @@ def _bare(axes: Axes, title: str, below: str, pt: float) -> None:
 
 
 def _draw_sweep(axes: Axes, opening: Opening, pt: float) -> None:
-    """Draw time from left to right, frequency upwards."""
+    """Draw the spectrogram of the played sound."""
     frequency, times, power = spectrogram(opening.sweep, opening.sample_rate_hz, nperseg=1024)
     level = 10 * np.log10(np.maximum(power / power.max(), 1e-9))
     colours: dict[str, Any] = {"cmap": "Blues", "vmin": -30, "vmax": 0, "rasterized": True}
@@ -113,13 +124,14 @@ def _draw_sweep(axes: Axes, opening: Opening, pt: float) -> None:
 
 
 def _draw_spectrum(axes: Axes, opening: Opening, pt: float) -> None:
-    """Draw the recording's feature over the logarithm of frequency."""
+    """Draw the feature of the recording over a logarithmic frequency axis."""
     is_audible = (opening.frequency_hz >= LOWEST_HZ) & (opening.frequency_hz <= HIGHEST_HZ)
-    frequency, level = opening.frequency_hz[is_audible], opening.level_db[is_audible]
+    frequency = opening.frequency_hz[is_audible]
+    level = opening.level_db[is_audible]
     floor = level.min() - 3
-    corners = [frequency[-1], frequency[0]], [floor, floor]
-    under = (np.concatenate(pair) for pair in zip((frequency, level), corners, strict=True))
-    axes.fill(*under, color=COLOURS[4], alpha=0.35, lw=0)
+    outline_hz = [*frequency, frequency[-1], frequency[0]]
+    outline_db = [*level, floor, floor]
+    axes.fill(outline_hz, outline_db, color=COLOURS[4], alpha=0.35, lw=0)
     axes.plot(frequency, level, color=COLOURS[0], lw=1.0)
     _bare(axes, "spectrum out", "", pt)
     axes.set(xscale="log", xlim=(LOWEST_HZ, HIGHEST_HZ), ylim=(floor, level.max() + 3))
@@ -132,7 +144,9 @@ def _draw_spectrum(axes: Axes, opening: Opening, pt: float) -> None:
 
 def _draw_decision(axes: Axes, opening: Opening, pt: float) -> None:
     """Write the predicted class and its probability."""
-    sign = "✓" if opening.predicted == opening.object else f"✗ ({words(opening.object)})"
+    sign = "✓"
+    if opening.predicted != opening.object:
+        sign = f"✗ ({words(opening.object)})"
     place: dict[str, Any] = {"ha": "center", "va": "center", "transform": axes.transAxes}
     text = fill(f"{words(opening.predicted)} {sign}", 16)
     axes.text(0.5, 0.6, text, fontsize=1.3 * pt, fontweight="bold", color=COLOURS[0], **place)
@@ -141,7 +155,7 @@ def _draw_decision(axes: Axes, opening: Opening, pt: float) -> None:
 
 
 def alt_text(opening: Opening) -> str:
-    """Return the picture in words, for a person who cannot see it."""
+    """Return the alternative text of the picture, for people who cannot see it."""
     moments = [f"{1e3 * seconds:.2f}" for seconds in opening.film.times_s]
     seconds = number(len(opening.sweep) / opening.sample_rate_hz, 2)
     held = words(opening.object)
