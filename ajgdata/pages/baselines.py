@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from itertools import chain
-from typing import TYPE_CHECKING
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation_results import (
@@ -17,15 +19,12 @@ from ajgdata.experiments.cross_validation_results import (
 )
 from ajgdata.pages.models import figures as cost_figures
 from ajgdata.pages.selection import alternative, first_on, paper_sentence, shown_value
+from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, plain_ticks
 from ajgdata.report.comparison import PaperFigure
 from ajgdata.report.format import Caption, column_title, mean_sd, number
 from ajgdata.report.report_data import Illustration
 from ajgdata.types import CROSS_VALIDATION
 from ajgdata.types.table import Table, table_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 PAGE = "baselines"
 #: Published result of each of the paper's models that has a number, by the name of the model.
@@ -131,8 +130,6 @@ def draw_figure(
     ranked: Sequence[ModelResult], known: Mapping[str, PaperFigure], title: str
 ) -> Figure:
     """Draw accuracy (left) and training time (right), one row for each model."""
-    from ajgdata.report.canvas import WIDTH_IN, new_figure
-
     task = ranked[0].task
     size_in = (WIDTH_IN, 1.3 + ROW_IN * len(ranked))
     figure = new_figure(size_in, title, task.dataset_title, [task.source])
@@ -148,8 +145,6 @@ def _draw_accuracies(
     axes: Axes, ranked: Sequence[ModelResult], known: Mapping[str, PaperFigure]
 ) -> None:
     """Draw accuracy and interval of each model, and the published values as diamonds."""
-    from ajgdata.report.canvas import COLOURS, GREY
-
     task = ranked[0].task
     for row, model in enumerate(ranked):
         score = model.with_interval()
@@ -191,8 +186,6 @@ def _write(axes: Axes, x: float, y: float, text: str, colour: str, *, is_right: 
 
 def _draw_times(axes: Axes, ranked: Sequence[ModelResult]) -> None:
     """Draw the training time of each model on a logarithmic axis."""
-    from ajgdata.report.canvas import COLOURS, plain_ticks
-
     times = [max(model.cost.train_cpu_s, SHORTEST_S) for model in ranked]
     rows = range(len(ranked))
     shortest = min(times) / 2

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation_results import class_shares
 from ajgdata.report.format import words
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 #: Shares above this value are dark: their numbers are white.
 DARK = 0.55

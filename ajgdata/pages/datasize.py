@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from ajgdata.experiments.base import TaskResults
 from ajgdata.pages.direct_labels import LineLabel, label_right
 from ajgdata.pages.selection import alternative, first_on, paper_sentence
+from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure
 from ajgdata.report.format import Caption, column_title, number, with_unit
 from ajgdata.report.report_data import Illustration
 from ajgdata.types.table import Table, table_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PAGE = "datasize"
 
@@ -107,15 +105,14 @@ def conclusion(task: TaskResults, table: Table) -> str:
 
 def draw_figure(task: TaskResults, table: Table, title: str) -> Figure:
     """Draw a line for each model, the published point, and lines through this point."""
-    from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure
-
     figure = new_figure((WIDTH_IN, 3.8), title, task.dataset_title, [task.source])
     axes = figure.subplots()
     labels = []
     chance = float(np.nanmean(table.numbers("chance")))
     for index, (model, curve) in enumerate(table.split_by("model").items()):
         style = line_style(index)
-        grasps, values = curve.numbers("grasps"), curve.numbers("value")
+        grasps = curve.numbers("grasps")
+        values = curve.numbers("value")
         axes.errorbar(grasps, values, curve.numbers("sd"), capsize=2, elinewidth=0.7, **style)
         labels.append(LineLabel(model, float(values[-1]), style["color"]))
     axes.axhline(chance, color=GREY, ls=":", lw=1.0)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from matplotlib.axes import Axes
+from scipy.optimize import isotonic_regression
 
 #: Distance of labels that are one above the other, as a share of the height of the axes.
 LINE_HEIGHT = 0.075
@@ -31,8 +30,6 @@ def spread_out(places: Sequence[float], distance: float) -> np.ndarray:
     >>> spread_out([1.0, 1.0, 5.0], 2.0).tolist()
     [0.0, 2.0, 5.0]
     """
-    from scipy.optimize import isotonic_regression
-
     targets = np.asarray(places, float)
     order = np.argsort(targets, kind="stable")
     steps = distance * np.arange(len(targets))

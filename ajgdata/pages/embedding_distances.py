@@ -5,25 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.embedding import SPACES, score_of, scores_by
 from ajgdata.experiments.embedding_distances import Claim, claims_of, finding, reason
 from ajgdata.pages.selection import alternative, first_on, paper_sentence
+from ajgdata.report.canvas import WIDTH_IN, new_figure
 from ajgdata.report.format import Caption, Score, mean_sd, number, words
 from ajgdata.report.report_data import Illustration
 from ajgdata.types.table import Table, table_of
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 PAGE = "embedding_distances"
 #: Ratios at the ends of the colours: the mean distance between two categories is 1.
-LOWEST_RATIO, HIGHEST_RATIO = 0.4, 1.4
+LOWEST_RATIO = 0.4
+HIGHEST_RATIO = 1.4
 #: Ratios below this are dark: their numbers are white.
 DARK_RATIO = 0.72
 COLUMNS = {
@@ -120,8 +119,6 @@ def conclusion(task: TaskResults, claims: Sequence[Claim]) -> str:
 
 def draw_figure(task: TaskResults, spaces: Mapping[str, Distances], title: str) -> Figure:
     """Draw a matrix of distances for each space."""
-    from ajgdata.report.canvas import WIDTH_IN, new_figure
-
     figure = new_figure(
         (WIDTH_IN, 4.0),
         title,

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.embedding import SPACES, scores_by
 from ajgdata.pages.direct_labels import LineLabel, label_right
 from ajgdata.pages.selection import alternative, first_on, paper_sentence
+from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure
 from ajgdata.report.format import Caption, Score, mean_sd, number
 from ajgdata.report.report_data import Illustration
 from ajgdata.types.table import Table, table_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 PAGE = "embedding_knn"
 #: Dimension of the latent at which the paper reports its gain.
@@ -86,7 +84,8 @@ def published_accuracy(task: TaskResults, raw: Score) -> float | None:
 def conclusion(task: TaskResults, scores: ScoresBySpace) -> str:
     """Return the accuracy on the latent and on raw features, and both gains."""
     shown = task.settings.shown
-    latent, raw = scores["latent", shown], scores["raw", None]
+    latent = scores["latent", shown]
+    raw = scores["raw", None]
     text = (
         f"k-NN: {number(100 * latent.mean)} % with {shown} dimensions,"
         f" {number(100 * raw.mean)} % on raw features"
@@ -104,8 +103,6 @@ def signed(value: float) -> str:
 
 def draw_figure(task: TaskResults, scores: ScoresBySpace, title: str) -> Figure:
     """Draw a line for each space, the value on raw features, and the published gain."""
-    from ajgdata.report.canvas import GREY, WIDTH_IN, new_figure
-
     figure = new_figure((WIDTH_IN, 3.8), title, task.dataset_title, [task.source])
     axes = figure.subplots()
     labels = _draw_spaces(axes, scores)
@@ -138,8 +135,6 @@ def draw_figure(task: TaskResults, scores: ScoresBySpace, title: str) -> Figure:
 
 def _draw_spaces(axes: Axes, scores: ScoresBySpace) -> list[LineLabel]:
     """Draw the line of each space with dimensions; return the labels of the lines."""
-    from ajgdata.report.canvas import line_style
-
     labels = []
     spaces = dict.fromkeys(space for space, dimension in scores if dimension is not None)
     for index, name in enumerate(sorted(spaces, key=lambda space: space != "latent")):

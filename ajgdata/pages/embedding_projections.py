@@ -4,28 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Ellipse as Patch
 
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.embedding import scores_by
 from ajgdata.experiments.embedding_projections import PLANE
 from ajgdata.pages.selection import alternative, first_on, paper_sentence
+from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure
 from ajgdata.report.format import Caption, mean_sd, number, words
 from ajgdata.report.report_data import Illustration
 from ajgdata.types.table import Table, table_of
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 PAGE = "embedding_projections"
 #: Semi-axes of an ellipse in standard deviations (paper).
 SIGMAS = 2.0
-#: Size of the axes, and of a letter and a line of the names of objects, in inches.
+#: Size of the axes (inches).
 AXES_IN = (6.6, 4.0)
-LETTER_IN, LINE_IN = 0.075, 0.16
+#: Width of a letter and height of a line in the names of objects (inches).
+LETTER_IN = 0.075
+LINE_IN = 0.16
 COLUMNS = {
     "object": "Object",
     "category": "Category",
@@ -190,10 +193,6 @@ def draw_figure(
     task: TaskResults, plane: Plane, ellipses: Mapping[str, Ellipse], title: str
 ) -> Figure:
     """Draw points and ellipses in the colour of the category, with the names of the objects."""
-    from matplotlib.lines import Line2D
-
-    from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure
-
     plane_name = "latent of two dimensions" if plane.is_latent else "projection of the latent"
     subtitle = f"{task.dataset_title}: {plane_name}, training recordings of one fold"
     figure = new_figure((WIDTH_IN, 5.4), title, subtitle, [task.source])
@@ -215,7 +214,6 @@ def draw_figure(
 
 
 def _draw_ellipse(axes: Axes, ellipse: Ellipse, colour: str) -> None:
-    from matplotlib.patches import Ellipse as Patch
 
     patch = Patch(
         (ellipse.x, ellipse.y),

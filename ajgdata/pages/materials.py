@@ -4,22 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from ajgdata.evaluate.parts import GROUPED
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation_results import TASK_PARTS, shown_model
 from ajgdata.pages.confusions import draw_matrix, share_matrix
 from ajgdata.pages.selection import alternative, paper_sentence, shown_value, tasks_on
+from ajgdata.report.canvas import WIDTH_IN, new_figure
 from ajgdata.report.comparison import PaperFigure
 from ajgdata.report.format import Caption, number, words
 from ajgdata.report.report_data import Illustration
 from ajgdata.types import CROSS_VALIDATION
 from ajgdata.types.table import Table, table_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 PAGE = "materials"
 #: Published results in the order of the panels.
@@ -160,8 +159,6 @@ def draw_figure(
     tasks: Sequence[TaskResults], placebos: Sequence[float | None], title: str
 ) -> Figure:
     """Draw a matrix for each task, side by side."""
-    from ajgdata.report.canvas import WIDTH_IN, new_figure
-
     label = shown_model(tasks[0]).label
     figure = new_figure(
         (WIDTH_IN, 3.95),

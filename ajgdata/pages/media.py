@@ -5,18 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
 
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.reflected_energy import by_class
 from ajgdata.pages.selection import alternative, first_on, paper_sentence, published
+from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure
 from ajgdata.report.comparison import PaperFigure
 from ajgdata.report.format import Caption, Score, mean_sd, number, sentence, words
 from ajgdata.report.report_data import Illustration
 from ajgdata.types.table import Table, table_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PAGE = "media"
 #: Medium of the published value: "coffee loses more than 80 %".
@@ -100,8 +99,6 @@ def published_limit(paper: PaperFigure | None) -> float | None:
 
 def draw_figure(task: TaskResults, title: str) -> Figure:
     """Draw a bar for each medium, with the published limit in the row of its medium."""
-    from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure
-
     reference = words(task.settings.reference)
     energies = energies_of(task)
     media = [reference, *energies]

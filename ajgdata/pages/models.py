@@ -6,21 +6,20 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation_results import SHORTEST_S, models_of
+from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, plain_ticks
 from ajgdata.report.format import Caption, Source
+from ajgdata.report.marks import pareto_front
 from ajgdata.report.report_data import Illustration
 from ajgdata.types import CROSS_VALIDATION
 from ajgdata.types.table import Table, table_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
 
 FIGURE_NAME = "models--error-against-time"
 TEXT = (
@@ -116,8 +115,6 @@ def split(task: TaskResults) -> str:
 
 def cost_table(costs: Sequence[ModelCost]) -> Table:
     """Return a row for each model and task, and whether it is on the Pareto fronts of its task."""
-    from ajgdata.report.marks import pareto_front
-
     rows = []
     for task in dict.fromkeys(cost.task for cost in costs):
         own = [cost for cost in costs if cost.task == task]
@@ -138,7 +135,8 @@ def conclusion(table: Table) -> str:
     tasks = list(table.split_by("task").values())
     best = Counter(min(task.rows, key=lambda row: row["error"])["model"] for task in tasks)
     front = Counter(row["model"] for task in tasks for row in task.rows if row["on_training_front"])
-    (accurate, wins), (frequent, times) = best.most_common(1)[0], front.most_common(1)[0]
+    accurate, wins = best.most_common(1)[0]
+    frequent, times = front.most_common(1)[0]
     count = len(tasks)
     return (
         f"Lowest error: {accurate} ({wins} of {count} tasks);"
@@ -148,8 +146,6 @@ def conclusion(table: Table) -> str:
 
 def draw_figure(table: Table, title: str, sources: Sequence[Source]) -> Figure:
     """Draw the error over the training time, and over the prediction time."""
-    from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure
-
     tasks = list(table.split_by("task"))
     models = list(table.split_by("model"))
     colours = {task: COLOURS[index % len(COLOURS)] for index, task in enumerate(tasks)}
@@ -179,8 +175,6 @@ def _draw_panel(
     markers: dict[str, str],
 ) -> None:
     """Draw the models of each task over a column of times, with the Pareto front of the task."""
-    from ajgdata.report.canvas import GREY, plain_ticks
-
     for task, rows in table.split_by("task").items():
         on_front = rows.where(**{front: True})
         order = np.argsort(on_front.numbers(time), kind="stable")
@@ -209,15 +203,11 @@ def _draw_panel(
 
 
 def _task_handles(colours: dict[str, str]) -> list[Line2D]:
-    from matplotlib.lines import Line2D
 
     return [Line2D([], [], color=colour, label=task) for task, colour in colours.items()]
 
 
 def _model_handles(markers: dict[str, str]) -> list[Line2D]:
-    from matplotlib.lines import Line2D
-
-    from ajgdata.report.canvas import GREY
 
     return [
         Line2D([], [], marker=marker, label=model, color=GREY, ls="")

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from ajgdata.evaluate.parts import GROUPED, elsewhere
 from ajgdata.experiments.base import TaskResults
@@ -16,14 +16,12 @@ from ajgdata.experiments.cross_validation_results import TASK_PARTS, ModelResult
 from ajgdata.experiments.repeated_fits import statistics
 from ajgdata.pages.direct_labels import LineLabel, label_right
 from ajgdata.pages.selection import alternative, paper_sentence
+from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure
 from ajgdata.report.comparison import PaperFigure
 from ajgdata.report.format import Caption, Score, column_title, mean_sd, number, with_unit
 from ajgdata.report.report_data import Illustration
 from ajgdata.types import CROSS_VALIDATION
 from ajgdata.types.table import Table, table_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PAGE = "noise"
 REPEATED_FITS = "repeated_fits"
@@ -152,8 +150,10 @@ def levels(task: TaskResults) -> Mapping[str, float]:
 
     Of several parts at one level, the first is used, which is that of the training data.
     """
-    parts = {GROUPED: task.level}
-    parts |= {elsewhere(name): other.level for name, other in task.other_sets.items()}
+    parts = {
+        GROUPED: task.level,
+        **{elsewhere(name): other.level for name, other in task.other_sets.items()},
+    }
     known: dict[float, str] = {}
     for part, level in parts.items():
         if level is not None:
@@ -188,7 +188,9 @@ def conclusion(
     """
     unit = model.task.shown_unit
     errors = {level: score.mean for level, score in scores(model).items()}
-    errors |= {fit.level: fit.score.mean for fit in fits if fit.model == model.result.model}
+    for fit in fits:
+        if fit.model == model.result.model:
+            errors[fit.level] = fit.score.mean
     levels_shown = [level for level in known if level in errors]
     if len(levels_shown) < 2:
         levels_shown = [min(errors), max(errors)]
@@ -240,8 +242,6 @@ def draw_figure(
     title: str,
 ) -> Figure:
     """Draw a line per model over the noise level, the medians of fits and the published values."""
-    from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure
-
     task = models[0].task
     subtitle = f"{task.dataset_title}. {trained(task)}"
     figure = new_figure((WIDTH_IN, 3.9), title, subtitle, [task.source])

@@ -10,10 +10,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
+from ajgdata.evaluate.fold_tests import SIGNIFICANCE_LEVEL, holm
+from ajgdata.evaluate.mirror import (
+    HALF_TURN_DEG,
+    MirrorErrors,
+    mirror_errors,
+    mirror_image,
+    mirror_p,
+)
 from ajgdata.evaluate.parts import GROUPED, RANDOM, WITHHELD
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation_paper import split_name
@@ -24,18 +33,13 @@ from ajgdata.experiments.cross_validation_results import (
     shown_model,
 )
 from ajgdata.pages.selection import paper_sentence
+from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure
 from ajgdata.report.comparison import Change, PaperFigure, Reason
 from ajgdata.report.format import Caption, number, sentence
 from ajgdata.report.navigation import experiment_link
 from ajgdata.report.report_data import Illustration
 from ajgdata.types import CROSS_VALIDATION
 from ajgdata.types.table import Table, table_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from ajgdata.evaluate.mirror import MirrorErrors
 
 PAGE = "orientation"
 CLAIM = "an angle and its mirror image give the same sound"
@@ -55,8 +59,6 @@ class MirrorResult:
     @property
     def is_supported(self) -> bool:
         """Return whether the predictions confuse an angle with its mirror image."""
-        from ajgdata.evaluate.fold_tests import SIGNIFICANCE_LEVEL
-
         return self.p < SIGNIFICANCE_LEVEL
 
 
@@ -139,9 +141,6 @@ def mirror_results(task: TaskResults) -> tuple[MirrorResult, ...]:
 
     The figure and the causes need them, and the permutations of all models take seconds.
     """
-    from ajgdata.evaluate.fold_tests import holm
-    from ajgdata.evaluate.mirror import mirror_errors, mirror_p
-
     if task.mirror_deg is None:
         return ()
     tested = [
@@ -167,8 +166,9 @@ def conclusion(measured: Sequence[MirrorResult]) -> str:
             f"{number(first.errors.nearer_error)}° to the nearer of angle and mirror image"
         )
     best = min(withheld, key=lambda result: result.errors.nearer_error)
-    error, nearer = number(best.errors.error), number(best.errors.nearer_error)
-    errors = f"{best.model.label} {error}°, to the nearer angle {nearer}°"
+    error = number(best.errors.error)
+    nearer_error = number(best.errors.nearer_error)
+    errors = f"{best.model.label} {error}°, to the nearer angle {nearer_error}°"
     return f"{sentence(CLAIM)} ({errors})"
 
 
@@ -208,8 +208,6 @@ def part_name(part: str) -> str:
 
 def draw_figure(task: TaskResults, title: str) -> Figure:
     """Draw a panel per model, the model of the paper first."""
-    from ajgdata.report.canvas import WIDTH_IN, new_figure
-
     first = shown_model(task)
     models = [first, *(m for m in models_of(task) if m.result.model != first.result.model)]
     figure = new_figure((WIDTH_IN, PANEL_IN), title, task.dataset_title, (task.source,))
@@ -223,9 +221,6 @@ def draw_figure(task: TaskResults, title: str) -> Figure:
 
 def draw_panel(axes: Axes, model: ModelResult, plane_deg: float) -> None:
     """Draw the predictions of a model over the true angle, with the angle and its mirror image."""
-    from ajgdata.evaluate.mirror import HALF_TURN_DEG, mirror_image
-    from ajgdata.report.canvas import COLOURS, GREY
-
     looks = {
         GROUPED: ("training angles", GREY, "x"),
         WITHHELD: ("withheld angles", COLOURS[0], "o"),

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
 
 from ajgdata.evaluate.parts import GROUPED, RANDOM, SESSIONS
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation_results import ModelResult, models_of
 from ajgdata.report.format import Caption, Score, number
+from ajgdata.report.marks import FigureContent, Point, draw
 from ajgdata.report.report_data import Illustration
 from ajgdata.types import CROSS_VALIDATION
 from ajgdata.types.table import Table, table_of
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 PAGE = "placement"
 #: Splits of the figure, the most optimistic first, with their names.
 SPLITS = {RANDOM: "random split", GROUPED: "held-out grasps", SESSIONS: "held-out sessions"}
-REAL, PLACEBO = "objects", "placebo"
+REAL = "objects"
+PLACEBO = "placebo"
 TEXT = (
     "Accuracy (95 % interval over grasps) by split. Placebo: one object under the names of all"
     " classes, recorded by the same protocol; a dotted line is the nominal chance level. If the"
@@ -115,8 +115,6 @@ def conclusion(table: Table) -> str:
 
 def draw_figure(models: Sequence[ModelResult], table: Table, title: str) -> Figure:
     """Draw a panel per number of placements: accuracy of objects and placebo by split."""
-    from ajgdata.report.marks import FigureContent, Point, draw
-
     points = []
     for row in table.rows:
         value, low, high = (float(row[key]) for key in ("value", "low", "high"))

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from ajgdata.evaluate.parts import GROUPED, OVERALL, WITHHELD
 from ajgdata.experiments.base import TaskResults
@@ -17,14 +19,11 @@ from ajgdata.pages.selection import (
     paper_sentence,
     shown_value,
 )
+from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure
 from ajgdata.report.format import Caption, column_title, number, with_unit
 from ajgdata.report.report_data import Illustration
 from ajgdata.types import CROSS_VALIDATION
 from ajgdata.types.table import Table, table_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 PAGE = "size"
 #: Parts of the task that are drawn, and their names.
@@ -124,8 +123,6 @@ def conclusion(model: ModelResult) -> str:
 
 def draw_figure(model: ModelResult, table: Table, title: str) -> Figure:
     """Draw the predictions of each size (left), and their error (right)."""
-    from ajgdata.report.canvas import WIDTH_IN, new_figure
-
     task = model.task
     figure = new_figure(
         (WIDTH_IN, 3.9), title, f"{task.dataset_title}: {model.label}", [task.source]
@@ -138,8 +135,6 @@ def draw_figure(model: ModelResult, table: Table, title: str) -> Figure:
 
 def _draw_predictions(axes: Axes, task: TaskResults, table: Table) -> None:
     """Draw the mean prediction of each size, with a band of the published error."""
-    from ajgdata.report.canvas import GREY
-
     ends = np.array([min(table.column("true")), max(table.column("true"))])
     overall = published_errors(task).get(OVERALL)
     if overall is not None:
@@ -192,8 +187,6 @@ def _draw_errors(axes: Axes, task: TaskResults, table: Table) -> None:
 
 def _looks() -> list[dict[str, Any]]:
     """Return colour and marker of training and of withheld sizes."""
-    from ajgdata.report.canvas import COLOURS
-
     return [
         {"color": COLOURS[0], "marker": "o", "ms": 4.5},
         {"color": COLOURS[1], "marker": "s", "ms": 5, "mfc": "white", "mew": 1.4},

@@ -4,26 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from ajgdata.experiments.base import Result, TaskResults
 from ajgdata.experiments.plots import PERCENTILES
 from ajgdata.experiments.sorting import PLAIN
 from ajgdata.pages.selection import alternative, first_on, paper_sentence
+from ajgdata.report.canvas import COLOURS, DASHES, WIDTH_IN, new_figure
 from ajgdata.report.format import Caption, number
 from ajgdata.report.report_data import Illustration
 from ajgdata.types.table import Table, table_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PAGE = "sorting"
 #: Column of the runs: objects that are sorted until no class is probable enough.
 SORTS = "sorts"
 #: Names of the probabilities that decide: as the model gives them (`PLAIN`), and calibrated.
-OWN_LABEL, CALIBRATED_LABEL = "model's own probabilities", "calibrated probabilities"
+OWN_LABEL = "model's own probabilities"
+CALIBRATED_LABEL = "calibrated probabilities"
 COLUMNS = {
     "probabilities": "Probabilities",
     "sorts": "Sorts until the first refusal",
@@ -101,8 +100,6 @@ def conclusion(task: TaskResults, lengths: Mapping[str, np.ndarray]) -> str:
 
 def draw_figure(task: TaskResults, lengths: Mapping[str, np.ndarray], title: str) -> Figure:
     """Draw the share of runs over the number of sorts, with the published number."""
-    from ajgdata.report.canvas import COLOURS, DASHES, WIDTH_IN, new_figure
-
     figure = new_figure((WIDTH_IN, 3.4), title, task.dataset_title, [task.source])
     axes = figure.subplots()
     paper = task.paper

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from itertools import permutations
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from ajgdata.evaluate.parts import GROUPED
 from ajgdata.experiments.base import TaskResults
@@ -15,14 +17,11 @@ from ajgdata.experiments.cross_validation_paper import MIN_ACCURACY
 from ajgdata.experiments.cross_validation_results import TASK_PARTS, shown_model
 from ajgdata.pages.confusions import draw_matrix, share_matrix
 from ajgdata.pages.selection import alternative, first_on, paper_sentence, shown_value
+from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure
 from ajgdata.report.format import Caption, number, words
 from ajgdata.report.report_data import Illustration
 from ajgdata.types import CROSS_VALIDATION
 from ajgdata.types.table import Table, table_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 PAGE = "ycb"
 #: Objects by the paper's categories; the matrix has them in this order.
@@ -94,7 +93,8 @@ def pair_shares(classes: Sequence[str], shares: np.ndarray) -> Mapping[str, floa
     means = {}
     for first, second in PUBLISHED_PAIRS:
         if {first, second} <= set(classes):
-            i, j = classes.index(first), classes.index(second)
+            i = classes.index(first)
+            j = classes.index(second)
             means[f"{words(first)}–{words(second)}"] = float((shares[i, j] + shares[j, i]) / 2)
     return means
 
@@ -131,8 +131,6 @@ def draw_figure(
     task: TaskResults, classes: Sequence[str], shares: np.ndarray, title: str
 ) -> Figure:
     """Draw the matrix with the outlined confusions of the paper."""
-    from ajgdata.report.canvas import WIDTH_IN, new_figure
-
     pairs = [f"{pair} {number(100 * v, 2)} %" for pair, v in pair_shares(classes, shares).items()]
     subtitle = f"{task.dataset_title}: share of the recordings of each true object in %"
     if pairs:
@@ -149,8 +147,6 @@ def draw_figure(
 
 def _draw_categories(axes: Axes, classes: Sequence[str]) -> None:
     """Draw thin lines between the categories, and their names at the right."""
-    from ajgdata.report.canvas import GREY
-
     known = {name: category for category, names in CATEGORIES.items() for name in names}
     categories = [known.get(name, "other") for name in classes]
     for category in dict.fromkeys(categories):
@@ -166,10 +162,6 @@ def _draw_categories(axes: Axes, classes: Sequence[str]) -> None:
 
 def _outline(axes: Axes, cells: Sequence[tuple[int, int]]) -> None:
     """Outline cells of a matrix, given by row and column."""
-    from matplotlib.patches import Rectangle
-
-    from ajgdata.report.canvas import COLOURS
-
     for row, column in cells:
         corner = (column - 0.5, row - 0.5)
         axes.add_patch(Rectangle(corner, 1, 1, fill=False, ec=COLOURS[1], lw=1.8, zorder=3))
