@@ -12,7 +12,7 @@ reproduce: $(VENV)/.test
 # Only the environment.
 env: $(VENV)/.test
 
-# Also what is beyond the paper: comparisons, ablations, final models, published data sets.
+# Also what is beyond the paper: variants, final models, published data sets.
 everything: $(VENV)/.test
 	$(BIN)/snakemake everything $(ARGS)
 

@@ -7,7 +7,6 @@ from snakemake.exceptions import WorkflowError
 from snakemake.logging import logger
 from snakemake.utils import min_version, validate
 
-from ajgdata.ablations import possible
 from ajgdata.acquire.recipe import recipe_hash
 from ajgdata.experiments import measuring_half, own_experiment_files
 from ajgdata.paths import (
@@ -18,7 +17,7 @@ from ajgdata.paths import (
     run_name,
 )
 from ajgdata.pipeline.console import show_jobs
-from ajgdata.pipeline.experiments import requests_for, of_paper
+from ajgdata.pipeline.experiments import of_paper, requests_for, without_late
 from ajgdata.pipeline.opening import OBJECT, SHOWN_RESULT, subject_of
 from ajgdata.pipeline.plan import (
     Declared,
@@ -34,11 +33,7 @@ from ajgdata.pipeline.run_changes import (
     feature_states,
 )
 from ajgdata.pipeline.run_summary import end_run, modified_ns
-from ajgdata.pipeline.studies import (
-    ABLATIONS_PAGE,
-    REQUESTED_STUDIES,
-    STUDIES,
-)
+from ajgdata.pipeline.studies import REQUESTED_STUDIES, STUDIES
 from ajgdata.report.navigation import FIXED
 from ajgdata.store.code_hash import code_hash, package_hash
 from ajgdata.store.files import read_yaml
@@ -83,19 +78,20 @@ with errors_in_one_line():
         for embedding in spec.embeddings
     ]
     REQUESTS = Declared(
-        {job: item for item in requests_for(SPECS, MEASURED) for job in item.jobs}
+        {
+            job: item.of_job(job[-1])
+            for item in requests_for(SPECS, MEASURED)
+            for job in item.jobs
+        }
     )
-    SIMULATED = [name for name, item in PLANS.items() if item.virtual]
-    PAGES = [*STUDIES, ABLATIONS_PAGE] if config["pages"] is None else config["pages"]
-    ABLATED = {}
-    if ABLATIONS_PAGE in PAGES and not config["quick"]:
-        ABLATED = possible(PATHS, SIMULATED)
+    PAGES = list(STUDIES) if config["pages"] is None else config["pages"]
     # Data set of the opening picture.
     OPENING = subject_of(SPECS) if PAGES else ""
 
-# Results of the first target: those of the paper. All are, if no task has a published value.
+# Results of the first target: those of the paper. If no task has a published value, these are all
+# except those that explain differences.
 PAPER = {} if config["alone"] else of_paper(SPECS, REQUESTS)
-FIRST = PAPER or REQUESTS
+FIRST = PAPER or without_late(REQUESTS)
 FIRST_RESULTS, RESULTS = (
     list(dict.fromkeys(key for request in jobs.values() for key in request.keys))
     for jobs in (FIRST, REQUESTS)

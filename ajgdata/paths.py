@@ -17,7 +17,6 @@ from pathlib import Path
 RESULTS_FOLDER = "results"
 #: Folders in `results/` with files that `command_for` has a command for.
 RESULT_FOLDERS = (
-    "ablations",
     "embed",
     "features",
     "gripper",
@@ -104,7 +103,7 @@ def command_for(result: Path) -> str:
             command = f"ajgdata run {dataset} --forcerun train"
         case ("tasks", dataset, *_):
             command = f"ajgdata run {dataset} --forcerun {file}"
-        case ("gripper" | "ablations",):
+        case ("gripper",):
             command = f"snakemake --force {file}"
         case ("runs", run, *_) if "~" not in run:
             command = f"ajgdata run {run.replace('+', ' ')} --forcerun collect"
@@ -172,8 +171,7 @@ class Paths:
     dataset_schema = Place("datasets/dataset.schema.json")  #: written by `pipeline.schemas`
     source_schema = Place("datasets/source.schema.json")
     reports = Place("reports")  #: texts and templates of the report, see `store.report_files`
-    comparisons = Place("reports/comparisons")
-    ablation_settings = Place("reports/ablations")
+    variants = Place("reports/variants")  #: files of variants, see `types.variants`
     snakefile = Place("Snakefile")  #: the workflow, if the project has its own
 
     # Written by acquisition and import.
@@ -197,8 +195,8 @@ class Paths:
     #: the features are up to date, so audio files of unchanged sessions are not read again.
     session_hashes = Places("results/features/{dataset}.hashes.json")
     quarantine = Places("results/quarantine/{dataset}.csv")
-    #: Tables of one experiment; `models` is the name of its job: a model, `plain` or `all`.
-    #: Equal inputs give equal bytes, except for the cost.
+    #: Tables of one experiment; `models` is the name of its job: a model, a file of variants,
+    #: `plain` or `all`. Equal inputs give equal bytes, except for the cost.
     experiment = Places("results/tasks/{dataset}/{task}/{experiment}.{models}.json")
     experiment_cost = Places("results/tasks/{dataset}/{task}/{experiment}.{models}.cost.json")
     training_cost = Places("results/embed/{dataset}/{embedding}/cost.json")
@@ -213,7 +211,6 @@ class Paths:
 
     # Written by the workflow about the simulation.
     study = Places("results/gripper/{name}.json")
-    ablation = Places("results/ablations/{name}.json")
 
     # Written by the workflow for all data sets of a run together.
     metrics_table = Place("metrics.csv", "run_results")

@@ -24,7 +24,6 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -110,9 +109,8 @@ def measured(
     task_settings = spec.task_settings(task)
     requests = requested_experiments(spec, task)
     (request,) = (item for item in requests if item.experiment.name == experiment)
-    request = replace(request, models=(model,))
-    ((job, models),) = request.job_models.items()
-    settings = request.job_settings(job)
+    request = request.only([model])
+    settings = request.job_settings()
     if experiment == CROSS_VALIDATION:
         # Only the published splits have a spread; the controls would double the time.
         settings |= {"compare_random": random, "compare_sessions": False, "placebo": None}
@@ -120,7 +118,7 @@ def measured(
         tables = Path(folder, "tables.json")
         run_experiment(
             paths.features(dataset), dataset=dataset, task=task, experiment=experiment,
-            models=models, settings=settings, task_settings=task_settings,
+            parts=request.part_names, settings=settings, task_settings=task_settings,
             other_sets=request.other_sets,
             audio=spec.audio, features=spec.features, paths=paths, seed=0, tables=tables,
             cost=Path(folder, "cost.json"),

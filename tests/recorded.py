@@ -62,14 +62,14 @@ def run_experiments(paths: Paths, dataset: str) -> list[Request]:
     requests = requests_for({dataset: spec}, [(dataset, task) for task in spec.tasks])
     for request in requests:
         for job in request.jobs:
-            *_, experiment, models = job
+            measured = request.of_job(job[-1])
             run_experiment(
                 paths.features(dataset),
                 dataset=dataset,
                 task=request.task,
-                experiment=experiment,
-                models=request.job_models[models],
-                settings=request.job_settings(models),
+                experiment=request.experiment.name,
+                parts=measured.part_names,
+                settings=measured.job_settings(),
                 task_settings=spec.task_settings(request.task),
                 other_sets=request.other_sets,
                 audio=spec.audio,

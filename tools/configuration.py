@@ -16,6 +16,7 @@ from ajgdata.experiments import EXPERIMENTS
 from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
 from ajgdata.pipeline.schemas import dataset_schema, schema_bytes, source_schema
+from ajgdata.store.variants import VARIANTS
 from ajgdata.types import (
     CROSS_VALIDATION,
     MODELS,
@@ -24,8 +25,8 @@ from ajgdata.types import (
     Recording,
     Session,
 )
-from ajgdata.types.comparison import Ablation
 from ajgdata.types.protocol import SortPlan
+from ajgdata.types.variants import Variants
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "configuration.md"
@@ -38,7 +39,7 @@ Model = type[BaseModel]
 FILES: dict[str, Model] = {
     "datasets/&lt;name&gt;/dataset.yaml": DatasetSpec,
     "datasets/&lt;name&gt;/source.yaml": DatasetSource,
-    "reports/ablations/&lt;name&gt;.yaml": Ablation,
+    "reports/variants/&lt;name&gt;.yaml": Variants,
     "session.yaml": Session,
     "recordings.csv": Recording,
     "PLAN.yaml of `ajgdata sort`": SortPlan,
@@ -47,7 +48,7 @@ FILES: dict[str, Model] = {
 MEASURED: dict[str, Model] = {
     f"`tasks.<name>.experiments.{name}`": EXPERIMENTS[name].settings
     for name in EXPERIMENTS
-    if not EXPERIMENTS[name].of_embedding and name != CROSS_VALIDATION
+    if not EXPERIMENTS[name].of_embedding and name not in (CROSS_VALIDATION, VARIANTS)
 }
 #: Parts of `scene`, `signal` and `variation` of a recipe.
 SCENES: dict[str, Model] = {

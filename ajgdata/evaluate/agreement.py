@@ -40,7 +40,7 @@ UNDEFINED = Interval(float("nan"), float("nan"))
 GRASP_INTERVAL = ("grasp low", "grasp high")
 PaperVerdict = Literal["agrees", "partly agrees", "better", "worse", "inconclusive", "disagrees"]
 PAPER_VERDICTS: tuple[PaperVerdict, ...] = get_args(PaperVerdict)
-#: Meaning of each verdict, in the report and in docs/ablations.md.
+#: Meaning of each verdict, in the report and in docs/variants.md.
 VERDICT_MEANINGS: Mapping[PaperVerdict, str] = {
     "agrees": (
         "number: the 95 % interval of the difference contains 0 and is narrow; "

@@ -11,39 +11,41 @@ import functools
 import importlib
 import inspect
 import pkgutil
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from ajgdata.experiments.base import Experiment
+from ajgdata.experiments.base import TOGETHER, Experiment, MeasuredPart
 from ajgdata.models import model_label
 from ajgdata.store.code_hash import CodeSource, used_sources, with_own_imports
 from ajgdata.store.files import line_of
 from ajgdata.store.provenance import PACKAGE
 from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec, Kind, describe, location
-from ajgdata.types.registry import PLAIN_MODELS, Registry
+from ajgdata.types.registry import Registry
 from ajgdata.types.session import PLACEMENT_COLUMN
 
-#: Data set, task or embedding, experiment, and model ("": all models together).
+#: Data set, task or embedding, experiment, and name of the part (see `MeasuredPart`).
 MeasurementKey = tuple[str, str, str, str]
 #: Data set, task or embedding, experiment, and name of a job.
 JobKey = tuple[str, str, str, str]
 #: Experiments whose folds hold out one placement of every class.
-BY_PLACEMENT = (CROSS_VALIDATION, "comparison", "repeated_fits")
-PLAIN_JOB, ALL_JOB = "plain", "all"  #: names of jobs of several models
+BY_PLACEMENT = (CROSS_VALIDATION, "variants", "repeated_fits")
 #: Modules of this package that are not experiments.
 SHARED_MODULES = (
     "base",
     "cross_validation_paper",
     "cross_validation_results",
     "embedding",
+    "hypotheses",
     "plots",
     "scores",
     "silence_tests",
+    "variant_data",
+    "variant_figures",
 )
 
 
@@ -65,16 +67,13 @@ EXPERIMENTS = _all()
 
 @dataclass(frozen=True)
 class Request:
-    """An experiment that a task, or an embedding (whose name is then `task`), asks for.
-
-    `models` are ("",) if all are measured together.
-    """
+    """An experiment that a task, or an embedding (whose name is then `task`), asks for."""
 
     experiment: Experiment
     dataset: str
     task: str
     settings: Any
-    models: tuple[str, ...]
+    parts: tuple[MeasuredPart, ...]
 
     @property
     def test_sets(self) -> tuple[str, ...]:
@@ -83,45 +82,61 @@ class Request:
 
     @property
     def other_sets(self) -> tuple[str, ...]:
-        """Return all data sets that it needs in addition to its own: test sets, and the placebo."""
+        """Return all data sets that it needs in addition to its own: those that it tests or trains
+        on, and the placebo."""
+        named = [*self.test_sets, *getattr(self.settings, "train_on", ())]
         placebo = getattr(self.settings, "placebo", None)
-        return self.test_sets if placebo is None else (*self.test_sets, placebo)
+        if placebo is not None:
+            named.append(placebo)
+        return tuple(dict.fromkeys(named))
 
-    def label(self, model: str, kind: Kind) -> str:
-        """Return the name of a measurement for people: a model, or a comparison."""
-        titles = getattr(self.settings, "titles", {})
-        return titles.get(model) or (model_label(model, kind) if model else "")
+    @property
+    def other_tasks(self) -> tuple[str, ...]:
+        """Return the other tasks of the data set whose settings it needs."""
+        return tuple(getattr(self.settings, "other_tasks", ()))
+
+    def label(self, part: MeasuredPart, kind: Kind) -> str:
+        """Return the name of a part for people; "" if everything is measured together."""
+        if part.name == "":
+            return ""
+        return part.title or model_label(part.name, kind)
 
     @property
     def keys(self) -> list[MeasurementKey]:
         """Return the key of each of its measurements."""
-        return [(self.dataset, self.task, self.experiment.name, model) for model in self.models]
-
-    @property
-    def job_models(self) -> dict[str, list[str]]:
-        """Return the models of each of its jobs, by the name of the job.
-
-        All plain models share the job PLAIN_JOB; models that are measured together have ALL_JOB.
-        """
-        jobs: dict[str, list[str]] = {}
-        for model in self.models:
-            is_plain = model in PLAIN_MODELS and not hasattr(self.settings, "only")
-            name = PLAIN_JOB if is_plain else model or ALL_JOB
-            jobs.setdefault(name, []).append(model)
-        return jobs
+        return [self._key(part.name) for part in self.parts]
 
     @property
     def jobs(self) -> list[JobKey]:
         """Return the key of each of its jobs."""
-        return [(self.dataset, self.task, self.experiment.name, name) for name in self.job_models]
+        return [self._key(name) for name in dict.fromkeys(part.job for part in self.parts)]
 
-    def job_settings(self, name: str) -> dict[str, Any]:
-        """Return the settings of a job as in JSON; `models` has only its own models."""
-        models = self.job_models[name]
-        only = self.settings.only(models[0]) if hasattr(self.settings, "only") else self.settings
-        settings = only.model_dump(mode="json", exclude={"optional"})
-        if self.experiment.by_model and "models" in settings:
-            settings["models"] = models
+    def _key(self, name: str) -> tuple[str, str, str, str]:
+        """Return the key of a part or of a job."""
+        return self.dataset, self.task, self.experiment.name, name
+
+    @property
+    def part_names(self) -> list[str]:
+        """Return the names of its parts."""
+        return [part.name for part in self.parts]
+
+    def of_job(self, name: str) -> Request:
+        """Return what one of its jobs measures, with the settings of this job alone."""
+        return self.only([part.name for part in self.parts if part.job == name])
+
+    def only(self, names: Sequence[str]) -> Request:
+        """Return the measurement of some parts, with their own settings."""
+        settings = self.experiment.division.only(self.settings, names)
+        parts = tuple(part for part in self.parts if part.name in names)
+        return replace(self, parts=parts, settings=settings)
+
+    def with_parts(self, parts: Iterable[MeasuredPart]) -> Request:
+        """Return the request with some of its parts, and all its settings."""
+        return replace(self, parts=tuple(parts))
+
+    def job_settings(self) -> dict[str, Any]:
+        """Return its settings as JSON has them, for a job of the workflow."""
+        settings: dict[str, Any] = self.settings.model_dump(mode="json", exclude={"optional"})
         return settings
 
 
@@ -146,7 +161,7 @@ def requested_experiments(spec: DatasetSpec, task: str) -> list[Request]:
     if task in spec.embeddings:
         settings = spec.embeddings[task]
         requests = [
-            Request(experiment, spec.name, task, settings, ("",))
+            Request(experiment, spec.name, task, settings, (TOGETHER,))
             for experiment in EXPERIMENTS.values()
             if experiment.of_embedding
         ]
@@ -172,8 +187,8 @@ def _request(spec: DatasetSpec, task: str, name: str) -> Request:
         raise SettingsError(problem, (*keys, *location(error))) from None
     except ValueError as error:
         raise SettingsError(f"task {task}: {error}", keys) from None
-    models = tuple(settings.models) if experiment.by_model else ("",)
-    return Request(experiment, spec.name, task, settings, models)
+    parts = tuple(experiment.division.parts(settings))
+    return Request(experiment, spec.name, task, settings, parts)
 
 
 def _check(spec: DatasetSpec, task: str, experiment: Experiment, settings: Any) -> None:

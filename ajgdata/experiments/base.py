@@ -22,9 +22,11 @@ from ajgdata.report.comparison import PaperComparison, PaperFigure
 from ajgdata.report.format import Source, words
 from ajgdata.report.report_data import Illustration, ResultRow
 from ajgdata.types import AudioSettings, FeatureSettings, Kind, Level, Strict, TaskSettings
+from ajgdata.types.registry import PLAIN_MODELS
 from ajgdata.types.table import Table
 
 if TYPE_CHECKING:
+    from ajgdata.acquire.changed_grasps import GraspSimulator
     from ajgdata.store.features import FeatureRows, Latents
 
 #: Longest names of a task and of a part in names of files; file systems allow 255 bytes.
@@ -50,7 +52,8 @@ class Inputs:
 
     `store` are the features of the data set, and `other_sets` those of the data sets that the
     settings of the experiment name in `test_on` and `placebo`. `recordings` reads recordings if the
-    experiment `reads_recordings`; `render` simulates other sounds if it `renders`. For an
+    experiment `reads_recordings`. If it `renders`, `render` simulates other sounds, and `grasps`
+    the grasps of the recipe. `other_tasks` are those of the data set that the settings name. For an
     embedding, `task` is its name, and `latents` and `training_cost` are of its encoders.
     """
 
@@ -64,6 +67,8 @@ class Inputs:
     features: FeatureSettings = field(default_factory=FeatureSettings)
     recordings: Recordings | None = None
     render: Render | None = None
+    grasps: GraspSimulator | None = None
+    other_tasks: Mapping[str, TaskSettings] = field(default_factory=dict)
     latents: Latents | None = None
     training_cost: Mapping[str, float] = field(default_factory=dict)
 
@@ -114,6 +119,59 @@ class Inputs:
     def fold_count(self, group: np.ndarray) -> int:
         """Return the number of folds for recordings with a `group` (n,): at most one per group."""
         return min(self.task_settings.folds, len(np.unique(group)))
+
+
+#: Names of jobs of several models.
+PLAIN_JOB = "plain"
+ALL_JOB = "all"
+
+
+@dataclass(frozen=True)
+class MeasuredPart:
+    """One measurement of an experiment on a task: of a model, of a file of variants, or ("") of
+    everything together.
+
+    `job` is the name of its job, which several parts can share. `title` names the part for people
+    if it is no model. Only `snakemake everything` measures a part that `is_late`.
+    """
+
+    name: str
+    job: str
+    title: str = ""
+    is_late: bool = False
+
+
+#: The part of an experiment that measures everything together.
+TOGETHER = MeasuredPart("", ALL_JOB)
+
+
+@dataclass(frozen=True)
+class Division:
+    """Division of an experiment into measurements. By default, it measures everything together."""
+
+    def parts(self, settings: Any) -> list[MeasuredPart]:
+        """Return the parts of an experiment with these settings, in the order of the report."""
+        return [TOGETHER]
+
+    def only(self, settings: Any, parts: Sequence[str]) -> Any:
+        """Return the settings of some parts alone, by name."""
+        return settings
+
+
+@dataclass(frozen=True)
+class ByModel(Division):
+    """One measurement for each of the `models`. All plain models share a job."""
+
+    def parts(self, settings: Any) -> list[MeasuredPart]:
+        """Return a part for each model."""
+        return [
+            MeasuredPart(model, PLAIN_JOB if model in PLAIN_MODELS else model)
+            for model in settings.models
+        ]
+
+    def only(self, settings: Any, parts: Sequence[str]) -> Any:
+        """Return the settings with some of the models."""
+        return settings.model_copy(update={"models": tuple(parts)})
 
 
 @dataclass(frozen=True)
@@ -251,8 +309,8 @@ class Experiment:
 
     `summary` stands above the figures of a task, `advice` under the next steps.
     `measure(inputs, settings, model)` raises NotPossibleError for a task that lacks what it needs.
-    `test_on` of the settings model, if it has one, names further data sets; its `models`, if
-    `by_model`, are measured one by one (`Request.jobs`).
+    `test_on` of the settings model, if it has one, names further data sets. `division` divides
+    the measurement into parts and jobs.
     `check(settings, kind, features)` raises ValueError for settings that the task cannot have.
 
     Experiments `of_embedding` have their own page. Their settings are the declaration of the
@@ -270,7 +328,7 @@ class Experiment:
     summary: Callable[[TaskResults], str] = lambda results: ""
     advice: Callable[[TaskResults], Iterable[str]] = lambda results: ()
     check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
-    by_model: bool = False
+    division: Division = Division()
     order: int = 50  #: place in the report
     kinds: tuple[Kind, ...] = ("regression", "classification")
     reads_recordings: bool = False

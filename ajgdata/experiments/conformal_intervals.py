@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import Field
 
 from ajgdata.evaluate.parts import GROUPED, part_columns
-from ajgdata.experiments.base import Experiment, Inputs, Outcome
+from ajgdata.experiments.base import ByModel, Experiment, Inputs, Outcome
 from ajgdata.experiments.plots import Plot
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.report.format import column_title
@@ -109,6 +109,6 @@ EXPERIMENT = Experiment(
     settings=Settings,
     measure=measure,
     plots=(COVERAGE_PLOT, WIDTH_PLOT),
-    by_model=True,
+    division=ByModel(),
     kinds=("regression",),
 )

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from ajgdata.evaluate.agreement import together
 from ajgdata.evaluate.parts import GROUPED, elsewhere, part_columns
-from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults
+from ajgdata.experiments.base import ByModel, Experiment, Inputs, Lookup, Outcome, TaskResults
 from ajgdata.experiments.cross_validation_results import PAPER_MODEL
 from ajgdata.experiments.plots import Plot, value_range
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
@@ -203,5 +203,5 @@ EXPERIMENT = Experiment(
     measure=measure,
     plots=plots,
     paper_comparison=paper_comparison,
-    by_model=True,
+    division=ByModel(),
 )

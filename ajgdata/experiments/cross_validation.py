@@ -33,7 +33,7 @@ from ajgdata.evaluate.parts import (
 )
 from ajgdata.evaluate.task_data import TaskData, is_among, labels_of, split_withheld
 from ajgdata.experiments import cross_validation_results as shown
-from ajgdata.experiments.base import Experiment, Inputs, Outcome
+from ajgdata.experiments.base import ByModel, Experiment, Inputs, Outcome
 from ajgdata.experiments.cross_validation_paper import paper_comparison
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, fold_scores, score_table
 from ajgdata.store.metrics import COST
@@ -380,5 +380,5 @@ EXPERIMENT = Experiment(
     advice=shown.advice,
     paper_comparison=paper_comparison,
     order=1,
-    by_model=True,
+    division=ByModel(),
 )

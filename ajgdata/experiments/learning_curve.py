@@ -11,7 +11,15 @@ from pydantic import Field
 
 from ajgdata.evaluate.agreement import Estimate, Interval, compare_with_published
 from ajgdata.evaluate.parts import GROUPED, part_columns
-from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, Result, TaskResults
+from ajgdata.experiments.base import (
+    ByModel,
+    Experiment,
+    Inputs,
+    Lookup,
+    Outcome,
+    Result,
+    TaskResults,
+)
 from ajgdata.experiments.plots import Plot
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.report.comparison import Mark, PaperComparison
@@ -187,5 +195,5 @@ EXPERIMENT = Experiment(
     paper_comparison=paper_comparison,
     summary=missing,
     advice=advice,
-    by_model=True,
+    division=ByModel(),
 )

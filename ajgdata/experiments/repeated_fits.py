@@ -15,6 +15,7 @@ from pydantic import Field
 from ajgdata.evaluate.agreement import Estimate, Interval
 from ajgdata.evaluate.parts import elsewhere, part_columns
 from ajgdata.experiments.base import (
+    ByModel,
     Experiment,
     Inputs,
     Lookup,
@@ -149,6 +150,6 @@ EXPERIMENT = Experiment(
     measure=measure,
     plots=(FITS_PLOT,),
     paper_comparison=paper_comparison,
-    by_model=True,
+    division=ByModel(),
     kinds=("regression",),
 )

@@ -12,6 +12,7 @@ from pydantic import Field
 
 from ajgdata.evaluate.parts import GROUPED, elsewhere, part_columns
 from ajgdata.experiments.base import (
+    ByModel,
     Experiment,
     Inputs,
     Outcome,
@@ -108,6 +109,6 @@ EXPERIMENT = Experiment(
     measure=measure,
     plots=(DEPENDENCE_PLOT,),
     summary=verdicts,
-    by_model=True,
+    division=ByModel(),
     order=15,
 )

@@ -18,6 +18,7 @@ from ajgdata.evaluate.agreement import (
 )
 from ajgdata.evaluate.parts import GROUPED, part_columns
 from ajgdata.experiments.base import (
+    ByModel,
     Experiment,
     Inputs,
     Lookup,
@@ -292,6 +293,6 @@ EXPERIMENT = Experiment(
     plots=(LENGTHS_PLOT, RELIABILITY_PLOT),
     own_rows=rows,
     paper_comparison=paper_comparison,
-    by_model=True,
+    division=ByModel(),
     kinds=("classification",),
 )

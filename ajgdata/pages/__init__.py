@@ -45,12 +45,12 @@ PAGE_FIGURES: dict[str, Callable[[Sequence[TaskResults]], Iterable[Illustration]
     ycb.PAGE: ycb.figures,
 }
 #: Functions that test causes of differences from the paper with the stored results. Other causes
-#: need new measurements (`ablations`).
+#: need new measurements (`experiments.hypotheses`).
 PAGE_CAUSES: tuple[Callable[[Sequence[TaskResults]], Iterable[Reason]], ...] = (orientation.causes,)
 
 
 def page_causes(results: Sequence[TaskResults]) -> Iterator[Reason]:
-    """Yield the tested causes that follow from the results of a run without ablations."""
+    """Yield the tested causes that follow from the results of the experiments."""
     for causes in PAGE_CAUSES:
         yield from causes(results)
 

@@ -102,12 +102,24 @@ def measurements(
 
 
 def computed(requests: Sequence[Request], available: Collection[MeasurementKey]) -> list[Request]:
-    """Return the experiments that have measurements among `available`, each with their models."""
-    pairs = ((r, zip(r.models, r.keys, strict=True)) for r in requests)
-    with_models = [
-        (r, tuple(model for model, key in named if key in available)) for r, named in pairs
-    ]
-    return [replace(request, models=models) for request, models in with_models if models]
+    """Return the experiments that have measurements among `available`, each with these parts."""
+    measured = []
+    for request in requests:
+        pairs = zip(request.parts, request.keys, strict=True)
+        parts = [part for part, key in pairs if key in available]
+        if parts:
+            measured.append(request.with_parts(parts))
+    return measured
+
+
+def without_late(requests: Mapping[JobKey, Request]) -> dict[JobKey, Request]:
+    """Return the jobs of the first target if no result is of the paper: those that do not wait for
+    `snakemake everything`."""
+    return {
+        key: request
+        for key, request in requests.items()
+        if not all(part.is_late for part in request.parts)
+    }
 
 
 def page_of(request: Request, spec: DatasetSpec) -> str:
@@ -123,7 +135,7 @@ def run_experiment(
     dataset: str,
     task: str,
     experiment: str,
-    models: Sequence[str],
+    parts: Sequence[str],
     settings: Mapping[str, Any],
     task_settings: TaskSettings,
     other_sets: Sequence[str],
@@ -135,11 +147,13 @@ def run_experiment(
     cost: Path,
     encoders: Sequence[Path] = (),
     rendered: str = "",
+    other_tasks: Mapping[str, TaskSettings] | None = None,
 ) -> None:
-    """Measure an experiment on a task with each model ("": all together); write the tables.
+    """Measure each of the parts of an experiment on a task (see `MeasuredPart`); write the tables.
 
     `encoders` are the latents and training cost of an embedding. If `rendered` is not empty, sounds
-    are simulated by the recipe of the data set. A task that lacks what the experiment needs is
+    and grasps are simulated by the recipe of the data set. `other_tasks` are those of the data set
+    that the settings name. A task that lacks what the experiment needs is
     written as skipped, with the reason.
     """
     measured = EXPERIMENTS[experiment]
@@ -165,13 +179,14 @@ def run_experiment(
         other_sets=compared,
         audio=audio,
         features=features,
+        other_tasks=other_tasks or {},
         **_encoded(*encoders),
         **_sounds(paths, dataset, audio, read_too, rendered),
     )
     checked = measured.settings.model_validate(settings)
     refused = _copied_sets(inputs, getattr(checked, "test_on", ()))
     outcomes = [
-        _measure(measured, inputs, checked, about | {"model": model}, refused) for model in models
+        _measure(measured, inputs, checked, about | {"model": part}, refused) for part in parts
     ]
     write_measurements(cost, [({}, outcome.cost) for outcome in outcomes])
     write_measurements(tables, [(outcome.about, outcome.tables) for outcome in outcomes])
@@ -242,15 +257,16 @@ def _comparable(store: Path, table: FeatureRows, path: Path) -> FeatureRows:
 def _sounds(
     paths: Paths, dataset: str, audio: AudioSettings, read: Mapping[str, FeatureRows], rendered: str
 ) -> dict[str, Any]:
-    """Return what reads recordings, and what simulates sounds, by name of the input."""
+    """Return what reads recordings, and what simulates sounds and grasps, by name of the input."""
     # SciPy and the simulation, which Snakemake does not need
-    from ajgdata.pipeline.recipes import renderer
+    from ajgdata.pipeline.recipes import grasp_simulator, renderer
     from ajgdata.pipeline.recordings import RecordingReader
 
     settings = {n: AudioSettings.model_validate(_settings(t)["audio"]) for n, t in read.items()}
     return {
         "recordings": RecordingReader(paths, {dataset: audio, **settings}),
         "render": renderer(paths, dataset) if rendered else None,
+        "grasps": grasp_simulator(paths, dataset) if rendered else None,
     }
 
 
@@ -281,18 +297,18 @@ def read_results(
     results = []
     skipped = []
     source = "recorded"
-    for model, key in zip(request.models, request.keys, strict=True):
+    for part, key in zip(request.parts, request.keys, strict=True):
         about, tables, costs = available[key]
-        label = request.label(model or about["model"], task_settings.kind)
+        label = request.label(part, task_settings.kind)
         source = about["provenance"]["source"]
         if "skipped" in about:
             skipped.append((label, about["skipped"]))
         else:
             named, cost = ({t.name: t for t in some} for some in (tables, costs))
-            results.append(Result(model or about["model"], label, about, named, cost))
+            results.append(Result(part.name, label, about, named, cost))
             if request.experiment.name == CROSS_VALIDATION:
-                parts = about.get("others", {})
-                skipped += [(f"{label}, {part}", reason) for part, reason in parts.items()]
+                tests = about.get("others", {})
+                skipped += [(f"{label}, {test}", reason) for test, reason in tests.items()]
     return TaskResults(
         experiment=request.experiment.name,
         dataset=spec.name,

@@ -14,6 +14,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from ajgdata import gripper
+from ajgdata.acquire.changed_grasps import GraspSimulator
 from ajgdata.acquire.recipe import RecipeGrasp, plan_session, session_names
 from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.acquire.writer import Acquired, acquire_session
@@ -141,3 +142,11 @@ def renderer(paths: Paths, dataset: str) -> Render:
             yield [take.samples for take in source.record(*samples_of[name], sounds)]
 
     return render
+
+
+def grasp_simulator(paths: Paths, dataset: str) -> GraspSimulator | None:
+    """Return the simulator of the grasps of a data set; None for a data set without recipe."""
+    spec = read_dataset(paths, dataset)
+    if spec.recipe is None:
+        return None
+    return GraspSimulator(dataset, spec.recipe, spec.excitation, paths.responses)

@@ -8,10 +8,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ajgdata.ablations import reasons_of, with_verdicts
 from ajgdata.experiments import EXPERIMENTS, MeasurementKey, Request
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import training_cost
+from ajgdata.experiments.hypotheses import (
+    CAUSES_PAGE,
+    cause_tables,
+    divided_by_page,
+    reasons_of,
+)
 from ajgdata.pages import page_causes, page_figures
 from ajgdata.paths import EXPERIMENT_PAGES_FOLDER, FIGURES_FOLDER, TABLES_FOLDER, Paths
 from ajgdata.pipeline.dataset_summary import summary
@@ -27,7 +32,7 @@ from ajgdata.pipeline.exports import with_tables, write_csv, write_exports
 from ajgdata.pipeline.machine import cpu_name
 from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import pages_of
-from ajgdata.pipeline.studies import ABLATIONS_PAGE, STUDIES
+from ajgdata.pipeline.studies import STUDIES
 from ajgdata.report.answer import answer, placebo_sentence
 from ajgdata.report.comparison import (
     PaperComparison,
@@ -37,7 +42,7 @@ from ajgdata.report.comparison import (
     parse_paper,
     tally,
 )
-from ajgdata.report.format import number, words
+from ajgdata.report.format import Source, number, words
 from ajgdata.report.navigation import LEADS, Group, Link, experiment_link, navigation
 from ajgdata.report.report_data import Report, ReportPart, TaskSection
 from ajgdata.store.features import open_store, read_store
@@ -53,6 +58,7 @@ from ajgdata.store.report_files import (
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
 from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec
+from ajgdata.types.table import Table
 
 #: Title of the report of a project whose results are compared with the paper.
 TITLE = "Recognising objects by sound in a soft gripper"
@@ -70,13 +76,12 @@ def build_report(
     tasks: Sequence[TaskKey],
     requested: Sequence[MeasurementKey],
     studies: Sequence[str] = (),
-    ablations: Sequence[str] = (),
     published: Sequence[str] = (),
 ) -> None:
     """Write the report on all existing results.
 
-    `datasets`, `tasks` (data set and name), `studies`, `ablations` and `published` data sets are
-    those of the project. One line of the report counts results that do not exist, another those
+    `datasets`, `tasks` (data set and name), `studies` and `published` data sets are those of the
+    project. One line of the report counts results that do not exist, another those
     that the target did not request: they are of an earlier run and may be outdated.
     """
     specs = {name: read_dataset(paths, name) for name in datasets}
@@ -89,9 +94,10 @@ def build_report(
         if _exists(paths.features(name), _check_features, errors):
             existing[name] = spec
     present = [name for name in published if paths.published_sums(name).is_file()]
-    pages = _pages(paths, studies, ablations, errors)
+    pages = _pages(paths, studies, errors)
     paper = published_values(paths)
-    results, skipped = _read(measured, specs, requests, paper)
+    all_results, skipped = _read(measured, specs, requests, paper)
+    results, causes = divided_by_page(all_results)
     unread = {
         key
         for request in expected
@@ -102,11 +108,10 @@ def build_report(
     missing = {
         "experiments": sum(len(request.keys) for request in expected) - len(measured) - len(unread),
         "simulation studies": len({*studies} - pages.keys()),
-        "ablations": len(ablations) - len(pages.get(ABLATIONS_PAGE, [])),
         "published data sets": len(published) - len(present),
     }
     report = dataclasses.replace(
-        _assembled(paths, existing, requests, results, paper, pages.get(ABLATIONS_PAGE, [])),
+        _assembled(paths, existing, requests, results, paper, cause_tables(causes)),
         skipped=skipped,
         missing=tuple(f"{noun} ({count})" for noun, count in missing.items() if count),
         earlier=len({*measured} - {*requested}),
@@ -115,8 +120,12 @@ def build_report(
     )
     practice = tuple(_practice(paths, report, errors))
     report = dataclasses.replace(report, practice=practice)
-    _write(paths, report, results, pages, present)
-    about: dict[str, Any] = {"datasets": [*existing], "pages": [*pages], "published": present}
+    _write(paths, report, results, pages, causes, present)
+    about: dict[str, Any] = {
+        "datasets": [*existing],
+        "pages": [*pages, *([CAUSES_PAGE] if causes else [])],
+        "published": present,
+    }
     about["unreadable"] = {str(file): str(error) for file, error in errors.items()}
     facts = [measurement.about for measurement in measured.values()]
     write_bytes(paths.runs, json_bytes(about | _contents(report, facts)))
@@ -147,16 +156,20 @@ def _write(
     paths: Paths,
     report: Report,
     results: Sequence[TaskResults],
-    pages: Mapping[str, Sequence[Path]],
+    pages: Mapping[str, Path],
+    causes: Sequence[TaskResults],
     published: Sequence[str],
 ) -> None:
-    """Write the pages of the report, with figures and tables; `pages` are those on studies."""
+    """Write the pages of the report, with figures and tables.
+
+    `pages` are the files of the studies, and `causes` the results on the page on causes.
+    """
     from ajgdata.report.page import illustrations, render_pages
     from ajgdata.report.render import draw_figures
 
     folder, compares = paths.report.parent, bool(report.comparisons)
     links = [Link(experiment_link(page.name), page.title, page.about) for page in report.pages]
-    nav = navigation(links, list(pages), compares=compares)
+    nav = navigation(links, [*pages, *([CAUSES_PAGE] if causes else [])], compares=compares)
     (folder / EXPERIMENT_PAGES_FOLDER).mkdir(parents=True, exist_ok=True)  # also if it stays empty
     drawn = draw_figures(illustrations(report), folder / FIGURES_FOLDER)
     tables = write_exports(report, results, folder / TABLES_FOLDER)
@@ -164,29 +177,38 @@ def _write(
     html = render_pages(report, figures, nav, published, project=paths)
     for name, text in html.items():
         write_bytes(folder / name, text.encode())
-    for name in (*STUDIES, ABLATIONS_PAGE, *([] if compares else ["paper"])):
+    for name in (*STUDIES, CAUSES_PAGE, *([] if compares else ["paper"])):
         paths.page(name).unlink(missing_ok=True)
-    for name, files in pages.items():
-        build_page(paths, name, files, nav)
+    for name, file in pages.items():
+        provenance, study_tables = read_tables(file)
+        build_page(paths, name, provenance, study_tables, nav)
+    if causes:
+        sources = tuple(dict.fromkeys(task.source for task in causes))
+        provenance = {"quick": False, **causes[0].results[0].about["provenance"]}
+        build_page(paths, CAUSES_PAGE, provenance, cause_tables(causes), nav, sources)
 
 
-def build_page(paths: Paths, name: str, files: Sequence[Path], nav: Sequence[Group]) -> None:
+def build_page(
+    paths: Paths,
+    name: str,
+    provenance: Mapping[str, Any],
+    tables: Sequence[Table],
+    nav: Sequence[Group],
+    sources: Sequence[Source] = (),
+) -> None:
     """Draw the figures of the page `name` and write it, with the navigation of the report.
 
-    `files` hold the tables that it shows.
+    `provenance` states what made its `tables`. `sources` are those of its data; default: those of
+    the page.
     """
     from ajgdata.report.render import draw_figures
     from ajgdata.report.studies import figures_of
     from ajgdata.report.study_page import render_study
 
-    read = [read_tables(file) for file in files]
-    tables = [table for _, some in read for table in some]
-    if name == ABLATIONS_PAGE:
-        tables = with_verdicts(tables)
     figures = draw_figures(figures_of(name, tables), paths.page_figures(name))
     for table in tables:
         write_csv(paths.page_figures(name) / f"{table.name}.csv", table)
-    html = render_study(name, read[0][0], tables, figures, nav, paths)
+    html = render_study(name, provenance, tables, figures, nav, paths, sources)
     write_bytes(paths.page(name), html.encode())
 
 
@@ -194,20 +216,13 @@ def build_page(paths: Paths, name: str, files: Sequence[Path], nav: Sequence[Gro
 SUMMARISED = ("dataset", "task", "experiment", "model", "skipped", "left_out", "others")
 
 
-def _pages(
-    paths: Paths, studies: Sequence[str], ablations: Sequence[str], errors: dict[Path, DataError]
-) -> dict[str, list[Path]]:
-    """Return the existing files of tables of each page on studies, and of that on ablations.
+def _pages(paths: Paths, studies: Sequence[str], errors: dict[Path, DataError]) -> dict[str, Path]:
+    """Return the existing file of tables of each study.
 
     The errors of files that cannot be read are added to `errors`.
     """
-    files = {name: [paths.study(name)] for name in studies}
-    files[ABLATIONS_PAGE] = [paths.ablation(name) for name in ablations]
-    present = {
-        name: [file for file in some if _exists(file, read_tables, errors)]
-        for name, some in files.items()
-    }
-    return {name: some for name, some in present.items() if some}
+    files = {name: paths.study(name) for name in studies}
+    return {name: file for name, file in files.items() if _exists(file, read_tables, errors)}
 
 
 def _contents(report: Report, measured: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -237,11 +252,10 @@ def _assembled(
     requests: Sequence[Request],
     results: Sequence[TaskResults],
     paper: Mapping[str, PaperFigure],
-    ablations: Sequence[Path],
+    causes: Sequence[Table],
 ) -> Report:
-    """Return what the report says of results on tasks; `ablations` are files of tables."""
-    tables = [table for file in ablations for table in read_tables(file)[1]]
-    reasons = [*page_causes(results), *reasons_of(with_verdicts(tables), ABLATIONS_PAGE)]
+    """Return what the report says of results on tasks; `causes` are tables of tested hypotheses."""
+    reasons = [*page_causes(results), *reasons_of(causes)]
     rows = tuple(comparisons(results, paper, reasons))
     report = Report(
         title=TITLE if rows else ", ".join(spec.title or name for name, spec in specs.items()),
@@ -298,14 +312,14 @@ def _opening(path: Path, folder: Path) -> dict[str, str] | None:
     return {"image": image, "alt": about["alt"]}
 
 
-def _studies(pages: Mapping[str, Sequence[Path]]) -> dict[str, Any]:
+def _studies(pages: Mapping[str, Path]) -> dict[str, Any]:
     """Return the conclusions of the simulation studies, and the count of all and passed checks."""
     from ajgdata.report.studies import conclusions
     from ajgdata.report.study_tables import holds
 
     lines, verdicts = [], []
     for name in (name for name in STUDIES if name in pages):
-        tables = [table for file in pages[name] for table in read_tables(file)[1]]
+        tables = read_tables(pages[name])[1]
         lines.append((LEADS[name].title, f"{name}.html", conclusions(name, tables)))
         verdicts += [holds(row) for table in tables for row in table.rows]
     known = [verdict for verdict in verdicts if verdict is not None]

@@ -22,6 +22,7 @@ from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
 from ajgdata.store.files import write_if_changed
 from ajgdata.store.sessions import NOT_INHERITED, write_dataset
+from ajgdata.store.variants import VARIANTS
 from ajgdata.types import CROSS_VALIDATION, MODELS, NAME_PATTERN, DatasetSource, DatasetSpec
 
 Schema = dict[str, Any]
@@ -56,7 +57,7 @@ def dataset_schema() -> Schema:
     settings = {
         f"experiments.{name}": experiment.settings
         for name, experiment in EXPERIMENTS.items()
-        if not experiment.of_embedding and name != CROSS_VALIDATION
+        if not experiment.of_embedding and name not in (CROSS_VALIDATION, VARIANTS)
     }
     parts: dict[str, Any] = {
         "dataset": DatasetSpec,

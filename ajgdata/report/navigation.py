@@ -30,7 +30,7 @@ class Lead(NamedTuple):
 
 
 LEADS = {
-    "ablations": Lead(
+    "causes": Lead(
         "Causes of differences",
         "Each hypothesis is tested by an experiment that could refute it: one factor changes, and"
         " errors are compared on the same grasps. A supported cause holds within the simulation;"
@@ -116,7 +116,7 @@ def navigation(
     """Return the navigation of a report, in the order in which it is shown.
 
     `experiments` are links to the pages on experiments. `pages` are the names of the pages on
-    ablations and on the virtual gripper. `compares`: results are compared with published values.
+    causes and on the virtual gripper. `compares`: results are compared with published values.
     """
     studies = [
         Link(f"{name}.html", lead.title, lead.about)

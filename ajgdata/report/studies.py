@@ -1,4 +1,4 @@
-"""Figures of the simulation studies and ablations, and the conclusions of a study."""
+"""Figures of the simulation studies and of causes of differences, and conclusions of a study."""
 
 from __future__ import annotations
 
@@ -139,5 +139,5 @@ STUDY_FIGURES: dict[str, tuple[tuple[str, ...], Callable[..., Illustration]]] = 
     ),
     "accuracy": (("accuracy",), accuracy_figure),
     "omissions": (("omissions",), omissions_figure),
-    "ablations": (("breaking_mirror",), breaking_mirror),
+    "causes": (("breaking_mirror",), breaking_mirror),
 }

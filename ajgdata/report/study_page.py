@@ -1,4 +1,4 @@
-"""Page of a simulation study, or of the ablations: figures, and tables whose ends are folded."""
+"""Page of a simulation study, or of causes of differences: figures and folded tables."""
 
 from __future__ import annotations
 
@@ -93,15 +93,20 @@ def render_study(
     figures: Mapping[str, DrawnFigure],
     nav: Sequence[Group] = (),
     project: Paths | None = None,
+    sources: Sequence[Source] = (),
 ) -> str:
-    """Return the page of a study as HTML text; `figures` are those of tables, by their names."""
+    """Return the page of a study, or of causes, as HTML text.
+
+    `figures` are those of tables, by their names. `sources` are those of the data; default: those
+    of the page.
+    """
     lead = LEADS[name]
     shown = shown_tables(name, tables)
     first_note = tables[0].note.split(SENTENCE_END) if tables else []
     view = StudyView(
         title=lead.title,
         lead=lead.text,
-        sources=lead.sources,
+        sources=sources or lead.sources,
         provenance=provenance,
         figures=[figures[table.name] for table in tables if table.name in figures],
         sections=[

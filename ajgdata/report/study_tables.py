@@ -14,7 +14,7 @@ MAX_COLUMNS = 6
 #: Rows of a complete table; its CSV file has all.
 MAX_FOLDED_ROWS = 300
 #: Pages whose tables are complete and not folded.
-UNFOLDED = ("ablations",)
+UNFOLDED = ("causes",)
 #: Rows of each table of these pages.
 MAX_UNFOLDED_ROWS = 30
 #: Keys of the columns that are shown first, for tables that do not begin with them.

@@ -23,6 +23,7 @@ from ajgdata.store.files import (
     write_if_changed,
     yaml_bytes,
 )
+from ajgdata.store.variants import with_variants
 from ajgdata.types import (
     NAME_PATTERN,
     RECORDING_COLUMNS,
@@ -35,6 +36,7 @@ from ajgdata.types import (
     describe,
     is_reserved,
 )
+from ajgdata.types.base import overridden
 from ajgdata.types.formats import DATASET_FORMAT, FORMAT_KEY, SESSION_FORMAT
 
 #: First line of dataset.yaml: an editor completes and explains its keys with this schema.
@@ -72,27 +74,7 @@ def read_dataset(paths: Paths, dataset: str) -> DatasetSpec:
     if spec.name != dataset:
         where = f"{path}:{line_of(path, ['name'])}"
         raise DataError(where, f"name = {spec.name!r}", f"use its folder's name, {dataset!r}")
-    return _with_comparisons(paths, spec)
-
-
-def _with_comparisons(paths: Paths, spec: DatasetSpec) -> DatasetSpec:
-    """Return a declaration whose tasks ask for the comparisons that train on the data set."""
-    tasks = dict(spec.tasks)
-    for file in sorted(paths.comparisons.glob("*.yaml")):
-        content = read_yaml(file)
-        if content.get("train") != spec.name:
-            continue
-        name = content.get("task")
-        if name not in tasks:
-            where = f"{file}:{line_of(file, ['task'])}"
-            raise DataError(where, f"there is no task {name!r}", f"name a task of {spec.name}")
-        old: Any = tasks[name].experiments.get("comparison", {"comparisons": {}, "test_on": []})
-        comparisons = old["comparisons"] | {file.stem: content}
-        test_on = list(dict.fromkeys([*old["test_on"], *content.get("test", ())]))
-        comparison = {"comparison": {"comparisons": comparisons, "test_on": test_on}}
-        changed = {"experiments": tasks[name].experiments | comparison}
-        tasks[name] = tasks[name].model_copy(update=changed)
-    return spec.model_copy(update={"tasks": tasks})
+    return with_variants(paths, spec)
 
 
 def read_declaration(path: Path) -> DatasetSpec:
@@ -126,18 +108,6 @@ def _derived(path: Path, content: dict[str, Any]) -> dict[str, Any]:
     inherited = {key: value for key, value in base.items() if key not in NOT_INHERITED}
     differences = {key: value for key, value in content.items() if key != "from"}
     return overridden(overridden(inherited, recipe), differences)
-
-
-def overridden(base: dict[str, Any], by: dict[str, Any]) -> dict[str, Any]:
-    """Return `base` with the values of `by`; mappings in both are joined in the same way."""
-    joined = dict(base)
-    for key, value in by.items():
-        old = joined.get(key)
-        if isinstance(old, dict) and isinstance(value, dict):
-            joined[key] = overridden(old, value)
-        else:
-            joined[key] = value
-    return joined
 
 
 def write_dataset(paths: Paths, spec: DatasetSpec) -> Path:

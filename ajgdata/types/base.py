@@ -206,6 +206,18 @@ def checked(model: type[ModelType], where: object, content: Mapping[str, Any]) -
         raise describe(error, where) from None
 
 
+def overridden(base: dict[str, Any], by: dict[str, Any]) -> dict[str, Any]:
+    """Return `base` with the values of `by`; mappings in both are joined in the same way."""
+    joined = dict(base)
+    for key, value in by.items():
+        old = joined.get(key)
+        if isinstance(old, dict) and isinstance(value, dict):
+            joined[key] = overridden(old, value)
+        else:
+            joined[key] = value
+    return joined
+
+
 def _message(error: ErrorDetails, without: str = "Value error, ") -> str:
     if (
         error["type"] == "string_pattern_mismatch"

@@ -115,7 +115,7 @@ MODEL_FORMAT = FileFormat(
     is_result=True,
 )
 TABLES_FORMAT = FileFormat(
-    files="tables of experiments, ablations and studies (JSON)",
+    files="tables of experiments and studies (JSON)",
     place="key `format`",
     history=(
         "infinity is stored as the text `inf`, and no version is stated",

@@ -6,6 +6,9 @@ from collections.abc import Sequence
 
 #: Class of the settings that contained `channel`.
 AUDIO_MODEL = "AudioSettings"
+#: Class of a file of variants, and its keys of earlier versions.
+VARIANTS_MODEL = "Variants"
+VARIANTS_KEYS = {"why": "hypotheses", "grid": "vary, axis and panel"}
 
 
 def replacement(place: Sequence[int | str], value: object, model: str) -> tuple[str, str] | None:
@@ -21,6 +24,8 @@ def replacement(place: Sequence[int | str], value: object, model: str) -> tuple[
         name = ".".join(str(part) for part in place)
         problem = f"{name} was replaced by {name.replace('channel', 'microphone')}"
         return f"{problem}, which counts from 1", _microphone_fix(value)
+    if model == VARIANTS_MODEL and key in VARIANTS_KEYS:
+        return f"{key} was replaced by {VARIANTS_KEYS[key]}", "write it as in docs/variants.md"
     if key == "input_channel":
         line = f"`input_channel: {_plain(value)}` by `microphone: {_plain(value)}`"
         return "input_channel was replaced by microphone", f"replace {line}"

@@ -13,7 +13,7 @@ import pytest
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.experiments import Request
-from ajgdata.experiments.comparison import excitation_of, features_of
+from ajgdata.experiments.base import ByModel
 from ajgdata.gripper import SAMPLE_RATE_HZ
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import requests_for, run_experiment
@@ -29,8 +29,8 @@ SIMULATED = [name for name, spec in SPECS.items() if spec.recipe]
 TASKS = [(name, task) for name in SIMULATED for task in SPECS[name].tasks]
 #: Each experiment of each task, and those that need recordings, which are not made up here.
 ALL = requests_for(SPECS, TASKS)
-COMPARED = [request for request in ALL if request.experiment.name == "comparison"]
-REQUESTS = [request for request in ALL if request.experiment.name != "comparison"]
+CHANGED = [request for request in ALL if request.experiment.name == "variants"]
+REQUESTS = [request for request in ALL if request.experiment.name != "variants"]
 
 
 def _branches(request: Request) -> tuple[str, bool, bool]:
@@ -120,10 +120,10 @@ def run(stores: dict[str, Path], request: Request, folder: Path) -> tuple[dict, 
     name, spec = request.experiment.name, SPECS[request.dataset]
     settings = request.settings.model_dump(mode="json")
     settings |= SMALLER.get(name, lambda _: {})(settings)
-    model = MODELS.get(name, MODEL) if request.experiment.by_model else ""
+    model = MODELS.get(name, MODEL) if isinstance(request.experiment.division, ByModel) else ""
     tables, cost = folder / "tables.json", folder / "cost.json"
     run_experiment(
-        stores[request.dataset], experiment=name, models=[model], dataset=request.dataset,
+        stores[request.dataset], experiment=name, parts=[model], dataset=request.dataset,
         task=request.task, settings=settings, task_settings=spec.task_settings(request.task),
         other_sets=list(request.other_sets), audio=spec.audio,
         features=spec.features, paths=Paths(stores[request.dataset].parents[2]), seed=0,
@@ -140,15 +140,20 @@ def test_each_experiment_is_made_of_its_task(stores, tmp_path, case):
     assert tables["scores"].rows
 
 
-def test_comparisons_fit_the_recordings():
+def test_variants_fit_the_recordings():
     """Recordings last a second; other sounds are played in simulated data sets only."""
-    for request in COMPARED:
+    for request in CHANGED:
         spec = SPECS[request.dataset]
-        for comparison in request.settings.comparisons.values():
-            for variant in comparison.all_variants:
-                features = features_of(variant, spec.features)
+        for file in request.settings.files.values():
+            for variant in file.all_variants:
+                features = variant.change.feature_settings(spec.features)
                 assert features.hop <= features.window <= spec.audio.sample_rate_hz
-                if variant.excitation:
+                if variant.change.excitation:
                     assert spec.audio.sample_rate_hz == SAMPLE_RATE_HZ
-                    shortest = excitation_of(variant).length_s * SAMPLE_RATE_HZ
+                    shortest = variant.change.played().length_s * SAMPLE_RATE_HZ
                     assert shortest >= spec.features.window
+
+
+def test_each_file_of_variants_has_its_task():
+    files = {name for request in CHANGED for name in request.settings.files}
+    assert files == {file.stem for file in PATHS.variants.glob("*.yaml")}

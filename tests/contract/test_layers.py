@@ -79,8 +79,15 @@ TEXTS_AND_TYPES = {
 #: Definitions that jobs of a type import, but that do not decide their results.
 NOT_USED = {
     # only experiments on recordings, or on rendered sounds, call these
-    "experiment": {"pipeline/recipes.py:renderer", "pipeline/recordings.py:RecordingReader"},
-    "experiment on recordings": {"pipeline/recipes.py:renderer"},
+    "experiment": {
+        "pipeline/recipes.py:grasp_simulator",
+        "pipeline/recipes.py:renderer",
+        "pipeline/recordings.py:RecordingReader",
+    },
+    "experiment on recordings": {
+        "pipeline/recipes.py:grasp_simulator",
+        "pipeline/recipes.py:renderer",
+    },
     # the experiments and the data sets are those of the finished measurements
     "collect": {"models/__init__.py:model_label"},
     # its recipes and hypotheses are parameters; savings are a line on the console
@@ -88,7 +95,6 @@ NOT_USED = {
         "pipeline/savings.py:measured_savings",
         "store/sessions.py:check_one_source",
     },
-    "ablation": {"ablations/__init__.py:read_ablations"},
     # the recording is an input; the model and the data set are named
     "opening": {
         "experiments/cross_validation_results.py:PAPER_MODEL",
@@ -123,7 +129,6 @@ RANKS = {
     "acquire": 7,
     "report": 7,
     "live": 8,
-    "ablations": 9,
     "export": 9,
     "experiments": 9,
     "loading": 9,
@@ -269,7 +274,6 @@ def test_what_snakemake_parses_is_light(run_python):
         "import sys, ajgdata.pipeline.plan, ajgdata.pipeline.studies, ajgdata.paths, ajgdata;"
         "import ajgdata.store.provenance, ajgdata.store.report_files;"
         "import ajgdata.pipeline.experiments;"
-        "import ajgdata.ablations;"
         "print(*{name.split('.')[0] for name in sys.modules})"
     )
     assert not set(run_python(code).split()) & HEAVY

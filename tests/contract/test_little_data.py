@@ -47,10 +47,10 @@ SETTINGS: dict[str, dict] = {
     "sorting": {"models": ["linear_plain"]},
     "cross_gripper": {"test_on": ["whole"], "grasps": [0, 1], "models": ["knn"]},
     "reflected_energy": {"reference": "a", "band_hz": [100, 3000]},
-    "comparison": {"comparisons": {"windows": {
+    "variants": {"files": {"windows": {
         "title": "Windows", "question": "Does the window matter?", "train": "little",
         "task": "classification", "test": ["whole"], "models": ["knn"],
-        "variants": [{"name": "own"}, {"name": "short", "features": {"window": 128, "hop": 64}}],
+        "variants": {"own": {}, "short": {"features": {"window": 128, "hop": 64}}},
     }}, "test_on": ["whole"]},
     "shortcut": {"test_on": ["whole"], "models": ["knn"]},
     "repeated_fits": {"test_on": ["whole"], "repeats": 3, "models": ["ridge_plain"]},
@@ -128,11 +128,12 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
     ):
         encoders = [paths.latents("little", item.task), paths.training_cost("little", item.task)]
         for job in item.jobs:
-            *_, experiment, models = job
+            measured = item.of_job(job[-1])
             tables = paths.experiment(*job)
             run_experiment(
-                paths.features("little"), dataset="little", task=item.task, experiment=experiment,
-                models=item.job_models[models], settings=item.job_settings(models),
+                paths.features("little"), dataset="little", task=item.task,
+                experiment=item.experiment.name, parts=measured.part_names,
+                settings=measured.job_settings(),
                 task_settings=spec.task_settings(item.task),
                 other_sets=list(item.other_sets), rendered="x" if item.experiment.renders else "",
                 audio=AudioSettings(sample_rate_hz=RATE_HZ), features=spec.features,
@@ -140,7 +141,7 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
                 tables=tables, cost=paths.experiment_cost(*job),
             )  # fmt: skip
             for model, (about, _) in zip(
-                item.job_models[models], read_measurements(tables), strict=True
+                measured.part_names, read_measurements(tables), strict=True
             ):
                 skipped[item.task, measurement_name(item.experiment.name, model)] = about.get(
                     "skipped", ""

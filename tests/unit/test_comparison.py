@@ -106,7 +106,7 @@ def test_only_accuracies_have_a_binomial_interval():
 
 def test_each_verdict_has_a_sign_a_meaning_a_sentence_and_a_row_in_the_documentation():
     root = Path(__file__).resolve().parents[2]
-    page = (root / "docs/ablations.md").read_text(encoding="utf-8")
+    page = (root / "docs/variants.md").read_text(encoding="utf-8")
     assert PAPER_VERDICTS == tuple(VERDICT_MEANINGS) == tuple(SIGNS)
     assert set(VERDICT_TEXTS) == set(PAPER_VERDICTS)
     for verdict, meaning in VERDICT_MEANINGS.items():
@@ -125,7 +125,7 @@ LOW = (mark_of("ours", Score(1.0, 0.1)),)
 
 def reason(before: float, after: float, *, supported: bool = True) -> Reason:
     test = Change("twice the scatter", "CNN", before, after, supported)
-    return Reason(("size",), "the scatter sets the error", "ablations.html#x", (test,))
+    return Reason(("size",), "the scatter sets the error", "causes.html#x", (test,))
 
 
 def row(agrees: str, paper=PAPER, dataset="size", **changes) -> PaperComparison:

@@ -383,7 +383,7 @@ def spec(**changes) -> DatasetSpec:
         ),
         (
             {"nope": {}},
-            "no experiment 'nope': there are comparison",
+            "no experiment 'nope': there are conformal_intervals",
         ),
         ({"learning_curve": {}}, r"experiments.learning_curve: groups is missing"),
         ({"conformal_intervals": {}}, "conformal_intervals is for regression, not classification"),

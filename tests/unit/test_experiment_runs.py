@@ -42,7 +42,7 @@ def run(paths: Paths, request: Request, **changes) -> None:
         *_, experiment, models = job
         values = {
             "dataset": "d", "task": "t", "experiment": experiment,
-            "models": request.job_models[models],
+            "parts": request.of_job(models).part_names,
             "task_settings": TASK, "settings": request.settings.model_dump(mode="json"),
             "other_sets": [],
             "audio": SPEC.audio, "features": SPEC.features, "paths": paths, "seed": 3,
@@ -62,11 +62,14 @@ def paths(tmp_path_factory):
 
 def test_plain_models_share_a_job_and_others_have_one_each():
     settings = EXPERIMENTS["cross_validation"].settings(models=("cnn", "linear", "svm", "knn"))
-    request = Request(EXPERIMENTS["cross_validation"], "d", "t", settings, settings.models)
-    shared = {"plain": ["linear", "knn"]}
-    own = {model: [model] for model in ("cnn", "svm")}
-    assert request.job_models == shared | own
-    assert request.job_settings("plain")["models"] == ["linear", "knn"]
+    experiment = EXPERIMENTS["cross_validation"]
+    parts = tuple(experiment.division.parts(settings))
+    request = Request(experiment, "d", "t", settings, parts)
+    assert request.part_names == ["cnn", "linear", "svm", "knn"]
+    jobs = {name: request.of_job(name) for *_, name in request.jobs}
+    names = {name: job.part_names for name, job in jobs.items()}
+    assert names == {"cnn": ["cnn"], "plain": ["linear", "knn"], "svm": ["svm"]}
+    assert jobs["plain"].job_settings()["models"] == ["linear", "knn"]
 
 
 def test_results_of_earlier_versions_are_errors_and_not_read(paths, tmp_path):

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ajgdata.ablations import read_ablations
 from ajgdata.evaluate.mirror import (
     angle_from_plane,
     mirror_errors,
@@ -17,6 +16,8 @@ from ajgdata.evaluate.mirror import (
 )
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.paths import Paths
+from ajgdata.store.files import read_model
+from ajgdata.types.variants import Variants
 
 PLANE_DEG = 90.0
 ANGLES = np.repeat(np.arange(9.0, 180.0, 18.0), 4)
@@ -71,12 +72,14 @@ def test_errors_of_a_period_are_the_shortest_way_round():
 
 
 def test_the_transducers_of_the_grid_have_the_misfit_of_its_axis_for_both_planes():
-    grid = read_ablations(Paths(Path(__file__).resolve().parents[2]))["mirror"].grid
-    for misfit_mm, scene in grid.x.scenes.items():
-        gripper = Gripper(**grid.scene["gripper"], **scene["gripper"])
+    paths = Paths(Path(__file__).resolve().parents[2])
+    file = read_model(paths.variants / "breaking_mirror.yaml", Variants)
+    for variant in file.all_variants:
+        misfit_mm = file.x(variant)
+        gripper = Gripper(**variant.change.grasps.scene["gripper"])
         planes = mirror_planes(gripper)
         assert [plane.misfit_mm for plane in planes] == pytest.approx([misfit_mm] * 2, abs=0.01)
         assert planes[1].angle_deg == pytest.approx(83.4, abs=0.01)  # that of the default gripper
         assert math.dist(gripper.speaker_mm, gripper.microphone_mm) == pytest.approx(70, abs=0.02)
-    for offset_mm, scene in grid.series.scenes.items():
-        assert scene["session"]["jig_mm"] == [offset_mm, offset_mm]
+        offset_mm = float(file.series(variant))
+        assert variant.change.grasps.scene["session"]["jig_mm"] == [offset_mm, offset_mm]

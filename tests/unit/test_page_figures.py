@@ -666,7 +666,7 @@ def angles(predicted: np.ndarray, **changes):
 WITHHELD_DEG = np.repeat(np.arange(9.0, 180.0, 18.0), 4)
 
 
-def test_predictions_at_the_mirror_image_are_a_cause_without_an_ablation():
+def test_predictions_at_the_mirror_image_are_a_cause_without_variants():
     mirrored = angles(mirror_image(WITHHELD_DEG, 80.0))
     (reason,) = page_causes([mirrored])
     (test,) = reason.tests

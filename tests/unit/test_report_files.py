@@ -107,7 +107,7 @@ def test_an_installed_package_holds_what_pages_are_made_of(tmp_path):
     packaged = Path(done.stdout.strip())
     assert packaged.is_relative_to(target)
     assert {path.name.split("-")[0] for path in target.iterdir()} == {"ajgdata"}
-    # ablations and comparisons are of the data sets of a project
+    # variants are of the data sets of a project
     folders = [ROOT / "reports" / name for name in ("templates", "experiments", "pages")]
     own = (ROOT / "reports").glob("*.yaml")
     for path in (*own, *(p for folder in folders for p in folder.iterdir())):

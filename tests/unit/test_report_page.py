@@ -203,7 +203,7 @@ def test_a_cause_has_the_evidence_and_names_of_its_results_and_supported_ones_co
 
     def reason(claim: str, before: float, supported: bool = True) -> Reason:
         change = Change("no scatter", "CNN", before, 2 * before, supported)
-        return Reason(("size",), claim, "ablations.html#x", (change,))
+        return Reason(("size",), claim, "causes.html#x", (change,))
 
     noise, first, second = reason("noise", 1, False), reason("scatter", 0.7), reason("scatter", 0.8)
     rows = (

@@ -93,7 +93,7 @@ def page(tmp_path, monkeypatch):
     pretend(monkeypatch, TABLE)
     run_study("pretended", paths.study("pretended"), code="0" * 16)
     nav = navigation([], ["stability", "accuracy"])
-    build_page(paths, "pretended", [paths.study("pretended")], nav)
+    build_page(paths, "pretended", *read_tables(paths.study("pretended")), nav)
     return paths.page("pretended").read_text(encoding="utf-8")
 
 
@@ -115,7 +115,7 @@ def test_a_page_shows_every_value_and_runs_nothing(page):
 def test_figures_are_drawn_linked_and_embedded(tmp_path):
     paths = Paths(tmp_path)
     write_tables(paths.study("verification"), [DRAWN], **ABOUT)
-    build_page(paths, "verification", [paths.study("verification")], [])
+    build_page(paths, "verification", *read_tables(paths.study("verification")), [])
     shown = Page(paths.page("verification").read_text(encoding="utf-8"))
     (image,) = shown.all("img")
     assert image["src"] == "verification/convergence.svg" and len(image["alt"]) > 40
@@ -161,7 +161,7 @@ def test_the_page_on_validation_has_a_figure_of_two_tables_and_both_badges(tmp_p
         with_uncertainties(ATTENUATION, "measured_sd_db_m", "simulated_sd_db_m"),
     ]
     write_tables(paths.study("validation"), tables, **ABOUT | {"study": "validation"})
-    build_page(paths, "validation", [paths.study("validation")], [])
+    build_page(paths, "validation", *read_tables(paths.study("validation")), [])
     page = paths.page("validation").read_text(encoding="utf-8")
     (image,) = Page(page).all("img")
     assert image["src"] == "validation/resonances.svg"
@@ -236,8 +236,8 @@ def test_a_failed_check_is_never_hidden():
     assert html.count("<details open>") == 1 and html.count('class="fails"') == 1
 
 
-def test_tables_of_ablations_are_not_folded():
-    (shown,) = shown_tables("ablations", [checks("a", 40, columns=9)])
+def test_tables_of_causes_are_not_folded():
+    (shown,) = shown_tables("causes", [checks("a", 40, columns=9)])
     assert len(shown.rows) == MAX_UNFOLDED_ROWS and len(shown.columns) == 9
     assert shown.folded == []
 
@@ -319,7 +319,7 @@ def stability():
 def test_the_page_on_stability_begins_with_its_figure(stability, tmp_path):
     paths = Paths(tmp_path)
     write_tables(paths.study("stability"), stability, **ABOUT)
-    build_page(paths, "stability", [paths.study("stability")], [])
+    build_page(paths, "stability", *read_tables(paths.study("stability")), [])
     html = paths.page("stability").read_text(encoding="utf-8")
     page = Page(html)
     (image,) = page.all("img")

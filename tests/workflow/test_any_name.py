@@ -1,4 +1,4 @@
-"""Every name that `check` accepts runs: of models, experiments, tasks and comparisons."""
+"""Every name that `check` accepts runs: of models, experiments, tasks and variants."""
 
 import os
 import subprocess
@@ -14,7 +14,7 @@ from ajgdata.paths import Paths
 from ajgdata.store.files import read_csv
 from ajgdata.types.base import LONGEST_NAME
 
-#: Of the longest name that a data set, a task, a model or a comparison can have.
+#: Of the longest name that a data set, a task, a model or a file of variants can have.
 LONG = "-".join(str(number) for number in range(100, 200))[:LONGEST_NAME]
 NAMES = ("my-model", "plain", "all", LONG)
 
@@ -43,13 +43,13 @@ def environment(tmp_path):
 
 def declare(paths: Paths) -> None:
     """Declare a data set and a task with the longest name, and everything that can have a name."""
-    comparison = {
+    variants = {
         "title": "Windows",
         "question": "Does the window matter?",
         "train": LONG,
         "task": LONG,
         "models": ["knn_plain"],
-        "variants": [{"name": "hop", "features": {"hop": 512}}, {"name": "same"}],
+        "variants": {"hop": {"features": {"hop": 512}}, "same": {}},
     }
     task = DECLARATION["tasks"]["pitch"] | {"models": ["knn_plain", *NAMES]}
     number = task | {"target": "number", "models": ["my-model"]}
@@ -61,8 +61,8 @@ def declare(paths: Paths) -> None:
     }
     paths.dataset(LONG).parent.mkdir(parents=True)
     paths.dataset(LONG).write_text(yaml.safe_dump(content))
-    paths.comparisons.mkdir(parents=True)
-    (paths.comparisons / f"{LONG}.yaml").write_text(yaml.safe_dump(comparison))
+    paths.variants.mkdir(parents=True)
+    (paths.variants / f"{LONG}.yaml").write_text(yaml.safe_dump(variants))
 
 
 def ajgdata(environment, *arguments: str) -> subprocess.CompletedProcess:

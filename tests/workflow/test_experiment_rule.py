@@ -26,20 +26,20 @@ TASK = {
 
 COMPARED = {"title": "T", "question": "Q?", "train": "tones", "task": "pitch", "models": ["knn"]}
 VARIANTS = {
-    "stft": [
-        {"name": "stft:own"},
-        {"name": "stft:2048/2048", "features": {"hop": 2048}},
-        {"name": "stft:512/512", "features": {"window": 512}},
-    ],
+    "stft": {
+        "stft:own": {},
+        "stft:2048/2048": {"features": {"hop": 2048}},
+        "stft:512/512": {"features": {"window": 512}},
+    },
     # skipped: these recordings were not simulated
-    "sounds": [{"name": "own"}, {"name": "noise", "excitation": {"kind": "mls"}}],
+    "sounds": {"own": {}, "noise": {"excitation": {"kind": "mls"}}},
 }
 
 
 FIGURES = (
     "cross-gripper--tones--pitch",
     "learning-curve--tones--pitch",
-    "comparison--tones--pitch--stft",
+    "variants--tones--pitch--stft",
     "sorting--tones--pitch",
     "tones--tones--accuracy-against-dimension",
 )
@@ -56,9 +56,9 @@ def declare(project) -> None:
     }.items():
         paths.dataset(name).parent.mkdir(exist_ok=True)
         paths.dataset(name).write_text(yaml.safe_dump(content))
-    paths.comparisons.mkdir(parents=True)
+    paths.variants.mkdir(parents=True)
     for name, variants in VARIANTS.items():
-        file = paths.comparisons / f"{name}.yaml"
+        file = paths.variants / f"{name}.yaml"
         file.write_text(yaml.safe_dump(COMPARED | {"variants": variants}))
 
 
@@ -82,7 +82,7 @@ def check_metrics(paths, scores) -> None:
     assert value("learning_curve", "accuracy", "draw 2", model="knn", grasps=5) <= 1
     assert value("embedding_knn", "cpu_s", "cost") > 0
     stft = {"comparison": "stft", "condition": "stft:512/512", "model": "knn"}
-    assert value("comparison", "train_cpu_s", "cost", **stft) > 0
+    assert value("variants", "train_cpu_s", "cost", **stft) > 0
     sorts = value("sorting", "sorted_until_refusal", "run 0", model="linear", condition="plain")
     assert sorts >= 0 and sorts == int(sorts)
     assert value("cross_gripper", "accuracy", "fold 0", grasps=1, **knn) <= 1
@@ -120,5 +120,5 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     assert project.planned(*page) == {}
     check_metrics(paths, scores)
     measured = {item["experiment"] for item in json.loads(paths.runs.read_text())["measurements"]}
-    assert measured >= {"cross_validation", "comparison", *TASK["experiments"]}
+    assert measured >= {"cross_validation", "variants", *TASK["experiments"]}
     assert {row["test_set"] for row in read_csv(paths.predictions)[1]} == {"tones", "copy"}

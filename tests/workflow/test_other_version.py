@@ -92,7 +92,6 @@ def test_the_command_for_a_result_runs_its_job(project, result, rule):
     [
         (Paths().metrics_table, "snakemake --forcerun collect"),
         (Paths().study("stability"), "snakemake --force results/gripper/stability.json"),
-        (Paths().ablation("noise"), "snakemake --force results/ablations/noise.json"),
         (Paths().latents("ycb", "grasps"), "ajgdata run ycb --forcerun embed"),
         (Paths().latents("results", "results"), "ajgdata run results --forcerun embed"),
         (

@@ -62,7 +62,7 @@ def embedding_files(jobs):
 
 
 def requested(wildcards):
-    """The experiment of a job and its settings."""
+    """The experiment of a job: its parts and their settings."""
     return REQUESTS[
         wildcards.dataset, wildcards.task, wildcards.experiment, wildcards.models
     ]
@@ -72,6 +72,15 @@ def task_settings(wildcards):
     """Settings of the task, or of the embedding, of an experiment, as plain values."""
     settings = SPECS[wildcards.dataset].task_settings(wildcards.task)
     return settings.model_dump(mode="json", exclude_unset=True)
+
+
+def other_tasks(wildcards):
+    """Settings of the other tasks that an experiment needs, by name, as plain values."""
+    spec = SPECS[wildcards.dataset]
+    return {
+        name: spec.task_settings(name).model_dump(mode="json", exclude_unset=True)
+        for name in requested(wildcards).other_tasks
+    }
 
 
 def trainings(wildcards):

@@ -42,7 +42,6 @@ use rule complete as complete_everything with:
             *rules.report_everything.input.tables,
             *rules.report_everything.input.costs,
             *rules.report_everything.input.studies,
-            *rules.report_everything.input.ablations,
         ],
     output:
         summary=PATHS.everything,

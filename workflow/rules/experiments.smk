@@ -26,9 +26,10 @@ rule experiment:
         "../../environment.yml"
     params:
         function="experiments:run_experiment",
-        models=lambda wildcards: requested(wildcards).job_models[wildcards.models],
-        settings=lambda wildcards: requested(wildcards).job_settings(wildcards.models),
+        parts=lambda wildcards: requested(wildcards).part_names,
+        settings=lambda wildcards: requested(wildcards).job_settings(),
         task_settings=task_settings,
+        other_tasks=other_tasks,
         other_sets=lambda wildcards: list(requested(wildcards).other_sets),
         audio=setting("audio"),
         features=setting("features"),

@@ -71,7 +71,6 @@ rule report:
         tasks=MEASURED,
         run=PATHS.run,
         studies=[name for name in STUDIES if name in PAGES],
-        ablations=list(ABLATED),
         published=PUBLISHED,
         declared=[settings_digest(item.spec) for item in PLANS.values()],
         code=report_code,
@@ -95,7 +94,6 @@ use rule report as report_everything with:
         tables=[PATHS.experiment(*key) for key in REQUESTS],
         costs=[PATHS.experiment_cost(*key) for key in REQUESTS],
         studies=[PATHS.study(name) for name in STUDIES if name in PAGES],
-        ablations=[PATHS.ablation(name) for name in ABLATED],
         published=[PATHS.published_sums(name) for name in PUBLISHED],
     output:
         touch(PATHS.report_on_everything),

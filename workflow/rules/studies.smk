@@ -1,7 +1,6 @@
-# Measurements on the simulation: studies, and ablations on why simulation and paper differ.
+# Studies of the simulation.
 wildcard_constraints:
     study="|".join(STUDIES),
-    ablation="|".join(ABLATED) or "-",
 
 
 rule study:
@@ -19,39 +18,6 @@ rule study:
         code=lambda wildcards: code_hash("study"),
     message:
         "Studying the virtual gripper: {wildcards.study}"
-    script:
-        "../scripts/run.py"
-
-
-rule ablate:
-    input:
-        stores=lambda wildcards: [
-            PATHS.features(name) for name in ABLATED[wildcards.ablation].datasets
-        ],
-        hashes=lambda wildcards: [
-            PATHS.session_hashes(name) for name in ABLATED[wildcards.ablation].datasets
-        ],
-    output:
-        tables=PATHS.ablation("{ablation}"),
-    log:
-        "results/logs/ablate/{ablation}.log",
-    benchmark:
-        "results/benchmarks/ablate/{ablation}.tsv"
-    conda:
-        "../../environment.yml"
-    params:
-        function="studies:run_ablation",
-        recipes=lambda wildcards: [
-            settings_digest(PLANS[name].spec.recipe, PLANS[name].spec.excitation)
-            for name in ABLATED[wildcards.ablation].datasets
-        ],
-        data=lambda wildcards: features_of(*ABLATED[wildcards.ablation].datasets),
-        settings=lambda wildcards: settings_digest(ABLATED[wildcards.ablation]),
-        seed=config["seed"],
-        device=config["device"],
-        code=lambda wildcards: code_hash("ablation"),
-    message:
-        "Why simulation and paper differ: {wildcards.ablation}"
     script:
         "../scripts/run.py"
 

@@ -1,4 +1,4 @@
-"""Comparisons of features and played sounds: files of the project, and scores."""
+"""Variants of features and played sounds: files of the project, and scores."""
 
 import numpy as np
 import pytest
@@ -10,8 +10,9 @@ from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.experiments import EXPERIMENTS, requested_experiments
 from ajgdata.experiments.base import Inputs, Result, TaskResults
-from ajgdata.experiments.comparison import Settings, check, errors, features_of, measure
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
+from ajgdata.experiments.variant_figures import errors
+from ajgdata.experiments.variants import Settings, measure, settings_of
 from ajgdata.features.spectrum import spectrum
 from ajgdata.pipeline.recipes import acquire_virtual, renderer
 from ajgdata.pipeline.recordings import RecordingReader
@@ -25,9 +26,9 @@ from ajgdata.types import (
     LogSweep,
     TaskSettings,
 )
-from ajgdata.types.comparison import Comparison
+from ajgdata.types.variants import Variants
 
-EXPERIMENT = EXPERIMENTS["comparison"]
+EXPERIMENT = EXPERIMENTS["variants"]
 EDGE = TaskSettings(target="edge_mm", kind="regression", unit="mm", groups="grasp_id", folds=3)
 AUDIO, RATE = AudioSettings(), 44_100
 RECIPE = {
@@ -66,8 +67,8 @@ def recorded(project) -> Inputs:
 
 
 SOUNDS = Settings(
-    comparisons={
-        "sounds": Comparison(
+    files={
+        "sounds": Variants(
             title="Sounds",
             question="Which?",
             train="d",
@@ -103,17 +104,17 @@ def test_other_sounds_are_played_in_the_same_scenes(recorded):
 FEATURES = FeatureSettings(window=256, hop=64)
 SWEEP = LogSweep(length_s=0.5, low_hz=100, high_hz=3_500, amplitude=0.4)
 QUANTITIES = Settings(
-    comparisons={
-        "quantities": Comparison(
+    files={
+        "quantities": Variants(
             title="Quantities",
             question="Which?",
             train="d",
             task="t",
             models=["ridge_plain"],
-            variants=[
-                {"name": "feature:own"},
-                {"name": "feature:power", "features": {"quantity": "power"}},
-            ],
+            variants={
+                "feature:own": {},
+                "feature:power": {"features": {"quantity": "power"}},
+            },
         )
     },
 )
@@ -154,8 +155,8 @@ def echoes(project) -> Inputs:
 def test_the_errors_are_those_of_features_made_alone(echoes):
     outcome = measure(echoes, QUANTITIES, "quantities")
     data, recordings = echoes.data(), echoes.recordings
-    for variant in QUANTITIES.comparisons["quantities"].all_variants:
-        own = features_of(variant, FEATURES)
+    for variant in QUANTITIES.files["quantities"].all_variants:
+        own = variant.change.feature_settings(FEATURES)
         samples = recordings.samples("d", NAMES, 256)
         feature = np.array([spectrum(signal, RATE_HZ, own) for signal in samples])
         alone = cross_validate(
@@ -172,34 +173,82 @@ def test_the_errors_are_those_of_features_made_alone(echoes):
 
 def declare(project, **changes):
     content = {"title": "T", "question": "Q?", "train": "d", "task": "edge", "models": "[knn]"}
-    content |= {"variants": "[{name: a}, {name: b, features: {window: 512}}]"} | changes
-    folder = project.paths.comparisons
+    content |= {"variants": "{a: {}, b: {features: {window: 512}}}"} | changes
+    folder = project.paths.variants
     folder.mkdir(parents=True, exist_ok=True)
     text = "".join(f"{key}: {value}\n" for key, value in content.items())
     (folder / "knn.yaml").write_text(text)
 
 
-def test_a_comparison_is_one_file(project):
+def test_variants_are_one_file(project):
     tasks = {"edge": {"target": "edge_mm", "models": []}}
     project.declare(tasks=tasks)
     declare(project)
-    entry = requested_experiments(read_dataset(project.paths, "d"), "edge")[-1]
-    # its name is not that of the model
-    assert (
-        entry.jobs == [("d", "edge", "comparison", "knn")]
-        and entry.label("knn", "regression") == "T"
-    )
-    assert list(entry.job_settings("knn")["comparisons"]) == ["knn"]
-    declare(project, task="none")
-    with pytest.raises(DataError, match="there is no task 'none'"):
+    request = requested_experiments(read_dataset(project.paths, "d"), "edge")[-1]
+    # its name is that of a model, but it is no model
+    assert request.jobs == [("d", "edge", "variants", "knn")]
+    (part,) = request.parts
+    assert (part.name, part.job, request.label(part, "regression")) == ("knn", "knn", "T")
+    assert list(request.of_job("knn").job_settings()["files"]) == ["knn"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "line", "message"),
+    [
+        ({"task": "none"}, 4, "there is no task 'none'. Name a task of d."),
+        ({"train": "none"}, 3, "there is no data set 'none'. Name a data set."),
+        ({"test": "[none]"}, 7, "there is no data set 'none'. Name a data set."),
+        ({"variants": "{a: {}, b: {features: {hop: 999}}}"}, 6, "hop 999 exceeds window"),
+        ({"variants": "{a: {}, b: {excitation: {kind: horn}}}"}, 6, "'horn'"),
+        ({"variants": "{a: {}}"}, 1, "variants: give at least two, each with a name of its own"),
+        ({"variants": "{a: {}, b: {task: other}}"}, 4, "there is no task 'other'"),
+        ({"variants": "{a: {}, b: {grasps: {}, train: [e]}}"}, 6, "exclude each other"),
+        ({"why": "[]"}, 7, "why was replaced by hypotheses. Write it as in docs/variants.md."),
+    ],
+)
+def test_a_wrong_file_is_one_line(project, changes, line, message):
+    project.declare(tasks={"edge": {"target": "edge_mm", "models": []}})
+    declare(project, **changes)
+    with pytest.raises(DataError) as caught:
         read_dataset(project.paths, "d")
+    text = str(caught.value)
+    assert text.startswith(f"{project.paths.variants / 'knn.yaml'}:{line}"), text
+    assert message in text
+    assert "\n" not in text
 
 
-def test_variants_that_cannot_be_are_refused():
-    keys = {"title": "T", "question": "Q", "train": "d", "task": "t"}
-    wrong = Comparison(**keys, vary={"features.window": [128, 512]}, variants=[])
-    with pytest.raises(ValueError, match="comparison s, window 128: hop 256 exceeds window 128"):
-        check(Settings(comparisons={"s": wrong}), "regression", FeatureSettings(hop=256))
+@pytest.mark.parametrize("name", ["comparisons", "ablations"])
+def test_a_folder_of_an_earlier_version_is_refused(project, name):
+    project.declare()
+    folder = project.paths.reports / name
+    folder.mkdir(parents=True)
+    (folder / "old.yaml").write_text("title: T\n")
+    with pytest.raises(DataError, match=f"{name} were replaced by variants") as caught:
+        read_dataset(project.paths, "d")
+    assert str(project.paths.variants) in str(caught.value)
+
+
+def test_changes_are_combined():
+    """Values of keys, changes by label, and changes of all variants."""
+    content = {
+        "title": "T", "question": "Q?", "train": "d", "task": "t",
+        "axis": "shift", "panel": "label",
+        "shared": {"grasps": {"sessions": 2, "scene": {"gripper": {"a": 1}}}},
+        "vary": {
+            "label": {"one": {"task": "t"}, "two": {"task": "u"}},
+            "shift": {0: {}, 2.5: {"grasps": {"scene": {"gripper": {"b": 2}}}}},
+            "model": ["knn", "cnn"],
+        },
+    }  # fmt: skip
+    file = Variants.model_validate(content)
+    stored = Variants.model_validate_json(file.model_dump_json())
+    assert [v.change for v in stored.all_variants] == [v.change for v in file.all_variants]
+    assert len(file.all_variants) == 8 and file.tasks == ("u",)
+    variant = file.variant("label two, shift 2.5, model cnn")
+    assert (file.x(variant), file.panel_of(variant), file.series(variant)) == (2.5, "two", "cnn")
+    assert file.models_of(variant.change) == ("cnn",)
+    grasps = variant.change.grasps
+    assert grasps.sessions == 2 and grasps.scene == {"gripper": {"a": 1, "b": 2}}
 
 
 # Titles
@@ -207,7 +256,7 @@ def test_variants_that_cannot_be_are_refused():
 
 def compared(axis="", **values: tuple[float, ...]) -> TaskResults:
     """Return a comparison of variants by k-NN: the values of two folds each."""
-    key = ScoreKey("knn", "grouped", "size", comparison="s")
+    key = ScoreKey("knn", "grouped", "size", "training", comparison="s")
     rows = [
         ScoreRow("rmse", statistic, value, key._replace(condition=variant))
         for variant, folds in values.items()
@@ -216,15 +265,15 @@ def compared(axis="", **values: tuple[float, ...]) -> TaskResults:
             "chance": 9,
         }.items()
     ]
-    variants = [{"name": name, "x": n} for n, name in enumerate(("a", "b", "c"))]
+    variants = {name: {} for name in ("a", "b", "c")}
     vary = {"vary": {axis: [1, 2]}, "axis": axis} if axis else {"variants": variants}
-    comparison = Comparison(title="T", question="Q", train="d", task="t", **vary)
+    file = Variants(title="T", question="Q", train="size", task="t", **vary)
     about = {"parts": {}}
     result = Result(
         "s", "T", about, {"scores": score_table(rows, "T")}, {"scores": score_table((), "T")}
     )
-    settings = Settings(comparisons={"s": comparison})
-    return sizes(result, settings=settings, experiment="comparison")
+    settings = settings_of({"s": file})
+    return sizes(result, settings=settings, experiment="variants")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,92 @@
+"""Files `reports/variants/<name>.yaml` -> experiments of the tasks whose evaluation they change."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pydantic import ValidationError
+
+from ajgdata.paths import Paths
+from ajgdata.store.files import line_of, read_model, read_yaml
+from ajgdata.types import DataError, describe
+from ajgdata.types.variants import Variants
+
+if TYPE_CHECKING:
+    from ajgdata.types import DatasetSpec
+
+#: Name of the experiment.
+VARIANTS = "variants"
+#: Folders of earlier versions, and the page of the documentation on the new form.
+REPLACED_FOLDERS = ("comparisons", "ablations")
+DOCUMENTATION = "docs/variants.md"
+
+
+def with_variants(paths: Paths, spec: DatasetSpec) -> DatasetSpec:
+    """Return a declaration whose tasks ask for the variants that train on the data set.
+
+    Raises DataError with file, line and fix for a file that is wrong, and for a folder of an
+    earlier version.
+    """
+    _check_folders(paths)
+    files: dict[str, dict[str, Variants]] = {}
+    for file in sorted(paths.variants.glob("*.yaml")):
+        content = read_yaml(file)
+        if content.get("train") == spec.name:
+            variants = read_model(file, Variants, content)
+            _check(file, variants, paths, spec)
+            files.setdefault(variants.task, {})[file.stem] = variants
+        elif not paths.dataset(str(content.get("train"))).is_file():
+            problem = f"there is no data set {content.get('train')!r}"
+            raise DataError(f"{file}:{line_of(file, ['train'])}", problem, "name a data set")
+    tasks = dict(spec.tasks)
+    for task, by_name in files.items():
+        settings = {
+            "files": {name: item.model_dump(mode="json") for name, item in by_name.items()},
+            "test_on": _distinct(item.test_sets for item in by_name.values()),
+            "train_on": _distinct(item.train_sets for item in by_name.values()),
+        }
+        experiments = tasks[task].experiments | {VARIANTS: settings}
+        tasks[task] = tasks[task].model_copy(update={"experiments": experiments})
+    return spec.model_copy(update={"tasks": tasks})
+
+
+def _check_folders(paths: Paths) -> None:
+    """Raise DataError for files in a folder of an earlier version."""
+    for name in REPLACED_FOLDERS:
+        folder = paths.reports / name
+        if any(folder.glob("*.yaml")):
+            problem = f"{name} were replaced by variants, which are in {paths.variants}"
+            fix = f"move the files there and write them as in {DOCUMENTATION}"
+            raise DataError(folder, problem, fix)
+
+
+def _check(file: Path, variants: Variants, paths: Paths, spec: DatasetSpec) -> None:
+    """Raise DataError for a task, a data set, features or a sound that cannot be."""
+    for task in (variants.task, *variants.tasks):
+        if task not in spec.tasks:
+            where = f"{file}:{line_of(file, ['task'])}"
+            raise DataError(where, f"there is no task {task!r}", f"name a task of {spec.name}")
+    own, *others = (spec.targets[spec.tasks[t].target] for t in (variants.task, *variants.tasks))
+    for target, task in zip(others, variants.tasks, strict=True):
+        if (target.kind, target.unit) != (own.kind, own.unit):
+            problem = f"the target of the task {task!r} has another kind or unit"
+            raise DataError(file, problem, f"name a task that is like {variants.task}")
+    for name in (*variants.test_sets, *variants.train_sets):
+        if not paths.dataset(name).is_file():
+            where = f"{file}:{line_of(file, ['test'])}"
+            raise DataError(where, f"there is no data set {name!r}", "name a data set")
+    for variant in variants.all_variants:
+        try:
+            variant.change.feature_settings(spec.features)
+            if variant.change.excitation:
+                variant.change.played()
+        except ValidationError as error:
+            where = f"{file}:{line_of(file, ['variants', variant.name])}, {variant.name}"
+            raise describe(error, where) from None
+
+
+def _distinct(names: Iterable[Iterable[str]]) -> list[str]:
+    """Return all names, each once."""
+    return list(dict.fromkeys(name for some in names for name in some))

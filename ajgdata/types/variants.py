@@ -1,0 +1,341 @@
+"""Variants of one evaluation on the same grasps: files `reports/variants/<name>.yaml`.
+
+A file names a data set, a task and models, and at least two variants of their evaluation. The first
+variant is the reference. Hypotheses predict which of two variants has the better result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import product
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    BeforeValidator,
+    Field,
+    JsonValue,
+    SerializerFunctionWrapHandler,
+    TypeAdapter,
+    ValidationError,
+    model_serializer,
+    model_validator,
+)
+
+from ajgdata.types.base import ModelName, Name, Strict, describe, overridden
+from ajgdata.types.excitation import DEFAULT_EXCITATION, ExcitationSpec
+from ajgdata.types.settings import FeatureSettings
+
+#: Test on the values that the task withholds from training, as hypotheses name it.
+WITHHELD = "withheld"
+
+
+class Changes(Strict):
+    """Changes of a default. Keys that are not given are not written either, so that they never
+    replace a change of `shared`."""
+
+    @model_serializer(mode="wrap")
+    def _given_keys(self, serialise: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return {key: v for key, v in serialise(self).items() if key in self.model_fields_set}
+
+
+class ChosenGrasps(Changes):
+    """First recordings of planned grasps. If scene, scatter or pose changes, these grasps are
+    simulated again."""
+
+    sessions: int = Field(1, ge=1, description="first sessions of the recipe")
+    each: int | None = Field(None, ge=1, description="first grasps of each object; default: all")
+    all_values: bool = Field(
+        False, description="also train on the values that the task withholds from training"
+    )
+    scene: dict[str, JsonValue] = Field({}, description="changed settings of the scene")
+    scatter: float | None = Field(
+        None, ge=0, description="scatter of grasps relative to its default; default: as planned"
+    )
+    pose: float = Field(
+        1.0, ge=0, description="factor on what the recipe varies of the pose, and on its error"
+    )
+
+    @property
+    def is_changed(self) -> bool:
+        """Whether the grasps are simulated again."""
+        return bool(self.scene) or self.scatter is not None or self.pose != 1
+
+
+class Variant(Changes):
+    """One evaluation. Keys that are not given are those of the file, the task and the data set."""
+
+    train: tuple[Name, ...] = Field((), description="data sets to train on, together")
+    task: Name | None = Field(
+        None, description="another task of the data set, with the same kind and unit of target"
+    )
+    model: ModelName | None = Field(None, description="model in place of each model of the file")
+    split: Literal["grouped", "random"] = Field(
+        "grouped", description="grouped: by the column `groups` of the task; random: by recording"
+    )
+    one_recording: bool = Field(False, description="only the first recording of each grasp")
+    features: dict[str, JsonValue] = Field(
+        {}, description="changed feature settings; features are computed from the recordings"
+    )
+    bins_hz: tuple[float, float] | None = Field(
+        None,
+        description="only these bins of the stored features; equal to `features: {band_hz: ...}` "
+        "except for rounding, without the recordings",
+    )
+    excitation: dict[str, JsonValue] = Field(
+        {}, description="another played sound, simulated data sets only: kind, length_s, ..."
+    )
+    grasps: ChosenGrasps | None = Field(
+        None, description="grasps of the recipe; default: all recordings"
+    )
+
+    @property
+    def is_computed(self) -> bool:
+        """Whether its features are computed from recordings."""
+        return bool(self.features or self.excitation)
+
+    def feature_settings(self, own: FeatureSettings) -> FeatureSettings:
+        """Return its feature settings, for a data set with the settings `own`."""
+        return FeatureSettings.model_validate(own.model_dump() | self.features)
+
+    def played(self) -> ExcitationSpec:
+        """Return its played sound, at the peak level of the default sound."""
+        adapter: TypeAdapter[ExcitationSpec] = TypeAdapter(ExcitationSpec)
+        peak = {"amplitude": DEFAULT_EXCITATION.amplitude}
+        return adapter.validate_python(peak | self.excitation)
+
+    @model_validator(mode="after")
+    def _possible(self) -> Variant:
+        if self.grasps is not None:
+            others = {"train", "one_recording", "features", "bins_hz", "excitation"}
+            if both := sorted(others & self.model_fields_set):
+                raise ValueError(f"grasps and {both[0]} exclude each other")
+        if self.bins_hz is not None and self.is_computed:
+            raise ValueError("bins_hz selects stored features: write features.band_hz instead")
+        if self.task is not None and self.is_computed:
+            raise ValueError("task and computed features (features, excitation) exclude each other")
+        return self
+
+
+class Hypothesis(Strict):
+    """A possible cause: if `claim` holds, the change makes the result better, or worse."""
+
+    claim: str = Field(min_length=1, description="possible cause of the difference")
+    change: str = Field(min_length=1, description="difference between the two variants")
+    explains: tuple[Name, ...] = Field((), description="published values that it could explain")
+    expected: Literal["better", "worse"] = Field("better", description="effect if the claim holds")
+    before: str = Field(min_length=1, description="variant without the change")
+    after: str = Field(min_length=1, description="variant with the change")
+    tested: str = Field(
+        "",
+        description="data set of `test`, or `withheld` for the values that the task withholds; "
+        "default: held-out grasps of the training data sets",
+    )
+    tested_after: str | None = Field(
+        None, description="the same for `after`; default: as for `before`"
+    )
+
+    @property
+    def sides(self) -> tuple[tuple[str, str], tuple[str, str]]:
+        """Variant and what it is tested on, before and after the change."""
+        after = self.tested if self.tested_after is None else self.tested_after
+        return (self.before, self.tested), (self.after, after)
+
+
+@dataclass(frozen=True)
+class NamedVariant:
+    """A variant with its name; `values` are its values of `vary`, by key."""
+
+    name: str
+    change: Variant
+    values: Mapping[str, JsonValue] = field(default_factory=dict)
+
+
+def _text_keys(content: object) -> object:
+    """Return a mapping with text as keys: YAML reads labels such as 2.5 as numbers."""
+    if not isinstance(content, dict):
+        return content
+    return {f"{k:g}" if isinstance(k, (int, float)) else k: v for k, v in content.items()}
+
+
+#: Values of one key of a variant, or changes by label.
+Values = (
+    Annotated[tuple[JsonValue, ...], Field(min_length=1)]
+    | Annotated[dict[str, Variant], Field(min_length=1), BeforeValidator(_text_keys)]
+)
+
+
+class Variants(Strict):
+    """Variants of one evaluation, with the same grasps, and hypotheses on their differences."""
+
+    title: str = Field(min_length=1, description="title of its figure or table, a noun phrase")
+    question: str = Field(min_length=1, description="question that it answers")
+    note: str = Field("", description="further sentences above its table")
+    train: Name = Field(description="data set to train on")
+    task: Name = Field(description="task of that data set")
+    test: tuple[Name, ...] = Field(
+        (), description="data sets to test on as well, e.g. the same grasps under noise"
+    )
+    models: tuple[ModelName, ...] = Field(
+        ("cnn", "linear_plain"), min_length=1, description="models that are evaluated"
+    )
+    exclude: tuple[str, ...] = Field((), description="classes that are not evaluated")
+    shared: Variant = Field(Variant(), description="changes of all variants")
+    vary: dict[str, Values] = Field(
+        {},
+        description="key of a variant and its values, e.g. {features.hop: [128, 512]}, or a "
+        "quantity and its changes by label; several entries are combined",
+    )
+    name: str = Field(
+        "", description="pattern of the names of varied variants, e.g. 'stft:{window}/{hop}'"
+    )
+    axis: str = Field("", description="entry of `vary` that is the numeric axis of the figure")
+    panel: str = Field("", description="entry of `vary` with one panel of the figure per value")
+    variants: dict[str, Variant] = Field({}, description="variants by name, in addition to `vary`")
+    hypotheses: tuple[Hypothesis, ...] = Field((), description="tested differences of variants")
+    causes: bool = Field(
+        False,
+        description="show it on the page *Causes of differences*, as any file with hypotheses, "
+        "instead of the page of its task",
+    )
+
+    @cached_property
+    def all_variants(self) -> tuple[NamedVariant, ...]:
+        """All combinations of `vary`, then `variants`; the first is the reference."""
+        varied = product(*self.vary.values()) if self.vary else ()
+        combinations = (dict(zip(self.vary, values, strict=True)) for values in varied)
+        written = (
+            NamedVariant(name, self._merged(variant.model_dump()))
+            for name, variant in self.variants.items()
+        )
+        return (*map(self._varied, combinations), *written)
+
+    def _varied(self, values: dict[str, Any]) -> NamedVariant:
+        """Return the variant with one value of each entry of `vary`."""
+        changes: dict[str, Any] = {}
+        for key, value in values.items():
+            labelled = self.vary[key]
+            if isinstance(labelled, dict):
+                changes = overridden(changes, labelled[value].model_dump())
+            else:
+                changes = overridden(changes, _nested(key, value))
+        named = {_shown_key(key): value for key, value in values.items()}
+        pattern = self.name or ", ".join(f"{key} {{{key}}}" for key in named)
+        return NamedVariant(pattern.format(**named), self._merged(changes), values)
+
+    def _merged(self, changes: dict[str, Any]) -> Variant:
+        """Return the variant with `shared` and its own changes."""
+        return Variant.model_validate(overridden(self.shared.model_dump(), changes))
+
+    def x(self, variant: NamedVariant) -> float | None:
+        """Return the place of a variant on the numeric axis; None if it has none."""
+        value = variant.values.get(self.axis)
+        return None if value is None else float(str(value))
+
+    def panel_of(self, variant: NamedVariant) -> str:
+        """Return the panel of a variant; "" if there is one panel."""
+        return str(variant.values.get(self.panel, ""))
+
+    def series(self, variant: NamedVariant) -> str:
+        """Return the line of a variant in a figure with a numeric axis."""
+        if not self.axis:
+            return ""
+        placed = (self.axis, self.panel)
+        return ", ".join(str(value) for key, value in variant.values.items() if key not in placed)
+
+    def variant(self, name: str) -> NamedVariant:
+        """Return a variant by name."""
+        return next(variant for variant in self.all_variants if variant.name == name)
+
+    def models_of(self, variant: Variant) -> tuple[str, ...]:
+        """Return the models that are evaluated with a variant."""
+        return self.models if variant.model is None else (variant.model,)
+
+    def trained_on(self, variant: Variant) -> tuple[str, ...]:
+        """Return the data sets that a variant trains on."""
+        return variant.train or (self.train,)
+
+    def held_out_set(self, variant: Variant) -> str:
+        """Return the name of the set of held-out grasps that a variant is tested on: its training
+        data sets, joined by `+`."""
+        return "+".join(self.trained_on(variant))
+
+    @property
+    def is_computed(self) -> bool:
+        """Whether a variant needs features that are computed from recordings."""
+        return any(variant.change.is_computed for variant in self.all_variants)
+
+    @property
+    def explains_differences(self) -> bool:
+        """Whether the page *Causes of differences* shows it; only `snakemake everything` computes
+        such a file."""
+        return self.causes or bool(self.hypotheses)
+
+    @property
+    def test_sets(self) -> tuple[str, ...]:
+        """Other data sets that all variants are tested on."""
+        return tuple(name for name in dict.fromkeys(self.test) if name != self.train)
+
+    @property
+    def train_sets(self) -> tuple[str, ...]:
+        """Other data sets that a variant trains on."""
+        names = [name for variant in self.all_variants for name in variant.change.train]
+        return tuple(name for name in dict.fromkeys(names) if name != self.train)
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """Other tasks of the data set that a variant evaluates."""
+        names = [variant.change.task for variant in self.all_variants]
+        return tuple(dict.fromkeys(name for name in names if name not in (None, self.task)))
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Variants:
+        for key in filter(None, (self.axis, self.panel)):
+            if key not in self.vary:
+                raise ValueError(f"{key!r} of axis or panel is not a key of vary")
+        try:
+            names = [variant.name for variant in self.all_variants]
+            places = [self.x(variant) for variant in self.all_variants]
+        except ValidationError as error:
+            raise ValueError(f"a variant is wrong: {describe(error, '').problem}") from None
+        except KeyError as error:
+            raise ValueError(f"name: {error} is not a key of vary") from None
+        except ValueError as error:
+            raise ValueError(f"axis: {error}") from None
+        if len(names) < 2 or "" in names or len(set(names)) != len(names):
+            raise ValueError("variants: give at least two, each with a name of its own")
+        if self.axis and None in places:
+            raise ValueError("axis: variants outside of vary have no place on it")
+        if self.causes and not self.hypotheses and not self.axis:
+            raise ValueError("causes: give hypotheses or an axis")
+        for hypothesis in self.hypotheses:
+            self._check(hypothesis, names)
+        return self
+
+    def _check(self, hypothesis: Hypothesis, names: list[str]) -> None:
+        """Raise ValueError for a hypothesis on a variant, or on a test, that does not exist."""
+        for name, tested in hypothesis.sides:
+            if name not in names:
+                raise ValueError(f"hypotheses: {name!r} is not a variant")
+            if tested not in ("", WITHHELD, *self.test):
+                raise ValueError(f"hypotheses: {tested!r} is not tested: add it to test")
+            if tested and self.variant(name).change.split == "random":
+                raise ValueError(
+                    f"hypotheses: {name!r} has a random split: it has no test on {tested!r}"
+                )
+
+
+def _nested(key: str, value: JsonValue) -> dict[str, Any]:
+    """Return the change of a key with dots.
+
+    >>> _nested("features.hop", 128)
+    {'features': {'hop': 128}}
+    """
+    head, _, tail = key.partition(".")
+    return {head: _nested(tail, value) if tail else value}
+
+
+def _shown_key(key: str) -> str:
+    """Return the last part of a key with dots; a quantity with labels may be several words."""
+    return key.rpartition(".")[2]
