@@ -1,7 +1,7 @@
-"""The nouns: what a data set declares, what a session says, what one recording is.
+"""The types of all layers: settings in YAML files, sessions, recordings, issues and tables.
 
-Nothing here opens a file. Every model forbids unknown keys, so that a typing error is an error;
-`describe` turns pydantic's complaint into the one line that a person can act on.
+No module of this package opens a file. All settings forbid unknown keys, so a misspelt key is an
+error. `describe` turns an error of pydantic into one line for the user.
 """
 
 from ajgdata.types.base import (

@@ -1,4 +1,4 @@
-"""dataset.yaml: what a data set is."""
+"""The content of dataset.yaml."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from ajgdata.types.base import Distinct, Name, Strict
-from ajgdata.types.excitation import DEFAULT_EXCITATION, ExcitationSpec
+from ajgdata.types.excitation import DEFAULT_EXCITATION, ExcitationSpec, LogSweep
 from ajgdata.types.protocol import ACQUIRED_COLUMNS, GraspProtocol
 from ajgdata.types.recipe import Recipe
 from ajgdata.types.registry import Kind
@@ -20,7 +20,7 @@ from ajgdata.types.tasks import Embedding, Task
 
 
 class OnChange(StrEnum):
-    """What an import does with recordings that differ from the folder."""
+    """The treatment of imported recordings whose file or labels have changed in the folder."""
 
     KEEP = "keep"
     FILES = "files"
@@ -29,11 +29,11 @@ class OnChange(StrEnum):
 
 
 class ImportSettings(Strict):
-    """Rules by which a folder of recordings becomes sessions; the options of `ajgdata import`."""
+    """Rules for the import of a folder of recordings: the options of `ajgdata import`."""
 
     pattern: str = Field("", description="'starter-kit' or a regular expression with named groups")
-    table: str = Field("", description="table of labels inside the folder, instead of a pattern")
-    file: str = Field("", description="with table: path of a row's file, e.g. 'wav/{name}.wav'")
+    table: str = Field("", description="table of labels in the folder, instead of a pattern")
+    file: str = Field("", description="with `table`: path of a row's file, e.g. 'wav/{name}.wav'")
     grasp: str = Field(
         "",
         description="template of grasp_id, e.g. '{stone}'; default: the column or group "
@@ -56,7 +56,7 @@ class ImportSettings(Strict):
         return self
 
 
-#: Keys of a task that its kind has no use for.
+#: Keys of a task that are not permitted for a kind of target.
 NOT_FOR: dict[Kind, tuple[str, ...]] = {
     "classification": ("withhold", "period_deg"),
     "regression": ("classes", "min_groups"),
@@ -64,70 +64,83 @@ NOT_FOR: dict[Kind, tuple[str, ...]] = {
 
 
 class DatasetSpec(Strict):
-    """dataset.yaml: what a data set is."""
+    """The content of dataset.yaml."""
 
     format: Literal[1] = Field(1, description="version of the format of this file")
-    name: Name = Field(description="its folder's name")
-    title: str = Field("", description="a few words, for people")
-    description: str = Field("", description="what was recorded, how and why, for people")
-    licence: str = Field("not stated", description="under which others may use the recordings")
-    authors: tuple[str, ...] = Field((), description="who made it, for the citation")
-    citation: str = Field("", description="how to cite it")
+    name: Name = Field(description="name of the data set, which is the name of its folder")
+    title: str = Field("", description="title of the data set in the report")
+    description: str = Field("", description="description of the recordings and their purpose")
+    licence: str = Field("not stated", description="licence of the recordings, e.g. CC-BY-4.0")
+    authors: tuple[str, ...] = Field((), description="authors of the data set, for the citation")
+    citation: str = Field("", description="text with which users cite the data set")
     version: str = Field(
-        "1.0.0", pattern=r"^\d+\.\d+\.\d+$", description="version of what is published"
+        "1.0.0", pattern=r"^\d+\.\d+\.\d+$", description="version of the published data set"
     )
-    url: str = Field("", description="where it comes from")
-    audio: AudioSettings = Field(AudioSettings(), description="what its recordings are")
+    url: str = Field("", description="web address of the data set")
+    audio: AudioSettings = Field(
+        AudioSettings(), description="sample rate and channel of the recordings"
+    )
     excitation: ExcitationSpec = Field(
-        DEFAULT_EXCITATION, description="what is played; default: the paper's one-second sweep"
+        DEFAULT_EXCITATION, description="played sound; default: the one-second sweep of the paper"
     )
     features: FeatureSettings = Field(
-        FeatureSettings(), description="how a recording becomes a spectrum"
+        FeatureSettings(), description="settings of the spectrum of a recording"
     )
     targets: dict[Name, Target] = Field(
-        {}, description="columns of recordings.csv that can be learnt, by name"
+        {}, description="label columns of recordings.csv that models can predict, by name"
     )
-    tasks: dict[Name, Task] = Field({}, description="what is learnt and evaluated, by name")
-    embeddings: dict[Name, Embedding] = Field(
-        {}, description="what is embedded by contrast, by name"
+    tasks: dict[Name, Task] = Field(
+        {}, description="tasks, each with a target and evaluation settings, by name"
     )
+    embeddings: dict[Name, Embedding] = Field({}, description="contrastive embeddings, by name")
     placebo: Annotated[tuple[Name, ...], Distinct] = Field(
         (),
-        description="objects that are one physical object, recorded under each of the names: the "
-        "score of distinguishing them is the chance level; no task uses them",
+        description="names of one physical object that was recorded under all these names; the "
+        "score for these names is the real chance level; tasks exclude these recordings",
     )
     final_models: bool = Field(
-        True, description="train models for new recordings; false if it only tests a hypothesis"
+        True,
+        description="train models for new recordings; false for a data set that only tests a "
+        "hypothesis",
     )
     level: Level | None = Field(
-        None, description="where it stands among the data sets that a task is tested on"
+        None, description="value of a quantity in which data sets with the same task differ"
     )
     recipe: Recipe | None = Field(
-        None, description="how the virtual gripper makes its sessions; null: they are imported"
+        None, description="plan of the sessions with the virtual gripper; null: none"
     )
     protocol: GraspProtocol | None = Field(
-        None, description="how a person or a robot records it; the workflow never does"
+        None,
+        description="plan of sessions with a real gripper, for `ajgdata record`; null: none",
     )
     imports: ImportSettings = Field(
-        ImportSettings(), description="how `ajgdata import` reads a folder for it"
+        ImportSettings(), description="default options of `ajgdata import` for this data set"
     )
 
     @model_validator(mode="after")
-    def _consistent(self) -> DatasetSpec:
+    def _valid_targets(self) -> DatasetSpec:
         for name in self.targets:
             if is_reserved(name) and name not in ("object", *SESSION_COLUMNS):
                 raise ValueError(f"target {name} has the name of a standard column")
-        sources = (self.recipe, self.protocol)
-        for item in [item for declared in sources if declared for item in declared.objects]:
-            if unknown := set(item.targets) - set(self.targets):
-                raise ValueError(f"object {item.name}: unknown targets {sorted(unknown)}")
-        if self.protocol and (taken := set(self.targets) & set(ACQUIRED_COLUMNS)):
-            raise ValueError(f"target {min(taken)} has the name of a column of acquisition")
-        if self.features.band_hz:
-            bins_per_hz = self.features.window / self.audio.sample_rate_hz
-            low, high = (edge * bins_per_hz for edge in self.features.band_hz)
-            if math.ceil(low) > min(math.floor(high), self.features.window // 2):
-                raise ValueError(f"features.band_hz {self.features.band_hz} holds no bin")
+            if self.protocol and name in ACQUIRED_COLUMNS:
+                raise ValueError(f"target {name} has the name of a column of acquisition")
+        for plan in (self.recipe, self.protocol):
+            for item in plan.objects if plan else ():
+                unknown = set(item.targets) - set(self.targets)
+                if unknown:
+                    raise ValueError(f"object {item.name}: unknown targets {sorted(unknown)}")
+        return self
+
+    @model_validator(mode="after")
+    def _band_contains_a_bin(self) -> DatasetSpec:
+        if self.features.band_hz is None:
+            return self
+        bins_per_hz = self.features.window / self.audio.sample_rate_hz
+        low_hz, high_hz = self.features.band_hz
+        first = math.ceil(low_hz * bins_per_hz)
+        last = min(math.floor(high_hz * bins_per_hz), self.features.window // 2)
+        if first > last:
+            raise ValueError(f"features.band_hz {self.features.band_hz} holds no bin")
         return self
 
     @model_validator(mode="after")
@@ -140,14 +153,20 @@ class DatasetSpec(Strict):
         return self
 
     @model_validator(mode="after")
-    def _can_be_played(self) -> DatasetSpec:
-        high, rate = getattr(self.excitation, "high_hz", 0.0), self.audio.sample_rate_hz
-        if "excitation" in self.model_fields_set and high >= rate / 2:
-            raise ValueError(f"excitation.high_hz {high:g} is not below half the rate of {rate} Hz")
+    def _sweep_below_half_the_rate(self) -> DatasetSpec:
+        # The default sweep is exempt: it is not played if recordings are imported.
+        if "excitation" not in self.model_fields_set or not isinstance(self.excitation, LogSweep):
+            return self
+        high_hz = self.excitation.high_hz
+        rate_hz = self.audio.sample_rate_hz
+        if high_hz >= rate_hz / 2:
+            raise ValueError(
+                f"excitation.high_hz {high_hz:g} is not below half the rate of {rate_hz} Hz"
+            )
         return self
 
     @model_validator(mode="after")
-    def _tasks_of_targets(self) -> DatasetSpec:
+    def _valid_tasks(self) -> DatasetSpec:
         for name, task in self.tasks.items():
             if task.target not in self.targets:
                 raise ValueError(f"task {name}: target {task.target!r} is not among the targets")
@@ -158,11 +177,15 @@ class DatasetSpec(Strict):
         return self
 
     @model_validator(mode="after")
-    def _embeddings_of_targets(self) -> DatasetSpec:
-        if both := sorted({*self.tasks} & {*self.embeddings}):
-            raise ValueError(f"{both[0]} is both a task and an embedding: rename one of them")
+    def _valid_embeddings(self) -> DatasetSpec:
+        for name in sorted(self.embeddings):
+            if name in self.tasks:
+                raise ValueError(f"{name} is both a task and an embedding: rename one of them")
         for name, embedding in self.embeddings.items():
-            for column in filter(None, (embedding.target, embedding.category)):
+            columns = [embedding.target]
+            if embedding.category:
+                columns.append(embedding.category)
+            for column in columns:
                 if column not in self.targets:
                     raise ValueError(f"embedding {name}: {column!r} is not among the targets")
                 if self.targets[column].kind != "classification":
@@ -202,14 +225,14 @@ class DatasetSpec(Strict):
         return {name: target.kind for name, target in self.targets.items()}
 
     def training(self, task: str) -> TrainingSettings:
-        """Return the settings of a task that decide what its models are trained on."""
+        """Return the settings of a task that its final models depend on."""
         settings = self.task_settings(task)
         return TrainingSettings.model_validate(
             settings.model_dump(include=set(TrainingSettings.model_fields))
         )
 
     def trainings(self) -> dict[str, TaskTraining]:
-        """Return the training of the models of each task, by task."""
+        """Return the names and the settings of the final models of each task, by task."""
         return {
             name: TaskTraining(models=task.models, settings=self.training(name))
             for name, task in self.tasks.items()

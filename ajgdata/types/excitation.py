@@ -1,7 +1,6 @@
-"""The played sound as it is declared: what kind of signal, how long, of which band and level.
+"""Settings of the played sound: kind of signal, length, band and level.
 
-`ajgdata.acquire.excitation` makes the samples; the same declaration drives a sound card and the
-virtual gripper.
+`ajgdata.acquire.excitation` computes the samples, for sound cards and for the virtual gripper.
 """
 
 from __future__ import annotations
@@ -19,51 +18,71 @@ from pydantic import (
 from ajgdata.types.base import Strict
 
 
-class _Played(Strict):
-    """Base of every excitation: its length, level and edges."""
+class _PlayedSound(Strict):
+    """Base class of the excitations: length, level and fades."""
 
-    length_s: float = Field(1.0, gt=0, le=60, description="of the sound")
+    length_s: float = Field(1.0, gt=0, le=60, description="length of the sound in seconds")
     amplitude: float = Field(
-        0.9, gt=0, le=1, description="peak, of full scale: 0.9 is -0.92 dBFS, 0.5 is -6 dBFS"
+        0.9,
+        gt=0,
+        le=1,
+        description="peak relative to full scale; 0.9 is -0.92 dBFS, 0.5 is -6 dBFS",
     )
-    fade_s: float = Field(0.005, ge=0, description="raised-cosine fade at either end")
+    fade_s: float = Field(
+        0.005, ge=0, description="length of the raised-cosine fade at each end in seconds"
+    )
     silence_s: float = Field(
-        0.0, ge=0, le=60, description="silence after it, recorded too: the sound dies away"
+        0.0,
+        ge=0,
+        le=60,
+        description="recorded silence after the sound in seconds, in which the response decays",
     )
 
     @property
     def description(self) -> str:
-        """Return what it is, for people."""
-        silence = f", then {self.silence_s:g} s of silence" if self.silence_s else ""
-        fades = f", fades of {1e3 * self.fade_s:g} ms" if self.fade_s else ""
-        head = f"{self._said()}, {self.length_s:g} s{fades}"
-        return f"{head}, peak {20 * math.log10(self.amplitude):.2f} dBFS{silence}"
+        """Kind, length, fades, level and silence as text.
 
-    def _said(self) -> str:
+        >>> LogSweep().description
+        'logarithmic sweep, 20 to 20000 Hz, 1 s, fades of 5 ms, peak -0.92 dBFS'
+        """
+        parts = [self._signal, f"{self.length_s:g} s"]
+        if self.fade_s:
+            parts.append(f"fades of {1e3 * self.fade_s:g} ms")
+        parts.append(f"peak {20 * math.log10(self.amplitude):.2f} dBFS")
+        if self.silence_s:
+            parts.append(f"then {self.silence_s:g} s of silence")
+        return ", ".join(parts)
+
+    @property
+    def _signal(self) -> str:
+        """The kind of signal as text."""
         raise NotImplementedError
 
     @model_serializer(mode="wrap")
     def _with_kind(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Write `kind` also if it is the default, because a reader chooses the model by it."""
+        """Write `kind` also if it is the default: readers choose the class by it."""
         content: dict[str, Any] = serialize(self)
         content.setdefault("kind", getattr(self, "kind", ""))
         return content
 
     @model_validator(mode="after")
-    def _fades_fit(self) -> _Played:
+    def _fades_fit(self) -> _PlayedSound:
         if 2 * self.fade_s > self.length_s:
             raise ValueError(f"fade_s {self.fade_s:g}: two fades do not fit into length_s")
         return self
 
 
-class LogSweep(_Played):
-    """Sweep whose frequency grows by the same factor in equal times (Farina 2000; the paper's)."""
+class LogSweep(_PlayedSound):
+    """Logarithmic sweep (paper): frequency rises by equal factors in equal times (Farina 2000)."""
 
-    kind: Literal["log_sweep"] = Field("log_sweep", description="what it is")
-    low_hz: float = Field(20.0, gt=0, description="lowest frequency")
-    high_hz: float = Field(20_000.0, gt=0, description="highest; below half the rate")
+    kind: Literal["log_sweep"] = Field("log_sweep", description="logarithmic sweep")
+    low_hz: float = Field(20.0, gt=0, description="lowest frequency in Hz")
+    high_hz: float = Field(
+        20_000.0, gt=0, description="highest frequency in Hz, below half the sample rate"
+    )
 
-    def _said(self) -> str:
+    @property
+    def _signal(self) -> str:
         return f"logarithmic sweep, {self.low_hz:g} to {self.high_hz:g} Hz"
 
     @model_validator(mode="after")
@@ -73,20 +92,26 @@ class LogSweep(_Played):
         return self
 
 
-class MaximumLengthSequence(_Played):
-    """Binary noise of a shift register, white up to half the rate, repeated to fill its length."""
+class MaximumLengthSequence(_PlayedSound):
+    """Maximum-length sequence: periodic binary noise, white up to half the sample rate."""
 
-    kind: Literal["mls"] = Field("mls", description="what it is")
-    fade_s: float = Field(0.0, ge=0, description="raised-cosine fade at either end")
+    kind: Literal["mls"] = Field("mls", description="maximum-length sequence")
+    fade_s: float = Field(
+        0.0, ge=0, description="length of the raised-cosine fade at each end in seconds"
+    )
     order: Annotated[int, Field(ge=2, le=20)] | None = Field(
-        None, description="it repeats after 2^order - 1 samples; null: the longest that fits"
+        None,
+        description="the period is 2^order - 1 samples; null: the longest period that fits into "
+        "length_s",
     )
 
-    def _said(self) -> str:
-        order = f" of order {self.order}" if self.order else ""
-        return f"maximum-length sequence{order}"
+    @property
+    def _signal(self) -> str:
+        if self.order is None:
+            return "maximum-length sequence"
+        return f"maximum-length sequence of order {self.order}"
 
 
 ExcitationSpec = Annotated[LogSweep | MaximumLengthSequence, Field(discriminator="kind")]
-#: The paper's: one second, logarithmic.
+#: The sound of the paper: a logarithmic sweep of one second.
 DEFAULT_EXCITATION = LogSweep()

@@ -1,8 +1,8 @@
-"""Versions of the formats of files, and the error for a file of another version.
+"""Versions of the file formats, and the error for a file of another version.
 
-A format gets a new version if this package cannot read, or misreads, files of the version before.
-Anyone who changes a format adds a sentence to its history. Results are computed again; a format of
-other files names the command that brings older files to the new version.
+A format gets a new version if this package cannot read, or misreads, files of the previous version.
+A change of a format adds a sentence to its history. Results of another version are computed again.
+Each other format names the command that converts older files.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 from ajgdata.types.base import DataError
 
-#: Key, or attribute, that states the version in a file.
+#: Key or attribute with the version in a file.
 FORMAT_KEY = "format"
-#: The same in the data package of a published data set, which other programs read.
+#: Key with the version in datapackage.json of a published data set, which other programs read.
 PACKAGE_KEY = "ajgdata_format"
 
 
@@ -24,18 +24,15 @@ class FormatError(DataError):
 
 @dataclass(frozen=True)
 class FileFormat:
-    """The format of some files: their names, the place of the version, and what each version is.
+    """The format of one kind of file, and the description of each version."""
 
-    `history` has one sentence per version, that of version 1 first. `renewal` is the clause with
-    the command that brings a file of an earlier version to the last one; a result has none, because
-    it is computed again.
-    """
-
-    files: str
-    place: str
-    history: tuple[str, ...]
+    files: str  #: names of the files, for people
+    place: str  #: place of the version in a file, for people
+    history: tuple[str, ...]  #: one sentence per version, version 1 first
+    #: Clause with the action that converts a file of an earlier version; "" if version 1 is the
+    #: only version, and for results, which are computed again.
     renewal: str = ""
-    is_result: bool = False
+    is_result: bool = False  #: whether the workflow computes these files
 
     @property
     def version(self) -> int:
@@ -44,14 +41,14 @@ class FileFormat:
 
     @property
     def unstated(self) -> int | None:
-        """Version of a file that states no version; None: such a file is not read.
+        """Version of a file without a version; None if such a file is not read.
 
-        Before the versions, results had several formats, and all other files had one.
+        Before files had versions, results had several formats, and all other files had one.
         """
         return None if self.is_result else 1
 
     def fix(self, command: str) -> str:
-        """Return the clause with the command that brings a file to the last version.
+        """Return the clause that says how to get a file of the present version.
 
         `command` computes a result again; "" if there is no command.
         """
@@ -62,7 +59,7 @@ class FileFormat:
         return f"run `{command}`, which computes it again"
 
     def check(self, where: object, stated: object, command: str = "") -> None:
-        """Raise FormatError unless a file states the version of this package.
+        """Raise FormatError unless the version in a file is that of this package.
 
         `stated` is the value in the file, or None. `command` computes a result again.
         """
@@ -71,7 +68,7 @@ class FileFormat:
         reads = f"this version of ajgdata reads format {self.version}"
         if number is None:
             raise FormatError(where, f"states no format; {reads}", fix)
-        if type(number) is not int or number < 1:  # True is an int, too
+        if type(number) is not int or number < 1:  # isinstance would accept True
             problem = f"{FORMAT_KEY} = {reprlib.repr(number)} is not a version; {reads}"
             raise FormatError(where, problem, fix if self.is_result else "correct the value")
         if number > self.version:
@@ -87,7 +84,7 @@ DATASET_FORMAT = FileFormat(
     place="key `format`",
     history=("keys as in docs/configuration.md",),
 )
-#: A table has no place for its version: session.yaml of the same folder states it.
+#: A CSV table cannot contain a version: session.yaml in the same folder states it.
 SESSION_FORMAT = FileFormat(
     files="`session.yaml` and `recordings.csv`",
     place="key `format` of `session.yaml`",

@@ -1,13 +1,14 @@
-"""Number of recordings with issues, in the words of `check`, the run and the report."""
+"""Numbers of recordings with issues, as `ajgdata check`, the run and the report print them."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from ajgdata.types.base import ISSUE_LEVELS, WHOLE, Finding, many
 
-#: Code of an issue of a grasp that was not recorded.
+#: Code of the issue of a grasp that was not recorded.
 _NO_RECORDING = "skipped"
 
 
@@ -30,9 +31,13 @@ class IssueCounts:
         return self != IssueCounts()
 
     def __str__(self) -> str:
-        """Return `1 error, 0 warnings, 60 notes`."""
-        counts = zip((self.errors, self.warnings, self.notes), ISSUE_LEVELS, strict=True)
-        return ", ".join(many(count, noun) for count, noun in counts)
+        """Return the counts with nouns, e.g. `1 error, 0 warnings, 60 notes`."""
+        counts = (
+            many(self.errors, "error"),
+            many(self.warnings, "warning"),
+            many(self.notes, "note"),
+        )
+        return ", ".join(counts)
 
 
 def issue_counts(issues: Iterable[Finding]) -> IssueCounts:
@@ -40,12 +45,12 @@ def issue_counts(issues: Iterable[Finding]) -> IssueCounts:
 
     Issues of whole sessions and of the data set are not counted.
     """
-    worst: dict[tuple[str, str], int] = {}
+    worst_ranks: dict[tuple[str, str], int] = {}  # by session_id and recording_id
     for issue in issues:
         if issue.recording_id == WHOLE or issue.code == _NO_RECORDING:
             continue
-        name = (issue.session_id, issue.recording_id)
+        recording = (issue.session_id, issue.recording_id)
         rank = ISSUE_LEVELS.index(issue.level)
-        worst[name] = min(rank, worst.get(name, rank))
-    ranks = list(worst.values())
-    return IssueCounts(*(ranks.count(rank) for rank in range(len(ISSUE_LEVELS))))
+        worst_ranks[recording] = min(rank, worst_ranks.get(recording, rank))
+    levels = Counter(ISSUE_LEVELS[rank] for rank in worst_ranks.values())
+    return IssueCounts(errors=levels["error"], warnings=levels["warning"], notes=levels["note"])

@@ -1,6 +1,6 @@
-"""Protocols of recordings, and plans of `ajgdata sort`: runs with a gripper, real or virtual.
+"""Settings of live runs with a gripper: protocols of `ajgdata record`, plans of `ajgdata sort`.
 
-The workflow runs neither: `ajgdata record NAME --device …` and `ajgdata sort PLAN.yaml` do.
+The workflow never starts a live run.
 """
 
 from __future__ import annotations
@@ -13,26 +13,43 @@ from ajgdata.types.base import Distinct, ModelName, Name, Strict
 from ajgdata.types.recipe import EMPTY
 
 Step = Literal["loosen", "approach", "wait", "sense", "jam", "lift", "release"]
-#: The paper's: sensing happens at ambient pressure, before jamming.
+#: Steps of a grasp in the paper: the sound is recorded at ambient pressure, before jamming.
 PAPER_SEQUENCE: tuple[Step, ...] = (
-    "loosen", "approach", "wait", "sense", "jam", "lift", "release",
-)  # fmt: skip
+    "loosen",
+    "approach",
+    "wait",
+    "sense",
+    "jam",
+    "lift",
+    "release",
+)
 #: Columns of recordings.csv that the acquisition writes in addition to the labels.
 ACQUIRED_COLUMNS = (
-    "planned", "grasp_attempt", "reference", "force_reached_n", "setup_sha256", "latency_samples",
-    "arrival_samples", "peak_dbfs", "clipped", "xruns", "attempts", "time", "doubt",
-)  # fmt: skip
+    "planned",
+    "grasp_attempt",
+    "reference",
+    "force_reached_n",
+    "setup_sha256",
+    "latency_samples",
+    "arrival_samples",
+    "peak_dbfs",
+    "clipped",
+    "xruns",
+    "attempts",
+    "time",
+    "doubt",
+)
 
 
 class ProtocolObject(Strict):
-    """One object that is grasped, and the labels that are known of it beforehand."""
+    """One object that is grasped, and its labels."""
 
     name: Name
-    targets: dict[str, float | str] = Field({}, description="its values of the targets")
+    targets: dict[str, float | str] = Field({}, description="label of the object by target")
 
 
 class References(Strict):
-    """Recordings of the empty gripper, which distinguish drift from objects."""
+    """Recordings of the empty gripper, which show a drift of the gripper."""
 
     every: int = Field(
         10, ge=1, description="grasps between two references; a session starts with a reference"
@@ -40,36 +57,43 @@ class References(Strict):
 
 
 class RobotProgram(Strict):
-    """A program that makes one step of a grasp each time it runs."""
+    """A program that moves a gripper; each start of the program makes one step of a grasp."""
 
     command: Annotated[tuple[str, ...], Field(min_length=1)] = Field(
-        description="program and arguments; gets one JSON object on its standard input"
+        description="program and arguments; its standard input is one JSON object"
     )
-    timeout_s: float = Field(60.0, gt=0, description="of one step; then the program is ended")
+    timeout_s: float = Field(
+        60.0, gt=0, description="seconds after which a step has failed and the program is ended"
+    )
 
 
 class GraspProtocol(Strict):
-    """A protocol by which a session is recorded with a real gripper."""
+    """The plan of a session with a real gripper."""
 
     gripper: str = Field("unknown", description="name of the gripper")
-    medium: str = Field("unknown", description="what the gripper is filled with")
+    medium: str = Field("unknown", description="filling of the gripper, e.g. coffee")
     objects: Annotated[tuple[ProtocolObject, ...], Distinct] = Field(
-        min_length=1, description="what is grasped"
+        min_length=1, description="objects that are grasped"
     )
-    grasps_per_object: int = Field(12, ge=1, description="in one session")
-    samples_per_grasp: int = Field(1, ge=1, description="recordings while one grasp is held")
+    grasps_per_object: int = Field(12, ge=1, description="grasps of each object per session")
+    samples_per_grasp: int = Field(1, ge=1, description="recordings of each grasp")
     order: Literal["rounds", "random"] = Field(
         "rounds",
-        description="rounds: each object once, then all again; random: the same, each round in an "
-        "order of its own",
+        description="order of the grasps; rounds: each round grasps all objects once, in the order "
+        "of `objects`; random: the order of each round is random",
     )
-    seed: int = Field(0, description="of the random order")
+    seed: int = Field(0, description="seed of the random order")
     references: References | None = Field(
         None, description="recordings of the empty gripper; null: none"
     )
-    force_n: float = Field(8.0, gt=0, description="force of the gripper on the object (paper: 8 N)")
+    force_n: float = Field(
+        8.0, gt=0, description="force of the gripper on the object in N (paper: 8 N)"
+    )
     wait_s: float = Field(
-        2.0, ge=0, description="wait between pressing and sensing; grains settle (paper: 2 s)"
+        2.0,
+        ge=0,
+        description="time between pressing and sensing in seconds, in which the grains settle "
+        "(paper: 2 s)",
     )
     sequence: tuple[Step, ...] = Field(PAPER_SEQUENCE, description="steps of one grasp (paper)")
     robot: RobotProgram | None = Field(
@@ -91,9 +115,11 @@ class GraspProtocol(Strict):
         return sequence
 
 
-#: Name in `objects` of a plan if the gripper closes on no object.
+#: Name in `objects` of a sorting plan for an empty gripper.
 NOTHING = "empty"
-Doubtful = Literal["stop", "reject"]
+#: Action if an object cannot be sorted.
+UnsortedAction = Literal["stop", "reject"]
+#: Name of a bin.
 Bin = Annotated[str, Field(min_length=1, max_length=60)]
 
 
@@ -110,30 +136,39 @@ class SortPlan(Strict):
         description="bin of each class; if a class has no bin, the run does not start"
     )
     reject_bin: Bin | None = Field(None, description="bin of rejected objects")
-    below: Doubtful = Field(
+    below: UnsortedAction = Field(
         "stop",
         description="action if no class reaches the threshold (paper: stop); reject: put the "
         "object into `reject_bin`",
     )
     nothing: Literal["stop", "wait"] = Field(
-        "stop", description="action if the gripper is empty; wait: try again until it is not"
+        "stop",
+        description="action if the gripper is empty; wait: repeat the grasp until there is an "
+        "object",
     )
-    unknown: Doubtful = Field(
+    unknown: UnsortedAction = Field(
         "stop", description="action if the object is novel (out of distribution)"
     )
     sorts: int | None = Field(None, ge=1, description="objects until the run ends; null: no limit")
     objects: tuple[Name, ...] = Field(
         (),
         description="true names of the objects, for tests and demonstrations (`empty`: no "
-        "object); none: unknown objects",
+        "object); none: the objects are unknown",
     )
     order: Literal["given", "random"] = Field(
-        "given", description="order of `objects`; random: draw each object at random, without end"
+        "given",
+        description="order of the grasped objects; given: as in `objects`; random: drawn from "
+        "`objects` without end",
     )
     seed: int = Field(0, ge=0, description="seed of the random order and of simulated poses")
-    force_n: float = Field(8.0, gt=0, description="force of the gripper on the object (paper: 8 N)")
+    force_n: float = Field(
+        8.0, gt=0, description="force of the gripper on the object in N (paper: 8 N)"
+    )
     wait_s: float = Field(
-        2.0, ge=0, description="wait between pressing and sensing; grains settle (paper: 2 s)"
+        2.0,
+        ge=0,
+        description="time between pressing and sensing in seconds, in which the grains settle "
+        "(paper: 2 s)",
     )
     references: References | None = Field(
         References(),
@@ -141,22 +176,26 @@ class SortPlan(Strict):
         "null: none",
     )
     source: Literal["soundcard", "virtual"] = Field(
-        "soundcard", description="virtual: the virtual gripper, in this process"
+        "soundcard",
+        description="source of the recordings; soundcard: a real gripper; virtual: the virtual "
+        "gripper",
     )
     card: dict[str, JsonValue] = Field(
         {},
         description="options of the sound card: device, microphone and output_channel as in "
-        "`ajgdata record`; attempts: recordings with a fault before the run ends (default 3)",
+        "`ajgdata record`; attempts: number of faulty recordings of a grasp after which the run "
+        "ends (default 3)",
     )
     robot: RobotProgram | None = Field(
         None, description="program that moves the gripper; null: a person"
     )
 
     @model_validator(mode="after")
-    def _has_what_it_needs(self) -> SortPlan:
-        rejecting = [key for key in ("below", "unknown") if getattr(self, key) == "reject"]
-        if rejecting and self.reject_bin is None:
-            raise ValueError(f"{rejecting[0]} is reject: name the reject_bin")
+    def _complete(self) -> SortPlan:
+        if self.reject_bin is None:
+            for key, action in (("below", self.below), ("unknown", self.unknown)):
+                if action == "reject":
+                    raise ValueError(f"{key} is reject: name the reject_bin")
         if self.order == "random" and not self.objects:
             raise ValueError("a random order needs objects")
         if self.source == "virtual" and not self.objects:

@@ -8,51 +8,59 @@ from pydantic import Field, JsonValue, model_validator
 
 from ajgdata.types.base import Distinct, Name, Strict
 
-#: Stands in the grasp_id of a reference, where nothing is held.
+#: Part of the grasp_id of a reference, in place of the name of an object.
 EMPTY = "empty"
 
 
 class RecipeObject(Strict):
-    """One object of a recipe: its scene description and the labels it gets."""
+    """One object of a recipe: its shape and its labels."""
 
     name: Name
     shape: str | dict[str, JsonValue] = Field(
-        description="the gripper's object description, or a name of its library"
+        description="settings of the object, or the name of an object in the library of the "
+        "virtual gripper"
     )
-    targets: dict[str, float | str] = Field({}, description="its values of the targets")
+    targets: dict[str, float | str] = Field({}, description="label of the object by target")
     grasp: dict[str, JsonValue] = Field(
-        {}, description="its own grasp settings, e.g. angle_deg: 9; what `vary` draws goes before"
+        {},
+        description="grasp settings of this object, e.g. angle_deg: 9; values that `vary` draws "
+        "replace them",
     )
 
 
 class Recipe(Strict):
-    """A recipe by which the virtual gripper records a data set."""
+    """The grasps of a data set that the virtual gripper records."""
 
-    seed: int = Field(0, description="of everything that is drawn")
-    sessions: int = Field(1, ge=1, description="sessions, each with every object")
+    seed: int = Field(0, description="seed of all random values")
+    sessions: int = Field(
+        1, ge=1, description="number of sessions; each session contains all objects"
+    )
     grasps_per_object: int = Field(
-        ge=1, description="grasps of each object per session, each with its own nuisances"
+        ge=1, description="grasps of each object per session, each with other nuisances"
     )
     order: Literal["blocks", "rounds"] = Field(
         "rounds",
-        description="blocks: all grasps of an object in a row, which is placed once per session;"
-        " rounds: the objects in turn, placed again for each grasp",
+        description="order of the grasps; blocks: all grasps of an object in a row, with one "
+        "placement per session; rounds: one grasp of each object in turn, with a new placement for "
+        "each grasp",
     )
     placements: int = Field(
         1,
         ge=1,
-        description="in `order: blocks`, placings of each object per session: each object has this "
-        "number of blocks, which share its grasps",
+        description="placements of each object per session with `order: blocks`; the grasps of an "
+        "object are divided into this number of blocks",
     )
     samples_per_grasp: int = Field(1, ge=1, description="recordings of each grasp")
-    scene: dict[str, JsonValue] = Field({}, description="overrides of the gripper's default scene")
+    scene: dict[str, JsonValue] = Field({}, description="changes of the default scene")
     variants: dict[Name, dict[str, JsonValue]] = Field(
         {},
-        description="what replaces keys of `scene`, by variant, e.g. coffee: {medium: {kind: "
-        "coffee}}: each is recorded in `sessions` sessions of its own",
+        description="changes of `scene` by name of the variant, e.g. coffee: {medium: {kind: "
+        "coffee}}; each variant is recorded in `sessions` separate sessions",
     )
     same_grasps: bool = Field(
-        True, description="every variant places the objects alike; false: each draws its own grasps"
+        True,
+        description="true: all variants have the same grasps; false: each variant draws other "
+        "grasps",
     )
     references: int = Field(
         0,
@@ -61,28 +69,31 @@ class Recipe(Strict):
     )
     variation: dict[str, JsonValue] | None = Field(
         None,
-        description="how far grippers, sessions and grasps differ, in addition to the nuisances of "
-        "the scene; {}: by its defaults; null: not at all, and each grasp has a bed of its own",
+        description="differences between grippers, sessions and grasps, in addition to the "
+        "nuisances of the scene; {}: default differences; null: none, and each grasp has a newly "
+        "poured bed of grains",
     )
     signal: dict[str, JsonValue] = Field(
         {},
-        description="overrides of its default signal chain, e.g. external_noise_dba: 80; they need"
-        " no new simulation",
+        description="changes of the default signal chain, e.g. external_noise_dba: 80; impulse "
+        "responses are not simulated again",
     )
     grasps_of: Name | None = Field(
         None,
-        description="draw the same grasps as the recipe of this data set, e.g. to record them again"
-        " under other noise",
+        description="data set whose recipe draws the same grasps, e.g. to record these grasps with "
+        "other noise",
     )
     vary: dict[str, tuple[float, float]] = Field(
-        {}, description="grasp settings drawn uniformly for each grasp, e.g. angle_deg: [-10, 10]"
+        {},
+        description="lowest and highest value of grasp settings that are drawn uniformly for each "
+        "grasp, e.g. angle_deg: [-10, 10]",
     )
     objects: Annotated[tuple[RecipeObject, ...], Distinct] = Field(
-        min_length=1, description="what is grasped"
+        min_length=1, description="objects that are grasped"
     )
 
     @model_validator(mode="after")
-    def _drawable(self) -> Recipe:
+    def _consistent(self) -> Recipe:
         for key, (low, high) in self.vary.items():
             if low > high:
                 raise ValueError(f"vary.{key} = [{low:g}, {high:g}] must be [low, high]")

@@ -1,6 +1,5 @@
-"""Registry of the models that a config may name.
+"""The registry of models: names in dataset.yaml, and labels in the report.
 
-Choices in dataset.yaml, labels in the report, documentation and contract tests follow from it.
 Installed packages add models by entry points (docs/examples/own_model_package).
 """
 
@@ -11,14 +10,17 @@ from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from typing import Literal, TypeVar
 
+#: Kind of a task: the labels are numbers or names of classes.
 Kind = Literal["regression", "classification"]
 Entry = TypeVar("Entry")
 
-#: Largest number of training recordings: the kernel of support vectors and the neighbours of k-NN
-#: cost as its square, networks take more than one step per recording, and others store the
-#: features three times in float64 (25 kB each).
-_SVM, _NETWORK, _KNN, _OTHER = 5_000, 10_000, 20_000, 30_000
-#: Types in the files of models that skops does not list as safe: others are not loaded.
+# Largest number of training recordings.
+_SVM = 5_000  #: memory and time of the kernel matrix grow with the square of this number
+_NETWORK = 10_000  #: training makes several passes over all recordings
+_KNN = 20_000  #: the time for the distances grows with the square of this number
+_OTHER = 30_000  #: training stores each feature three times in float64 (25 kB)
+#: Types that files of models may contain, in addition to the safe types of skops. A file with any
+#: other type is not loaded.
 TRUSTED_TYPES = (
     "ajgdata.models.cnn.CnnClassifier",
     "ajgdata.models.cnn.CnnRegressor",
@@ -30,7 +32,7 @@ TRUSTED_TYPES = (
     "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor",
     "sklearn.neural_network._stochastic_optimizers.AdamOptimizer",
     "sklearn.metrics._dist_metrics.ManhattanDistance64",
-    # of up to 15 features, as after a projection of few recordings
+    # k-NN uses a tree for up to 15 features, as after a projection of few recordings.
     "sklearn.metrics._dist_metrics.EuclideanDistance64",
     "sklearn.neighbors._kd_tree.KDTree",
 )
@@ -38,29 +40,26 @@ TRUSTED_TYPES = (
 
 @dataclass(frozen=True)
 class Model:
-    """A model that a task may name.
+    """A model that a task may name."""
 
-    `make` is `module:function`, called with (kind, seed) for an unfitted scikit-learn estimator;
-    `classification` and `regression` (default: the same) are its names in the report. With more
-    than `most_recordings`, it is trained on an even subset. `several` is whether its regressor fits
-    also targets (n, k). `plain` is the name of the same model without a choice of settings; "" for
-    one that is not tuned.
-    """
-
+    #: `module:function`. The function returns an unfitted scikit-learn estimator for (kind, seed).
     make: str
-    classification: str
+    classification: str  #: label in the report for classification
+    #: Largest number of training recordings. If there are more, the model is trained on a subset.
     most_recordings: int = _OTHER
-    regression: str = ""
-    several: bool = True
-    plain: str = ""
+    regression: str = ""  #: label in the report for regression; "" if it is the same
+    several: bool = True  #: whether the regressor also fits targets (n, k)
+    plain: str = ""  #: name of the same model with fixed settings; "" if no setting is tuned
 
     def label(self, kind: Kind) -> str:
-        """Return its name in the report."""
-        return (kind == "regression" and self.regression) or self.classification
+        """Return the label in the report."""
+        if kind == "regression" and self.regression:
+            return self.regression
+        return self.classification
 
 
 class Registry(dict[str, Entry]):
-    """Entries by name. An unknown name is a ValueError that lists the names."""
+    """Entries by name. An unknown name raises a ValueError that lists the known names."""
 
     def __init__(self, noun: str, entries: Mapping[str, Entry]) -> None:
         super().__init__(entries)
@@ -71,18 +70,22 @@ class Registry(dict[str, Entry]):
         raise ValueError(f"unknown {self.noun} {name!r}: choose one of {known}")
 
     def add(self, name: str, entry: Entry, point: EntryPoint) -> None:
-        """Add an entry of another package. Raises ImportError if the name exists."""
+        """Add an entry of another package, from its entry point.
+
+        Raises ImportError if the name exists.
+        """
         if name in self:
             raise ImportError(f"package {point.module}: {self.noun} {name!r} exists, rename it")
         self[name] = entry
 
     def checked(self, name: str) -> str:
         """Return `name`. Raises ValueError for an unknown name."""
-        self[name]
+        self[name]  # raises ValueError
         return name
 
 
-#: Models of other packages: name, and `module:function`, which is imported when it is used.
+#: Entry points of models in other packages: name and `module:function`. A module is imported when
+#: its model is used.
 OWN_MODELS = entry_points(group="ajgdata.models")
 _BASELINES = "ajgdata.models.baselines"
 MODELS = Registry(
@@ -115,7 +118,7 @@ MODELS = Registry(
         "cnn_per_bin": Model("ajgdata.models.cnn:cnn_per_bin", "CNN, scale per bin", _NETWORK),
     },
 )
-#: Models that share a job: measuring one takes about as long as starting a job.
+#: Models that share one job, because measuring one of them takes about as long as starting a job.
 PLAIN_MODELS = ("linear", "ridge", "knn", "linear_plain", "ridge_plain", "knn_plain")
 for _point in OWN_MODELS:
     MODELS.add(_point.name, Model(_point.value, _point.name, several=False), _point)

@@ -1,4 +1,4 @@
-"""Keys of older versions that were replaced, and the line to write instead."""
+"""Replaced keys of older versions, and the lines to write instead."""
 
 from __future__ import annotations
 
@@ -14,21 +14,23 @@ VARIANTS_KEYS = {"why": "hypotheses", "grid": "vary, axis and panel"}
 def replacement(place: Sequence[int | str], value: object, model: str) -> tuple[str, str] | None:
     """Return problem and fix for a key that was replaced; None for every other unknown key.
 
-    `place` are the keys that lead to the value, as pydantic reports them, and `model` is the class
-    that was read. `channel` belongs to the audio settings, which are read alone (of a trained
-    model) or below `audio` (of a data set).
+    `place` are the keys that lead to the value, as pydantic reports them, and `model` is the name
+    of the class that was read. The key `channel` was in the audio settings: at the top of their
+    class (in a trained model), or below `audio` (in dataset.yaml).
     """
     key = place[-1] if place else ""
     parents = () if model == AUDIO_MODEL else ("audio",)
     if key == "channel" and tuple(place[:-1]) == parents:
         name = ".".join(str(part) for part in place)
-        problem = f"{name} was replaced by {name.replace('channel', 'microphone')}"
-        return f"{problem}, which counts from 1", _microphone_fix(value)
+        new_name = name.replace("channel", "microphone")
+        problem = f"{name} was replaced by {new_name}, which counts from 1"
+        return problem, _microphone_fix(value)
     if model == VARIANTS_MODEL and key in VARIANTS_KEYS:
         return f"{key} was replaced by {VARIANTS_KEYS[key]}", "write it as in docs/variants.md"
     if key == "input_channel":
-        line = f"`input_channel: {_plain(value)}` by `microphone: {_plain(value)}`"
-        return "input_channel was replaced by microphone", f"replace {line}"
+        text = _yaml_text(value)
+        fix = f"replace `input_channel: {text}` by `microphone: {text}`"
+        return "input_channel was replaced by microphone", fix
     return None
 
 
@@ -41,14 +43,14 @@ def microphone_of(channel: object) -> int | str | None:
         return None
     if channel == "mean":
         return "mean"
-    if type(channel) is int and channel >= 0:  # True is an int, too
+    if type(channel) is int and channel >= 0:  # isinstance would accept True
         return channel + 1
     raise ValueError(f"{channel!r} is not a channel")
 
 
 def _microphone_fix(channel: object) -> str:
-    """Return the instruction with the line to copy."""
-    old = f"`channel: {_plain(channel)}`"
+    """Return the instruction how to replace the key `channel`, with the new line."""
+    old = f"`channel: {_yaml_text(channel)}`"
     try:
         microphone = microphone_of(channel)
     except ValueError:
@@ -58,8 +60,10 @@ def _microphone_fix(channel: object) -> str:
     return f"replace {old} by `microphone: {microphone}`"
 
 
-def _plain(value: object) -> str:
+def _yaml_text(value: object) -> str:
     """Return a value as YAML writes it."""
     if value is None:
         return "null"
-    return str(value).lower() if isinstance(value, bool) else str(value)
+    if isinstance(value, bool):
+        return str(value).lower()
+    return str(value)

@@ -1,4 +1,4 @@
-"""Sessions and recordings as they describe themselves."""
+"""The content of session.yaml and recordings.csv."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from pydantic import AfterValidator, Field, JsonValue
 
 from ajgdata.types.base import Name, Strict
 
-#: Columns of groups: placements, whose folds hold out one of every class, and sessions.
-PLACEMENT_COLUMN, SESSION_COLUMN = "placement_id", "session_id"
-#: Columns of recordings.csv that mean the same in every data set; all others are declared targets
-#: or free columns.
+# Columns that tasks can use as `groups`, in addition to grasp_id and labels.
+PLACEMENT_COLUMN = "placement_id"  #: each fold holds out one placement of every class
+SESSION_COLUMN = "session_id"
+#: Columns of recordings.csv with the same meaning in every data set. All other columns are targets
+#: of dataset.yaml, or text.
 RECORDING_COLUMNS = (
     "recording_id",
     "file",
@@ -25,40 +26,47 @@ RECORDING_COLUMNS = (
 )
 #: Values of the column `quality`.
 QUALITIES = ("ok", "reject", "clipped")
-#: The feature file stores `sample` as a 32-bit integer.
+#: Largest value of `sample`, because the feature file stores a 32-bit integer.
 HIGHEST_SAMPLE = 2**31 - 1
-#: Columns that session.yaml gives to every recording of a session.
+#: Keys of session.yaml that become labels of every recording of a session.
 SESSION_COLUMNS = ("source", "gripper", "medium")
-#: Names that the feature store uses itself.
+#: Names in a feature file that labels cannot have.
 STORE_NAMES = ("recording", "session_id", "flags", "channel_levels", "feature", "frequency")
 
 
 class Excitation(Strict):
-    """The played sound."""
+    """The file of the played sound."""
 
-    file: str = Field(description="relative to the session folder")
-    sha256: str = Field(description="of its file")
-    description: str = Field("", description="what it is, for people")
+    file: str = Field(description="path relative to the session folder")
+    sha256: str = Field(description="checksum of the file")
+    description: str = Field("", description="description of the sound")
     settings: dict[str, Any] | None = Field(
-        None, description="its declaration, which makes its samples again; null if it was imported"
+        None,
+        description="settings from which the samples can be computed again; null: the file was "
+        "imported",
     )
 
 
 class Acquisition(Strict):
     """Circumstances of a session with a real gripper."""
 
-    finished: bool = Field(description="false while it is recorded, and after a crash")
+    finished: bool = Field(
+        description="true if all grasps were recorded or skipped; false during the recording and "
+        "after a crash"
+    )
     setup: dict[str, JsonValue] = Field(
-        description="protocol, device and played sound: a session with others is another one"
+        description="protocol, device and played sound; another setup needs another session"
     )
-    driver: dict[str, JsonValue] = Field({}, description="what the sound card says of itself")
+    driver: dict[str, JsonValue] = Field({}, description="properties of the sound card")
     latency_samples: int | None = Field(
-        None, description="from playing to hearing, measured and taken out"
+        None,
+        description="measured samples from playing to recording, which are removed from the "
+        "recordings; null: not measured yet",
     )
-    level_dbfs: float | None = Field(None, description="peak of the played sound")
+    level_dbfs: float | None = Field(None, description="peak of the played sound in dBFS")
 
 
-#: Values of `source` of sessions whose recordings were simulated.
+#: Values of `source` in sessions with simulated recordings.
 SIMULATED_SOURCES = {"virtual", "virtual-import"}
 
 
@@ -70,31 +78,37 @@ class Session(Strict):
     )
     session_id: Name
     source: Literal["virtual", "virtual-import", "soundcard", "import"] = Field(
-        description="what made it; virtual and virtual-import are simulated"
+        description="source of the recordings; virtual and virtual-import: simulated"
     )
     gripper: str = Field("unknown", description="name of the gripper")
-    medium: str = Field("unknown", description="what the gripper is filled with")
-    device: str = Field("unknown", description="what played and recorded")
-    sample_rate_hz: int | None = Field(None, description="null when the recordings differ")
-    excitation: Excitation | None = Field(None, description="the played sound, if there was one")
+    medium: str = Field("unknown", description="filling of the gripper, e.g. coffee")
+    device: str = Field("unknown", description="device that played and recorded")
+    sample_rate_hz: int | None = Field(
+        None, description="sample rate of the recordings in Hz; null: it differs between them"
+    )
+    excitation: Excitation | None = Field(None, description="played sound; null: none, or unknown")
     audio_root: str | None = Field(
-        None, description="folder the files are relative to; null: the session folder"
+        None, description="folder that `file` is relative to; null: the session folder"
     )
     imported_as: str | None = Field(
         None, description="text of the imported folder or table that identifies the session"
     )
     has_several_folders: bool | None = Field(
-        None, description="true if `--session` added another folder; nothing is then pruned"
+        None,
+        description="true if `--session` added another folder; an import then removes no "
+        "recordings",
     )
-    software: str = Field("", description="what wrote this session")
+    software: str = Field("", description="program and version that wrote this session")
     scene: dict[str, Any] = Field({}, description="settings of the source, for provenance")
-    skipped: dict[str, str] = Field({}, description="grasps that could not be made, and why")
-    notes: str = Field("", description="what the operator noted")
-    acquisition: Acquisition | None = Field(None, description="null unless a real gripper's")
+    skipped: dict[str, str] = Field({}, description="reason by grasp that was not recorded")
+    notes: str = Field("", description="notes of the operator")
+    acquisition: Acquisition | None = Field(
+        None, description="circumstances of a session with a real gripper; null for other sources"
+    )
 
     @property
     def is_simulated(self) -> bool:
-        """Whether a simulation made its recordings."""
+        """Whether the recordings are simulated."""
         return self.source in SIMULATED_SOURCES
 
 
@@ -106,18 +120,18 @@ def checked_quality(text: str) -> str:
 
 
 class Recording(Strict):
-    """One row of recordings.csv. `labels` holds every further column as text."""
+    """One row of recordings.csv. `labels` contains all other columns as text."""
 
     recording_id: Annotated[str, Field(min_length=1, max_length=200)] = Field(
-        description="unique in its session"
+        description="name of the recording, unique in the session"
     )
     file: Annotated[str, Field(min_length=1)] = Field(
-        description="relative to the session folder (or to audio_root); may not leave it"
+        description="path of the file inside the session folder (or inside `audio_root`)"
     )
     sha256: Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")] = Field(
         "",
-        description="checksum of the file; if empty, changes are not noticed: "
-        "`ajgdata check NAME --accept` stores it",
+        description="checksum of the file; without a checksum, changes of the file are not "
+        "detected; `ajgdata check NAME --accept` stores it",
     )
     grasp_id: Annotated[str, Field(min_length=1)] = Field(
         description="one closing of the gripper on an object; the default group of cross-validation"
@@ -128,21 +142,20 @@ class Recording(Strict):
         "and for the empty gripper",
     )
     sample: int = Field(
-        0, ge=0, le=HIGHEST_SAMPLE, description="number of the repeat within the grasp"
+        0, ge=0, le=HIGHEST_SAMPLE, description="number of the recording within the grasp"
     )
-    object: str = Field("", description="what was held")
+    object: str = Field("", description="object in the gripper; empty for the empty gripper")
     quality: Annotated[str, AfterValidator(checked_quality)] = Field(
         "ok", description="`ok`, `clipped`, or `reject`, which excludes the recording"
     )
-    labels: dict[str, str] = Field({}, description="every other column: a target, or kept as text")
+    labels: dict[str, str] = Field({}, description="all other columns: targets, and text")
 
 
 def is_reserved(name: str) -> bool:
-    """Return True if no label can have this name, because a standard column has it.
+    """Return whether a label cannot have this name, because a standard column has it.
 
-    Names of the data model are compared without regard to case.
+    Upper and lower case are equal for columns of recordings.csv and session.yaml.
     """
-    standard = (*RECORDING_COLUMNS, *SESSION_COLUMNS, "session_id")
-    if name.lower() in standard or name in STORE_NAMES:
-        return True
-    return re.fullmatch(r"string\d+", name) is not None  # dimensions of netCDF files
+    standard = (*RECORDING_COLUMNS, *SESSION_COLUMNS, SESSION_COLUMN)
+    is_netcdf_dimension = re.fullmatch(r"string\d+", name) is not None
+    return name.lower() in standard or name in STORE_NAMES or is_netcdf_dimension

@@ -1,4 +1,4 @@
-"""Audio, features and targets of a data set as declared."""
+"""Settings of the audio files, features and targets of a data set."""
 
 from __future__ import annotations
 
@@ -9,30 +9,34 @@ from pydantic import BeforeValidator, Field, model_validator
 from ajgdata.types.base import Strict
 from ajgdata.types.registry import Kind
 
-#: Sample rates that can be declared; a file outside them has a damaged header.
-LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 1_000, 768_000
+#: Sample rates that a data set may have. A file with another rate has a damaged header.
+LOWEST_RATE_HZ = 1_000
+HIGHEST_RATE_HZ = 768_000
 
 
 class FeatureSettings(Strict):
-    """Signal -> spectrum. The paper gives the window (2048), the sum over time and *a*
-    normalisation; window shape, hop, magnitude or power, and which norm are ours."""
+    """Settings of the feature, a spectrum that is summed over time.
+
+    The paper specifies the window length (2048), the sum over time, and that spectra are
+    normalised. We chose the hop, the window shape, the quantity and the norm.
+    """
 
     kind: Literal["stft"] = Field("stft", description="short-time Fourier transform (paper)")
     window: int = Field(2048, ge=16, description="STFT window and FFT length in samples (paper)")
-    hop: int = Field(512, ge=1, description="samples between windows (the paper leaves it open)")
+    hop: int = Field(512, ge=1, description="samples between windows (not specified in the paper)")
     window_shape: Literal["hann", "hamming", "blackman", "boxcar"] = Field(
-        "hann", description="periodic window function (the paper leaves it open)"
+        "hann", description="periodic window function (not specified in the paper)"
     )
     quantity: Literal["magnitude", "power", "root_power"] = Field(
         "magnitude",
-        description="|X| or |X|^2, summed over time, or the root of the latter (the paper leaves it"
-        " open)",
+        description="magnitude: sum of |X| over time; power: sum of |X|^2; root_power: square root "
+        "of the sum of |X|^2 (not specified in the paper)",
     )
     normalisation: Literal["l1", "l2", "max", "none"] = Field(
-        "l1", description="what each spectrum is divided by (the paper says only 'normalise')"
+        "l1", description="divisor of each spectrum: its norm (the paper writes only 'normalise')"
     )
     band_hz: tuple[float, float] | None = Field(
-        None, description="keep bins with low <= f <= high; null keeps all window/2 + 1"
+        None, description="bins from low to high frequency in Hz; null: all window/2 + 1 bins"
     )
 
     @model_validator(mode="after")
@@ -45,11 +49,10 @@ class FeatureSettings(Strict):
 
 
 def checked_microphone(value: Any) -> Any:
-    """Return `value` if it names a microphone. Raises ValueError for every other value.
-
-    Numbers are compared by type, because True equals 1.
-    """
-    if value is None or value == "mean" or (type(value) is int and value >= 1):
+    """Return `value` if it is a microphone. Raises ValueError for every other value."""
+    if value is None or value == "mean":
+        return value
+    if type(value) is int and value >= 1:  # isinstance would accept True
         return value
     raise ValueError("not a microphone: use its number, counted from 1, or mean")
 
@@ -60,33 +63,38 @@ Microphone = Annotated[int | Literal["mean"] | None, BeforeValidator(checked_mic
 
 
 class AudioSettings(Strict):
-    """The format of a data set's recordings, and what may be done to those that differ."""
+    """The format of the recordings, and the treatment of recordings with another format."""
 
     sample_rate_hz: int = Field(
-        44_100, ge=LOWEST_RATE_HZ, le=HIGHEST_RATE_HZ, description="declared rate"
+        44_100, ge=LOWEST_RATE_HZ, le=HIGHEST_RATE_HZ, description="sample rate in Hz"
     )
     other_rate: Literal["reject", "resample"] = Field(
-        "reject", description="a recording at another rate is quarantined, or resampled (polyphase)"
+        "reject",
+        description="treatment of a recording with another rate; reject: quarantine; resample: "
+        "polyphase resampling",
     )
     microphone: Microphone = Field(
         None,
-        description="which channel of a file is used: its number from 1, or mean (of all "
+        description="channel of a file that is used: its number, counted from 1, or mean (of all "
         "channels); null: files must have one channel",
     )
 
 
 class Target(Strict):
-    """One label column."""
+    """One column of labels that models can predict."""
 
     kind: Kind = Field(description="regression: numbers; classification: texts")
     unit: str = Field("", description="unit of a regression target, e.g. mm; empty for classes")
-    description: str = Field("", description="what it is, for people")
+    description: str = Field("", description="description of the target")
     missing: tuple[str, ...] = Field((), description="cell texts that mean 'not measured'")
 
 
 class Level(Strict):
-    """A number in which data sets differ that one model is tested on."""
+    """The value of a quantity that differs between data sets, e.g. of the noise outside.
 
-    value: float = Field(description="of the quantity")
-    unit: str = Field("", description="of the value")
-    quantity: str = Field(description="e.g. sound level outside")
+    Figures with the results of several data sets use it as the numeric axis.
+    """
+
+    value: float = Field(description="value of the quantity")
+    unit: str = Field("", description="unit of the value")
+    quantity: str = Field(description="name of the quantity, e.g. sound level outside")

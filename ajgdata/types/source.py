@@ -1,4 +1,4 @@
-"""source.yaml: source of the recordings of a public data set."""
+"""source.yaml: the source of the recordings of a public data set."""
 
 from __future__ import annotations
 
@@ -9,50 +9,57 @@ from pydantic import AfterValidator, Field, model_validator
 from ajgdata.types.base import Strict
 
 
-def _inside(path: str) -> str:
+def _checked_subfolder(path: str) -> str:
+    """Return `path`. Raises ValueError unless it is "", or a path below a folder."""
     steps = path.split("/") if path else []
-    if path.strip() != path or "\\" in path or ":" in path or {"", ".", "..", ".git"} & {*steps}:
-        raise ValueError("is no path inside a folder, such as 'data/day1'")
+    has_forbidden_step = not {"", ".", "..", ".git"}.isdisjoint(steps)
+    if path.strip() != path or "\\" in path or ":" in path or has_forbidden_step:
+        raise ValueError("is not a path inside a folder, such as 'data/day1'")
     return path
 
 
-Inside = Annotated[str, AfterValidator(_inside)]
+Subfolder = Annotated[str, AfterValidator(_checked_subfolder)]
 Address = Annotated[str, Field(pattern=r"^https://[A-Za-z0-9.-]+/[^\s?#]+$")]
 
 
 class GitPart(Strict):
-    """One folder of a repository at one commit."""
+    """One folder of a git repository at one commit."""
 
     commit: str = Field(
-        pattern=r"^[0-9a-f]{40}$", description="the full hash, which holds every byte below it"
+        pattern=r"^[0-9a-f]{40}$",
+        description="full hash of the commit, which identifies the content of all files",
     )
-    folder: Inside = Field("", description="inside the repository; default: all of it")
-    into: Inside = Field("", description="folder that gets it; default: that which is imported")
+    folder: Subfolder = Field("", description="folder in the repository; default: all folders")
+    into: Subfolder = Field(
+        "", description="subfolder for the files; default: the folder that is imported"
+    )
 
 
 class GitOrigin(Strict):
-    """Folders of a git repository. The hash of a commit covers every byte below it."""
+    """The folders of a git repository that contain the recordings."""
 
-    repository: Address = Field(description="its public address")
-    parts: tuple[GitPart, ...] = Field(min_length=1, description="what is brought of it")
+    repository: Address = Field(description="public address of the repository")
+    parts: tuple[GitPart, ...] = Field(min_length=1, description="folders that are downloaded")
 
     @model_validator(mode="after")
-    def _apart(self) -> GitOrigin:
-        places = [part.into for part in self.parts]
-        if len({*places}) < len(places):
-            raise ValueError("two parts are brought into one folder: give them other names by into")
+    def _separate_folders(self) -> GitOrigin:
+        folders = [part.into for part in self.parts]
+        if len(set(folders)) < len(folders):
+            raise ValueError("two parts are written into one folder: give them different `into`")
         return self
 
 
 class DatasetSource(Strict):
-    """source.yaml: source of the recordings of a data set. Its dataset.yaml describes them,
-    their licence, and how they are read."""
+    """source.yaml: the source of the recordings of a data set.
+
+    The dataset.yaml in the same folder describes the recordings, their licence and their import.
+    """
 
     status: Literal["run in part", "not yet run"] = Field(
-        description="what was done with these recordings when this was written"
+        description="whether the workflow has used these recordings, at least in part"
     )
-    size_mb: float = Field(gt=0, description="about how much is brought")
+    size_mb: float = Field(gt=0, description="approximate size of the download in MB")
     republish: bool = Field(
-        False, description="whether the licence lets others hand the recordings on"
+        False, description="whether the licence permits users to publish the recordings again"
     )
-    origin: GitOrigin = Field(description="where they are downloaded from")
+    origin: GitOrigin = Field(description="place from which the recordings are downloaded")

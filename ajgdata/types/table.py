@@ -1,4 +1,4 @@
-"""Tables of results: what experiments and studies return, store, draw and are compared by."""
+"""Tables of results, which experiments and studies return, and which files and figures contain."""
 
 from __future__ import annotations
 
@@ -8,29 +8,31 @@ from typing import Any
 
 import numpy as np
 
+#: A cell; None is a missing value.
 Value = float | int | str | bool | None
 
 
 @dataclass(frozen=True)
 class Column:
-    """`key` of the rows, its title for people, and the unit of its values ("" for none)."""
+    """The head of a column."""
 
-    key: str
-    title: str
-    unit: str = ""
+    key: str  #: key of the column in each row
+    title: str  #: title for people
+    unit: str = ""  #: unit of the values; "" for values without a unit
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of values by column key; `note` says in a sentence or two how to read them."""
+    """Rows with the same keys. Raises ValueError for a row with other keys than `columns`."""
 
     name: str
     title: str
-    note: str
+    note: str  #: one or two sentences that explain how to read the table
     columns: tuple[Column, ...]
-    rows: tuple[dict[str, Any], ...]  #: cells are of type Value
+    rows: tuple[dict[str, Any], ...]  #: cells (type Value) by column key
 
     def __post_init__(self) -> None:
+        """Check the keys of the rows."""
         keys = [column.key for column in self.columns]
         for number, row in enumerate(self.rows):
             if sorted(row) != sorted(keys):
@@ -45,9 +47,9 @@ class Table:
         return np.array([np.nan if row[key] is None else row[key] for row in self.rows], float)
 
     def where(self, **values: Value) -> Table:
-        """Return the table with those rows alone that have these values."""
-        chosen = (row for row in self.rows if all(row[k] == v for k, v in values.items()))
-        return replace(self, rows=tuple(chosen))
+        """Return the table with only the rows that have these values, by column key."""
+        rows = [row for row in self.rows if all(row[k] == v for k, v in values.items())]
+        return replace(self, rows=tuple(rows))
 
     def split_by(self, key: str) -> dict[Any, Table]:
         """Return a table for each value of a column, in order of first appearance."""
@@ -57,16 +59,26 @@ class Table:
 def table_of(
     name: str, title: str, rows: Iterable[Mapping[str, Any]], note: str = "", **columns: str
 ) -> Table:
-    """Return a table with a column for each of `columns`, key and title; a unit follows a comma.
+    """Return a table with the columns `columns`: the title of each key, with a comma and a unit.
 
-    Numbers of NumPy become Python's, and NaN becomes a missing value.
+    Other keys of `rows` are ignored. NumPy scalars become Python values, and NaN becomes None.
+
+    >>> table = table_of("sizes", "Sizes", [{"edge": 12.0, "x": 1}], edge="edge length, mm")
+    >>> table.columns, table.rows
+    ((Column(key='edge', title='edge length', unit='mm'),), ({'edge': 12.0},))
     """
-    parts = {key: text.partition(", ") for key, text in columns.items()}
-    heads = tuple(Column(key, text, unit) for key, (text, _, unit) in parts.items())
-    cells = tuple({key: _plain(row[key]) for key in columns} for row in rows)
-    return Table(name, title, note, heads, cells)
+    heads = []
+    for key, text in columns.items():
+        head, _, unit = text.partition(", ")
+        heads.append(Column(key, head, unit))
+    cells = tuple({key: _cell(row[key]) for key in columns} for row in rows)
+    return Table(name, title, note, tuple(heads), cells)
 
 
-def _plain(value: Any) -> Value:
-    value = value.item() if hasattr(value, "item") else value
-    return None if isinstance(value, float) and np.isnan(value) else value
+def _cell(value: Any) -> Value:
+    """Return a value as a cell: a Python value instead of a NumPy scalar, None instead of NaN."""
+    if hasattr(value, "item"):
+        value = value.item()
+    if isinstance(value, float) and np.isnan(value):
+        return None
+    return value

@@ -1,6 +1,6 @@
-"""Settings of a task or an embedding, complete with the kind and unit of its target.
+"""Settings of a task or an embedding, together with the kind and unit of its target.
 
-`DatasetSpec.task_settings` makes them from dataset.yaml. Jobs receive them as plain values.
+`DatasetSpec.task_settings` creates them from dataset.yaml. Jobs receive them as plain values.
 """
 
 from __future__ import annotations
@@ -12,33 +12,29 @@ from ajgdata.types.registry import Kind
 class TrainingSettings(Strict):
     """The recordings that a model is trained on, and the label that it predicts.
 
-    For the keys of dataset.yaml see `Task`. `kind` and `unit` are those of the target.
-    `placebo_objects` are one object under several names; no model is trained on them.
+    `types.tasks.Task` describes the fields that are keys of dataset.yaml.
     """
 
     target: str
-    kind: Kind
-    unit: str
+    kind: Kind  #: kind of the target
+    unit: str  #: unit of the target
     groups: str
     classes: tuple[str, ...] = ()
     min_groups: int = 0
     period_deg: float | None = None
-    placebo_objects: tuple[str, ...] = ()
+    placebo_objects: tuple[str, ...] = ()  #: `placebo` of the data set: no model is trained on them
 
 
 class TaskSettings(TrainingSettings):
-    """All that a measurement must know of a task, or of an embedding.
-
-    `kinds` are those of all targets of the data set, by name; only embeddings use them.
-    """
+    """The settings of a task, or of an embedding, that a measurement uses."""
 
     folds: int
     withhold: tuple[float, ...] = ()
-    kinds: dict[str, Kind] = {}
+    kinds: dict[str, Kind] = {}  #: kind of every target of the data set by name, for embeddings
 
 
 class TaskTraining(Strict):
-    """The models that are trained for a task."""
+    """The final models of a task, and the settings of their training."""
 
     models: tuple[str, ...]
     settings: TrainingSettings

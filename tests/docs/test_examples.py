@@ -82,6 +82,9 @@ MODULES = (
     "ajgdata.store.publishing.differences",
     "ajgdata.store.syntax",
     "ajgdata.tutorial",
+    "ajgdata.types.base",
+    "ajgdata.types.excitation",
+    "ajgdata.types.table",
 )
 
 
