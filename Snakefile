@@ -8,7 +8,8 @@ from snakemake.logging import logger
 from snakemake.utils import min_version, validate
 
 from ajgdata.acquire.recipe import recipe_hash
-from ajgdata.experiments import measuring_half, own_experiment_files
+from ajgdata.experiments.registry import measuring_half, own_experiment_files
+from ajgdata.experiments.requests import of_paper, requests_for, without_late
 from ajgdata.paths import (
     EXPERIMENT_PAGES_FOLDER,
     FIGURES_FOLDER,
@@ -16,9 +17,7 @@ from ajgdata.paths import (
     Paths,
     run_name,
 )
-from ajgdata.pipeline.console import show_jobs
-from ajgdata.pipeline.experiments import of_paper, requests_for, without_late
-from ajgdata.pipeline.opening import OBJECT, SHOWN_RESULT, subject_of
+from ajgdata.pipeline.opening_subject import OBJECT, SHOWN_RESULT, subject_of
 from ajgdata.pipeline.plan import (
     Declared,
     errors_in_one_line,
@@ -32,7 +31,7 @@ from ajgdata.pipeline.run_changes import (
     correct_future_times,
     feature_states,
 )
-from ajgdata.pipeline.run_summary import end_run, modified_ns
+from ajgdata.pipeline.run_end import end_run, modified_ns
 from ajgdata.pipeline.studies import REQUESTED_STUDIES, STUDIES
 from ajgdata.report.navigation import FIXED
 from ajgdata.store.code_hash import code_hash, package_hash
@@ -124,6 +123,8 @@ SUMMARIES = {path: modified_ns(path) for path in (PATHS.complete, PATHS.everythi
 
 # Not called in a dry run or in the processes of jobs.
 onstart:
+    from ajgdata.pipeline.console import show_jobs
+
     show_jobs(logger)
     correct_future_times(
         PATHS, [file for files in SESSION_FILES.values() for file in files]

@@ -32,7 +32,7 @@ import numpy as np
 import typer
 
 from ajgdata.evaluate.parts import PLACEBO_VALUES, SESSION_SPLIT, TRAINING_VALUES
-from ajgdata.experiments import requested_experiments
+from ajgdata.experiments.requests import requested_experiments
 from ajgdata.features.spectrum import spectrum
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, excitation_sweep, record, simulate
 from ajgdata.paths import Paths

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ajgdata.experiments import Request
+from ajgdata.experiments.requests import Request, requests_for
 from ajgdata.paths import Paths
-from ajgdata.pipeline.experiments import requests_for, run_experiment
+from ajgdata.pipeline.experiments import run_experiment
 from ajgdata.pipeline.feature_file import build_feature_file
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.code_hash import code_hash

@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from ajgdata import gripper
-from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments.registry import EXPERIMENTS
 from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
 from ajgdata.pipeline.schemas import dataset_schema, schema_bytes, source_schema

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from sklearn.decomposition import PCA
 from threadpoolctl import threadpool_limits
 
 from ajgdata.types import NotPossibleError
@@ -29,8 +30,6 @@ def make_reducer(name: ReducerName, dimension: int, seed: int) -> Any:
     reduces further points.
     """
     if name == "pca":
-        from sklearn.decomposition import PCA
-
         return PCA(dimension, random_state=seed)
     with warnings.catch_warnings():  # about TensorFlow, which only parametric UMAP needs
         warnings.filterwarnings("ignore", "Tensorflow not installed", ImportWarning)

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ajgdata.evaluate.splits import Folds, grouped_folds
+from ajgdata.models.scaling import raw_scaling
 from ajgdata.models.thinning import thinned
 from ajgdata.store.features import FeatureColumn, FeatureRows
 from ajgdata.types import Embedding, Kind, NotPossibleError
 
 if TYPE_CHECKING:
     from ajgdata.embed.encoder import Encoder
-    from ajgdata.evaluate.splits import Folds
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +112,6 @@ def train_on(
 
 def validation_folds(data: EmbeddingData, settings: Embedding, seed: int) -> Folds:
     """Return folds by group; every thing in all of them, unless its recordings are one group."""
-    from ajgdata.evaluate.splits import grouped_folds
-
     kind: Kind = "regression" if data.separated else "classification"
     folds = min(settings.folds, len(np.unique(data.group)))
     return grouped_folds(data.instance, data.group, kind, folds, seed)
@@ -139,8 +138,6 @@ def runs_by_space(
     data: EmbeddingData, latent: np.ndarray, fold: np.ndarray
 ) -> Iterator[tuple[str, list[EmbeddingRun]]]:
     """Yield the runs of the latent, then of the raw features, which have one for each fold."""
-    from ajgdata.models.scaling import raw_scaling
-
     yield "latent", list(runs_of(latent, fold))
     runs = []
     for number in range(len(latent)):

@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.distance import cdist
@@ -23,9 +22,7 @@ from ajgdata.embed.projections import REDUCERS, ReducerName, make_reducer, reduc
 from ajgdata.evaluate.embedding_data import EmbeddingData, runs_of
 from ajgdata.models.baselines import NEIGHBOURS
 from ajgdata.models.scaling import raw_scaling
-
-if TYPE_CHECKING:
-    from ajgdata.store.features import Latents
+from ajgdata.store.features import Latents
 
 
 def mean_distances(

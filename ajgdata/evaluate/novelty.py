@@ -23,10 +23,14 @@ from typing import Any, Self
 import numpy as np
 from scipy.spatial.distance import cdist
 from scipy.special import logsumexp, softmax
+from sklearn.covariance import LedoitWolf
+from sklearn.decomposition import PCA
+from sklearn.preprocessing import StandardScaler
 
 from ajgdata.evaluate.calibration import grasp_weights, weighted_quantile
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.models import fit_named_model
+from ajgdata.models.scaling import Compress
 from ajgdata.types import NotPossibleError
 
 #: Points nearer than this are the same: they are of order one, and float32 when they are stored.
@@ -115,10 +119,6 @@ class NoveltyGuard:
         Without objects, with a single one, or with fewer than two grasps per object, it has no
         relative distance.
         """
-        from sklearn.preprocessing import StandardScaler
-
-        from ajgdata.models.scaling import Compress
-
         compress = Compress().fit(features)
         # the scaler leaves bins unchanged that have the same value in all recordings
         scaler = StandardScaler().fit(compress.transform(features))
@@ -136,9 +136,6 @@ class NoveltyGuard:
 
     def _with_objects(self, points: np.ndarray, objects: np.ndarray, components: int) -> Self:
         """Return the same with a relative distance, from points (n, f) of `objects` (n,)."""
-        from sklearn.covariance import LedoitWolf
-        from sklearn.decomposition import PCA
-
         step = max(1, len(points) // MAX_FITTED)
         points, objects = points[::step], objects[::step]
         count = min(components, MAX_COMPONENTS, *points.shape)

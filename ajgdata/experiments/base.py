@@ -2,8 +2,7 @@
 
 An experiment is one module that ends in `EXPERIMENT = Experiment(...)`. Its settings stand in a
 task of dataset.yaml, under `experiments`, by its name. What `measure` returns is stored, and is all
-that the drawing half sees: nothing is measured while a report is drawn. Light: Snakemake imports
-experiments while it parses, so matplotlib, torch and scikit-learn are imported inside functions.
+that the drawing half sees: nothing is measured while a report is drawn.
 """
 
 from __future__ import annotations
@@ -17,17 +16,17 @@ import numpy as np
 from ajgdata.evaluate.agreement import NO_BETTER, UNDEFINED, Estimate, PaperVerdict
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
 from ajgdata.experiments.plots import BoundPlot, Plot
+from ajgdata.experiments.spec import ExperimentSpec
 from ajgdata.paths import short_name
 from ajgdata.report.comparison import PaperComparison, PaperFigure
 from ajgdata.report.format import Source, words
 from ajgdata.report.report_data import Illustration, ResultRow
-from ajgdata.types import AudioSettings, FeatureSettings, Kind, Level, Strict, TaskSettings
-from ajgdata.types.registry import PLAIN_MODELS
+from ajgdata.store.features import FeatureRows, Latents
+from ajgdata.types import AudioSettings, FeatureSettings, Level, TaskSettings
 from ajgdata.types.table import Table
 
 if TYPE_CHECKING:
     from ajgdata.acquire.changed_grasps import GraspSimulator
-    from ajgdata.store.features import FeatureRows, Latents
 
 #: Longest names of a task and of a part in names of files; file systems allow 255 bytes.
 LONGEST_TASK, LONGEST_PART = 150, 60
@@ -119,59 +118,6 @@ class Inputs:
     def fold_count(self, group: np.ndarray) -> int:
         """Return the number of folds for recordings with a `group` (n,): at most one per group."""
         return min(self.task_settings.folds, len(np.unique(group)))
-
-
-#: Names of jobs of several models.
-PLAIN_JOB = "plain"
-ALL_JOB = "all"
-
-
-@dataclass(frozen=True)
-class MeasuredPart:
-    """One measurement of an experiment on a task: of a model, of a file of variants, or ("") of
-    everything together.
-
-    `job` is the name of its job, which several parts can share. `title` names the part for people
-    if it is no model. Only `snakemake everything` measures a part that `is_late`.
-    """
-
-    name: str
-    job: str
-    title: str = ""
-    is_late: bool = False
-
-
-#: The part of an experiment that measures everything together.
-TOGETHER = MeasuredPart("", ALL_JOB)
-
-
-@dataclass(frozen=True)
-class Division:
-    """Division of an experiment into measurements. By default, it measures everything together."""
-
-    def parts(self, settings: Any) -> list[MeasuredPart]:
-        """Return the parts of an experiment with these settings, in the order of the report."""
-        return [TOGETHER]
-
-    def only(self, settings: Any, parts: Sequence[str]) -> Any:
-        """Return the settings of some parts alone, by name."""
-        return settings
-
-
-@dataclass(frozen=True)
-class ByModel(Division):
-    """One measurement for each of the `models`. All plain models share a job."""
-
-    def parts(self, settings: Any) -> list[MeasuredPart]:
-        """Return a part for each model."""
-        return [
-            MeasuredPart(model, PLAIN_JOB if model in PLAIN_MODELS else model)
-            for model in settings.models
-        ]
-
-    def only(self, settings: Any, parts: Sequence[str]) -> Any:
-        """Return the settings with some of the models."""
-        return settings.model_copy(update={"models": tuple(parts)})
 
 
 @dataclass(frozen=True)
@@ -301,25 +247,18 @@ Lookup = Callable[[str, str, str], "TaskResults | None"]
 
 @dataclass(frozen=True)
 class Experiment:
-    """One experiment: how it is asked for, made, and shown.
+    """An experiment: what it is (`spec`), how it is measured, and how it is shown.
+
+    `measure(inputs, settings, part)` raises NotPossibleError for a task that lacks what it needs.
 
     `plots` declare its figures, or a function returns them for the results. Figures and rows of the
     table of results follow from them, unless `own_rows` returns the rows. `own_figures` returns
     figures that no mark draws; on the page, they are above those of the plots.
 
     `summary` stands above the figures of a task, `advice` under the next steps.
-    `measure(inputs, settings, model)` raises NotPossibleError for a task that lacks what it needs.
-    `test_on` of the settings model, if it has one, names further data sets. `division` divides
-    the measurement into parts and jobs.
-    `check(settings, kind, features)` raises ValueError for settings that the task cannot have.
-
-    Experiments `of_embedding` have their own page. Their settings are the declaration of the
-    embedding; they are compared with the published value `paper` if a task of the data set is.
     """
 
-    name: str
-    title: str
-    settings: type[Strict]
+    spec: ExperimentSpec
     measure: Callable[[Inputs, Any, str], Outcome]
     plots: Sequence[Plot] | Callable[[TaskResults], Sequence[Plot]] = ()
     own_figures: Callable[[TaskResults], Iterable[Illustration]] = lambda results: ()
@@ -327,21 +266,6 @@ class Experiment:
     paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = lambda *_: ()
     summary: Callable[[TaskResults], str] = lambda results: ""
     advice: Callable[[TaskResults], Iterable[str]] = lambda results: ()
-    check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
-    division: Division = Division()
-    order: int = 50  #: place in the report
-    kinds: tuple[Kind, ...] = ("regression", "classification")
-    reads_recordings: bool = False
-    renders: bool = False
-    of_embedding: bool = False
-    paper: str = ""
-
-    @property
-    def job_type(self) -> str:
-        """Return the type of its job in `store.code_hash`: what its measurement is made from."""
-        if self.renders:
-            return "experiment on rendered sounds"
-        return "experiment on recordings" if self.reads_recordings else "experiment"
 
     def figures(self, results: TaskResults) -> Iterable[Illustration]:
         """Return its own figures, and the figures of its plots that have something to draw."""

@@ -8,46 +8,30 @@ has the same weight (Lee, Barber, Willett 2023, arXiv 2306.06342).
 from __future__ import annotations
 
 import time
-from typing import Annotated
 
 import numpy as np
-from pydantic import Field
+from threadpoolctl import threadpool_limits
 
+from ajgdata.evaluate.in_use import half_width, held_out_residuals
+from ajgdata.evaluate.metrics import wrapped
 from ajgdata.evaluate.parts import GROUPED, part_columns
-from ajgdata.experiments.base import ByModel, Experiment, Inputs, Outcome
+from ajgdata.evaluate.splits import grouped_folds
+from ajgdata.experiments.base import Experiment, Inputs, Outcome
+from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.plots import Plot
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
+from ajgdata.experiments.settings import ConformalIntervalsSettings
+from ajgdata.models import fit_named_model
 from ajgdata.report.format import column_title
 from ajgdata.store.metrics import COST
-from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
 
 TITLE = "Conformal intervals"
 COVERAGE_COLUMNS = {"coverage": "Stated coverage", "fold": "Fold", "held": "Coverage"}
 
 
-class Settings(Strict):
-    """Prediction intervals of stated coverage for a number."""
-
-    coverages: tuple[Annotated[float, Field(gt=0, lt=1)], ...] = Field(
-        (0.5, 0.8, 0.9, 0.95),
-        min_length=1,
-        description="shares of true values that intervals must contain",
-    )
-    models: tuple[ModelName, ...] = Field(
-        ("linear", "knn"), min_length=1, description="models that get intervals"
-    )
-
-
-def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
+def measure(inputs: Inputs, settings: ConformalIntervalsSettings, model: str) -> Outcome:
     """Return coverage and width of intervals on held-out grasps for each stated coverage."""
-    from threadpoolctl import threadpool_limits
-
-    from ajgdata.evaluate.in_use import half_width, held_out_residuals
-    from ajgdata.evaluate.metrics import wrapped
-    from ajgdata.evaluate.splits import grouped_folds
-    from ajgdata.models import fit_named_model
-
     data = inputs.data()
     kind = inputs.task_settings.kind
     period = inputs.task_settings.period_deg
@@ -103,12 +87,7 @@ WIDTH_PLOT = Plot(
 
 
 EXPERIMENT = Experiment(
-    name="conformal_intervals",
-    order=35,
-    title=TITLE,
-    settings=Settings,
+    BUILT_IN["conformal_intervals"],
     measure=measure,
     plots=(COVERAGE_PLOT, WIDTH_PLOT),
-    division=ByModel(),
-    kinds=("regression",),
 )

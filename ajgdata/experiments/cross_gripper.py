@@ -5,44 +5,28 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Annotated
 
 import numpy as np
-from pydantic import Field
 
 from ajgdata.evaluate.agreement import together
+from ajgdata.evaluate.few_grasps import cross_gripper
 from ajgdata.evaluate.parts import GROUPED, elsewhere, part_columns
-from ajgdata.experiments.base import ByModel, Experiment, Inputs, Lookup, Outcome, TaskResults
-from ajgdata.experiments.cross_validation_results import PAPER_MODEL
+from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults
+from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.plots import Plot, value_range
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
+from ajgdata.experiments.settings import CrossGripperSettings
 from ajgdata.report.comparison import PaperComparison, holds, mark_of
 from ajgdata.report.format import Score, mean_sd, number, with_unit, words
-from ajgdata.types import ModelName, Name, Strict
+from ajgdata.types.registry import PAPER_MODEL
 from ajgdata.types.table import table_of
 
 #: Share of the skill on its own gripper above which a model counts as transferred.
 TRANSFERRED_SKILL = 0.5
 
 
-class Settings(Strict):
-    """The task on other grippers, with a few of their grasps added to the training."""
-
-    test_on: tuple[Name, ...] = Field(min_length=1, description="data sets of the other grippers")
-    grasps: tuple[Annotated[int, Field(ge=0)], ...] = Field(
-        (0, 1, 2, 4), min_length=1, description="calibration grasps of each class, or value"
-    )
-    models: tuple[ModelName, ...] = Field(
-        ("cnn", "linear_plain", "knn_plain"),
-        min_length=1,
-        description="models that are taken there",
-    )
-
-
-def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
+def measure(inputs: Inputs, settings: CrossGripperSettings, model: str) -> Outcome:
     """Return the errors of `model` on each other gripper for each number of calibration grasps."""
-    from ajgdata.evaluate.few_grasps import cross_gripper
-
     grippers = {name: inputs.data(name) for name in settings.test_on}
     points = cross_gripper(
         inputs.data(),
@@ -196,12 +180,8 @@ def _home_scores(results: TaskResults, label: str) -> dict[str, Score]:
 
 
 EXPERIMENT = Experiment(
-    name="cross_gripper",
-    order=60,
-    title="New gripper",
-    settings=Settings,
+    BUILT_IN["cross_gripper"],
     measure=measure,
     plots=plots,
     paper_comparison=paper_comparison,
-    division=ByModel(),
 )

@@ -9,12 +9,24 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ajgdata.evaluate.agreement import GRASP_INTERVAL, Interval
+from ajgdata.evaluate.crossval import (
+    CrossValidation,
+    Predictions,
+    Tested,
+    cross_validate,
+    deviation,
+    estimate_score,
+    overall,
+    overall_chance,
+    overall_interval,
+)
 from ajgdata.evaluate.design import Design, recording_design
+from ajgdata.evaluate.metrics import METRICS
 from ajgdata.evaluate.parts import (
     BY_GROUP,
     BY_SESSION,
@@ -31,19 +43,18 @@ from ajgdata.evaluate.parts import (
     part_columns,
     placebo,
 )
+from ajgdata.evaluate.splits import column_folds
 from ajgdata.evaluate.task_data import TaskData, is_among, labels_of, split_withheld
 from ajgdata.experiments import cross_validation_results as shown
-from ajgdata.experiments.base import ByModel, Experiment, Inputs, Outcome
+from ajgdata.experiments.base import Experiment, Inputs, Outcome
+from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.cross_validation_paper import paper_comparison
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, fold_scores, score_table
+from ajgdata.models.tuning import Folds
 from ajgdata.store.metrics import COST
 from ajgdata.types import CrossValidationSettings, NotPossibleError
 from ajgdata.types.session import PLACEMENT_COLUMN, SESSION_COLUMN
 from ajgdata.types.table import table_of
-
-if TYPE_CHECKING:
-    from ajgdata.evaluate.crossval import CrossValidation, Predictions, Tested
-    from ajgdata.models.tuning import Folds
 
 PREDICTIONS = "predictions"  #: name of the table of predictions
 PREDICTION_TITLES = {
@@ -103,8 +114,6 @@ def evaluate(
 
 def folds_of_task(inputs: Inputs, data: TaskData) -> Folds:
     """Return the folds of a task, which hold out its groups, for the recordings `data`."""
-    from ajgdata.evaluate.splits import column_folds
-
     task = inputs.task_settings
     count = inputs.fold_count(data.group)
     return column_folds(data.value, data.group, task.groups, task.kind, count, inputs.seed)
@@ -124,8 +133,6 @@ def cross_validated(
 
     `group` (n,) is never split; it is None for a random split.
     """
-    from ajgdata.evaluate.crossval import cross_validate
-
     return cross_validate(
         data.feature,
         data.value,
@@ -244,8 +251,6 @@ def evaluate_controls(
 
 def measure(inputs: Inputs, settings: CrossValidationSettings, model: str) -> Outcome:
     """Return errors, predictions and cost of `model` on the folds of a task."""
-    from ajgdata.evaluate.crossval import estimate_score
-
     splits, data = evaluate(inputs, model, settings.test_on, settings.compare_random)
     controls, unmeasured = evaluate_controls(inputs, model, settings)
     splits, data = {**splits, **controls.splits}, {**data, **controls.data}
@@ -317,13 +322,6 @@ def _overall_scores(
     inputs: Inputs,
 ) -> Iterator[ScoreRow]:
     """Yield rows of scores of known and withheld recordings together, for the parts of a split."""
-    from ajgdata.evaluate.crossval import (
-        deviation,
-        overall,
-        overall_chance,
-        overall_interval,
-    )
-
     result = splits[parts.training]
     known, withheld = result.predictions, result.extra_tests[parts.withheld].predictions
     chance = overall_chance(known, withheld, inputs.task_settings.period_deg)
@@ -348,8 +346,6 @@ def _overall_scores(
 
 def _interval_rows(inputs: Inputs, interval: Interval, key: ScoreKey) -> Iterator[ScoreRow]:
     """Yield the ends of the interval over grasps of the metric that is read first."""
-    from ajgdata.evaluate.metrics import METRICS
-
     metric = METRICS[inputs.task_settings.kind][0]
     for end, value in zip(GRASP_INTERVAL, interval, strict=True):
         yield ScoreRow(metric, end, value, key)
@@ -370,15 +366,11 @@ def _rows(data: TaskData, part: PartColumns, predictions: Predictions) -> Iterat
 
 
 EXPERIMENT = Experiment(
-    name="cross_validation",
-    title="Cross-validation",
-    settings=CrossValidationSettings,
+    BUILT_IN["cross_validation"],
     measure=measure,
     plots=shown.PLOTS,
     own_rows=shown.rows,
     summary=shown.summary,
     advice=shown.advice,
     paper_comparison=paper_comparison,
-    order=1,
-    division=ByModel(),
 )

@@ -10,8 +10,6 @@ from ajgdata.evaluate.agreement import PaperVerdict, together
 from ajgdata.evaluate.parts import GROUPED, RANDOM
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import (
-    BASELINE,
-    PAPER_MODEL,
     ModelResult,
     best_of,
     controls,
@@ -28,6 +26,7 @@ from ajgdata.report.comparison import (
     mark_of,
 )
 from ajgdata.report.format import Score, number, with_unit
+from ajgdata.types.registry import BASELINE, PAPER_MODEL
 
 #: Row of the paper on a task of many models: its number is that of the baseline.
 BASELINES = "baselines"

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
+from sklearn.metrics import confusion_matrix
 
 from ajgdata.evaluate.agreement import (
     GRASP_INTERVAL,
@@ -18,6 +18,8 @@ from ajgdata.evaluate.agreement import (
     placebo_test,
 )
 from ajgdata.evaluate.design import Design
+from ajgdata.evaluate.metrics import wrapped
+from ajgdata.evaluate.mirror import MirrorErrors, mirror_errors
 from ajgdata.evaluate.parts import (
     GROUPED,
     IN_SESSIONS,
@@ -43,10 +45,8 @@ from ajgdata.report.comparison import (
 )
 from ajgdata.report.format import Score, column_title, mean_sd, number, sentence, words
 from ajgdata.report.report_data import ResultRow
+from ajgdata.types.registry import PAPER_MODEL
 from ajgdata.types.table import Table, table_of
-
-if TYPE_CHECKING:
-    from ajgdata.evaluate.mirror import MirrorErrors
 
 #: Parts of a task: key in dataset.yaml under `paper`, and heading in the table of results.
 TASK_PARTS = {
@@ -71,8 +71,6 @@ PLACEBO_SPLITS = {
 SPLIT_OF_PART = {GROUPED: GROUPED, RANDOM: RANDOM, SESSIONS: SESSION_SPLIT}
 #: Heading of the placebo in the table of results.
 PLACEBO_HEADING = "placebo: one object under several names"
-#: The paper's model, and its baseline with a number.
-PAPER_MODEL, BASELINE = "cnn", "knn_plain"
 #: Share from which two classes count as confused, and the number of pairs that are listed.
 CONFUSED, MAX_CONFUSED = 0.1, 3
 SHORTEST_S = 1e-3  #: shorter times are drawn as this on a logarithmic axis
@@ -207,8 +205,6 @@ class ModelResult:
 
         Predictions of a target with a period are given at the repetition nearest to the truth.
         """
-        from ajgdata.evaluate.metrics import wrapped
-
         table = self.result.tables["predictions"].where(**self._columns(part))
         true, predicted = np.array(table.column("y_true")), np.array(table.column("y_pred"))
         if self.task.task_settings.period_deg:
@@ -222,8 +218,6 @@ class ModelResult:
 
     def mirror_errors(self, part: str) -> MirrorErrors | None:
         """Return errors to the nearer of angle and mirror image; None without a mirror plane."""
-        from ajgdata.evaluate.mirror import mirror_errors
-
         if self.task.mirror_deg is None:
             return None
         inputs = self.mirror_inputs(part)
@@ -278,8 +272,6 @@ def finding(results: TaskResults) -> str:
 
 def class_shares(results: TaskResults) -> Table:
     """Return the share of each predicted class in the recordings of each true class."""
-    from sklearn.metrics import confusion_matrix
-
     rows = []
     if results.task_settings.kind == "classification":
         model = shown_model(results)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +13,9 @@ from ajgdata.evaluate.embedding_data import EmbeddingData, embedding_data
 from ajgdata.experiments.base import Inputs
 from ajgdata.experiments.scores import ScoreKey, ScoreRow
 from ajgdata.report.format import Score
+from ajgdata.store.features import Latents
 from ajgdata.types import DataError, Embedding, NotPossibleError
 from ajgdata.types.table import Table
-
-if TYPE_CHECKING:
-    from ajgdata.store.features import Latents
 
 #: Names of spaces for people.
 SPACES = {"latent": "latent", "raw": "raw features", "pca": "PCA", "umap": "UMAP"}

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ajgdata.evaluate.agreement import PaperVerdict, together
+from ajgdata.evaluate.embedding_data import runs_by_space
+from ajgdata.evaluate.neighbours import mean_distances
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,
@@ -15,6 +17,7 @@ from ajgdata.experiments.base import (
     Outcome,
     TaskResults,
 )
+from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.embedding import (
     SPACES,
     score_of,
@@ -41,9 +44,6 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
 
     Distances are in units of the space. Raises ValueError where nothing could be trained.
     """
-    from ajgdata.evaluate.embedding_data import runs_by_space
-    from ajgdata.evaluate.neighbours import mean_distances
-
     data, latents = trained(inputs, settings)
     category = data.column(settings.category or settings.target).astype(str)
     names = np.unique(category[category != ""])
@@ -204,13 +204,8 @@ DISTANCES_PLOT = Plot(
     title=finding,
 )
 EXPERIMENT = Experiment(
-    name="embedding_distances",
-    title=TITLE,
-    settings=Embedding,
+    BUILT_IN["embedding_distances"],
     measure=measure,
     plots=(DISTANCES_PLOT,),
     paper_comparison=paper_comparison,
-    of_embedding=True,
-    order=82,
-    paper="distances",
 )

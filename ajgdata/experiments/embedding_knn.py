@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from ajgdata.evaluate.agreement import Estimate, Interval, compare_with_published
+from ajgdata.evaluate.fold_tests import corrected_interval
+from ajgdata.evaluate.neighbours import scores_by_space
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,
@@ -15,9 +17,11 @@ from ajgdata.experiments.base import (
     Outcome,
     TaskResults,
 )
+from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.embedding import run_scores, scores_by, trained, with_space_titles
 from ajgdata.experiments.plots import Plot, value_range
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
+from ajgdata.models.baselines import NEIGHBOURS
 from ajgdata.report.comparison import PaperComparison, ResultCost
 from ajgdata.report.format import Score, mean_sd, number
 from ajgdata.store.metrics import COST
@@ -34,9 +38,6 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
 
     Raises ValueError where nothing could be trained.
     """
-    from ajgdata.evaluate.neighbours import scores_by_space
-    from ajgdata.models.baselines import NEIGHBOURS
-
     data, latents = trained(inputs, settings)
     value = data.column(settings.target)
     scored = list(scores_by_space(data, latents, value, settings.dimensions, inputs.seed))
@@ -143,8 +144,6 @@ def relative_gain(latent: Score, raw: Score) -> tuple[Score, Interval]:
     The interval is that of the mean over folds; each fold is the mean of its initialisations, which
     are one after another in `latent`.
     """
-    from ajgdata.evaluate.fold_tests import corrected_interval
-
     folds = len(raw.per_fold)
     gains = np.reshape(latent.per_fold, (folds, -1)) - np.array(raw.per_fold)[:, np.newaxis]
     relative = 100 * gains / raw.mean
@@ -190,13 +189,8 @@ ACCURACY_PLOT = Plot(
     percent=("accuracy",),
 )
 EXPERIMENT = Experiment(
-    name=NAME,
-    title=TITLE,
-    settings=Embedding,
+    BUILT_IN["embedding_knn"],
     measure=measure,
     plots=(ACCURACY_PLOT,),
     paper_comparison=paper_comparison,
-    of_embedding=True,
-    order=81,
-    paper="latent-knn",
 )

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ajgdata.embed.projections import project
+from ajgdata.evaluate.embedding_data import EmbeddingData, runs_by_space
+from ajgdata.evaluate.neighbours import silhouette
 from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults
+from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.embedding import (
     SPACES,
     run_scores,
@@ -20,15 +24,13 @@ from ajgdata.experiments.embedding import (
 from ajgdata.experiments.embedding_knn import encoder_cost
 from ajgdata.experiments.plots import Plot
 from ajgdata.experiments.scores import score_table
+from ajgdata.models.scaling import raw_scaling
 from ajgdata.report.comparison import PaperComparison, holds
 from ajgdata.report.format import Caption, mean_sd, words
 from ajgdata.report.report_data import Illustration
+from ajgdata.store.features import Latents
 from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
-
-if TYPE_CHECKING:
-    from ajgdata.evaluate.embedding_data import EmbeddingData
-    from ajgdata.store.features import Latents
 
 TITLE = "Embedding: projections"
 #: The run that is looked at.
@@ -78,9 +80,6 @@ def _planes(
     data: EmbeddingData, latents: Latents, settings: Embedding, training: np.ndarray, seed: int
 ) -> dict[tuple[str, str], np.ndarray]:
     """Return every recording in the plane (n, 2), by space and method."""
-    from ajgdata.embed.projections import project
-    from ajgdata.models.scaling import raw_scaling
-
     raw = raw_scaling().fit(data.feature[training]).transform(data.feature)
     spaces = {"raw": raw, "latent": latents.latent[settings.shown][FOLD, INIT]}
     planes = {
@@ -110,9 +109,6 @@ def _silhouettes(
     data: EmbeddingData, latents: Latents, settings: Embedding
 ) -> Iterator[dict[str, Any]]:
     """Yield the silhouette of validation points by space, column of labels and run."""
-    from ajgdata.evaluate.embedding_data import runs_by_space
-    from ajgdata.evaluate.neighbours import silhouette
-
     shown = latents.latent[settings.shown], latents.validation_fold
     for space, runs in runs_by_space(data, *shown):
         for label in dict.fromkeys([settings.instance, settings.category or settings.target]):
@@ -190,15 +186,10 @@ SILHOUETTES_PLOT = Plot(
     name="silhouettes",
 )
 EXPERIMENT = Experiment(
-    name="embedding_projections",
-    title=TITLE,
-    settings=Embedding,
+    BUILT_IN["embedding_projections"],
     measure=measure,
     plots=(SILHOUETTES_PLOT,),
     own_figures=own_figures,
     paper_comparison=paper_comparison,
     summary=supervision,
-    of_embedding=True,
-    order=80,
-    paper="embedding",
 )

@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from ajgdata.evaluate.fold_tests import SIGNIFICANCE_LEVEL, holm, paired_fold_test, verdict
 from ajgdata.evaluate.parts import TRAINING_VALUES, WITHHELD_VALUES
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.scores import SCORES
-from ajgdata.models import model_label
 from ajgdata.report.comparison import Change, Reason
 from ajgdata.store.variants import VARIANTS
 from ajgdata.types import Kind
+from ajgdata.types.registry import model_label
 from ajgdata.types.table import Column, Table, table_of
 from ajgdata.types.variants import WITHHELD, Hypothesis, Variants
 
@@ -98,8 +99,6 @@ def hypothesis_table(name: str, file: Variants, scores: Table, kind: Kind, unit:
     `scores` are the stored scores of the file, and `unit` is that of the target. A gain that cannot
     be tested has no interval and no p. A hypothesis without stored scores has no row.
     """
-    from ajgdata.evaluate.fold_tests import paired_fold_test
-
     metric = "accuracy" if kind == "classification" else "rmse"
     title = "accuracy" if kind == "classification" else "RMSE"
     if unit and metric == "rmse":
@@ -212,8 +211,6 @@ def with_verdicts(tables: Sequence[Table]) -> list[Table]:
 
     p values are corrected for the number of tests on the page (Holm).
     """
-    from ajgdata.evaluate.fold_tests import SIGNIFICANCE_LEVEL, holm, verdict
-
     all_p = [p for table in tables for p in table.numbers("p").tolist()]
     corrected = iter(holm(all_p))
     count = int(np.isfinite(all_p).sum())

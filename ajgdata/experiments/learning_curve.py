@@ -4,27 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import numpy as np
-from pydantic import Field
 
 from ajgdata.evaluate.agreement import Estimate, Interval, compare_with_published
+from ajgdata.evaluate.few_grasps import grasps_needed, learning_curve
 from ajgdata.evaluate.parts import GROUPED, part_columns
-from ajgdata.experiments.base import (
-    ByModel,
-    Experiment,
-    Inputs,
-    Lookup,
-    Outcome,
-    Result,
-    TaskResults,
-)
+from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, Result, TaskResults
+from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.plots import Plot
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
+from ajgdata.experiments.settings import LearningCurveSettings
 from ajgdata.report.comparison import Mark, PaperComparison
 from ajgdata.report.format import mean_sd, number, with_unit
-from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
@@ -35,25 +28,11 @@ if TYPE_CHECKING:
 HELD_OUT = "held_out"
 
 
-class Settings(Strict):
-    """Learning curve: training grasps per class, each number drawn `repeats` times."""
-
-    groups: tuple[Annotated[int, Field(ge=1)], ...] = Field(
-        min_length=2, description="numbers of training grasps per class"
-    )
-    repeats: int = Field(5, ge=2, description="draws of each number")
-    models: tuple[ModelName, ...] = Field(
-        ("cnn", "linear_plain", "knn_plain"), min_length=1, description="models that get a curve"
-    )
-
-
-def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
+def measure(inputs: Inputs, settings: LearningCurveSettings, model: str) -> Outcome:
     """Return the errors of `model` on the same grasps for each number of training grasps.
 
     `others` of the metadata are the numbers that failed, as text, with the reason.
     """
-    from ajgdata.evaluate.few_grasps import learning_curve
-
     curve = learning_curve(
         inputs.data(),
         kind=inputs.task_settings.kind,
@@ -113,8 +92,6 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     A number of grasps has no chance level. The interval is narrow if it is below a quarter of the
     published number.
     """
-    from ajgdata.evaluate.few_grasps import grasps_needed
-
     paper = results.paper
     first = results.results[0]
     if paper is None or paper.value is None or paper.reached is None:
@@ -186,14 +163,10 @@ def advice(results: TaskResults) -> Iterator[str]:
 
 
 EXPERIMENT = Experiment(
-    name="learning_curve",
-    order=30,
-    title="Learning curve",
-    settings=Settings,
+    BUILT_IN["learning_curve"],
     measure=measure,
     plots=(CURVE_PLOT,),
     paper_comparison=paper_comparison,
     summary=missing,
     advice=advice,
-    division=ByModel(),
 )

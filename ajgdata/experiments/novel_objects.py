@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
-from pydantic import Field
+from threadpoolctl import threadpool_limits
 
+from ajgdata.evaluate.intervals import mean_interval
+from ajgdata.evaluate.novelty import novel_scores
 from ajgdata.evaluate.parts import GROUPED, part_columns
 from ajgdata.evaluate.task_data import grasps_of, labels_of
 from ajgdata.experiments.base import Experiment, Inputs, Outcome, TaskResults
+from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.plots import Plot
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
+from ajgdata.experiments.settings import NovelObjectsSettings
 from ajgdata.report.format import number
-from ajgdata.types import Strict
 from ajgdata.types.table import table_of
 
 TITLE = "Novel objects"
@@ -34,21 +37,8 @@ RATES = (0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 CLASSIFIER = "linear_plain"
 
 
-class Settings(Strict):
-    """Detection of objects that are held out, by several detectors."""
-
-    false_alarm: float = Field(
-        0.05, gt=0, lt=1, description="share of grasps of known objects that may be flagged"
-    )
-
-
-def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
+def measure(inputs: Inputs, settings: NovelObjectsSettings, _: str) -> Outcome:
     """Return the share of grasps of held-out objects that each detector flags."""
-    from threadpoolctl import threadpool_limits
-
-    from ajgdata.evaluate.intervals import mean_interval
-    from ajgdata.evaluate.novelty import novel_scores
-
     data = inputs.all_data()
     grasp = grasps_of(inputs.store, data)
     objects = labels_of(inputs.store, data, "object")
@@ -121,10 +111,7 @@ CURVE_PLOT = Plot(
     title=finding,
 )
 EXPERIMENT = Experiment(
-    name="novel_objects",
-    order=45,
-    title=TITLE,
-    settings=Settings,
+    BUILT_IN["novel_objects"],
     measure=measure,
     plots=(CURVE_PLOT,),
 )

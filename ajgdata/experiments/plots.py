@@ -13,8 +13,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
+import pandas as pd
 
-from ajgdata.models import model_label
 from ajgdata.report.format import (
     MAX_LISTED,
     Caption,
@@ -26,6 +26,7 @@ from ajgdata.report.format import (
     words,
 )
 from ajgdata.report.report_data import Illustration, ResultRow
+from ajgdata.types.registry import model_label
 from ajgdata.types.table import Column, Table, Value
 
 if TYPE_CHECKING:
@@ -447,8 +448,6 @@ def value_range(values: Sequence[float], unit: str) -> str:
 def binned(x: np.ndarray, max_values: int = MAX_VALUES) -> np.ndarray:
     """Return places on an x axis (n,); more than `max_values` distinct ones are put into as many
     bins of equal width, and each becomes the mean of its bin."""
-    import pandas as pd
-
     if len(np.unique(x)) <= max_values:
         return x
     numbers = pd.Series(x)

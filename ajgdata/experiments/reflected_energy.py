@@ -6,8 +6,6 @@ from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Any
 
-from pydantic import Field, model_validator
-
 from ajgdata.evaluate.agreement import (
     GRASP_INTERVAL,
     Interval,
@@ -15,6 +13,7 @@ from ajgdata.evaluate.agreement import (
     statement,
     together,
 )
+from ajgdata.evaluate.energy import band_energy, relative_energies
 from ajgdata.evaluate.task_data import labels_of
 from ajgdata.experiments.base import (
     Experiment,
@@ -23,41 +22,19 @@ from ajgdata.experiments.base import (
     Outcome,
     TaskResults,
 )
+from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.plots import Plot
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
+from ajgdata.experiments.settings import ReflectedEnergySettings
 from ajgdata.report.comparison import PaperComparison
 from ajgdata.report.format import enumerated, number, with_unit, words
-from ajgdata.types import FeatureSettings, Kind, Strict
 from ajgdata.types.table import Table, table_of
 
 ENDS = {"low": "From", "high": "To"}  #: columns of the 95 % interval over grasps
 
 
-class Settings(Strict):
-    """Energy of the recordings of each class of the target, against those of one of them."""
-
-    reference: str = Field(description="value of the target, e.g. air: the empty gripper")
-    band_hz: tuple[float, float] = Field(description="frequencies that count, low to high")
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Settings:
-        if not 0 <= self.band_hz[0] < self.band_hz[1]:
-            raise ValueError(f"band_hz {self.band_hz} must be 0 <= low < high")
-        return self
-
-
-def check(_: Settings, __: Kind, features: FeatureSettings) -> None:
-    """Raise ValueError for features that are no energies."""
-    if (features.quantity, features.normalisation) != ("power", "none"):
-        raise ValueError(
-            "reflected_energy needs features.quantity power and features.normalisation none"
-        )
-
-
-def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
+def measure(inputs: Inputs, settings: ReflectedEnergySettings, _: str) -> Outcome:
     """Return the energy of each class within the band against that of the reference."""
-    from ajgdata.evaluate.energy import band_energy, relative_energies
-
     data = inputs.all_data()
     objects = labels_of(inputs.store, data, "object")
     energy = band_energy(data.feature, inputs.store.frequency_hz, settings.band_hz)
@@ -147,13 +124,8 @@ CLASSES_PLOT = Plot(
     listed=True,
 )
 EXPERIMENT = Experiment(
-    name="reflected_energy",
-    order=10,
-    title="Reflected energy",
-    settings=Settings,
+    BUILT_IN["reflected_energy"],
     measure=measure,
     plots=(CLASSES_PLOT,),
     paper_comparison=paper_comparison,
-    check=check,
-    kinds=("classification",),
 )

@@ -10,46 +10,25 @@ import time
 from collections.abc import Iterator
 
 import numpy as np
-from pydantic import Field
 
 from ajgdata.evaluate.agreement import Estimate, Interval
+from ajgdata.evaluate.crossval import cross_validate
+from ajgdata.evaluate.fold_tests import grasp_errors, repeat_seed, robust_error
 from ajgdata.evaluate.parts import elsewhere, part_columns
-from ajgdata.experiments.base import (
-    ByModel,
-    Experiment,
-    Inputs,
-    Lookup,
-    Outcome,
-    Result,
-    TaskResults,
-)
+from ajgdata.evaluate.splits import column_folds
+from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, Result, TaskResults
+from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.plots import Plot
 from ajgdata.experiments.scores import SCORES, ScoreKey, ScoreRow, score_table
+from ajgdata.experiments.settings import RepeatedFitsSettings
 from ajgdata.report.comparison import Mark, PaperComparison, judged, mark_of
 from ajgdata.report.format import Score, mean_sd
 from ajgdata.store.metrics import COST
-from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import Table, table_of
 
 
-class Settings(Strict):
-    """Error on other data sets over many fits of models that are trained on the task's own."""
-
-    test_on: tuple[Name, ...] = Field(
-        min_length=1, description="data sets that the models are tested on, e.g. under noise"
-    )
-    repeats: int = Field(10, ge=3, le=100, description="cross-validations with other seeds")
-    models: tuple[ModelName, ...] = Field(
-        ("cnn",), min_length=1, description="models; the first is compared with the paper"
-    )
-
-
-def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
+def measure(inputs: Inputs, settings: RepeatedFitsSettings, model: str) -> Outcome:
     """Return the error of `model` on each data set: of each fit, the median, and the interval."""
-    from ajgdata.evaluate.crossval import cross_validate
-    from ajgdata.evaluate.fold_tests import grasp_errors, repeat_seed, robust_error
-    from ajgdata.evaluate.splits import column_folds
-
     own = inputs.data()
     tests = {name: inputs.data(name) for name in settings.test_on}
     squared: dict[str, list[np.ndarray]] = {name: [] for name in tests}
@@ -143,13 +122,8 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
 
 
 EXPERIMENT = Experiment(
-    name="repeated_fits",
-    order=70,
-    title="Repeated fits",
-    settings=Settings,
+    BUILT_IN["repeated_fits"],
     measure=measure,
     plots=(FITS_PLOT,),
     paper_comparison=paper_comparison,
-    division=ByModel(),
-    kinds=("regression",),
 )

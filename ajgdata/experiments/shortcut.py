@@ -8,22 +8,16 @@ from __future__ import annotations
 
 import dataclasses
 
-from pydantic import Field
-
 from ajgdata.evaluate.parts import GROUPED, elsewhere, part_columns
-from ajgdata.experiments.base import (
-    ByModel,
-    Experiment,
-    Inputs,
-    Outcome,
-    TaskResults,
-)
+from ajgdata.evaluate.shortcut_test import shortcut_test
+from ajgdata.experiments.base import Experiment, Inputs, Outcome, TaskResults
+from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.cross_validation import evaluate
 from ajgdata.experiments.plots import Plot
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
+from ajgdata.experiments.settings import ShortcutSettings
 from ajgdata.experiments.silence_tests import silence_tests
 from ajgdata.report.format import number
-from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import table_of
 
 TEST_COLUMNS = {
@@ -32,23 +26,8 @@ TEST_COLUMNS = {
 }  # fmt: skip
 
 
-class Settings(Strict):
-    """Test of the folds' models on recordings with the speaker silent."""
-
-    test_on: tuple[Name, ...] = Field(
-        min_length=1,
-        description="data sets that were recorded with the speaker silent: a model whose "
-        "predictions from them depend on the target has learned another sound, and is flagged",
-    )
-    models: tuple[ModelName, ...] = Field(
-        ("cnn", "linear", "knn"), min_length=1, description="models that are tested"
-    )
-
-
-def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
+def measure(inputs: Inputs, settings: ShortcutSettings, model: str) -> Outcome:
     """Return how far predictions of `model` from silence depend on the target."""
-    from ajgdata.evaluate.shortcut_test import shortcut_test
-
     evaluation = evaluate(inputs, model, settings.test_on)
     scores: list[ScoreRow] = []
     tests = []
@@ -103,12 +82,8 @@ DEPENDENCE_PLOT = Plot(
     chance="null",
 )
 EXPERIMENT = Experiment(
-    name="shortcut",
-    title="Shortcut",
-    settings=Settings,
+    BUILT_IN["shortcut"],
     measure=measure,
     plots=(DEPENDENCE_PLOT,),
     summary=verdicts,
-    division=ByModel(),
-    order=15,
 )

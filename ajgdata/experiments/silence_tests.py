@@ -6,6 +6,8 @@ them.
 
 from __future__ import annotations
 
+from ajgdata.evaluate.fold_tests import holm
+from ajgdata.evaluate.shortcut_test import FLAG_LEVEL
 from ajgdata.experiments.base import Result, TaskResults
 
 
@@ -14,9 +16,6 @@ def silence_tests(results: TaskResults) -> list[tuple[Result, dict]]:
 
     p values are corrected for all tests on the page (Holm), and decide which model is flagged.
     """
-    from ajgdata.evaluate.fold_tests import holm  # SciPy
-    from ajgdata.evaluate.shortcut_test import FLAG_LEVEL
-
     rows = [
         (result, row)
         for task in results.same_page or (results,)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from pydantic import Field
 
 from ajgdata.evaluate.agreement import (
     ACCEPTED,
@@ -16,26 +15,20 @@ from ajgdata.evaluate.agreement import (
     Interval,
     compare_with_published,
 )
+from ajgdata.evaluate.calibration import calibration_error, reliability
+from ajgdata.evaluate.in_use import calibrated
+from ajgdata.evaluate.intervals import clopper_pearson, exact_lower_bound
 from ajgdata.evaluate.parts import GROUPED, part_columns
-from ajgdata.experiments.base import (
-    ByModel,
-    Experiment,
-    Inputs,
-    Lookup,
-    Outcome,
-    Result,
-    TaskResults,
-)
+from ajgdata.evaluate.sorting import DecisionShares, decision_shares, decisions, run_of, stream
+from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, Result, TaskResults
+from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.plots import PERCENTILES, Plot
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
+from ajgdata.experiments.settings import SortingSettings
 from ajgdata.report.comparison import Mark, PaperComparison, PaperFigure
 from ajgdata.report.format import number
 from ajgdata.report.report_data import ResultRow
-from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
-
-if TYPE_CHECKING:
-    from ajgdata.evaluate.sorting import DecisionShares
 
 Row = dict[str, Any]
 RUNS = 500  #: simulated runs of sorting, each with its own seed
@@ -74,20 +67,8 @@ QUANTITIES = (
 )
 
 
-class Settings(Strict):
-    """Sorting by sound, offline: objects in random order until none is probable enough."""
-
-    threshold: float = Field(0.6, gt=0, le=1, description="probability that is enough (paper)")
-    models: tuple[ModelName, ...] = Field(("cnn",), min_length=1, description="models that sort")
-    scenario: str = Field("", description="name of the scenario in the comparison with the paper")
-
-
-def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
+def measure(inputs: Inputs, settings: SortingSettings, model: str) -> Outcome:
     """Return the calibration of `model`, its decisions, and runs of sorting the task's objects."""
-    from ajgdata.evaluate.calibration import calibration_error, reliability
-    from ajgdata.evaluate.in_use import calibrated
-    from ajgdata.evaluate.sorting import decision_shares, decisions, run_of, stream
-
     data = inputs.data()
     result = calibrated(
         data.feature,
@@ -189,8 +170,6 @@ def _compared(
     results: TaskResults, result: Result, quantity: DecisionShare, paper: PaperFigure
 ) -> PaperComparison:
     """Return a share next to the published count; the verdict uses the intervals of both."""
-    from ajgdata.evaluate.intervals import clopper_pearson, exact_lower_bound
-
     if paper.correct is None or paper.trials is None:
         raise ValueError(f"{paper.id}: requires correct and trials")
     row = _decision_row(result, CALIBRATED)
@@ -285,14 +264,9 @@ RELIABILITY_PLOT = Plot(
     name="reliability",
 )
 EXPERIMENT = Experiment(
-    name="sorting",
-    order=40,
-    title="Sorting",
-    settings=Settings,
+    BUILT_IN["sorting"],
     measure=measure,
     plots=(LENGTHS_PLOT, RELIABILITY_PLOT),
     own_rows=rows,
     paper_comparison=paper_comparison,
-    division=ByModel(),
-    kinds=("classification",),
 )

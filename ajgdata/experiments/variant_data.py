@@ -7,18 +7,19 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import repeat
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
+from ajgdata.acquire.excitation import excitation_samples
+from ajgdata.acquire.recipe import RecipeGrasp
 from ajgdata.evaluate.parts import WITHHELD, elsewhere
 from ajgdata.evaluate.task_data import TaskData, split_withheld
 from ajgdata.experiments.base import Inputs
+from ajgdata.features.spectrum import spectrum, within
 from ajgdata.types import NotPossibleError
 from ajgdata.types.variants import ChosenGrasps, NamedVariant, Variant, Variants
-
-if TYPE_CHECKING:
-    from ajgdata.acquire.recipe import RecipeGrasp
 
 #: Metric of the cost of features.
 FEATURE_S = "feature_s_per_recording"
@@ -114,8 +115,6 @@ class VariantRecordings:
 
     def _bins(self, feature: np.ndarray, bins_hz: tuple[float, float]) -> np.ndarray:
         """Return the bins of features (n, f) in a band, normalised again."""
-        from ajgdata.features.spectrum import within
-
         frequency_hz = self.inputs.store.frequency_hz
         return within(feature, frequency_hz, bins_hz, self.inputs.features.normalisation)[0]
 
@@ -141,8 +140,6 @@ class VariantRecordings:
         self, inputs: Inputs, grasps: Sequence[RecipeGrasp], chosen: ChosenGrasps
     ) -> TaskData:
         """Return grasps simulated with a change, each recorded once."""
-        from ajgdata.features.spectrum import spectrum
-
         key = chosen.model_dump_json()
         if key not in self.simulated:
             assert inputs.grasps is not None, "planned from it"
@@ -160,8 +157,6 @@ class VariantRecordings:
     @cached_property
     def _computed(self) -> dict[str, dict[str, ComputedFeatures]]:
         """Features of each data set, by name of the variant; each recording is read once."""
-        from threadpoolctl import threadpool_limits
-
         own = self.inputs.dataset
         names = dict.fromkeys((own, *self.file.test_sets, *self.file.train_sets))
         with threadpool_limits(limits=1):
@@ -172,8 +167,6 @@ class VariantRecordings:
 
         Raises NotPossibleError for a sound, or a recording, that does not allow one of them.
         """
-        from ajgdata.features.spectrum import spectrum
-
         inputs = self.inputs
         variants = [v for v in self.file.all_variants if self._is_computed(v.change)]
         settings = [variant.change.feature_settings(inputs.features) for variant in variants]
@@ -218,8 +211,6 @@ def _rendered(
     inputs: Inputs, variants: Sequence[Variant], names: Sequence[str]
 ) -> Iterable[Sequence[np.ndarray]]:
     """Return for each simulated recording its samples with the sound of each variant."""
-    from ajgdata.acquire.excitation import excitation_samples
-
     if inputs.render is None:
         raise NotPossibleError("it needs a virtual data set: other sounds are played in its scenes")
     rate = inputs.audio.sample_rate_hz

@@ -26,6 +26,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+import scipy.fft
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
@@ -120,8 +121,6 @@ def _check(samples: NDArray[Any], settings: FeatureSettings) -> int | None:
 
 def _summed(samples: Float32, settings: FeatureSettings, exponent: int) -> NDArray[np.float64]:
     """Return the sum over time (window/2 + 1,) of the transform of 2**exponent samples."""
-    import scipy.fft  # a quarter of what Snakemake waits for when it reads this
-
     window = np.ldexp(
         periodic_window(settings.window_shape, settings.window).astype(np.float32), exponent
     )

@@ -6,15 +6,17 @@ Which models there are stands in `types.registry.MODELS`.
 from __future__ import annotations
 
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any, get_args
+from typing import Any, get_args
 
 import numpy as np
+from sklearn.base import BaseEstimator
+from sklearn.multioutput import MultiOutputRegressor
+from sklearn.utils.validation import has_fit_parameter
 
+from ajgdata.models.scaling import Circular
 from ajgdata.models.thinning import thinned
+from ajgdata.models.tuning import Tuned
 from ajgdata.types import MODELS, Kind
-
-if TYPE_CHECKING:
-    from sklearn.base import BaseEstimator
 
 
 def make_model(name: str, kind: Kind, seed: int = 0, period: float | None = None) -> BaseEstimator:
@@ -44,10 +46,6 @@ def make_model(name: str, kind: Kind, seed: int = 0, period: float | None = None
 
 def _circular(estimator: BaseEstimator, period: float, several: bool) -> BaseEstimator:
     """Return a regressor of a repeating target; `several`: it fits targets (n, 2) itself."""
-    from sklearn.multioutput import MultiOutputRegressor
-
-    from ajgdata.models.scaling import Circular
-    from ajgdata.models.tuning import Tuned
 
     def wrap(regressor: BaseEstimator) -> BaseEstimator:
         return Circular(regressor if several else MultiOutputRegressor(regressor), period)
@@ -67,8 +65,6 @@ def fit_model(
     Inner folds of a tuned model never split `groups` (n,); without groups it chooses nothing.
     With more than `limit` recordings, an even subset is used (see `thinned`).
     """
-    from sklearn.utils.validation import has_fit_parameter
-
     if limit is not None and len(target) > limit:
         rows = thinned(np.arange(len(target)) if groups is None else groups, limit, target)
         features, target = features[rows], target[rows]
@@ -98,8 +94,6 @@ def chosen(fitted: BaseEstimator) -> tuple[BaseEstimator, dict[str, Any] | None]
     """Return the ordinary estimator that a fitted model has become, and of a tuned one how it was
     chosen, as JSON can hold it: `choice`, `reason` if there was none, `inner_folds`, `scores`,
     the candidates `left_out`, and on how many recordings, `chosen_on`, if not on all."""
-    from ajgdata.models.tuning import Tuned
-
     if not isinstance(fitted, Tuned):
         return fitted, None
     about: dict[str, Any] = {"choice": fitted.choice_, "reason": fitted.reason_}
@@ -107,8 +101,3 @@ def chosen(fitted: BaseEstimator) -> tuple[BaseEstimator, dict[str, Any] | None]
     about |= {"left_out": fitted.left_out_} if fitted.left_out_ else {}
     about |= {"chosen_on": fitted.chosen_on_} if fitted.chosen_on_ else {}
     return fitted.best_estimator_, about
-
-
-def model_label(name: str, kind: Kind) -> str:
-    """Return the name that the report gives a model; an unknown name is returned unchanged."""
-    return MODELS[name].label(kind) if name in MODELS else name

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 
 
 def thinned(groups: np.ndarray, limit: int, target: np.ndarray | None = None) -> np.ndarray:
@@ -17,8 +18,6 @@ def thinned(groups: np.ndarray, limit: int, target: np.ndarray | None = None) ->
     >>> groups[thinned(groups, 5)].tolist()
     [7, 7, 8, 8, 9]
     """
-    import pandas as pd
-
     if limit >= len(groups):
         return np.arange(len(groups))
     order = np.random.default_rng(0).permutation(len(groups))

@@ -10,13 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ajgdata.experiments.base import TaskResults
-from ajgdata.experiments.cross_validation_results import (
-    BASELINE,
-    PAPER_MODEL,
-    SHORTEST_S,
-    ModelResult,
-    models_of,
-)
+from ajgdata.experiments.cross_validation_results import SHORTEST_S, ModelResult, models_of
 from ajgdata.pages.models import figures as cost_figures
 from ajgdata.pages.selection import alternative, first_on, paper_sentence, shown_value
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, plain_ticks
@@ -24,6 +18,7 @@ from ajgdata.report.comparison import PaperFigure
 from ajgdata.report.format import Caption, column_title, mean_sd, number
 from ajgdata.report.report_data import Illustration
 from ajgdata.types import CROSS_VALIDATION
+from ajgdata.types.registry import BASELINE, PAPER_MODEL
 from ajgdata.types.table import Table, table_of
 
 PAGE = "baselines"

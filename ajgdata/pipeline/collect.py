@@ -7,15 +7,10 @@ from typing import Any
 
 from ajgdata.evaluate.agreement import why_undefined
 from ajgdata.experiments.cross_validation import PREDICTIONS
+from ajgdata.experiments.requests import TaskKey, requests_for
 from ajgdata.experiments.scores import SCORES
 from ajgdata.paths import Paths
-from ajgdata.pipeline.experiments import (
-    Measurement,
-    TaskKey,
-    computed,
-    measurements,
-    requests_for,
-)
+from ajgdata.pipeline.task_results import Measurement, computed, measurements
 from ajgdata.store.metrics import write_metrics, write_predictions
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types.table import Table

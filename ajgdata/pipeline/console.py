@@ -6,6 +6,9 @@ import logging
 import time
 from typing import TYPE_CHECKING, Any, TextIO
 
+from rich import progress
+from rich.console import Console
+
 from ajgdata.types import many
 
 if TYPE_CHECKING:
@@ -106,9 +109,6 @@ class JobLines(logging.Handler):
 
 def _bar(stream: TextIO) -> Progress:
     """Return a bar that shows nothing if `stream` is not a terminal."""
-    from rich import progress  # 0.1 s
-    from rich.console import Console
-
     terminal = stream.isatty()
     return progress.Progress(
         progress.MofNCompleteColumn(separator=" of "),

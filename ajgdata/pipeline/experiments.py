@@ -1,7 +1,4 @@
-"""Experiments of a run: which are asked for, their measurement as a job, and their results.
-
-Called while Snakemake parses, too: light imports only.
-"""
+"""The job of an experiment: features and recordings of a task -> tables."""
 
 from __future__ import annotations
 
@@ -9,124 +6,32 @@ import json
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
-from ajgdata.experiments import (
-    EXPERIMENTS,
-    JobKey,
-    MeasurementKey,
-    Request,
+from ajgdata.experiments.base import Experiment, Inputs, Outcome
+from ajgdata.experiments.registry import load_experiment
+from ajgdata.experiments.requests import (
     measurement_name,
-    requested_experiments,
 )
-from ajgdata.experiments.base import Experiment, Inputs, Other, Outcome, Result, TaskResults
 from ajgdata.features.spectrum import differing_axes
 from ajgdata.models.device import device_facts
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tell
-from ajgdata.store.features import read_store
+from ajgdata.pipeline.recipes import grasp_simulator, renderer
+from ajgdata.pipeline.recordings import RecordingReader
+from ajgdata.pipeline.similar_sounds import leak_refusals, sounds_of
+from ajgdata.store.features import FeatureRows, read_latents, read_store
 from ajgdata.store.files import read_json
-from ajgdata.store.tables import read_measurements, write_measurements
+from ajgdata.store.tables import write_measurements
 from ajgdata.types import (
     CROSS_VALIDATION,
     AudioSettings,
     DataError,
-    DatasetSpec,
     FeatureSettings,
     NotPossibleError,
     Strict,
     TaskSettings,
 )
-
-if TYPE_CHECKING:
-    from ajgdata.report.comparison import PaperFigure
-    from ajgdata.store.features import FeatureRows
-    from ajgdata.types.table import Table
-
-TaskKey = tuple[str, str]  #: data set, and task or embedding
-
-
-class Measurement(NamedTuple):
-    """What an experiment measured of a task, with one model: facts, tables, and tables of cost."""
-
-    about: dict[str, Any]
-    tables: list[Table]
-    cost: list[Table]
-
-
-def requests_for(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[Request]:
-    """Return every experiment that tasks and embeddings ask for, in the order of the report."""
-    return [r for dataset, task in tasks for r in requested_experiments(specs[dataset], task)]
-
-
-def of_paper(
-    specs: Mapping[str, DatasetSpec], requests: Mapping[JobKey, Request]
-) -> dict[JobKey, Request]:
-    """Return the experiments that reproduce the paper: cross-validation and the named experiments
-    of tasks with published values, and embeddings of data sets with such tasks."""
-    return {key: r for key, r in requests.items() if _is_of_paper(specs[r.dataset], r)}
-
-
-def _is_of_paper(spec: DatasetSpec, request: Request) -> bool:
-    name = request.experiment.name
-    if request.experiment.of_embedding:
-        return any(task.papers for task in spec.tasks.values())
-    papers = spec.tasks[request.task].papers
-    compared = {part.partition(".")[0] for part in papers}
-    return name in compared or (bool(papers) and name == CROSS_VALIDATION)
-
-
-def measurements(
-    paths: Paths, requests: Sequence[Request]
-) -> tuple[dict[MeasurementKey, Measurement], dict[Path, DataError]]:
-    """Return the existing measurements of experiments, and the errors of files that cannot be read,
-    for example because they are of another version, by file."""
-    available = {}
-    errors = {}
-    for job in (job for request in requests for job in request.jobs):
-        files = paths.experiment(*job), paths.experiment_cost(*job)
-        if all(file.is_file() for file in files):
-            contents = []
-            for file in files:
-                try:
-                    contents.append(read_measurements(file))
-                except DataError as error:
-                    errors[file] = error
-            if len(contents) < len(files):
-                continue
-            results, costs = contents
-            for (about, tables), (_, cost) in zip(results, costs, strict=True):
-                key = about["dataset"], about["task"], about["experiment"], about["model"]
-                available[key] = Measurement(about, tables, cost)
-    return available, errors
-
-
-def computed(requests: Sequence[Request], available: Collection[MeasurementKey]) -> list[Request]:
-    """Return the experiments that have measurements among `available`, each with these parts."""
-    measured = []
-    for request in requests:
-        pairs = zip(request.parts, request.keys, strict=True)
-        parts = [part for part, key in pairs if key in available]
-        if parts:
-            measured.append(request.with_parts(parts))
-    return measured
-
-
-def without_late(requests: Mapping[JobKey, Request]) -> dict[JobKey, Request]:
-    """Return the jobs of the first target if no result is of the paper: those that do not wait for
-    `snakemake everything`."""
-    return {
-        key: request
-        for key, request in requests.items()
-        if not all(part.is_late for part in request.parts)
-    }
-
-
-def page_of(request: Request, spec: DatasetSpec) -> str:
-    """Return the page of an experiment: its own, that of its task, or that of the data set."""
-    if request.experiment.of_embedding:
-        return request.experiment.name
-    return spec.tasks[request.task].page or request.dataset
 
 
 def run_experiment(
@@ -156,7 +61,7 @@ def run_experiment(
     that the settings name. A task that lacks what the experiment needs is
     written as skipped, with the reason.
     """
-    measured = EXPERIMENTS[experiment]
+    measured = load_experiment(experiment)
     table = read_store(store)
     about = {
         "experiment": experiment,
@@ -169,7 +74,7 @@ def run_experiment(
         **device_facts(),
     }
     compared = {other: _comparable(store, table, paths.features(other)) for other in other_sets}
-    read_too = compared if measured.reads_recordings else {}
+    read_too = compared if measured.spec.reads_recordings else {}
     inputs = Inputs(
         dataset=dataset,
         task=task,
@@ -183,7 +88,7 @@ def run_experiment(
         **_encoded(*encoders),
         **_sounds(paths, dataset, audio, read_too, rendered),
     )
-    checked = measured.settings.model_validate(settings)
+    checked = measured.spec.settings.model_validate(settings)
     refused = _copied_sets(inputs, getattr(checked, "test_on", ()))
     outcomes = [
         _measure(measured, inputs, checked, about | {"model": part}, refused) for part in parts
@@ -204,9 +109,9 @@ def _measure(
     `refused` are data sets with copies of training recordings, with the reason. A cross-validation
     is measured without these test sets; other experiments require all their data sets.
     """
-    name = measurement_name(experiment.name, about["model"])
+    name = measurement_name(experiment.spec.name, about["model"])
     try:
-        if refused and experiment.name != CROSS_VALIDATION:
+        if refused and experiment.spec.name != CROSS_VALIDATION:
             raise NotPossibleError("; ".join(refused.values()))
         settings = _without_test_sets(settings, refused)
         about = {**about, "left_out": dict(inputs.classes_of_task[1])}
@@ -232,9 +137,6 @@ def _without_test_sets(settings: Strict, refused: Collection[str]) -> Strict:
 
 def _copied_sets(inputs: Inputs, test_on: Sequence[str]) -> dict[str, str]:
     """Return why data sets of `test_on` contain copies of training recordings, by name."""
-    # the simulation, which Snakemake does not need
-    from ajgdata.pipeline.similar_sounds import leak_refusals, sounds_of
-
     if not test_on:
         return {}
     quantity = inputs.features.quantity
@@ -258,10 +160,6 @@ def _sounds(
     paths: Paths, dataset: str, audio: AudioSettings, read: Mapping[str, FeatureRows], rendered: str
 ) -> dict[str, Any]:
     """Return what reads recordings, and what simulates sounds and grasps, by name of the input."""
-    # SciPy and the simulation, which Snakemake does not need
-    from ajgdata.pipeline.recipes import grasp_simulator, renderer
-    from ajgdata.pipeline.recordings import RecordingReader
-
     settings = {n: AudioSettings.model_validate(_settings(t)["audio"]) for n, t in read.items()}
     return {
         "recordings": RecordingReader(paths, {dataset: audio, **settings}),
@@ -277,85 +175,6 @@ def _settings(table: FeatureRows) -> dict[str, Any]:
 
 def _encoded(latents: Path | None = None, training_cost: Path | None = None) -> dict[str, Any]:
     """Return what an embedding's encoders made and cost, by name."""
-    from ajgdata.store.features import read_latents
-
     if latents is None or training_cost is None:
         return {}
     return {"latents": read_latents(latents), "training_cost": read_json(training_cost)}
-
-
-def read_results(
-    available: Mapping[MeasurementKey, Measurement],
-    request: Request,
-    specs: Mapping[str, DatasetSpec],
-    paper: Mapping[str, PaperFigure],
-) -> tuple[TaskResults, list[tuple[str, str]]]:
-    """Return the results of an experiment on a task among those available, and the label of each
-    model that was skipped, with the reason."""
-    spec = specs[request.dataset]
-    task_settings = spec.task_settings(request.task)
-    results = []
-    skipped = []
-    source = "recorded"
-    for part, key in zip(request.parts, request.keys, strict=True):
-        about, tables, costs = available[key]
-        label = request.label(part, task_settings.kind)
-        source = about["provenance"]["source"]
-        if "skipped" in about:
-            skipped.append((label, about["skipped"]))
-        else:
-            named, cost = ({t.name: t for t in some} for some in (tables, costs))
-            results.append(Result(part.name, label, about, named, cost))
-            if request.experiment.name == CROSS_VALIDATION:
-                tests = about.get("others", {})
-                skipped += [(f"{label}, {test}", reason) for test, reason in tests.items()]
-    return TaskResults(
-        experiment=request.experiment.name,
-        dataset=spec.name,
-        dataset_title=spec.title or spec.name,
-        task=request.task,
-        task_settings=task_settings,
-        source="simulated" if source == "simulated" else "recorded",
-        page=page_of(request, spec),
-        settings=request.settings,
-        results=tuple(results),
-        papers={part: paper[name] for part, name in _papers(request, specs, paper).items()},
-        other_sets={
-            n: Other(specs[n].title or n, specs[n].level) for n in request.other_sets if n in specs
-        },
-        level=spec.level,
-        mirror_deg=_mirror_deg(spec, task_settings.target),
-        left_out=results[0].about.get("left_out", {}) if results else {},
-    ), skipped
-
-
-def _mirror_deg(spec: DatasetSpec, target: str) -> float | None:
-    """Return the angle of the mirror plane of a simulated gripper, if it is known.
-
-    It is known if the target is the angle of the object in the recipe.
-    """
-    from ajgdata.evaluate.mirror import mirror_plane
-    from ajgdata.gripper import Scene
-
-    if spec.recipe is None:
-        return None
-    angles = [
-        (item.targets.get(target), item.grasp.get("angle_deg")) for item in spec.recipe.objects
-    ]
-    if any(angle is None or value != angle for value, angle in angles):
-        return None
-    return mirror_plane(Scene.model_validate(spec.recipe.scene).gripper).angle_deg
-
-
-def _papers(
-    request: Request, specs: Mapping[str, DatasetSpec], paper: Mapping[str, PaperFigure]
-) -> Mapping[str, str]:
-    """Return the published values that results are compared with, by part.
-
-    An embedding is compared if a task of its data set is.
-    """
-    experiment, spec = request.experiment, specs[request.dataset]
-    if not experiment.of_embedding:
-        return spec.tasks[request.task].papers
-    named = [task.papers for task in spec.tasks.values()]
-    return {experiment.name: experiment.paper} if experiment.paper in paper and any(named) else {}

@@ -1,7 +1,4 @@
-"""One grasp of a run -> the opening picture, and its content in words and numbers.
-
-Light: Snakemake imports it to choose the task.
-"""
+"""One grasp of a run -> the opening picture, and its content in words and numbers."""
 
 from __future__ import annotations
 
@@ -15,46 +12,32 @@ import numpy as np
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.evaluate.parts import GROUPED, part_columns
-from ajgdata.experiments.cross_validation_results import PAPER_MODEL
+from ajgdata.gripper import Scene, build_plan
+from ajgdata.gripper.medium import Air
+from ajgdata.gripper.pressure_frames import PressureFrames, pressure_frames, ricker_wavelet
 from ajgdata.paths import Paths
-from ajgdata.pipeline.recipes import planned_grasps
+from ajgdata.pipeline.planned_grasps import planned_grasps
 from ajgdata.store.audio import read_audio
+from ajgdata.store.features import FeatureRows, read_store
 from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.sessions import inside, read_dataset, read_session
 from ajgdata.store.tables import read_measurements
 from ajgdata.types import (
-    CROSS_VALIDATION,
     AudioSettings,
     DataError,
-    DatasetSpec,
     FeatureSettings,
     NotPossibleError,
 )
+from ajgdata.types.registry import model_label
 
 if TYPE_CHECKING:
-    from ajgdata.gripper import Scene
-    from ajgdata.gripper.pressure_frames import PressureFrames
     from ajgdata.report.opening import Opening
-    from ajgdata.store.features import FeatureRows
 
-#: Task, and its target, whose classes a picture can show.
-OBJECT = "object"
-#: Experiment and model whose predictions are shown.
-SHOWN_RESULT = (CROSS_VALIDATION, PAPER_MODEL)
 #: Grid and pulse of the field: finer than that of recordings, so that the wave is seen, not cells.
 FIELD_MM, PULSE_HZ, FRAME_S = 1.6, 10_000.0, 1e-5
 #: The first moment, as a share of the time that sound takes to the object.
 LEAVING = 0.33
 LOWEST_DB = -120.0
-
-
-def subject_of(specs: Mapping[str, DatasetSpec]) -> str:
-    """Return the first simulated data set with the paper's model on a task `object`, or ""."""
-    for name, spec in specs.items():
-        task = spec.tasks.get(OBJECT)
-        if spec.recipe and task and task.target == OBJECT and PAPER_MODEL in task.models:
-            return name
-    return ""
 
 
 def build_opening(paths: Paths, *, store: Path, tables: Path, audio: AudioSettings) -> None:
@@ -66,7 +49,6 @@ def build_opening(paths: Paths, *, store: Path, tables: Path, audio: AudioSettin
     """
     from ajgdata.report.canvas import save_figure
     from ajgdata.report.opening import alt_text, opening_figure
-    from ajgdata.store.features import read_store
 
     try:
         opening = _opening(paths, read_store(store), tables, audio)
@@ -85,8 +67,6 @@ def _opening(paths: Paths, shard: FeatureRows, tables: Path, audio: AudioSetting
     It is a recording of the smallest sphere, because every section through it is a circle, or of
     the smallest object if there is no sphere.
     """
-    from ajgdata.gripper import Scene
-    from ajgdata.models import model_label
     from ajgdata.report.opening import Opening
 
     about, results = read_measurements(tables)[0]
@@ -123,8 +103,6 @@ def _opening(paths: Paths, shard: FeatureRows, tables: Path, audio: AudioSetting
 
 def _smallest(scenes: Mapping[str, Mapping[str, Any]]) -> str:
     """Return the name of the smallest sphere, or else of the smallest object, of scenes by name."""
-    from ajgdata.gripper import Scene
-
     held = {name: Scene.model_validate(scene).object for name, scene in scenes.items()}
     sizes = {n: (shape.kind != "sphere", max(shape.size_mm)) for n, shape in held.items() if shape}
     return min(sizes, key=lambda n: sizes[n])
@@ -157,9 +135,6 @@ def field_of(scene: Scene) -> PressureFrames:
     Their times count from when the pulse leaves: on its way, when sound in air is at the highest
     point of what it meets, and when it is back at the microphone. The grid is FIELD_MM.
     """
-    from ajgdata.gripper import build_plan
-    from ajgdata.gripper.medium import Air
-    from ajgdata.gripper.pressure_frames import pressure_frames, ricker_wavelet
     from ajgdata.report.scenes import section
 
     cut, gripper = section(scene), scene.gripper

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from ajgdata.acquire.recipe import session_names
-from ajgdata.experiments import all_requests
+from ajgdata.experiments.requests import all_requests
 from ajgdata.paths import Paths
-from ajgdata.pipeline.recipes import planned_grasps
+from ajgdata.pipeline.planned_grasps import planned_grasps
 from ajgdata.report.comparison import parse_paper
 from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import (

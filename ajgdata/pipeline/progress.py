@@ -6,14 +6,14 @@ import sys
 from collections.abc import Iterator, Sequence
 from typing import TypeVar
 
+from rich.console import Console
+from rich.progress import track
+
 Item = TypeVar("Item")
 
 
 def tracked(items: Sequence[Item], text: str) -> Iterator[Item]:
     """Yield the items in turn; a bar shows the progress if standard error is a terminal."""
-    from rich.console import Console
-    from rich.progress import track  # 0.1 s
-
     console = Console(stderr=True, emoji=False, highlight=False)
     hidden = not sys.stderr.isatty()
     yield from track(items, text, console=console, transient=True, disable=hidden)

@@ -10,9 +10,11 @@ from zipfile import ZipFile
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.paths import Paths, Tree
+from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.published_version import check_version
 from ajgdata.pipeline.session_differences import check_equal, read_session_tables
+from ajgdata.report import card
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.code_hash import code_hash
 from ajgdata.store.features import FeatureRows, read_store
@@ -206,8 +208,6 @@ def _describe(
     tree: Tree, paths: Paths, spec: DatasetSpec, table: PublishedTable, contents: _Contents
 ) -> tuple[int, bool]:
     """Write the description, metadata and figures; return the last fields of `Published`."""
-    from ajgdata.pipeline.dataset_summary import summary
-    from ajgdata.report import card
     from ajgdata.report.canvas import draw, encode
     from ajgdata.report.figures import spectra_figure
 

@@ -1,82 +1,27 @@
-"""Recipes of data sets: their grasps and recordings, errors in their scenes, and other sounds.
-
-Called while Snakemake parses: light imports only.
-"""
+"""Recordings of the recipes of data sets, and other sounds in their scenes."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import chain
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pydantic import ValidationError
 
 from ajgdata import gripper
 from ajgdata.acquire.changed_grasps import GraspSimulator
-from ajgdata.acquire.recipe import RecipeGrasp, plan_session, session_names
+from ajgdata.acquire.recipe import RecipeGrasp, session_names
 from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.acquire.writer import Acquired, acquire_session
-from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
+from ajgdata.pipeline.planned_grasps import planned_grasps, recipe_of
 from ajgdata.pipeline.progress import tell
-from ajgdata.store.code_hash import code_hash
-from ajgdata.store.files import line_of
+from ajgdata.pipeline.savings import measured_savings
 from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import check_one_source, list_sessions, read_dataset
-from ajgdata.types import DataError, DatasetSpec, NotPossibleError, Recipe, describe, location
-from ajgdata.types.recipe import EMPTY
+from ajgdata.types import DataError, NotPossibleError
 
 if TYPE_CHECKING:
     from ajgdata.experiments.base import Render
-
-
-def recipe_of(path: Path, spec: DatasetSpec) -> Recipe:
-    """Return the recipe of the declaration at `path`. Raises DataError if it has none."""
-    if spec.recipe is None:
-        raise DataError(path, "has no recipe", "add one, or import recordings instead")
-    return spec.recipe
-
-
-def planned_grasps(
-    path: Path, spec: DatasetSpec, sessions: Sequence[str]
-) -> list[list[RecipeGrasp]]:
-    """Return the grasps of each session of the recipe of `spec`, which is in the file `path`.
-
-    Raises DataError with file, object, key and fix for an invalid scene, variation or signal chain.
-    """
-    recipe = recipe_of(path, spec)
-    _check_variation(path, recipe)
-    code = code_hash("gripper")
-    planned = [
-        plan_session(recipe, spec.name, session, code, spec.excitation) for session in sessions
-    ]
-    _check_scenes(path, recipe, planned)
-    return planned
-
-
-def _check_variation(path: Path, recipe: Recipe) -> None:
-    """Raise DataError for a variation that cannot be."""
-    try:
-        Variation.model_validate(recipe.variation or {})
-    except ValidationError as error:
-        line = line_of(path, ("recipe", "variation", *location(error)))
-        raise describe(error, f"{path}:{line}: recipe, variation") from None
-
-
-def _check_scenes(path: Path, recipe: Recipe, planned: Sequence[Sequence[RecipeGrasp]]) -> None:
-    """Raise DataError for an invalid signal chain, and for the first invalid scene."""
-    try:
-        gripper.SignalChain.model_validate(recipe.signal)
-    except ValidationError as error:
-        line = line_of(path, ("recipe", "signal", *location(error)))
-        raise describe(error, f"{path}:{line}: recipe, signal") from None
-    for grasp in chain.from_iterable(planned):
-        try:
-            gripper.Scene.model_validate(grasp.setup)
-        except ValidationError as error:
-            raise describe(error, f"{path}: recipe, {grasp.object or EMPTY}") from None
 
 
 def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
@@ -106,9 +51,6 @@ def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
 
 def show_savings(session: str, grasp: RecipeGrasp) -> None:
     """Print what the plan of a grasp leaves out, the time that this saves, and its error."""
-    # The solver, which Snakemake does not need while it parses.
-    from ajgdata.pipeline.savings import measured_savings
-
     savings = measured_savings(gripper.Scene.model_validate(grasp.setup))
     if savings is not None:
         tell(f"          {session}: {savings} (measured on {grasp.grasp_id})")

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ajgdata.experiments import EXPERIMENTS, MeasurementKey, Request
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import training_cost
 from ajgdata.experiments.hypotheses import (
@@ -17,22 +16,17 @@ from ajgdata.experiments.hypotheses import (
     divided_by_page,
     reasons_of,
 )
+from ajgdata.experiments.registry import EXPERIMENTS, load_experiment
+from ajgdata.experiments.requests import MeasurementKey, Request, TaskKey, requests_for
 from ajgdata.pages import page_causes, page_figures
 from ajgdata.paths import EXPERIMENT_PAGES_FOLDER, FIGURES_FOLDER, TABLES_FOLDER, Paths
 from ajgdata.pipeline.dataset_summary import summary
-from ajgdata.pipeline.experiments import (
-    Measurement,
-    TaskKey,
-    computed,
-    measurements,
-    read_results,
-    requests_for,
-)
 from ajgdata.pipeline.exports import with_tables, write_csv, write_exports
 from ajgdata.pipeline.machine import cpu_name
 from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import pages_of
 from ajgdata.pipeline.studies import STUDIES
+from ajgdata.pipeline.task_results import Measurement, computed, measurements, read_results
 from ajgdata.report.answer import answer, placebo_sentence
 from ajgdata.report.comparison import (
     PaperComparison,
@@ -44,7 +38,10 @@ from ajgdata.report.comparison import (
 )
 from ajgdata.report.format import Source, number, words
 from ajgdata.report.navigation import LEADS, Group, Link, experiment_link, navigation
+from ajgdata.report.render import draw_figures
 from ajgdata.report.report_data import Report, ReportPart, TaskSection
+from ajgdata.report.study_page import render_study
+from ajgdata.report.study_tables import holds
 from ajgdata.store.features import open_store, read_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.models import ABOUT_FILE, read_description
@@ -165,7 +162,6 @@ def _write(
     `pages` are the files of the studies, and `causes` the results on the page on causes.
     """
     from ajgdata.report.page import illustrations, render_pages
-    from ajgdata.report.render import draw_figures
 
     folder, compares = paths.report.parent, bool(report.comparisons)
     links = [Link(experiment_link(page.name), page.title, page.about) for page in report.pages]
@@ -201,9 +197,7 @@ def build_page(
     `provenance` states what made its `tables`. `sources` are those of its data; default: those of
     the page.
     """
-    from ajgdata.report.render import draw_figures
     from ajgdata.report.studies import figures_of
-    from ajgdata.report.study_page import render_study
 
     figures = draw_figures(figures_of(name, tables), paths.page_figures(name))
     for table in tables:
@@ -315,7 +309,6 @@ def _opening(path: Path, folder: Path) -> dict[str, str] | None:
 def _studies(pages: Mapping[str, Path]) -> dict[str, Any]:
     """Return the conclusions of the simulation studies, and the count of all and passed checks."""
     from ajgdata.report.studies import conclusions
-    from ajgdata.report.study_tables import holds
 
     lines, verdicts = [], []
     for name in (name for name in STUDIES if name in pages):
@@ -378,13 +371,13 @@ def _sections(paths: Paths, results: Sequence[TaskResults]) -> Iterator[TaskSect
 
 
 def _part(paths: Paths, results: TaskResults) -> ReportPart:
-    experiment = EXPERIMENTS[results.experiment]
+    experiment = load_experiment(results.experiment)
     return ReportPart(
-        experiment=experiment.name,
+        experiment=experiment.spec.name,
         page=results.page,
-        title=experiment.title,
+        title=experiment.spec.title,
         summary=" ".join(filter(None, (experiment.summary(results), _left_out(results)))),
-        text=read_experiment_text(paths, experiment.name),
+        text=read_experiment_text(paths, experiment.spec.name),
         rows=tuple(experiment.rows(results)),
         figures=tuple(experiment.figures(results)),
         advice=tuple(experiment.advice(results)),
@@ -412,7 +405,7 @@ def comparisons(
     rows = [
         dataclasses.replace(_with_cost(row, lookup), page=experiment_link(result.page))
         for result in results
-        for row in EXPERIMENTS[result.experiment].paper_comparison(result, lookup)
+        for row in load_experiment(result.experiment).paper_comparison(result, lookup)
     ]
     return [
         dataclasses.replace(row, reasons=tuple(r for r in reasons if r.is_about(row)))

@@ -1,4 +1,4 @@
-"""End of a run: its summary with data, measurements, skipped tasks with reasons, and cost."""
+"""Summary of a run: data, measurements, skipped tasks with reasons, and cost."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ajgdata.experiments import MeasurementKey, measurement_name
+from ajgdata.experiments.requests import MeasurementKey, measurement_name
 from ajgdata.paths import Paths
 from ajgdata.pipeline.machine import machine_line
+from ajgdata.pipeline.run_end import INCOMPLETE
 from ajgdata.report.comparison import tally_text
 from ajgdata.store.benchmarks import RuleCost, read_costs
 from ajgdata.store.features import open_store
@@ -19,44 +20,10 @@ from ajgdata.store.models import ABOUT_FILE, read_description
 from ajgdata.store.sessions import list_datasets
 from ajgdata.types import WHOLE, DataError, Finding, IssueCounts, issue_counts, left_out, many
 
-#: The summary of a run that skipped tasks, or could not read recordings or requested results, ends
-#: with a line that begins with this.
-INCOMPLETE = "incomplete:"
 #: Rule that trains the final models.
 FINAL_MODELS = "train"
 #: Unreadable recordings of a data set that the summary names; the quarantine lists all.
 MAX_NAMED = 5
-
-
-def end_run(summaries: Mapping[Path, int], changed: Iterable[str] = ()) -> None:
-    """Print the summary that this run wrote, if any; `summaries` are possible ones with their time
-    before the run.
-
-    A run that skipped tasks, or could not read recordings, ends with one line and exit code 1. Its
-    summary is removed, so that the next run reports them again. A run during which tables of data
-    sets changed ends with exit code 1 and one line for each data set (`changed`); the next run
-    computes its results again.
-    """
-    last = ""
-    for summary, before in summaries.items():
-        if modified_ns(summary) in (0, before):
-            continue
-        text = summary.read_text(encoding="utf-8")
-        *_, line = text.splitlines()
-        if line.startswith(INCOMPLETE):
-            text, last = text.removesuffix(f"{line}\n"), line
-            summary.unlink()
-        print(f"\n{text}", end="", flush=True)
-    lines = [f"{INCOMPLETE} {line}" for line in changed]
-    if last:
-        lines.append(last)
-    if lines:
-        raise SystemExit("\n".join(lines))
-
-
-def modified_ns(path: Path) -> int:
-    """Return when a file was written, in ns; 0 if it does not exist."""
-    return path.stat().st_mtime_ns if path.is_file() else 0
 
 
 def complete(

@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
+import pandas as pd
+
 from ajgdata.store.features import read_store, write_store
 from ajgdata.store.labels import take_rows
 from ajgdata.types import DataError
@@ -15,8 +17,6 @@ def write_sample(store: Path, sample: Path, grasps: int) -> None:
 
     Raises DataError if the recordings are not simulated.
     """
-    import pandas as pd
-
     features = read_store(store)
     if features.attrs.get("source") != "simulated":
         raise DataError(store, "is not simulated", "bundle simulated recordings only")

@@ -12,7 +12,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments.registry import EXPERIMENTS
 from ajgdata.gripper import Scene, SignalChain
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.gripper.object_library import OBJECTS

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ajgdata.acquire.protocol import REFERENCE
-from ajgdata.experiments import requested_experiments
+from ajgdata.experiments.requests import requested_experiments
 from ajgdata.features import similarity
 from ajgdata.features.spectrum import frequencies_hz, settings_text, spectrum
 from ajgdata.paths import Paths

@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-from ajgdata.experiments import Request
+from ajgdata.experiments.requests import Request, page_of
 from ajgdata.paths import Paths
-from ajgdata.pipeline.experiments import page_of
 from ajgdata.report.comparison import parse_paper
 from ajgdata.report.report_data import ExperimentPage
 from ajgdata.store.report_files import read_experiment_text, read_page_text, read_paper

@@ -12,6 +12,7 @@ from ajgdata.live.events import EventLog, Listener
 from ajgdata.live.predictor import Predictor
 from ajgdata.live.sort import Sorter
 from ajgdata.live.steps import Control
+from ajgdata.loading import load_predictor
 from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire_live import VIRTUAL, open_hands, store_card, stored_excitation
 from ajgdata.store.sessions import check_one_source, list_sessions, read_dataset
@@ -65,8 +66,6 @@ def open_run(
 def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:
     """Return the model of a plan. DataError for one that cannot sort, and for bins that are not
     those of its classes."""
-    from ajgdata.loading import load_predictor
-
     where = f"plan for {spec.name}"
     if plan.task not in spec.tasks:
         known = ", ".join(spec.tasks) or "none"

@@ -8,9 +8,10 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from shutil import copytree
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate.embedding_data import (
     EmbeddingData,
@@ -19,6 +20,9 @@ from ajgdata.evaluate.embedding_data import (
     train_on,
     validation_folds,
 )
+from ajgdata.evaluate.in_use import calibration
+from ajgdata.evaluate.novelty import NoveltyGuard
+from ajgdata.evaluate.splits import Folds
 from ajgdata.evaluate.task_data import (
     TaskData,
     frequent_classes,
@@ -26,6 +30,7 @@ from ajgdata.evaluate.task_data import (
     labels_of,
     task_data,
 )
+from ajgdata.models import chosen, fit_named_model
 from ajgdata.models.device import device_facts
 from ajgdata.store.features import FeatureRows, Latents, read_store, write_latents
 from ajgdata.store.files import json_bytes, read_json, write_bytes
@@ -39,9 +44,6 @@ from ajgdata.types import (
     TaskTraining,
     TrainingSettings,
 )
-
-if TYPE_CHECKING:
-    from ajgdata.evaluate.splits import Folds
 
 
 def train_models(
@@ -126,11 +128,6 @@ def _train(
 
     Returns the rest of its description. Raises NotPossibleError if it cannot be trained.
     """
-    from threadpoolctl import threadpool_limits
-
-    from ajgdata.evaluate.in_use import calibration
-    from ajgdata.models import chosen, fit_named_model
-
     model, kind, seed = about["model"], about["kind"], about["seed"]
     options: dict[str, Any] = {"seed": seed, "period": about["period"]}
     arrays, grasp = (data.feature, data.value, data.group), grasps_of(table, data)
@@ -160,8 +157,6 @@ def _guard_arrays(
 ) -> dict[str, np.ndarray]:
     """Return the arrays of the guard by name; references are recordings of no object that have no
     value of the target either: if an empty gripper is a class, there are no references."""
-    from ajgdata.evaluate.novelty import NoveltyGuard
-
     values = table.columns[target].values
     missing = ~np.isfinite(values) if kind == "regression" else values == ""
     empty = missing & (table.columns["object"].values == "")

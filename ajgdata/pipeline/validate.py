@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from ajgdata.acquire.protocol import REFERENCE
 from ajgdata.evaluate.design import recording_design
-from ajgdata.experiments import all_requests
+from ajgdata.experiments.requests import all_requests
 from ajgdata.paths import DATASET_FILE, Paths
 from ajgdata.pipeline.plan import config_problems
 from ajgdata.pipeline.played_sounds import played_sound_issues

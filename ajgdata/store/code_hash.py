@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import ast
 import functools
-import inspect
 import json
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 from ajgdata.store.files import read_yaml, sha256_of
 from ajgdata.store.provenance import PACKAGE
@@ -78,7 +76,7 @@ _TASK = (
     "types/tasks.py",
 )
 _TABLES = ("store/tables.py", "types/formats.py:TABLES_FORMAT", "types/table.py")
-#: The job of an experiment; `experiments.measuring_half` is added.
+#: The job of an experiment; `experiments.registry.measuring_half` is added.
 _EXPERIMENT = (
     *_TASK,
     *_TABLES,
@@ -114,6 +112,7 @@ CODE: dict[str, tuple[str, ...]] = {
     "acquire": (
         *_SIMULATED,
         "acquire/writer.py",
+        "pipeline/planned_grasps.py",
         "pipeline/recipes.py:acquire_virtual",
         "store/audio.py:SIMULATED,file_sha256,pcm24_bytes,write_pcm24",
         "store/files.py:numbered_rows,plain_text",
@@ -129,6 +128,7 @@ CODE: dict[str, tuple[str, ...]] = {
         *_RECORDINGS,
         *_SIMULATED,
         "acquire/changed_grasps.py",
+        "pipeline/planned_grasps.py",
         "pipeline/recipes.py:grasp_simulator,renderer",
         "types/base.py:overridden",
         "types/variants.py",
@@ -167,12 +167,12 @@ CODE: dict[str, tuple[str, ...]] = {
     ),
     "collect": (
         "evaluate/agreement.py:why_undefined",
-        "experiments/__init__.py:Request,requested_experiments",
-        "experiments/base.py:MeasuredPart,TOGETHER",
+        "experiments/requests.py:Request,requested_experiments,requests_for",
+        "experiments/division.py",
         "experiments/cross_validation.py:PREDICTIONS",
         "experiments/scores.py:SCORES",
         "pipeline/collect.py",
-        "pipeline/experiments.py:computed,measurements,requests_for",
+        "pipeline/task_results.py:computed,measurements",
         "store/metrics.py",
         "store/tables.py:read_measurements",
         "types/formats.py:METRICS_FORMAT",
@@ -184,7 +184,7 @@ CODE: dict[str, tuple[str, ...]] = {
         *_TABLES,
         "evaluate/parts.py",
         "pipeline/opening.py",
-        "pipeline/recipes.py:planned_grasps",
+        "pipeline/planned_grasps.py:planned_grasps",
         "report/canvas.py",
         "report/format.py",
         "report/opening.py",
@@ -296,16 +296,15 @@ def code_hash(job_type: str, *added: CodeSource) -> str:
 _digest = functools.cache(CodeSource.digest)
 
 
-def used_sources(function: Callable[..., Any]) -> tuple[CodeSource, ...]:
-    """Return the sources that decide the result of the function of an experiment.
+def used_sources(file: Path, function: str) -> tuple[CodeSource, ...]:
+    """Return the sources that decide the result of a function in the file of an experiment.
 
     These are the definitions that it uses in its own module and in other modules of experiments,
     and complete files of `WHOLE_FILES`. For an experiment of another package, these are also the
     definitions that it uses in that package, and in every part of this one.
     """
-    function = inspect.unwrap(function)
-    is_ours = function.__module__.partition(".")[0] == PACKAGE.name
-    waiting = [(Path(str(inspect.getsourcefile(function))), function.__name__)]
+    is_ours = file.is_relative_to(PACKAGE)
+    waiting = [(file, function)]
     used: dict[Path, set[str]] = {}
     while waiting:
         file, name = waiting.pop()

@@ -120,5 +120,13 @@ MODELS = Registry(
 )
 #: Models that share one job, because measuring one of them takes about as long as starting a job.
 PLAIN_MODELS = ("linear", "ridge", "knn", "linear_plain", "ridge_plain", "knn_plain")
+#: The model of the paper, and its baseline with a published value.
+PAPER_MODEL = "cnn"
+BASELINE = "knn_plain"
 for _point in OWN_MODELS:
     MODELS.add(_point.name, Model(_point.value, _point.name, several=False), _point)
+
+
+def model_label(name: str, kind: Kind) -> str:
+    """Return the name that the report gives a model; an unknown name is returned unchanged."""
+    return MODELS[name].label(kind) if name in MODELS else name

@@ -16,10 +16,10 @@ from sklearn.metrics import accuracy_score, root_mean_squared_error
 
 import ajgdata
 from ajgdata.evaluate.parts import part_columns
-from ajgdata.experiments import requested_experiments
+from ajgdata.experiments.requests import requested_experiments
 from ajgdata.paths import Paths, Tree
-from ajgdata.pipeline.experiments import measurements
 from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
+from ajgdata.pipeline.task_results import measurements
 from ajgdata.report.study_tables import holds
 from ajgdata.store.audio import read_audio
 from ajgdata.store.features import read_store

@@ -4,7 +4,8 @@ import pytest
 from recorded import make_features
 from sounds import resonances, write_wav
 
-from ajgdata.pipeline.run_summary import complete, end_run
+from ajgdata.pipeline.run_end import end_run
+from ajgdata.pipeline.run_summary import complete
 from ajgdata.store.files import csv_bytes, json_bytes, read_csv, write_bytes
 
 

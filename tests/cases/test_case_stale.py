@@ -16,7 +16,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.plan import plan
 from ajgdata.pipeline.publish import publish
 from ajgdata.pipeline.run_changes import changed_during_run, correct_future_times, feature_states
-from ajgdata.pipeline.run_summary import end_run
+from ajgdata.pipeline.run_end import end_run
 from ajgdata.store.freshness import changes_since_features, tables_digest
 from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import read_dataset

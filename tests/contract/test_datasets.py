@@ -8,10 +8,10 @@ import pytest
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.evaluate.mirror import angle_from_plane, mirror_plane
-from ajgdata.experiments import requested_experiments
+from ajgdata.experiments.requests import requested_experiments
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.paths import Paths
-from ajgdata.pipeline.recipes import planned_grasps
+from ajgdata.pipeline.planned_grasps import planned_grasps
 from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.types import SESSION_COLUMNS
 

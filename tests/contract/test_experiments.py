@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from ajgdata.acquire.recipe import session_names
-from ajgdata.experiments import Request
-from ajgdata.experiments.base import ByModel
+from ajgdata.experiments.division import ByModel
+from ajgdata.experiments.requests import Request, requests_for
 from ajgdata.gripper import SAMPLE_RATE_HZ
 from ajgdata.paths import Paths
-from ajgdata.pipeline.experiments import requests_for, run_experiment
-from ajgdata.pipeline.recipes import planned_grasps
+from ajgdata.pipeline.experiments import run_experiment
+from ajgdata.pipeline.planned_grasps import planned_grasps
 from ajgdata.store.features import FeatureColumn, FeatureRows, text_column, write_store
 from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.store.tables import read_measurements

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from ajgdata.experiments import EXPERIMENTS, measuring_half
+from ajgdata.experiments.registry import EXPERIMENTS, measuring_half
 from ajgdata.store.code_hash import CODE, CodeSource, imported_names, sources
 from ajgdata.store.syntax import deciding_tree, defined_names, used_statements
 
@@ -60,11 +60,10 @@ TEXTS_AND_TYPES = {
     "types/base.py:checked",
     "types/base.py:describe",
     "types/base.py:location",
-    "types/registry.py:Registry",
     "acquire/robot.py:Robot",
     "acquire/sound_card.py:SoundCard",
-    "experiments/__init__.py:EXPERIMENTS",
-    "experiments/__init__.py:measurement_name",
+    "experiments/registry.py:load_experiment",
+    "experiments/requests.py:measurement_name",
     "report/format.py:Score",
     "report/format.py:column_title",
     "report/format.py:number",
@@ -89,7 +88,11 @@ NOT_USED = {
         "pipeline/recipes.py:renderer",
     },
     # the experiments and the data sets are those of the finished measurements
-    "collect": {"models/__init__.py:model_label"},
+    "collect": {
+        "experiments/registry.py:EXPERIMENTS",
+        "experiments/spec.py:ExperimentSpec",
+        "types/registry.py:model_label",
+    },
     # its recipes and hypotheses are parameters; savings are a line on the console
     "acquire": {
         "pipeline/savings.py:measured_savings",
@@ -97,8 +100,7 @@ NOT_USED = {
     },
     # the recording is an input; the model and the data set are named
     "opening": {
-        "experiments/cross_validation_results.py:PAPER_MODEL",
-        "models/__init__.py:model_label",
+        "types/registry.py:model_label",
         "report/report_data.py:Illustration",
         "store/sessions.py:inside",
         "store/sessions.py:read_session",
@@ -139,18 +141,6 @@ RANKS = {
 }
 #: Packages that use nothing of ours but what is named.
 ALLOWED_ONLY = {"gripper": set(), "types": set(), "paths": set(), "models": {"types"}}
-HEAVY = {
-    "torch",
-    "umap",
-    "matplotlib",
-    "sounddevice",
-    "scipy",
-    "sklearn",
-    "numba",
-    "xarray",
-    "pandas",
-    "onnx",
-}
 
 
 def imports(path: Path) -> set[str]:
@@ -266,19 +256,3 @@ def test_nobody_knows_snakemake_or_unpickles():
     banned = {"snakemake", "pickle", "joblib", "dill", "cloudpickle"}
     roots = {path: {name.split(".")[0] for name in names} for path, names in IMPORTS.items()}
     assert {str(path): used & banned for path, used in roots.items() if used & banned} == {}
-
-
-def test_what_snakemake_parses_is_light(run_python):
-    """Every process of the workflow imports this; a dry run must not pay for torch."""
-    code = (
-        "import sys, ajgdata.pipeline.plan, ajgdata.pipeline.studies, ajgdata.paths, ajgdata;"
-        "import ajgdata.store.provenance, ajgdata.store.report_files;"
-        "import ajgdata.pipeline.experiments;"
-        "print(*{name.split('.')[0] for name in sys.modules})"
-    )
-    assert not set(run_python(code).split()) & HEAVY
-
-
-def test_the_command_line_starts_light(run_python):
-    code = "import sys, ajgdata.cli; print(*{name.split('.')[0] for name in sys.modules})"
-    assert not set(run_python(code).split()) & HEAVY

@@ -12,10 +12,11 @@ import pytest
 import yaml
 from recorded import make_features
 
-from ajgdata.experiments import EXPERIMENTS, measurement_name
+from ajgdata.experiments.registry import EXPERIMENTS
+from ajgdata.experiments.requests import measurement_name, requests_for
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
-from ajgdata.pipeline.experiments import requests_for, run_experiment
+from ajgdata.pipeline.experiments import run_experiment
 from ajgdata.pipeline.report import build_report
 from ajgdata.pipeline.train import train_embedding, train_model
 from ajgdata.store.audio import write_pcm24
@@ -161,7 +162,7 @@ def report(paths: Paths) -> dict[str, str]:
 @pytest.mark.parametrize("case", REPORTED)
 def test_what_cannot_be_measured_is_told_and_the_report_comes_out(tmp_path, monkeypatch, case):
     monkeypatch.setattr("ajgdata.report.canvas.FIGURE_FORMATS", ("svg",))  # three times as fast
-    monkeypatch.setattr("ajgdata.pipeline.recipes.renderer", lambda *_: played)
+    monkeypatch.setattr("ajgdata.pipeline.experiments.renderer", lambda *_: played)
     paths = Paths(tmp_path)
     make_dataset(paths, "whole", WHOLE)
     make_dataset(paths, "little", CASES[case])

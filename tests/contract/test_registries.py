@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from sklearn.base import clone, is_classifier, is_regressor
 
+from ajgdata.experiments.built_in import BUILT_IN
+from ajgdata.experiments.registry import load_experiment
 from ajgdata.loading import read_model
 from ajgdata.models import fit_model, make_model
 from ajgdata.pipeline.train import train_model
@@ -67,3 +69,11 @@ def test_a_model_comes_back_from_disk_as_it_was(name, tmp_path, monkeypatch):
     fitted = fit_model(make_model(name, "classification", 3), x, y["shape"], np.array(grasp))
     assert np.array_equal(loaded.predict(x), fitted.predict(x))
     assert (about["model"], about["recordings"]) == (name, 24)
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_the_module_of_an_experiment_measures_what_the_list_specifies(name):
+    experiment = load_experiment(name)
+    assert experiment.spec is BUILT_IN[name]
+    function = experiment.measure
+    assert (function.__module__, function.__name__) == (f"ajgdata.experiments.{name}", "measure")

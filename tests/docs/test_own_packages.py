@@ -13,7 +13,7 @@ EXAMPLES = ROOT / "docs" / "examples"
 PROGRAM = """
 import json
 from experiment_samples import measured, small_inputs, task_results
-from ajgdata.experiments import EXPERIMENTS, measuring_half
+from ajgdata.experiments.registry import load_experiment, measuring_half
 from ajgdata.store.code_hash import code_hash
 from ajgdata.types import DatasetSpec
 
@@ -29,7 +29,7 @@ scores = next(table for table in own.tables if table.name == "scores")
 accuracy = scores.where(metric="accuracy", statistic="mean", split="grouped").rows[0]["value"]
 outcome = measured("repeatability", inputs)
 results = task_results("repeatability", {"": outcome})
-experiment = EXPERIMENTS["repeatability"]
+experiment = load_experiment("repeatability")
 print(json.dumps({
     "accuracy": accuracy,
     "distances": {row["pairs"]: row["distance"] for row in outcome.tables[1].rows},
@@ -78,10 +78,10 @@ def test_an_own_model_and_an_own_experiment(tmp_path):
     features, models = result["hashes"]
     # an experiment is also measured again after an edit of a module that it measures with
     own = tmp_path / "installed" / "own_experiment.py"
-    begin = "from scipy.spatial.distance import cdist\n"
+    begin = "    data = inputs.data()"
     assert own.read_text().count(begin) == 1
     added = "    from ajgdata.evaluate.metrics import wrapped  # noqa: F401\n"
-    own.write_text(own.read_text().replace(begin, begin + added))
+    own.write_text(own.read_text().replace(begin, added + begin))
     edited = run(tmp_path / "installed")
     assert edited["hashes"][0] == features and edited["hashes"][1] != models
     added = {Path(file).name for file in set(edited["files"]) - set(result["files"])}
@@ -99,7 +99,8 @@ def test_an_own_entry_with_a_built_in_name_is_an_error(tmp_path, noun, value):
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: clash\nVersion: 1.0\n")
     (about / "entry_points.txt").write_text(f"[ajgdata.{noun}s]\n{name} = {value}\n")
     done = subprocess.run(
-        [sys.executable, "-c", "import ajgdata.experiments"], check=False, capture_output=True,
+        [sys.executable, "-c", "import ajgdata.experiments.registry"],
+        check=False, capture_output=True,
         env=os.environ | {"PYTHONPATH": os.pathsep.join(map(str, (tmp_path, ROOT)))}, text=True,
     )  # fmt: skip
     assert done.returncode == 1

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Inputs, Other, Outcome, Result, TaskResults
-from ajgdata.models import model_label
+from ajgdata.experiments.registry import EXPERIMENTS, load_experiment
 from ajgdata.store.features import FeatureColumn, FeatureRows, text_column
 from ajgdata.types import Kind, TaskSettings
+from ajgdata.types.registry import model_label
 from ajgdata.types.table import Table
 
 OBJECTS = ("ball", "box", "rod")
@@ -56,8 +56,8 @@ def with_task_settings(values: Mapping) -> dict:
 
 def measured(name: str, inputs: Inputs, model: str = "", **settings) -> Outcome:
     """What an experiment measures."""
-    experiment = EXPERIMENTS[name]
-    return experiment.measure(inputs, experiment.settings.model_validate(settings), model)
+    experiment = load_experiment(name)
+    return experiment.measure(inputs, experiment.spec.settings.model_validate(settings), model)
 
 
 def task_results(

@@ -7,7 +7,8 @@ import yaml
 from ajgdata.acquire.recipe import session_names
 from ajgdata.gripper.noise import harmonic_amplitudes
 from ajgdata.gripper.signal_settings import Motor
-from ajgdata.pipeline.recipes import acquire_virtual, planned_grasps
+from ajgdata.pipeline.planned_grasps import planned_grasps
+from ajgdata.pipeline.recipes import acquire_virtual
 from ajgdata.store.audio import read_audio
 from ajgdata.store.sessions import read_dataset, read_recordings, read_session
 from ajgdata.types import AudioSettings, DataError

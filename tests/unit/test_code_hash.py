@@ -204,9 +204,8 @@ def own_package(tmp_path, monkeypatch):
 
 
 def test_the_measuring_half_of_an_own_experiment_includes_its_helpers(own_package):
-    from own_lab.experiment import measure
-
-    sources = {source.place: source.names for source in used_sources(measure)}
+    file = own_package / "experiment.py"
+    sources = {source.place: source.names for source in used_sources(file, "measure")}
     assert sources["own_lab/experiment.py"] == ("measure",)
     assert sources["own_lab/clock.py"] == ("timed",)
     assert sources["own_lab/constants.py"] == ()

@@ -9,7 +9,7 @@ from ajgdata.evaluate.agreement import why_undefined
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import metric_rows, prediction_rows
-from ajgdata.pipeline.experiments import Measurement
+from ajgdata.pipeline.task_results import Measurement
 from ajgdata.store.metrics import read_metrics, write_metrics, write_predictions
 from ajgdata.types.formats import METRICS_FORMAT
 from ajgdata.types.table import table_of

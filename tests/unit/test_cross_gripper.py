@@ -7,7 +7,7 @@ import pytest
 
 from ajgdata.evaluate.few_grasps import cross_gripper
 from ajgdata.evaluate.task_data import TaskData
-from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments.registry import EXPERIMENTS
 from ajgdata.types import NotPossibleError
 
 CLASSES, GRASPS, SAMPLES = 4, 6, 2

@@ -7,7 +7,7 @@ import pytest
 import yaml
 from experiment_samples import small_store
 
-from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments.registry import EXPERIMENTS
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import run_experiment
 from ajgdata.pipeline.plan import plan

@@ -11,9 +11,9 @@ from sklearn.decomposition import PCA
 from sklearn.metrics import silhouette_score
 
 from ajgdata.embed.projections import REDUCERS, project
-from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Inputs, Outcome
 from ajgdata.experiments.embedding import scores_by
+from ajgdata.experiments.registry import load_experiment
 from ajgdata.pipeline.train import train_embedding
 from ajgdata.store.features import (
     FeatureColumn,
@@ -83,7 +83,7 @@ def measured(folder: Path, name: str) -> Outcome:
     }  # fmt: skip
     given |= {"store": read_store(folder / "store.nc"), "training_cost": read(folder, "cost")}
     given["latents"] = read_latents(folder / "latents.nc")
-    return EXPERIMENTS[name].measure(Inputs(**with_task_settings(given)), SETTINGS, "")
+    return load_experiment(name).measure(Inputs(**with_task_settings(given)), SETTINGS, "")
 
 
 def table(outcome: Outcome, name: str):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from embedding_samples import SETTINGS
 
-from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Result, TaskResults
-from ajgdata.experiments.cross_gripper import Settings as GripperSettings
 from ajgdata.experiments.embedding_distances import categories_of
+from ajgdata.experiments.registry import load_experiment
+from ajgdata.experiments.settings import CrossGripperSettings
 from ajgdata.report.comparison import PaperFigure, ResultCost
 from ajgdata.types import Embedding, TaskSettings
 from ajgdata.types.table import Table, table_of
@@ -80,7 +80,7 @@ def figure(value=None):
 
 def row(result, measured):
     """The one comparison of results, of a run in which k-NN was measured."""
-    (outcome,) = EXPERIMENTS[result.experiment].paper_comparison(result, lambda *_: measured)
+    (outcome,) = load_experiment(result.experiment).paper_comparison(result, lambda *_: measured)
     return outcome
 
 
@@ -151,7 +151,7 @@ def gripper_row(knn_there: float):
         ]
         name = "cnn" if label == "CNN" else "knn"
         measured.append(Result(name, label, {}, {"folds": listed("folds", folds)}, {}))
-    settings = GripperSettings(test_on=("moved",), grasps=(0,))
+    settings = CrossGripperSettings(test_on=("moved",), grasps=(0,))
     task = dataclasses.replace(
         results("cross_gripper", figure()), settings=settings, results=tuple(measured)
     )

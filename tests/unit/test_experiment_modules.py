@@ -10,8 +10,9 @@ from experiment_samples import measured, small_inputs, task_results
 from ajgdata.evaluate.calibration import weighted_quantile
 from ajgdata.evaluate.in_use import calibration, half_width
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.experiments import EXPERIMENTS, listing_keys, requested_experiments
 from ajgdata.experiments.base import Outcome
+from ajgdata.experiments.registry import EXPERIMENTS, load_experiment
+from ajgdata.experiments.requests import listing_keys, requested_experiments
 from ajgdata.experiments.sorting import CALIBRATED, PLAIN
 from ajgdata.models import fit_model, make_model
 from ajgdata.report.canvas import draw
@@ -63,9 +64,9 @@ def test_how_many_grasps_reach_the_papers_accuracy(value, reached, says, agrees)
         "learning_curve", {"knn": Outcome((table, held_out))}, papers={"learning_curve": paper},
         settings={"groups": [1, 4, 16], "repeats": 3},
     )  # fmt: skip
-    (row,) = EXPERIMENTS["learning_curve"].paper_comparison(results, nothing)
+    (row,) = load_experiment("learning_curve").paper_comparison(results, nothing)
     assert (row.result, row.agrees, row.model) == (says, agrees, "k-NN")
-    (advice,) = EXPERIMENTS["learning_curve"].advice(results)
+    (advice,) = load_experiment("learning_curve").advice(results)
     assert advice.startswith("With 16 instead of 4 training grasps per class, the accuracy of k-NN")
     assert advice.endswith(" changed from 40 to 50 %.")
 
@@ -118,7 +119,7 @@ GOOD = (0.98, 0.93, 1.0)
 )
 def test_sorting_is_compared_by_two_shares_with_the_intervals_of_both(accepted, verdict):
     results = sorting_results(accepted, GOOD)
-    shares = list(EXPERIMENTS["sorting"].paper_comparison(results, nothing))
+    shares = list(load_experiment("sorting").paper_comparison(results, nothing))
     assert [row.paper.id for row in shares] == ["a", "c"]
     assert [row.agrees for row in shares] == [verdict, "agrees"]
     first, second = shares
@@ -136,10 +137,10 @@ def test_sorting_is_compared_by_two_shares_with_the_intervals_of_both(accepted, 
 def test_sorting_without_a_decision_has_no_verdict():
     nan = float("nan")
     results = sorting_results((0.0, 0.0, 0.05), (nan, nan, nan))
-    accepted, correct = EXPERIMENTS["sorting"].paper_comparison(results, nothing)
+    accepted, correct = load_experiment("sorting").paper_comparison(results, nothing)
     assert (accepted.agrees, correct.agrees) == ("worse", "inconclusive")
     assert correct.result.startswith("nothing correct among accepted")
-    rows = list(EXPERIMENTS["sorting"].rows(results))
+    rows = list(load_experiment("sorting").rows(results))
     assert [row.value for row in rows] == [
         "0 % (0 to 5)",
         "nothing",
@@ -152,14 +153,14 @@ def test_other_scenarios_on_the_page_stand_in_the_comparison():
     near = {"settings": {"scenario": "known locations"}, "dataset": "near", "papers": {}}
     other = sorting_results((0.99, 0.95, 1.0), GOOD, **near)
     results = replace(sorting_results(GOOD, GOOD), same_page=(other,))
-    row, _ = EXPERIMENTS["sorting"].paper_comparison(results, nothing)
+    row, _ = load_experiment("sorting").paper_comparison(results, nothing)
     assert "; 99 % (95 to 100) for known locations; 39 of 40" in row.result
     assert row.label == "random poses"
-    assert not list(EXPERIMENTS["sorting"].paper_comparison(other, nothing))
+    assert not list(load_experiment("sorting").paper_comparison(other, nothing))
 
 
 def test_the_title_of_sorting_has_both_shares_and_the_runs():
-    (lengths, _) = EXPERIMENTS["sorting"].plots
+    (lengths, _) = load_experiment("sorting").plots
     results = sorting_results((0.85, 0.76, 0.92), GOOD)
     assert lengths.bind(results).conclusion == (
         "CNN: 85 % accepted, 98 % of the accepted correct; 50 (5 to 95) objects until the first "
@@ -179,7 +180,7 @@ def test_the_title_of_novel_objects_compares_the_guard_with_single_detectors():
     columns = {key: key for key in rows[0]}
     outcome = Outcome((table_of("detectors", "d", rows, **columns),))
     results = task_results("novel_objects", {"": outcome})
-    (curve,) = EXPERIMENTS["novel_objects"].plots
+    (curve,) = load_experiment("novel_objects").plots
     assert curve.title(results) == (
         "30 % (15 to 60) of novel objects detected at 5 % false alarms; best alone 40 % (relative)"
     )
@@ -205,9 +206,9 @@ def test_more_than_80_per_cent_is_lost_if_the_interval_of_coffee_is_beyond(ends,
         settings={"reference": "air", "band_hz": [100, 6000]},
         papers={"reflected_energy": PAPER},
     )
-    steel, _ = EXPERIMENTS["reflected_energy"].rows(results)
+    steel, _ = load_experiment("reflected_energy").rows(results)
     assert (steel.label, steel.value) == ("steel balls", "50 (40 to 60) %")
-    (row,) = EXPERIMENTS["reflected_energy"].paper_comparison(results, nothing)
+    (row,) = load_experiment("reflected_energy").paper_comparison(results, nothing)
     low, high = (round(100 - 100 * end) for end in reversed(ends))
     lost = f"lost: coffee 90 % ({low} to {high}), steel_balls 50 % (40 to 60)"
     assert (row.result, row.agrees) == (lost, verdict)
@@ -231,7 +232,7 @@ def losses(plastic: float, metal: float, coffee: float):
         settings={"reference": "air", "band_hz": [100, 6000]},
         papers={"reflected_energy": paper},
     )
-    (row,) = EXPERIMENTS["reflected_energy"].paper_comparison(results, nothing)
+    (row,) = load_experiment("reflected_energy").paper_comparison(results, nothing)
     return row
 
 
@@ -265,14 +266,14 @@ def test_a_model_on_another_gripper_against_calibration_grasps():
         "cross_gripper", {"knn": outcome}, kind="regression",
         settings={"test_on": ["b", "c"], "grasps": [0, 4]}, papers={"cross_gripper": PAPER},
     )  # fmt: skip
-    (illustration,) = EXPERIMENTS["cross_gripper"].figures(results)
+    (illustration,) = load_experiment("cross_gripper").figures(results)
     left, _ = draw(illustration).axes
     np.testing.assert_allclose(left.containers[0].lines[0].get_xydata(), [[0, 8], [4, 2]])
-    said = {row.metric: row.value for row in EXPERIMENTS["cross_gripper"].rows(results)}
+    said = {row.metric: row.value for row in load_experiment("cross_gripper").rows(results)}
     assert said["RMSE, Gripper b, grasps 0"] == "8.0 ± 1.1 mm"
     assert said["RMSE, Gripper c, grasps 0"] == "17.0 ± 2.4 mm, not better than chance"
     assert said["RMSE, Gripper c, grasps 4"] == "3.00 ± 0.42 mm"
-    (row,) = EXPERIMENTS["cross_gripper"].paper_comparison(results, nothing)
+    (row,) = load_experiment("cross_gripper").paper_comparison(results, nothing)
     assert row.result.startswith("1.00 ± 0.14 mm where it was trained, 8.0 ± 1.1 mm on Gripper b")
 
 
@@ -286,7 +287,7 @@ def test_bars_of_another_gripper_end_at_possible_values_and_the_caption_names_wh
     settings = {"test_on": ["b"], "grasps": [0]}
     kind = {"kind": "classification", "settings": settings}
     results = task_results("cross_gripper", {"knn": outcome}, **kind)
-    (illustration,) = EXPERIMENTS["cross_gripper"].figures(results)
+    (illustration,) = load_experiment("cross_gripper").figures(results)
     (segments,) = draw(illustration).axes[0].containers[0].lines[2]
     (bar,) = segments.get_segments()
     # Mean 10 %, standard deviation 17.3 %: the bar would begin below 0 %.
@@ -339,7 +340,7 @@ def test_intervals_are_quantiles_of_residuals_by_grasp(monkeypatch):
     def ranks(_x, _y, group, **_):
         return np.unique(group, return_inverse=True)[1] + 1.0
 
-    monkeypatch.setattr("ajgdata.evaluate.in_use.held_out_residuals", ranks)
+    monkeypatch.setattr("ajgdata.experiments.conformal_intervals.held_out_residuals", ranks)
     coverages = [0.5, 0.7, 0.97]
     outcome = measured(
         "conformal_intervals", small_inputs("regression"), "linear_plain", coverages=coverages

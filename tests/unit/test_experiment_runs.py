@@ -8,10 +8,12 @@ import yaml
 from experiment_samples import small_store
 
 import ajgdata
-from ajgdata.experiments import EXPERIMENTS, Request
+from ajgdata.experiments.registry import EXPERIMENTS
+from ajgdata.experiments.requests import Request, requests_for
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
-from ajgdata.pipeline.experiments import measurements, read_results, requests_for, run_experiment
+from ajgdata.pipeline.experiments import run_experiment
+from ajgdata.pipeline.task_results import measurements, read_results
 from ajgdata.store.features import write_store
 from ajgdata.store.metrics import KEYS
 from ajgdata.store.tables import write_tables

@@ -16,13 +16,14 @@ from ajgdata.experiments.hypotheses import (
     reasons_of,
     with_verdicts,
 )
+from ajgdata.experiments.requests import requests_for, without_late
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
-from ajgdata.experiments.variants import settings_of
+from ajgdata.experiments.settings import VariantsSettings
 from ajgdata.features.spectrum import settings_text
 from ajgdata.gripper.scene import Nuisance
 from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
-from ajgdata.pipeline.experiments import requests_for, run_experiment, without_late
+from ajgdata.pipeline.experiments import run_experiment
 from ajgdata.pipeline.report import build_report
 from ajgdata.report.studies import figures_of, smallest_changes
 from ajgdata.store.features import text_column, write_store
@@ -50,7 +51,7 @@ SETTINGS = {
 def measured(paths: Paths, name: str, file: Variants) -> Table:
     """Return the scores of a file, measured by its job."""
     spec = read_dataset(paths, file.train)
-    settings = settings_of({name: file})
+    settings = VariantsSettings.from_files({name: file})
     tables = paths.experiment(file.train, file.task, "variants", name)
     run_experiment(
         paths.features(file.train),

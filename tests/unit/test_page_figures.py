@@ -22,10 +22,12 @@ from result_samples import (
 from ajgdata.evaluate.mirror import mirror_image
 from ajgdata.evaluate.parts import GROUPED, SESSIONS, placebo
 from ajgdata.experiments.base import Other, Result, TaskResults
-from ajgdata.experiments.learning_curve import Settings as CurveSettings
-from ajgdata.experiments.reflected_energy import Settings as EnergySettings
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
-from ajgdata.experiments.sorting import Settings as SortingSettings
+from ajgdata.experiments.settings import (
+    LearningCurveSettings,
+    ReflectedEnergySettings,
+    SortingSettings,
+)
 from ajgdata.pages import (
     PAGE_FIGURES,
     direct_labels,
@@ -263,7 +265,7 @@ def media_task(**changes):
         "experiment": "reflected_energy",
         "dataset": "media",
         "page": "media",
-        "settings": EnergySettings(reference="air", band_hz=(100, 12000)),
+        "settings": ReflectedEnergySettings(reference="air", band_hz=(100, 12000)),
         "results": (Result("", "", {}, {"classes": stored("classes", rows)}, {}),),
         "papers": {"reflected_energy": paper_figure("media", 80, short="coffee loses > 80 %")},
     }
@@ -430,7 +432,7 @@ def curves(**accuracies: list[float]) -> TaskResults:
         *curve_results,
         experiment="learning_curve",
         page="datasize",
-        settings=CurveSettings(groups=(1, 2, 4)),
+        settings=LearningCurveSettings(groups=(1, 2, 4)),
         papers={"learning_curve": paper},
     )
 

@@ -6,7 +6,7 @@ import yaml
 from ajgdata.acquire.recipe import recipe_hash, session_names
 from ajgdata.paths import Paths
 from ajgdata.pipeline.plan import plan
-from ajgdata.pipeline.recipes import planned_grasps
+from ajgdata.pipeline.planned_grasps import planned_grasps
 from ajgdata.store.sessions import read_dataset, write_session
 from ajgdata.types import DataError, Recording, Session
 

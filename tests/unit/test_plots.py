@@ -8,9 +8,9 @@ import pytest
 from experiment_samples import task_results
 from matplotlib.figure import Figure
 
-from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Outcome, TaskResults
 from ajgdata.experiments.plots import BoundPlot, Plot
+from ajgdata.experiments.registry import load_experiment
 from ajgdata.report.canvas import draw
 from ajgdata.report.format import Caption
 from ajgdata.report.projections import projections_figure
@@ -160,7 +160,7 @@ def test_an_experiment_has_figures_of_its_own_above_those_of_its_plots():
         Plot("lines", "t", "numbers", x="n", name="plotted"),
         Plot("lines", "missing", "no table", x="n", name="empty"),
     )
-    experiment = replace(EXPERIMENTS["sorting"], plots=plots, own_figures=blank("own"))
+    experiment = replace(load_experiment("sorting"), plots=plots, own_figures=blank("own"))
     own, plotted = experiment.figures(first)
     assert (own.name, own.caption.text) == ("sorting--size--first--own", "first, second")
     assert plotted.name == "sorting--size--first--plotted"

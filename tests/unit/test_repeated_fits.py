@@ -8,7 +8,7 @@ from experiment_samples import measured, small_inputs, small_store, task_results
 
 from ajgdata.evaluate.crossval import Predictions, cross_validate
 from ajgdata.evaluate.fold_tests import grasp_errors, robust_error
-from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments.registry import load_experiment
 from ajgdata.report.comparison import UNSTABLE, PaperFigure
 
 
@@ -90,10 +90,10 @@ def test_fits_differ_by_their_seed_and_the_paper_s_value_is_compared_with_their_
     results = task_results(
         "repeated_fits", outcomes, "regression", ask, papers={"repeated_fits": published}
     )
-    (row,) = EXPERIMENTS["repeated_fits"].paper_comparison(results, lambda *_: None)
+    (row,) = load_experiment("repeated_fits").paper_comparison(results, lambda *_: None)
     assert (row.agrees, row.model) == ("better", results.results[0].label)
     assert row.marks[0].low <= row.marks[0].value <= row.marks[0].high
     unsure = published.model_copy(update={"spread": 2e6})
     results = dataclasses.replace(results, papers={"repeated_fits": unsure})
-    (row,) = EXPERIMENTS["repeated_fits"].paper_comparison(results, lambda *_: None)
+    (row,) = load_experiment("repeated_fits").paper_comparison(results, lambda *_: None)
     assert row.agrees == "inconclusive" and row.remark == UNSTABLE

@@ -6,7 +6,8 @@ from experiment_samples import small_store
 from ajgdata.cli.project import snakemake_command as command
 from ajgdata.cli.project import split_arguments
 from ajgdata.paths import Paths, run_name
-from ajgdata.pipeline.run_summary import complete, end_run, run_cost
+from ajgdata.pipeline.run_end import end_run
+from ajgdata.pipeline.run_summary import complete, run_cost
 from ajgdata.store.benchmarks import cost_text
 from ajgdata.store.features import write_store
 from ajgdata.store.files import json_bytes, read_json, write_bytes

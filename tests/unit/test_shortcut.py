@@ -9,7 +9,8 @@ from test_cross_validation import inputs, score, store
 
 from ajgdata.experiments import shortcut
 from ajgdata.experiments.base import Other, Result, TaskResults
-from ajgdata.experiments.shortcut import TEST_COLUMNS, Settings
+from ajgdata.experiments.settings import ShortcutSettings
+from ajgdata.experiments.shortcut import TEST_COLUMNS
 from ajgdata.experiments.silence_tests import silence_tests
 from ajgdata.store.features import FeatureRows, text_column
 from ajgdata.types.table import table_of
@@ -26,7 +27,7 @@ def elsewhere(*, quiet: bool) -> FeatureRows:
 def measured(model="linear", settings=None, **changes):
     sets = {"loud": elsewhere(quiet=False), "quiet": elsewhere(quiet=True)}
     given = inputs(**({"other_sets": sets} | changes))
-    settings = settings or Settings(test_on=("loud", "quiet"))
+    settings = settings or ShortcutSettings(test_on=("loud", "quiet"))
     return {table.name: table for table in shortcut.measure(given, settings, model).tables}
 
 
@@ -62,7 +63,7 @@ def silence(**flagged: bool) -> TaskResults:
         results.append(Result(model, model, {"folds": 2}, tables, {}))
     return sizes(
         results=tuple(results), experiment="shortcut", papers={},
-        settings=Settings(test_on=("quiet",)), other_sets={"quiet": Other("Silence")},
+        settings=ShortcutSettings(test_on=("quiet",)), other_sets={"quiet": Other("Silence")},
     )  # fmt: skip
 
 

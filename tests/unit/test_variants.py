@@ -8,11 +8,13 @@ from worlds import RATE_HZ
 
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.evaluate.crossval import cross_validate
-from ajgdata.experiments import EXPERIMENTS, requested_experiments
 from ajgdata.experiments.base import Inputs, Result, TaskResults
+from ajgdata.experiments.registry import load_experiment
+from ajgdata.experiments.requests import requested_experiments
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
+from ajgdata.experiments.settings import VariantsSettings
 from ajgdata.experiments.variant_figures import errors
-from ajgdata.experiments.variants import Settings, measure, settings_of
+from ajgdata.experiments.variants import measure
 from ajgdata.features.spectrum import spectrum
 from ajgdata.pipeline.recipes import acquire_virtual, renderer
 from ajgdata.pipeline.recordings import RecordingReader
@@ -28,7 +30,7 @@ from ajgdata.types import (
 )
 from ajgdata.types.variants import Variants
 
-EXPERIMENT = EXPERIMENTS["variants"]
+EXPERIMENT = load_experiment("variants")
 EDGE = TaskSettings(target="edge_mm", kind="regression", unit="mm", groups="grasp_id", folds=3)
 AUDIO, RATE = AudioSettings(), 44_100
 RECIPE = {
@@ -66,7 +68,7 @@ def recorded(project) -> Inputs:
     )  # fmt: skip
 
 
-SOUNDS = Settings(
+SOUNDS = VariantsSettings(
     files={
         "sounds": Variants(
             title="Sounds",
@@ -103,7 +105,7 @@ def test_other_sounds_are_played_in_the_same_scenes(recorded):
 
 FEATURES = FeatureSettings(window=256, hop=64)
 SWEEP = LogSweep(length_s=0.5, low_hz=100, high_hz=3_500, amplitude=0.4)
-QUANTITIES = Settings(
+QUANTITIES = VariantsSettings(
     files={
         "quantities": Variants(
             title="Quantities",
@@ -272,7 +274,7 @@ def compared(axis="", **values: tuple[float, ...]) -> TaskResults:
     result = Result(
         "s", "T", about, {"scores": score_table(rows, "T")}, {"scores": score_table((), "T")}
     )
-    settings = settings_of({"s": file})
+    settings = VariantsSettings.from_files({"s": file})
     return sizes(result, settings=settings, experiment="variants")
 
 

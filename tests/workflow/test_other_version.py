@@ -11,9 +11,9 @@ import pytest
 from conftest import Project
 
 from ajgdata.cli.project import with_datasets
-from ajgdata.experiments import Request
+from ajgdata.experiments.requests import Request, requests_for
 from ajgdata.paths import Paths, command_for
-from ajgdata.pipeline.experiments import measurements, requests_for
+from ajgdata.pipeline.task_results import measurements
 from ajgdata.store.sessions import read_dataset
 
 NAME = "tones"

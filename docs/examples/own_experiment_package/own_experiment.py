@@ -4,10 +4,12 @@ from typing import Literal
 
 import numpy as np
 from pydantic import Field
+from scipy.spatial.distance import cdist
 
 from ajgdata.experiments.base import Experiment, Inputs, Outcome
 from ajgdata.experiments.plots import Plot
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
+from ajgdata.experiments.spec import ExperimentSpec
 from ajgdata.types import Strict
 from ajgdata.types.table import table_of
 
@@ -20,8 +22,6 @@ class Settings(Strict):
 
 def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
     """Return the mean distance of pairs of recordings: same grasp, same label, other label."""
-    from scipy.spatial.distance import cdist
-
     data = inputs.data()  # feature (n, n_features), value (n,) and group (n,)
     distances = cdist(data.feature, data.feature, settings.distance)
     same_grasp = data.group[:, None] == data.group
@@ -50,9 +50,7 @@ PAIRS = Plot(
     listed=True,
 )
 EXPERIMENT = Experiment(
-    name="repeatability",
-    title="Repeatability",
-    settings=Settings,
+    ExperimentSpec(name="repeatability", title="Repeatability", settings=Settings),
     measure=measure,
     plots=(PAIRS,),
 )
