@@ -1,11 +1,12 @@
-"""Studies of the virtual gripper: how right it is, how stable, how fast, and what it leaves out.
+"""Studies of the virtual gripper: verification, validation, stability, accuracy and omissions.
 
-Each module makes tables of figures computed in the run; tests assert them, the report shows them.
+Each study is a module with a function `tables(quick)`, which computes the tables of a report page.
+Tests assert the same numbers.
 """
 
 #: Source of the row that has the error of all sources together.
 ALL_SOURCES = "together"
 #: Verdict on a part of the physics that the plan omits.
 LEFT_OUT = "left out"
-#: What is meant by the time of a simulation, in the words of the tables.
+#: Meaning of the time of a simulation, for the notes of tables.
 TIMES_NOTE = "Times are CPU times of one thread; other jobs may run at the same time."

@@ -1,10 +1,10 @@
-"""Error budget: the error of the feature by its source, against run time, and what is left of it in
-differences between objects.
+"""Error budget: error of the feature by source, run time, and error in differences between objects.
 
-An error is that of the noise-free feature (`ajgdata.features.spectrum`, unit norm), relative L2.
-For each source only its own setting varies, and the reference has the best setting of this source.
-The error together is against a reference with the best settings of grid, stopping, modes and
-omissions. Run times are CPU times of planning and marching, the best of several.
+An error is the relative L2 error of the noise-free feature (`ajgdata.features.spectrum`, unit
+norm). For each source, only its own setting varies, and the reference has the best setting of this
+source. For the error of all sources together, the reference has the best settings of grid,
+stopping, modes and omissions. Run times are CPU times of planning and simulation, the shortest of
+several.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from ajgdata.types.table import Column, Table, Value
 
 Real = NDArray[np.floating]
 SceneSettings = dict[str, Any]
-#: kHz, as shown.
+#: Frequency bands (kHz).
 BANDS_KHZ = ((0.1, 1.0), (1.0, 3.0), (3.0, 6.0), (6.0, 20.0))
-#: Two objects of each class of scenes, which a user wants to tell apart.
+#: Two objects of each class of scenes, between which a user wants to distinguish.
 SCENES: dict[str, tuple[SceneSettings, SceneSettings]] = {
     "hard cubes": ({"object": "cube_20p7"}, {"object": "cube_22p0"}),
     "soft and hard objects": ({"object": "foam_brick"}, {"object": "banana"}),
@@ -52,7 +52,7 @@ SCENES: dict[str, tuple[SceneSettings, SceneSettings]] = {
     ),
 }
 DEFAULT_NUMERICS = Numerics()
-#: Grid steps (mm); the finest is the reference.
+#: Grid spacings (mm); the finest grid is the reference.
 GRIDS_MM = (5.2, DEFAULT_NUMERICS.dx_mm, 3.75, 3.3, 2.75, 2.0)
 #: Settings of each source of error, the reference last. The CFL numbers give 4, 6, 8 and 15
 #: steps per sample on the default grid.
@@ -69,15 +69,16 @@ SOURCES: dict[str, tuple[SceneSettings, ...]] = {
     "float32": ({"precision": DEFAULT_NUMERICS.precision}, {"precision": "float64"}),
     "omitted parts": ({"omit": DEFAULT_NUMERICS.omit}, {"omit": ()}),
 }
-#: Sources with a reference together: the largest, and those that cost little. All of them together
-#: would take ten times as long.
+#: Sources of the error together: the largest source, and sources with short run times. All sources
+#: together would take ten times as long.
 TOGETHER = ("grid", "stopping", "number of modes", "omitted parts")
 #: Finest grid (mm) of a quick run.
 QUICK_MM = 3.3
-#: Longer than any response rings.
+#: Longest response (s); every response ends earlier.
 LONGEST_S = 0.5
-#: Grasps of one object, of which the scatter is measured.
+#: Number of grasps of one object for the scatter between grasps.
 SCATTER_GRASPS = 8
+#: Number of runs, of which the shortest time counts.
 REPEATS = 3
 
 
@@ -90,7 +91,7 @@ class SimulationRun:
 
 
 def run(scene: Scene, repeats: int = 1) -> SimulationRun:
-    """Simulate a scene `repeats` times; the time is the shortest."""
+    """Simulate a scene `repeats` times, and return the feature and the shortest time."""
     response, time_s = timed(partial(simulate, scene), repeats)
     return SimulationRun(unit_feature(noise_free(response)), time_s)
 
@@ -113,7 +114,7 @@ def decibels(feature: Real, reference: Real) -> dict[str, float]:
 
 
 def scene_of(settings: Mapping[str, Any], seed: int = 0, **numerics: Any) -> Scene:
-    """Return a scene of SCENES, as grasp `seed` of a session of the default gripper."""
+    """Return a scene of SCENES as grasp number `seed` in a session of the default gripper."""
     variation = Variation()
     grasp = {
         **settings.get("grasp", {}),
@@ -140,10 +141,10 @@ def budget_rows(
     best: SimulationRun,
     repeats: int,
 ) -> list[dict[str, Value]]:
-    """Return a row for each setting of each source of error of a scene, and one for the default
-    against the best settings of the sources TOGETHER.
+    """Return one row per setting of each source of error, and one row for all sources together.
 
-    `default` and `best` are the runs of the scene with these settings.
+    `default` and `best` are the runs of the scene with the default settings, and with the best
+    settings of the sources TOGETHER.
     """
     rows = [
         _row(scene_class, ALL_SOURCES, "default", default, best, default.time_s, is_default=True)
@@ -152,7 +153,7 @@ def budget_rows(
         limits: SceneSettings = {"max_time_s": LONGEST_S} if source == "stopping" else {}
         reference = run(scene_of(settings, **options[-1], **limits))
         for option in options[:-1]:
-            ((key, value),) = option.items()
+            [(key, value)] = option.items()
             is_default = value == getattr(DEFAULT_NUMERICS, key)
             result = default if is_default else run(scene_of(settings, **option, **limits), repeats)
             label = f"{key} {'default' if value is None else value}"
@@ -198,21 +199,22 @@ def difference_rows(
     defaults: Sequence[SimulationRun],
     bests: Sequence[SimulationRun],
 ) -> list[dict[str, Value]]:
-    """Return a row per band: the error of the default settings in the difference between the levels
-    of two objects in the same grasp, and the scatter between grasps of the first object.
+    """Return one row per band: error in the difference between two objects, and scatter of grasps.
 
-    `defaults` and `bests` are the runs of both objects; `settings` are those of the first object.
+    The difference is that of the levels of both objects in the same grasp; its error is that of the
+    default settings. The scatter is that between grasps of the first object. `defaults` and `bests`
+    are the runs of both objects; `settings` are those of the first object.
     """
-    computed, true = (
-        level_db(first.feature) - level_db(second.feature) for first, second in (defaults, bests)
-    )
+    computed = level_db(defaults[0].feature) - level_db(defaults[1].feature)
+    true = level_db(bests[0].feature) - level_db(bests[1].feature)
     grasps = [
         level_db(run(scene_of(settings, seed)).feature) for seed in range(1, SCATTER_GRASPS + 1)
     ]
     scatter = in_bands(np.std(grasps, axis=0, ddof=1))
     rows: list[dict[str, Value]] = []
     for (low, high), key in zip(BANDS_KHZ, scatter, strict=True):
-        own, exact = in_bands(computed)[key], in_bands(true)[key]
+        own = in_bands(computed)[key]
+        exact = in_bands(true)[key]
         error = float(np.sqrt(np.mean((own - exact) ** 2)))
         size = float(np.sqrt(np.mean(exact**2)))
         between = float(np.sqrt(np.mean(scatter[key] ** 2)))
@@ -232,17 +234,18 @@ def difference_rows(
 
 
 def tables(quick: bool = False) -> tuple[Table, ...]:
-    """Return the budget, and the errors in differences between objects.
+    """Return the error budget, and the errors in differences between objects.
 
-    Two minutes on one core; `quick` shows one class of scenes without the finest grid.
+    It takes two minutes on one core. `quick` computes one class of scenes without the finest grid.
     """
-    scene_classes = list(SCENES)[: 1 if quick else None]
+    scene_classes = list(SCENES)
     sources = dict(SOURCES)
     if quick:
+        scene_classes = scene_classes[:1]
         sources["grid"] = tuple({"dx_mm": dx_mm} for dx_mm in GRIDS_MM if dx_mm >= QUICK_MM)
     best = best_settings(sources)
     repeats = 1 if quick else REPEATS
-    # Kernels are compiled before anything is timed.
+    # The first simulation compiles the kernels, before any time is measured.
     simulate(scene_of(SCENES[scene_classes[0]][0], dx_mm=6.0))
     budget: list[dict[str, Value]] = []
     differences: list[dict[str, Value]] = []

@@ -1,14 +1,14 @@
-"""The discrete energy of what is marched, and the limit of its time step.
+"""Discrete energy of the simulation, and the limit of its time step.
 
-With a, b the decay and gain of a face and D the difference of pressure across it, the energy is
-½‖p‖²_M + ½ Σ Δt/b [(1-a)/2 U⁻² + U⁻U⁺] + poles + walls + modes. As U⁺ = a U⁻ - b Dp, it is a
-quadratic form of one state: the *stored* energy N, a sum of squares, less Δt/2 Σ U⁻Dp. A step
-changes it by -Σ Δt/2b (1-a)/2 (U⁻+U⁺)² and by what poles, walls and modes dissipate, for every
-stencil whose divergence is the adjoint of its gradient: it never rises.
+With decay a and gain b of a face, and the pressure difference Dp across it, the energy is
+½‖p‖²_M + ½ Σ Δt/b [(1-a)/2 U⁻² + U⁻U⁺] + poles + walls + modes. Because U⁺ = a U⁻ - b Dp, it is a
+quadratic form of one state: the *stored* energy N, a sum of squares, minus Δt/2 Σ U⁻Dp. A step
+changes it by -Σ Δt/2b (1-a)/2 (U⁻+U⁺)² and by the dissipation of poles, walls and modes, for every
+stencil whose divergence is the adjoint of its gradient. The energy therefore never rises.
 
-(1 - s) N ≤ E ≤ (1 + s) N, where s is the sine sin(ωΔt/2) of the fastest wave, and drag makes a face
-as fast as a gain of 2b/(1+a): s < 1 is what cells are enlarged for. So the stored energy of no
-state grows by more than (1 + s)/(1 - s), at no time.
+(1 - s) N ≤ E ≤ (1 + s) N, where s = sin(ωΔt/2) belongs to the fastest wave. Drag makes a face as
+fast as a gain of 2b/(1+a). Cells are enlarged so that s < 1. The stored energy of any state
+therefore grows by a factor of at most (1 + s)/(1 - s).
 """
 
 from __future__ import annotations
@@ -25,12 +25,16 @@ from ajgdata.gripper.system import Capacities, Faces, System
 from ajgdata.gripper.walls import NO_MODES, Walls, coupled
 
 Real = NDArray[np.floating]
+#: Source and receiver without sound, for steps that only march the state.
 SILENT_PROBE = Probe(np.zeros(1, np.uint64), np.zeros(1))
 
 
 def applied(system: System, p: Real) -> Real:
-    """Return A p for a pressure in all cells, both (cells,), from what the kernel does: a lossless
-    `system` marches p₊ - 2p + p₋ = -A p, and a step from rest leaves p - A p."""
+    """Return A p for a pressure p in all cells, both (cells,), from a step of the kernel.
+
+    A lossless `system` satisfies p₊ - 2p + p₋ = -A p, so the pressure after a step from rest is
+    p - A p.
+    """
     state = at_rest(system)
     state.p[:] = p
     march(system, state, SILENT_PROBE, SILENT_PROBE, np.zeros(0), 1)
@@ -40,7 +44,8 @@ def applied(system: System, p: Real) -> Real:
 def symmetric_operator(system: System) -> tuple[LinearOperator, Real]:
     """Return M^½ A M^-½ of `applied` on the open cells (n, n), and M^½ (n,)."""
     live = np.flatnonzero(system.mass.ravel())
-    root, everywhere = np.sqrt(system.mass.ravel()[live]), np.zeros(system.mass.size)
+    root = np.sqrt(system.mass.ravel()[live])
+    everywhere = np.zeros(system.mass.size)
 
     def times(x: Real) -> Real:
         everywhere[live] = np.ravel(x) / root
@@ -50,21 +55,25 @@ def symmetric_operator(system: System) -> tuple[LinearOperator, Real]:
 
 
 def fastest(system: System) -> float:
-    """Return the largest eigenvalue of A; marching is stable up to 4, where sin²(ωΔt/2) is 1."""
+    """Return the largest eigenvalue of A; systems are stable up to 4, where sin²(ωΔt/2) = 1."""
     matrix, root = symmetric_operator(system)
     start = np.random.default_rng(0).standard_normal(len(root))
     return float(eigsh(matrix, 1, which="LA", v0=start, return_eigenvectors=False)[0])
 
 
 def largest_growth(system: System) -> float:
-    """Return the most by which the stored energy of any state can grow; infinite if the energy of
-    some state is not positive, so that it can grow without end."""
+    """Return the largest factor by which the stored energy of any state can grow.
+
+    It is infinite if the energy of some state is not positive, which allows unlimited growth.
+    """
     sine = np.sqrt(fastest(without_losses(system))) / 2
-    return float((1 + sine) / (1 - sine)) if sine < 1 else np.inf
+    if sine >= 1:
+        return np.inf
+    return float((1 + sine) / (1 - sine))
 
 
 def without_losses(system: System) -> System:
-    """Return the leapfrog of `system` alone, with the gains 2b/(1+a) that drag makes of b."""
+    """Return only the leapfrog of `system`, with the gains 2b/(1+a) to which drag changes b."""
     gains = [2 * b / (1 + a) for a, b in zip(system.faces[:3], system.faces[3:], strict=True)]
     faces = Faces(*(np.ones_like(gain) for gain in gains), *gains)
     mass = system.mass.ravel()
@@ -77,8 +86,9 @@ def without_losses(system: System) -> System:
 
 
 def energies(system: System, state: State, steps: int) -> Real:
-    """Return the discrete energy (J) before each of `steps` steps, (steps,), marching `state`."""
-    weight, out = stored_weights(system), np.empty(steps)
+    """March `state`, and return the discrete energy (J) before each of `steps` steps, (steps,)."""
+    weight = stored_weights(system)
+    out = np.empty(steps)
     for n in range(steps):
         before = State._make(values.copy() for values in state)
         march(system, state, SILENT_PROBE, SILENT_PROBE, np.zeros(0), 1)
@@ -91,13 +101,14 @@ def _energy(system: System, weight: State, before: State, after: State) -> float
     stored = _with_densities(system, State._make(v.astype(np.float64) for v in before), 1.0)
     total = sum(float(np.sum(w * np.square(v))) for w, v in zip(weight, stored, strict=True))
     for name, decay, gain in _faces(system):
-        old, new = (getattr(state, name).astype(np.float64) for state in (before, after))
+        old = getattr(before, name).astype(np.float64)
+        new = getattr(after, name).astype(np.float64)
         total += float(np.sum(_ratio(system.dt * old * (new - decay * old), gain)))
     return total / 2
 
 
 def random_state(system: System, seed: int = 0) -> State:
-    """Return normal random numbers in all that a state can hold, each of the same mean energy."""
+    """Return a state of normal random numbers, each with the same mean energy."""
     weight = stored_weights(system)
     ends = np.cumsum([np.count_nonzero(w) for w in weight])
     numbers = np.random.default_rng(seed).standard_normal(ends[-1])
@@ -107,7 +118,7 @@ def random_state(system: System, seed: int = 0) -> State:
     state = at_rest(system)
     for into, values in zip(state, _with_densities(system, full, -1.0), strict=True):
         into[:] = values
-    # What walls and modes remember of the pressure before.
+    # Walls and modes store the pressure of the step before.
     state.before[:] = state.p[system.walls.cell]
     if len(system.modes.inertia):
         state.motion[2] = system.modes.weight @ state.p[system.modes.cell]
@@ -115,12 +126,16 @@ def random_state(system: System, seed: int = 0) -> State:
 
 
 def stored_weights(system: System) -> State:
-    """Return twice the stored energy per square of each number of a state, 0 for what is not free.
+    """Return twice the stored energy per square of each number of a state; 0 for fixed numbers.
 
-    Of r_j it is that of the relaxing density q_j = r_j + rate_j p.
+    The weight of r_j is that of the relaxing density q_j = r_j + rate_j p.
     """
-    c, walls, modes, dt = system.capacities, system.walls, system.modes, system.dt
-    yield_, rates = c.yield_.astype(np.float64), c.rates.astype(np.float64)
+    c = system.capacities
+    walls = system.walls
+    modes = system.modes
+    dt = system.dt
+    yield_ = c.yield_.astype(np.float64)
+    rates = c.rates.astype(np.float64)
     flows = [_ratio(dt * (1 + decay), 2 * gain) for _, decay, gain in _faces(system)]
     densities = [
         _ratio(back * dt, 2 * rate * yield_)
@@ -128,25 +143,27 @@ def stored_weights(system: System) -> State:
     ]
     area = walls.coupling / (yield_[walls.cell] * walls.admittance.astype(np.float64))
     moving = [_ratio(area * dt, 2 * part) for part in (walls.inertia, walls.half_spring)]
-    none, free = np.zeros_like(area), np.full(len(modes.inertia), dt)
+    none = np.zeros_like(area)
+    free = np.full(len(modes.inertia), dt)
     swinging = [_ratio(free, 2 * part) for part in (modes.inertia, modes.half_spring)]
     motion = np.stack([*swinging, np.zeros_like(free)])
     return State._make([system.mass.ravel(), *flows, *densities, *moving, none, motion])
 
 
 def _faces(system: System) -> Iterator[tuple[str, Real, Real]]:
-    """Name of the flow, decay and gain of each axis."""
+    """Return an iterator over the axes: name of the flow, decay and gain."""
     faces = [values.astype(np.float64) for values in system.faces]
     return zip(("ux", "uy", "uz"), faces[:3], faces[3:], strict=True)
 
 
 def _with_densities(system: System, state: State, sign: float) -> State:
-    """Return `state` with q = r + rate p instead of r; back again with `sign` -1."""
-    rate1, rate2 = (sign * float(rate) for rate in system.capacities.rates[:2])
+    """Return `state` with q = r + rate p instead of r; `sign` -1 inverts this."""
+    rate1 = sign * float(system.capacities.rates[0])
+    rate2 = sign * float(system.capacities.rates[1])
     return state._replace(r1=state.r1 + rate1 * state.p, r2=state.r2 + rate2 * state.p)
 
 
 def _ratio(above: Real, below: Real) -> Real:
-    """`above` / `below` in float64, 0 where `below` is."""
+    """Return `above` / `below` in float64; 0 where `below` is 0."""
     above = np.asarray(above, np.float64)
     return np.divide(above, below, out=np.zeros_like(above), where=below > 0)

@@ -1,4 +1,4 @@
-"""Systems that studies and tests march: a lossy bowl, and the extremes of scenes."""
+"""Systems for studies and tests: a bowl of cut cells, and extreme scenes."""
 
 from __future__ import annotations
 
@@ -21,25 +21,28 @@ from ajgdata.gripper.walls import NO_MODES, NO_WALLS, ModeList, WallList
 
 Real = NDArray[np.floating]
 Heights = tuple[Real | float, Real | float, Real | float]
+#: Air of all studies, at 22 °C.
 AIR = Air(22.0)
+#: Plastic grains of the default gripper.
 PLASTIC = Packing(6e-3, 0.40)
 
 
 @dataclass(frozen=True)
 class Region:
-    """Columns from a function of x and y (m) that gives floor, roof and surface (m)."""
+    """Domain from a function of x and y (m) that returns floor, roof and surface of grains (m)."""
 
     heights: Callable[[Real, Real], Heights]
 
     def at(self, x: Real, y: Real) -> tuple[Real, Real, Real, Real]:
-        """Floor, roof, surface and contact (none) on the grid (y, x)."""
+        """Return floor, roof, surface and contact (zero) on the grid, each (y, x)."""
         xx, yy = np.meshgrid(x, y)
-        floor, roof, surface = (np.broadcast_to(h, xx.shape) * 1.0 for h in self.heights(xx, yy))
+        heights = self.heights(xx, yy)
+        floor, roof, surface = (np.broadcast_to(height, xx.shape) * 1.0 for height in heights)
         return floor, np.maximum(floor, roof), surface, np.zeros_like(xx)
 
 
 def bowl() -> Region:
-    """Curved, off-grid, half full of grains: every kind of cut cell."""
+    """Return a curved bowl, half full of grains, whose boundary cuts cells in all ways."""
 
     def heights(x: Real, y: Real) -> Heights:
         half = np.sqrt(np.clip(0.03**2 - x**2 - y**2, 0, None))
@@ -48,6 +51,7 @@ def bowl() -> Region:
     return Region(heights)
 
 
+#: Half width, bottom and top of the box around the bowl (m).
 BOWL = (0.031, -0.031, 0.036)
 
 
@@ -57,30 +61,34 @@ def bowl_cells(h: float) -> Cells:
 
 
 def time_step(h: float, wide: float = 0.0) -> float:
-    """The time step (s) of scenes on a grid of spacing `h` (m)."""
+    """Return the time step (s) of scenes on a grid of spacing `h` (m)."""
     return 1 / (SAMPLE_RATE_HZ * steps_per_sample(h, 0.99, wide=wide))
 
 
 def at_cell(flat: int) -> Probe:
-    """Source or receiver in one cell."""
+    """Return a source or receiver in one cell, given by its flat index."""
     return Probe(np.array([flat], np.uint64), np.ones(1))
 
 
 def two_probes(system: System) -> tuple[Probe, Probe]:
-    """One near the bottom, among grains if there are any; one near the top."""
+    """Return a probe near the bottom, among grains if there are any, and a probe near the top."""
     live = np.flatnonzero(system.mass.ravel())
     return at_cell(int(live[len(live) // 7])), at_cell(int(live[-len(live) // 5]))
 
 
-#: System, source and receiver; a function that builds them in a precision.
+#: System, source and receiver.
 Ends = tuple[System, Probe, Probe]
+#: Function that builds a system in a precision.
 Build = Callable[[type], Ends]
+#: Spacing of the default grid, in mm and in m.
 DX_MM = Numerics().dx_mm
 H = DX_MM * 1e-3
-EXTREME = (0.0, 1e-9, 1e-3, 1.0, 1e3, 1e6)
-STIFF = (0.0, 1.0, 1e5, 1e10, 1e15)
+#: Masses of walls (kg/m²) and of modes (kg).
+EXTREME_MASSES = (0.0, 1e-9, 1e-3, 1.0, 1e3, 1e6)
+#: Stiffnesses of walls (N/m³) and of modes (N/m).
+EXTREME_STIFFNESSES = (0.0, 1.0, 1e5, 1e10, 1e15)
 CUBE = {"kind": "cube", "edge_mm": 20.0}
-#: Stiffness of the gripper that the needle almost pierces: at a thousandth less it is refused.
+#: Stiffness of the gripper that the needle almost pierces: a thousandth less is an error.
 JUST_HELD_N_M3 = 7.4645e4
 NEEDLE = {"kind": "cylinder", "diameter_mm": 10.0, "height_mm": 60.0}
 
@@ -97,13 +105,13 @@ class Trial:
 
 
 def from_scene(parts: dict[str, Any], dx_mm: float = DX_MM) -> Build:
-    """Return the builder of a whole scene on a grid of `dx_mm` (mm)."""
+    """Return the builder of a complete scene on a grid of `dx_mm` (mm)."""
 
     def build(dtype: type) -> Ends:
         numerics = {
             "dx_mm": dx_mm,
             "precision": "float32" if dtype is np.float32 else "float64",
-            # An extreme must be stable, not absent.
+            # No part is omitted, because each must be stable.
             "omit": (),
             "modes_hz": 21_000.0,
             **parts.get("numerics", {}),
@@ -155,16 +163,16 @@ def from_bowl(
     return build
 
 
-#: Steps of a bowl, of a whole scene, of a quick trial, and of a long run. Scenes have losses, so
-#: their energy falls from the first step on; most bowls have none, and show a slow growth.
+#: Steps of a bowl. Most bowls have no losses and show a slow growth of energy.
 BOWL_STEPS = 20_000
+#: Steps of a complete scene. Scenes have losses, so their energy falls from the first step on.
 SCENE_STEPS = 5_000
 QUICK_STEPS = 1_000
 LONG_STEPS = 1_000_000
 
 
 def trials(quick: bool = False, dx_mm: float = DX_MM) -> Iterator[Trial]:
-    """Yield all trials on a grid of `dx_mm` (mm); `quick` marches fewer steps."""
+    """Yield all trials on a grid of `dx_mm` (mm); `quick` computes fewer steps."""
     for group, name, parts in _scenes():
         steps = QUICK_STEPS if quick else SCENE_STEPS
         yield Trial(group, name, from_scene(parts, dx_mm), steps, dx_mm)
@@ -201,7 +209,7 @@ def _objects() -> Iterator[tuple[str, dict[str, Any] | None]]:
 
 
 def _scenes() -> Iterator[tuple[str, str, dict[str, Any]]]:
-    """Yield group, name and settings of whole scenes."""
+    """Yield group, name and settings of complete scenes."""
     for name, shape in _objects():
         yield "object", name, {"object": shape}
     steel = {**CUBE, "material": "steel"}
@@ -221,12 +229,14 @@ def _scenes() -> Iterator[tuple[str, str, dict[str, Any]]]:
 
 
 def _bowls(h: float) -> Iterator[tuple[str, str, Build]]:
-    """Yield group, name and builder of the bowl; walls and modes are around air without losses,
-    which would hide a slow growth."""
-    for mass in EXTREME:
+    """Yield group, name and builder of bowls on a grid of `h` (m).
+
+    Walls and modes are next to air without losses, which would hide a slow growth.
+    """
+    for mass in EXTREME_MASSES:
         yield "wall", f"mass {mass:g} kg/m²", from_bowl(h=h, packing=None, wall=(mass, 0.0, 1e5))
         yield "mode", f"mass {mass:g} kg", _mode(mass, 1e5, h)
-    for stiffness in STIFF:
+    for stiffness in EXTREME_STIFFNESSES:
         wall = (0.3, 0.0, stiffness)
         yield "wall", f"stiffness {stiffness:g} N/m³", from_bowl(h=h, packing=None, wall=wall)
         yield "mode", f"stiffness {stiffness:g} N/m", _mode(1e-2, stiffness, h)

@@ -1,10 +1,10 @@
-"""A limit of the virtual gripper: an extreme system must approach a system that is known.
+"""Limits of the virtual gripper: an extreme system must approach a known system.
 
-With a small parameter ε (the parameter, or 1 over it) the response is p(ε) = p(0) + ε p' + …,
+With a small parameter ε (the parameter, or 1 over it), the response is p(ε) = p(0) + ε p' + …,
 because it is an analytic function of ε at complex frequencies s = σ + iω with σ > 0: all systems
 are passive, so their operators have no eigenvalue there. The distance is a ε (1 + c ε + …).
-The sequences begin where the second term is at most half of the first: |c| ε₁ ≤ 1/2. Without the
-terms after it, this assumption gives all tolerances:
+The sequences begin where the second term is at most half of the first: |c| ε₁ ≤ 1/2. Without
+higher terms, this assumption gives all tolerances:
 
 - The last distance is at most twice the first, times (ε_K / ε₁) to the power of the order.
 - The order between the last two values deviates by at most (ε_{K-1} / ε₁) / ln q, q = ε_{K-1}/ε_K,
@@ -33,15 +33,18 @@ from ajgdata.studies.noise_free import relative_error
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]
-#: The band (Hz) in which the default grid is accurate.
+#: Frequency band (Hz) in which the default grid is accurate.
 ACCURATE_BAND_HZ = (100.0, 6_000.0)
-#: The response is multiplied by a decay to e^-DECAY at its last step: frequencies are complex.
+#: The response is multiplied by a decay to e^-DECAY at its last step, so frequencies are complex.
 DECAY = 6.0
 
 
 def response(ends: Ends, steps: int) -> Complex:
-    """Return the pressure at the receiver after a pulse at the source, at the frequencies of
-    `ACCURATE_BAND_HZ` plus the imaginary part that `DECAY` gives, (frequencies,)."""
+    """Return the spectrum of the pressure at the receiver after a pulse at the source.
+
+    The frequencies, (frequencies,), are those in `ACCURATE_BAND_HZ` with the imaginary part of
+    `DECAY`.
+    """
     pressure = pulse_response(ends, steps)
     decay = np.exp(-DECAY * np.arange(steps) / steps)
     frequency = np.fft.rfftfreq(steps, ends[0].dt)
@@ -62,7 +65,7 @@ def powers(first: float, last: float, count: int = 5) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class MeasuredOrder:
-    """Power of the parameter in the distance, between two values, and the expected power."""
+    """Power of the parameter in the distance between two values, with the expected power."""
 
     value: float
     expected: float
@@ -76,10 +79,10 @@ class MeasuredOrder:
 
 @dataclass(frozen=True)
 class LimitResult:
-    """Distances (values,) to a limit, and the largest distance that the theory allows.
+    """Distances (values,) to a limit, and the largest distance that the theory allows, `cap`.
 
-    `last` and `first` are the orders between the last and the first two values; a limit that all
-    values reach has no orders, and its largest distance counts.
+    `last` and `first` are the orders between the last two and between the first two values. A limit
+    that all values reach has no orders, and its largest distance counts.
     """
 
     distances: tuple[float, ...]
@@ -103,7 +106,7 @@ class LimitResult:
 class Limit(ABC):
     """A parameter whose extreme has a known result, on a grid of `dx_mm` (mm).
 
-    `title` names the parameter and the expected system, `reason` the source of the order.
+    `title` has the parameter and the expected system, and `reason` the derivation of the order.
     """
 
     title: ClassVar[str]
@@ -116,7 +119,7 @@ class Limit(ABC):
 
     @property
     def h(self) -> float:
-        """Spacing of the grid, m."""
+        """Return the spacing of the grid (m)."""
         return self.dx_mm * 1e-3
 
     @abstractmethod
@@ -125,7 +128,7 @@ class Limit(ABC):
 
     @abstractmethod
     def expected(self, value: float) -> Ends:
-        """Return the expected system; only some depend on the value."""
+        """Return the expected system, which depends on the value only for some limits."""
 
     @abstractmethod
     def run(self) -> LimitResult:
@@ -137,18 +140,18 @@ class Limit(ABC):
         return relative_error(response(self.system(value), self.steps), expected)
 
     def small(self, value: float) -> float:
-        """Return the small parameter ε at a value, over that of the first value."""
+        """Return the small parameter ε at a value, relative to ε at the first value."""
         ratio = value / self.values[0]
         return min(ratio, 1 / ratio)
 
 
 class PowerLimit(Limit):
-    """A limit with a distance that is proportional to a power `order` of the parameter."""
+    """A limit whose distance is proportional to the power `order` of the parameter."""
 
     order: ClassVar[float]
 
     def run(self) -> LimitResult:
-        """See Limit."""
+        """See `Limit`."""
         distances = tuple(self.distance(value) for value in self.values)
         small = [self.small(value) for value in self.values]
         orders = np.diff(np.log(distances)) / np.diff(np.log(self.values))
@@ -172,11 +175,11 @@ class FromBowl(PowerLimit):
         """Return the arguments of `from_bowl` at a value."""
 
     def system(self, value: float) -> Ends:
-        """See Limit."""
+        """See `Limit`."""
         return bowl_ends(self.h, **self.moving(value))
 
     def expected(self, value: float) -> Ends:
-        """See Limit."""
+        """See `Limit`."""
         return bowl_ends(self.h, **self.known)
 
 
@@ -186,7 +189,7 @@ def bowl_ends(h: float, packing: Packing | None = None, **parts: Any) -> Ends:
 
 
 class FromScene(PowerLimit):
-    """A limit of a whole scene."""
+    """A limit of a complete scene."""
 
     #: Settings of the expected scene.
     known: ClassVar[dict[str, Any]]
@@ -197,11 +200,11 @@ class FromScene(PowerLimit):
         """Return the settings of the scene at a value."""
 
     def system(self, value: float) -> Ends:
-        """See Limit."""
+        """See `Limit`."""
         return self._ends(self.settings(value))
 
     def expected(self, value: float) -> Ends:
-        """See Limit."""
+        """See `Limit`."""
         return self._ends(self.known)
 
     def _ends(self, settings: dict[str, Any]) -> Ends:

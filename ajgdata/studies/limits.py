@@ -1,4 +1,4 @@
-"""Limits of the virtual gripper, one class of a few lines for each: see `ajgdata.studies.limit`."""
+"""All limits of the virtual gripper: one class of a few lines per limit."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ IMPEDANCE = "a part of impedance Z takes the volume velocity p S/Z, and Z is pro
 
 
 class HeavyObject(FromBowl):
-    """A body that moves as a whole: without motion, it is a rigid part of the boundary."""
+    """A body that moves without deformation; at rest, it is a rigid part of the boundary."""
 
     title = "object, mass → ∞: rigid object"
     parameter = "mass"
@@ -62,12 +62,12 @@ class HeavyObject(FromBowl):
     reason = IMPEDANCE
 
     def moving(self, value: float) -> dict[str, Any]:
-        """See FromBowl."""
+        """See `FromBowl`."""
         return {"modes": np.array([[value, 0.0, 1e4]])}
 
 
 class StiffObject(FromBowl):
-    """A body on a spring: a spring that does not yield holds it."""
+    """A body on a spring; an infinitely stiff spring holds it."""
 
     title = "object, stiffness → ∞: rigid object"
     parameter = "stiffness"
@@ -77,7 +77,7 @@ class StiffObject(FromBowl):
     reason = IMPEDANCE
 
     def moving(self, value: float) -> dict[str, Any]:
-        """See FromBowl."""
+        """See `FromBowl`."""
         return {"modes": np.array([[1e-3, 0.0, value]])}
 
 
@@ -92,7 +92,7 @@ class HeavyWall(FromBowl):
     reason = IMPEDANCE
 
     def moving(self, value: float) -> dict[str, Any]:
-        """See FromBowl."""
+        """See `FromBowl`."""
         return {"wall": (value, 0.0, 1e5)}
 
 
@@ -107,12 +107,12 @@ class StiffWall(FromBowl):
     reason = IMPEDANCE
 
     def moving(self, value: float) -> dict[str, Any]:
-        """See FromBowl."""
+        """See `FromBowl`."""
         return {"wall": (0.3, 0.0, value)}
 
 
 class ResistiveWall(FromBowl):
-    """A porous wall that lets nothing through."""
+    """A porous wall through which no air flows."""
 
     title = "wall, resistance → ∞: rigid wall"
     parameter = "resistance"
@@ -122,14 +122,16 @@ class ResistiveWall(FromBowl):
     reason = IMPEDANCE
 
     def moving(self, value: float) -> dict[str, Any]:
-        """See FromBowl."""
+        """See `FromBowl`."""
         return {"wall": (0.0, value, 0.0)}
 
 
 class LightObject(FromBowl):
-    """The skin of a 20 mm cube under the membrane: without mass and stiffness, only the membrane
-    is left, as without an object. The factor scales density (from 1,000 kg/m³) and Young's modulus
-    (from 0.1 GPa)."""
+    """The skin of a 20 mm cube under the membrane; without mass and stiffness, only the membrane
+    moves, as without an object.
+
+    The factor scales density (from 1,000 kg/m³) and Young's modulus (from 0.1 GPa).
+    """
 
     title = "object, mass and stiffness → 0: membrane without object"
     parameter = "factor"
@@ -140,7 +142,7 @@ class LightObject(FromBowl):
     known: ClassVar[dict[str, Any]] = {"wall": (0.3, 0.0, 0.0)}
 
     def moving(self, value: float) -> dict[str, Any]:
-        """See FromBowl."""
+        """See `FromBowl`."""
         return {"wall": skin(_cube_body(value, 4e-4), 0.3)}
 
 
@@ -151,7 +153,7 @@ def _cube_body(factor: float, imprint_m2: float) -> Body:
 
 
 class LightWall(PowerLimit):
-    """A wall without mass, resistance and stiffness holds no pressure: an opening to a vacuum.
+    """A wall without mass, resistance and stiffness, which is an opening to a vacuum.
 
     The expected system has cells whose pressure stays zero.
     """
@@ -164,12 +166,12 @@ class LightWall(PowerLimit):
     reason = "the pressure at the wall is Z times the velocity, and Z is proportional to the mass"
 
     def system(self, value: float) -> Ends:
-        """See Limit."""
+        """See `Limit`."""
         system = bowl_ends(self.h, wall=(value, 0.0, 0.0))[0]
         return system, *self._inside(system)
 
     def expected(self, value: float) -> Ends:
-        """See Limit."""
+        """See `Limit`."""
         system = bowl_ends(self.h)[0]
         at_wall = bowl_cells(self.h).membrane.ravel() > 0
         capacities = system.capacities._replace(
@@ -183,9 +185,9 @@ class LightWall(PowerLimit):
 
 
 class HeavyStiffCube(FromScene):
-    """A cube whose density and Young's modulus grow together, so that its resonances stay.
+    """A cube whose density and Young's modulus grow together, so that its resonances are constant.
 
-    The grains' frame is omitted: above a rigid object, too, it would move.
+    The frame of the grains is omitted, because it would move above a rigid object, too.
     """
 
     title = "cube, density and Young's modulus → ∞: rigid cube"
@@ -198,12 +200,12 @@ class HeavyStiffCube(FromScene):
     known: ClassVar[dict[str, Any]] = {"object": CUBE}
 
     def settings(self, value: float) -> dict[str, Any]:
-        """See FromScene."""
+        """See `FromScene`."""
         return {"object": {**CUBE, "material": solid(1e3 * value, 1e8 * value)}}
 
 
 class StiffCube(FromScene):
-    """A cube whose Young's modulus grows alone: the modes leave the band, the skin stiffens."""
+    """A cube of which only Young's modulus grows; its modes leave the band, its skin stiffens."""
 
     title = "cube, Young's modulus → ∞: rigid cube"
     parameter = "Young's modulus"
@@ -215,12 +217,12 @@ class StiffCube(FromScene):
     known: ClassVar[dict[str, Any]] = {"object": CUBE}
 
     def settings(self, value: float) -> dict[str, Any]:
-        """See FromScene."""
+        """See `FromScene`."""
         return {"object": {**CUBE, "material": solid(1e3, value)}}
 
 
 class SlackMembrane(FromScene):
-    """A membrane without tension is only a mass and a resistance. The gripper has no grains."""
+    """A membrane without tension, with only mass and resistance, in a gripper without grains."""
 
     title = "membrane, tension → 0: limp membrane"
     parameter = "stiffness"
@@ -234,12 +236,12 @@ class SlackMembrane(FromScene):
     }
 
     def settings(self, value: float) -> dict[str, Any]:
-        """See FromScene."""
+        """See `FromScene`."""
         return {**self.known, "gripper": {"membrane": {"stiffness_n_m3": value}}}
 
 
 class ThinFilm(FromScene):
-    """The film of air between membrane and object, in units of its usual thickness."""
+    """The film of air between membrane and object, in units of its default thickness."""
 
     title = "film of air, thickness → 0: membrane on the object"
     parameter = "thickness"
@@ -253,12 +255,12 @@ class ThinFilm(FromScene):
     }
 
     def settings(self, value: float) -> dict[str, Any]:
-        """See FromScene."""
+        """See `FromScene`."""
         return {**self.known, "gripper": {"membrane": {"film": value}}}
 
 
 class RigidHousing(FromScene):
-    """The housing and its admittance ρc/z."""
+    """A housing of the admittance ρc/z."""
 
     title = "housing, admittance → 0: rigid housing"
     parameter = "admittance"
@@ -269,7 +271,7 @@ class RigidHousing(FromScene):
     known: ClassVar[dict[str, Any]] = {"gripper": {"wall_admittance": 0.0}}
 
     def settings(self, value: float) -> dict[str, Any]:
-        """See FromScene."""
+        """See `FromScene`."""
         return {"gripper": {"wall_admittance": value}}
 
 
@@ -288,12 +290,12 @@ class LoosePacking(FromBowl):
     reason = "tortuosity and boundary layers of Johnson, Champoux and Allard are linear in 1 - φ"
 
     def moving(self, value: float) -> dict[str, Any]:
-        """See FromBowl."""
+        """See `FromBowl`."""
         return {"packing": Packing(PLASTIC.diameter, 1 - value)}
 
 
 class NoDrag(FromBowl):
-    """The bed's drag, in units of that of plastic grains."""
+    """The drag of the bed, in units of the drag of plastic grains."""
 
     title = "grains, drag → 0: fluid without drag"
     parameter = "drag"
@@ -304,12 +306,12 @@ class NoDrag(FromBowl):
     known: ClassVar[dict[str, Any]] = {"packing": PLASTIC, "drag": 0.0}
 
     def moving(self, value: float) -> dict[str, Any]:
-        """See FromBowl."""
+        """See `FromBowl`."""
         return {"packing": PLASTIC, "drag": value}
 
 
 class DenseDrag(PowerLimit):
-    """Grains that let no air through are a wall; the expected system has closed faces.
+    """Grains through which no air flows are a wall; the expected system has closed faces.
 
     The pressure diffuses into the bed by δ = (ωσ'C)^-1/2. Once a cell is deeper than δ, the flow
     into the bed is the pressure of the cell above over σ' h: the order is that of the grid, 1. If
@@ -324,19 +326,18 @@ class DenseDrag(PowerLimit):
     reason = "the flow through a face is the pressure difference over drag, if cells exceed δ"
 
     def system(self, value: float) -> Ends:
-        """See Limit."""
+        """See `Limit`."""
         system = bowl_ends(self.h, packing=PLASTIC, drag=value)[0]
         return system, *self._above(system)
 
     def expected(self, value: float) -> Ends:
-        """See Limit."""
+        """See `Limit`."""
         cells = bowl_cells(self.h)
         decays = bowl_ends(self.h, packing=PLASTIC)[0].faces[:3]
-        areas = (
+        area_x, area_y, area_z = (
             np.where(decay.reshape(cells.shape) < 1, PINHOLE * area, area)
             for decay, area in zip(decays, (cells.area_x, cells.area_y, cells.area_z), strict=True)
         )
-        area_x, area_y, area_z = areas
         closed = replace(cells, area_x=area_x, area_y=area_y, area_z=area_z)
         grains = Packed(fit_fluid(PLASTIC, AIR), PLASTIC.porosity, np.ones(cells.shape))
         system = assemble(closed, air_fluid(AIR), time_step(self.h), grains)
@@ -347,7 +348,7 @@ class DenseDrag(PowerLimit):
 
 
 class FinePowder(PowerLimit):
-    """A layer of powder under a column of air, on a grid that resolves the pressure's diffusion.
+    """A layer of powder under a column of air, on a grid that resolves the diffusion of pressure.
 
     A layer deeper than δ has the admittance (iωC/σ')^1/2, and σ' ~ d^-2 (Kozeny-Carman): the
     distance to a rigid floor is proportional to the diameter d.
@@ -367,11 +368,11 @@ class FinePowder(PowerLimit):
     height = 5e-3
 
     def system(self, value: float) -> Ends:
-        """See Limit."""
+        """See `Limit`."""
         return self._column(self.depth, fit_fluid(Packing(1e-3 * value, PLASTIC.porosity), AIR))
 
     def expected(self, value: float) -> Ends:
-        """See Limit."""
+        """See `Limit`."""
         return self._column(0.0, None)
 
     def _column(self, depth: float, powder: Fluid | None) -> Ends:
@@ -390,7 +391,7 @@ class FinePowder(PowerLimit):
 
 
 class ThinAir(PowerLimit):
-    """The pressure of the air against a wall of mass and stiffness: thin air does not move it."""
+    """Air of low pressure, which does not move a wall of mass and stiffness."""
 
     title = "air, pressure → 0: rigid walls"
     parameter = "pressure"
@@ -400,16 +401,16 @@ class ThinAir(PowerLimit):
     reason = "the stiffness of the air is γP; that of walls and masses does not depend on P"
 
     def system(self, value: float) -> Ends:
-        """See Limit."""
+        """See `Limit`."""
         return bowl_ends(self.h, wall=MEMBRANE, air=Air(AIR.temperature_c, value))
 
     def expected(self, value: float) -> Ends:
-        """See Limit."""
+        """See `Limit`."""
         return bowl_ends(self.h, air=Air(AIR.temperature_c, value))
 
 
 class Similarity(Limit):
-    """A bowl in other air, whose walls, grains and time step are scaled with the air, is the same.
+    """A bowl in different air, to which walls, grains and time step are scaled.
 
     With masses proportional to ρ, resistances to ρc, stiffnesses to ρc² and times to 1/c, the
     discrete equations are identical, and the pressure is proportional to ρc² Δt = γP Δt.
@@ -424,20 +425,22 @@ class Similarity(Limit):
         """Return the air at a value of the parameter."""
 
     def system(self, value: float) -> Ends:
-        """See Limit."""
+        """See `Limit`."""
         return self._scaled(self.air(value))
 
     def expected(self, value: float) -> Ends:
-        """See Limit."""
+        """See `Limit`."""
         return self._scaled(AIR)
 
     def distance(self, value: float) -> float:
         """Return the relative L2 distance of all steps, pressures in units of γP Δt."""
-        responses = []
-        for ends, air in ((self.system(value), self.air(value)), (self.expected(value), AIR)):
-            unit = ends[0].dt / air.compressibility
-            responses.append(pulse_response(ends, self.steps) / unit)
-        return relative_error(*responses)
+        scaled = self._unit_response(self.system(value), self.air(value))
+        return relative_error(scaled, self._unit_response(self.expected(value), AIR))
+
+    def _unit_response(self, ends: Ends, air: Air) -> Real:
+        """Return the response to a pulse, (steps,), in units of γP Δt."""
+        unit = ends[0].dt / air.compressibility
+        return pulse_response(ends, self.steps) / unit
 
     def run(self) -> LimitResult:
         """Measure the distance at each value."""
@@ -467,7 +470,7 @@ class Similarity(Limit):
 
 
 class Temperature(Similarity):
-    """The valid range of temperatures."""
+    """Temperatures at the ends of the valid range and between."""
 
     title = "air of -20 to 60 °C: scaled response at 22 °C"
     parameter = "temperature"
@@ -475,12 +478,12 @@ class Temperature(Similarity):
     values = (-20.0, 0.0, 60.0)
 
     def air(self, value: float) -> Air:
-        """See Similarity."""
+        """See `Similarity`."""
         return Air(value)
 
 
 class Pressure(Similarity):
-    """The valid range of pressures."""
+    """Pressures at the ends of the valid range and between."""
 
     title = "air of 0.5 to 1.1 bar: scaled response at 1.013 bar"
     parameter = "pressure"
@@ -488,11 +491,11 @@ class Pressure(Similarity):
     values = (5e4, 8e4, 1.1e5)
 
     def air(self, value: float) -> Air:
-        """See Similarity."""
+        """See `Similarity`."""
         return Air(AIR.temperature_c, value)
 
 
-#: In the order of the report.
+#: Limits that the model reaches, in the order of the report.
 LIMITS: tuple[type[Limit], ...] = (
     HeavyObject,
     StiffObject,
@@ -517,8 +520,11 @@ LIMITS: tuple[type[Limit], ...] = (
 
 
 class LightObjectWithCore(PowerLimit):
-    """`LightObject` with the modes of its core: the model gives the membrane's mass to the skin and
-    to the core, so two membranes move side by side where there should be one."""
+    """`LightObject` with the modes of its core.
+
+    The model adds the mass of the membrane to the skin and to the core, so two membranes move side
+    by side instead of one.
+    """
 
     title = "object with core modes, mass and stiffness → 0: membrane without object"
     parameter = "factor"
@@ -528,7 +534,7 @@ class LightObjectWithCore(PowerLimit):
     reason = "the membrane's mass is in the skin and again in the modes of the core"
 
     def system(self, value: float) -> Ends:
-        """See Limit."""
+        """See `Limit`."""
         cells = bowl_cells(self.h)
         body = _cube_body(value, float(cells.membrane.sum()))
         core = solve(stack(body, MEMBRANE[0]))
@@ -538,7 +544,7 @@ class LightObjectWithCore(PowerLimit):
         return self._assembled(cells, skin(body, MEMBRANE[0]), modes)
 
     def expected(self, value: float) -> Ends:
-        """See Limit."""
+        """See `Limit`."""
         cells = bowl_cells(self.h)
         return self._assembled(cells, (MEMBRANE[0], 0.0, 0.0), NO_MODES)
 
@@ -549,7 +555,7 @@ class LightObjectWithCore(PowerLimit):
 
 
 class HeavyStiffCubeWithFrame(HeavyStiffCube):
-    """`HeavyStiffCube` with the grains' frame, which is omitted above a rigid object."""
+    """`HeavyStiffCube` with the frame of the grains, which is omitted above a rigid object."""
 
     title = "cube under the grains' frame, density and Young's modulus → ∞: rigid cube"
     reason = "the frame of grains moves above a heavy object, and is not solved above a rigid one"
@@ -557,7 +563,7 @@ class HeavyStiffCubeWithFrame(HeavyStiffCube):
 
 
 class SlackPinnedMembrane(FromScene):
-    """A membrane that grains hold, as long as it has any tension."""
+    """A membrane with tension, which the grains pin."""
 
     title = "membrane under grains, tension → 0: limp membrane"
     parameter = "stiffness"
@@ -568,7 +574,7 @@ class SlackPinnedMembrane(FromScene):
     known: ClassVar[dict[str, Any]] = {"gripper": {"membrane": {"stiffness_n_m3": 0.0}}}
 
     def settings(self, value: float) -> dict[str, Any]:
-        """See FromScene."""
+        """See `FromScene`."""
         return {"gripper": {"membrane": {"stiffness_n_m3": value}}}
 
 

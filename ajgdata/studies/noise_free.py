@@ -36,7 +36,7 @@ def relative_error(values: NDArray[Any], reference: NDArray[Any]) -> float:
 
 
 def timed(calculate: Callable[[], Returned], repeats: int) -> tuple[Returned, float]:
-    """Return a result that is computed `repeats` times, and the shortest CPU time in s."""
+    """Call `calculate` `repeats` times; return the last result and the shortest CPU time (s)."""
     times = []
     for _ in range(repeats):
         start = time.process_time()

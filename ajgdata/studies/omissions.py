@@ -1,7 +1,7 @@
-"""Omitted parts of the physics: the time that each saves, and the change of the sound.
+"""Omitted parts of the physics: the time that each omission saves, and the change of the sound.
 
-A change is the relative change (L2) of the feature, or the largest one of the amplitude in any
-third octave from 63 Hz up, because the feature hides what a narrow band loses.
+A change is the relative change (L2) of the feature, or the largest relative change of the
+amplitude in any third octave from 63 Hz. The feature alone would hide a change in a narrow band.
 """
 
 from __future__ import annotations
@@ -14,13 +14,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper import (
-    SAMPLE_RATE_HZ,
-    Plan,
-    Scene,
-    build_plan,
-    simulate,
-)
+from ajgdata.gripper import SAMPLE_RATE_HZ, Plan, Scene, build_plan, simulate
 from ajgdata.gripper.object_library import MATERIAL_SET, OBJECTS, PLATE_MM
 from ajgdata.gripper.objects import ObjectPart
 from ajgdata.gripper.parts import WITH_FRAME, omitted_parts
@@ -33,11 +27,11 @@ from ajgdata.types.table import Column, Table, Value
 Real = NDArray[np.floating]
 Shape = dict[str, Any]
 OBJECT_PARTS: tuple[ObjectPart, ...] = get_args(ObjectPart)
-#: Centres of third octaves (IEC 61260-1, base 10) from 63 Hz, where heavy objects bounce on rubber.
+#: Centres (Hz) of third octaves (IEC 61260-1, base 10). Heavy objects bounce on rubber at 63 Hz.
 BANDS_HZ = 10 ** (np.arange(18, 42) / 10)
 #: Lower and upper edge of a band over its centre.
 EDGES = (10**-0.05, 10**0.05)
-#: Longer than any scene of the default marches; the slowest bounce rings for 50 ms.
+#: Length of a response (s), above that of any default scene; the slowest bounce lasts 50 ms.
 TIME_S = 0.1
 #: Offsets (mm) of the recipes of spheres and plates; offsets of bars and cubes are smaller.
 OFFSET_MM = 3.0
@@ -48,26 +42,27 @@ SOLVER: dict[str, dict[str, Any]] = {
     "second relaxation pole of the grains": {"poles": 1},
     "both relaxation poles": {"poles": 0},
 }
-#: What the default leaves out under hard blocks: all of it together.
+#: Parts that the default omits under hard blocks, all together.
 BLOCK_PARTS = "frame, motion and elastic"
 #: The settings of a complete plan.
 COMPLETE: dict[str, Any] = {"modes_hz": 21_000.0, "poles": 2}
 #: Least share of the time that an omission has to save.
 LEAST_SAVING = 0.02
-#: Largest change of the feature by an omission: a tenth of that between two grasps of one object.
+#: Largest change of the feature by an omission: a tenth of the change between two grasps.
 LARGEST_CHANGE = 0.01
 #: Largest change of any third octave.
 LARGEST_BAND_CHANGE = 0.05
-#: Runs of which the shortest time counts.
+#: Number of runs, of which the shortest time counts.
 REPEATS = 3
+#: Names of the cases of a quick run.
 QUICK = ("14 mm cube of PLA", "67 mm sphere of wood", "plate of wood")
 
 
 @dataclass(frozen=True)
 class Case:
-    """An object on a support, in the pose of one grasp of one session of one gripper.
+    """An object on a support, in one grasp of one session of one gripper.
 
-    `scene_class` is the class of scenes that it belongs to.
+    `scene_class` is the class of scenes to which it belongs.
     """
 
     scene_class: str
@@ -84,13 +79,15 @@ class Case:
         return build_plan(self.scene(omit))
 
     def used_omissions(self) -> set[str]:
-        """Return what the default plan of the scene leaves out, by the names of `changes`."""
-        blocks = {BLOCK_PARTS} if omitted_parts(self.scene(None)) else set()
-        return {DEFAULT_MODES, *blocks}
+        """Return the omissions of the default plan of the scene, with the names of `changes`."""
+        if omitted_parts(self.scene(None)):
+            return {DEFAULT_MODES, BLOCK_PARTS}
+        return {DEFAULT_MODES}
 
     def scene(self, omit: Sequence[ObjectPart] | None) -> Scene:
-        """Return the scene without the parts `omit`; None: without those of the default."""
-        drawn, names = Variation(), ("omissions", self.seed)
+        """Return the scene without the parts `omit`; None omits those of the default."""
+        drawn = Variation()
+        names = ("omissions", self.seed)
         generator = np.random.default_rng(self.seed)
         offset = generator.uniform(-OFFSET_MM, OFFSET_MM, 2)
         grasp = {
@@ -109,7 +106,7 @@ class Case:
             "grasp": grasp,
             "session": drawn.offsets(*names),
             "assembly": Variation.model_validate({"gripper": {"name": str(names)}}).assembly(None),
-            # All for the same time: stopping a little earlier or later would be seen as a change.
+            # Equal lengths, because an earlier or later end would count as a change.
             "numerics": {
                 "dx_mm": self.dx_mm,
                 "decay_db": 160.0,
@@ -123,15 +120,17 @@ class Case:
 
 @dataclass(frozen=True)
 class Sound:
-    """A recording without noise: feature of unit norm, amplitudes at each Hz in third octaves, and
-    the process time of the response in seconds."""
+    """A noise-free recording, and the CPU time of its simulation (s).
+
+    `feature` has unit norm. `bands` are the amplitudes of each third octave.
+    """
 
     feature: Real
     bands: tuple[Real, ...]
     seconds: float
 
     def change(self, other: Sound) -> dict[str, float]:
-        """Return the change to `other`: the largest, its third octave, and that of the feature."""
+        """Return the changes of another sound: the largest, its third octave, feature and time."""
         feature = relative_error(other.feature, self.feature)
         pairs = zip(self.bands, other.bands, strict=True)
         changes = [relative_error(changed, own) for own, changed in pairs]
@@ -145,7 +144,7 @@ class Sound:
 
 
 def sound(plan: Plan) -> Sound:
-    """Record the response of `plan` without noise; the time is the shortest of REPEATS."""
+    """Simulate a plan, and record its response without noise; the time is the shortest."""
     response, seconds = timed(partial(simulate, plan), REPEATS)
     samples = noise_free(response)
     amplitude = np.abs(np.fft.rfft(samples))
@@ -156,10 +155,10 @@ def sound(plan: Plan) -> Sound:
 
 
 def changes(case: Case) -> dict[str, dict[str, float]]:
-    """Return what leaving out each part saves and changes, by the name of the part.
+    """Return the changes by each omission, by the name of the part.
 
-    With the grains' frame the object moves, so its motion and its elasticity are judged without the
-    frame. Parts that the scene does not have, or that have no mode, are absent.
+    The object moves with the frame of the grains, so the omissions of its motion and elasticity are
+    measured without the frame. Parts that the scene lacks, or that have no mode, are absent.
     """
     complete = case.plan()
     present = {part.name for part in complete.parts if part.is_solved}
@@ -203,7 +202,7 @@ def cube(edge_mm: float, material: str = "pla") -> Shape:
 
 
 def box(length_mm: float, width_mm: float, height_mm: float, material: str) -> Shape:
-    """Return a box: plates are thin, bars are long."""
+    """Return a box, for example a thin plate or a long bar."""
     sizes = {"length_mm": length_mm, "width_mm": width_mm, "height_mm": height_mm}
     return {"kind": "box", **sizes, "material": material}
 
@@ -223,8 +222,11 @@ def sample() -> list[Case]:
 
 
 def omission_rows(cases: Sequence[Case]) -> list[dict[str, Value]]:
-    """Return a row for each part and class of scenes: the time that leaving it out saves (median),
-    and the largest change in any scene of the class."""
+    """Return one row per part and class of scenes.
+
+    A row has the median of the time that the omission saves, and the largest change in any scene of
+    the class.
+    """
     by_part: dict[tuple[str, str], list[dict[str, float]]] = {}
     used: set[tuple[str, str]] = set()
     for case in cases:
@@ -264,15 +266,17 @@ def verdict(saved: float, *, is_safe: bool, is_used: bool) -> str:
         return LEFT_OUT if is_safe else "left out: changes the sound"
     if not is_safe:
         return "solved: changes the sound"
-    return "solved: scenes vary" if saved >= LEAST_SAVING else "solved: saves no time"
+    if saved >= LEAST_SAVING:
+        return "solved: scenes vary"
+    return "solved: saves no time"
 
 
 def tables(quick: bool = False) -> tuple[Table, ...]:
-    """Return the omissions by class of scenes; `quick`: three scenes on a coarse grid."""
+    """Return the omissions by class of scenes; `quick` computes three scenes on a coarse grid."""
     cases = sample()
     if quick:
         cases = [replace(case, dx_mm=6.0) for case in cases if case.name in QUICK]
-    # Compiled kernels, before anything is timed.
+    # The first simulation compiles the kernels, before any time is measured.
     simulate(replace(cases[0], dx_mm=6.0).plan())
     note = (
         "The change is the largest in any scene of the class, relative (L2), of the feature of a"

@@ -20,12 +20,12 @@ from ajgdata.types.base import Strict
 
 Real = NDArray[np.floating]
 TABLE = "resonators.yaml"
-#: The sphere's resonances with the smallest root of each degree, from 1 to this one, are measured.
+#: Resonances of the sphere are measured for the smallest root of the degrees 1 to HIGHEST_DEGREE.
 HIGHEST_DEGREE = 6
 
 
 class MeasuredValue(Strict):
-    """A measured or fitted value and its standard uncertainty, in the unit that its key names."""
+    """A measured or fitted value and its standard uncertainty, in the unit of its key."""
 
     value: float
     uncertainty: float
@@ -43,8 +43,8 @@ class MeasurementSource(Strict):
 class SphereMeasurement(Strict):
     """Resonances of a rigid sphere.
 
-    `resonances_hz` are those of degree 1 to HIGHEST_DEGREE, after the fitted lag of the sweep is
-    subtracted. The radius is fitted to the same resonances, so only their ratios are a test.
+    `resonances_hz` are those of degree 1 to HIGHEST_DEGREE, minus the fitted lag of the sweep. The
+    radius is fitted to the same resonances, so only their ratios are a test.
     """
 
     source: MeasurementSource
@@ -94,7 +94,7 @@ class ImpedanceTube(Strict):
 
 
 class Resonators(Strict):
-    """All measurements."""
+    """Measurements of all resonators."""
 
     sphere: SphereMeasurement
     tubes: TubeSeries

@@ -1,4 +1,4 @@
-"""Boxes, tubes and spheres with rigid walls, and the resonances of what is marched."""
+"""Boxes, tubes and spheres with rigid walls, and resonances of simulated systems."""
 
 from __future__ import annotations
 
@@ -18,11 +18,14 @@ Real = NDArray[np.floating]
 
 
 def box(width: float, depth: float, height: float, bed: float = 0.0, turn: float = 0.0) -> Region:
-    """Return a box on z = 0, centred on the axis and turned by `turn` (rad), with grains below
-    `bed`; lengths in m."""
+    """Return a box on z = 0, centred on the axis and turned by `turn` (rad).
+
+    It has grains below the height `bed`; all lengths are in m.
+    """
 
     def heights(x: Real, y: Real) -> Heights:
-        u, v = x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)
+        u = x * np.cos(turn) + y * np.sin(turn)
+        v = y * np.cos(turn) - x * np.sin(turn)
         inside = (np.abs(u) < width / 2) & (np.abs(v) < depth / 2)
         return 0.0, np.where(inside, height, 0.0), bed
 
@@ -57,7 +60,11 @@ def closed(
     courant: float = 0.0,
     dtype: type = np.float64,
 ) -> tuple[Cells, System]:
-    """Return lossless air in rigid walls, at the usual time step or a fraction of the largest."""
+    """Return the cells and the system of lossless air in rigid walls.
+
+    `half`, `bottom` and `top` are the half width and the heights of the box around the region (m).
+    The time step is that of scenes on a grid of `h` (m), or that of a Courant number.
+    """
     cells = cut_cells(region, h, half, bottom, top)
     weight = wide_weight(h)
     dt = time_step(h, weight)
@@ -76,17 +83,20 @@ def frequencies(system: System, count: int, *, steps_exact: bool = False) -> Rea
 
 
 def resonances(system: System, count: int) -> tuple[Real, Real]:
-    """Return the lowest resonances (Hz), (count,), as `frequencies` with `steps_exact`, and their
-    shapes (open cells, count): orthonormal, the pressure times the root of the cell's capacity."""
+    """Return the lowest resonances (Hz), (count,), and their shapes, (open cells, count).
+
+    The resonances are those of `frequencies` with `steps_exact`. The shapes are orthonormal: the
+    pressure times the root of the capacity of the cell.
+    """
     squares, shapes = _lowest(system, count, with_shapes=True)
     return _hertz(squares, system.dt, steps_exact=True), shapes
 
 
 def _lowest(system: System, count: int, *, with_shapes: bool) -> tuple[Real, Real]:
-    """Return the smallest eigenvalues of what is marched, ascending, and the eigenvectors.
+    """Return the smallest eigenvalues of the system in ascending order, and the eigenvectors.
 
-    Lanczos on the symmetric form, in which the static pressure, known exactly, is moved to the
-    other end of the spectrum.
+    Lanczos iteration on the symmetric form. The static pressure, which is known exactly, is moved
+    to the other end of the spectrum.
     """
     matrix, root = symmetric_operator(system)
     static = root / np.linalg.norm(root)

@@ -1,7 +1,7 @@
 """Stability of stiff and extreme systems: energy of trials, long runs, and known limits.
 
-Every trial is marched on the default grid and on the two neighbouring grids of the study on
-accuracy, in float64 and float32. The cases whose energy grows fastest are marched for 10⁶ steps.
+Each trial runs on the default grid and on the two neighbouring grids of the study of accuracy, in
+float64 and float32. The cases whose energy grows fastest run for 10⁶ steps.
 """
 
 from __future__ import annotations
@@ -23,21 +23,23 @@ from ajgdata.types.table import Column, Table
 
 Real = NDArray[np.floating]
 Row = dict[str, Any]
-#: A step rounds its coefficients by up to half an ulp, always in the same way. In the worst case a
-#: step gains this share of the energy, and a run the sum of all steps.
+#: Half an ulp of each precision. Each step rounds its coefficients by up to this share, always in
+#: the same way. In the worst case, a step gains this share of the energy, and a run the sum of all
+#: steps.
 UNIT_ROUNDOFF = {np.float64: 2.0**-53, np.float32: 2.0**-24}
-#: Steps between two energies, at least: their own rounding, a few ulp, is then small per step.
+#: Smallest number of steps between two energies. The rounding of the energies themselves, a few
+#: ulp, is then small per step.
 INTERVAL = 100
-#: Number of cases that are marched for a long time.
+#: Number of cases with a long run.
 LONG_RUNS = 3
 #: Steps of a long run in a quick run of the study.
 QUICK_LONG_STEPS = 10_000
-#: Spacing of the grid of limits in a quick run, mm.
+#: Grid spacing (mm) of the limits in a quick run.
 QUICK_DX_MM = 6.0
 
 
 def neighbouring_grids(grids_mm: Sequence[float], default_mm: float) -> tuple[float, ...]:
-    """Return the default grid and the next coarser and finer ones (mm), coarsest first.
+    """Return the next coarser grid, the default grid, and the next finer grid (mm).
 
     >>> neighbouring_grids((5.2, 4.2, 3.75, 3.3), 4.2)
     (5.2, 4.2, 3.75)
@@ -56,7 +58,7 @@ class EnergyRun(NamedTuple):
 
     @property
     def growth(self) -> float:
-        """Return the last energy over the first, which is that after the pulse."""
+        """Return the last energy relative to the first, which is the energy after the pulse."""
         return float(self.energy[-1] / self.energy[0])
 
     @property
@@ -66,15 +68,14 @@ class EnergyRun(NamedTuple):
         return float(np.max(relative / np.diff(self.step)))
 
     def is_bounded(self, rounding: float) -> bool:
-        """Return whether all values are finite, and no energy grows by more than `rounding` per
-        step."""
+        """Return whether all values are finite, and no step gains more energy than `rounding`."""
         finite = np.isfinite(self.pressure).all() and np.isfinite(self.energy).all()
         largest = 1 + self.step[-1] * rounding
         return bool(finite and abs(self.growth) <= largest and self.gain <= rounding)
 
 
 def recorded_steps(steps: int) -> NDArray[np.int64]:
-    """Return the first step, then 1, 2 and 5 times powers of ten from `INTERVAL` to `steps`.
+    """Return the first step, then 1, 2 and 5 times the powers of ten from `INTERVAL` to `steps`.
 
     >>> recorded_steps(1_000).tolist()
     [1, 100, 200, 500, 1000]
@@ -85,14 +86,14 @@ def recorded_steps(steps: int) -> NDArray[np.int64]:
 
 
 def energy_run(ends: Ends, steps: int) -> EnergyRun:
-    """Give a pulse to the source, march `steps` steps, and record the energy."""
+    """Simulate `steps` steps after a pulse at the source, and record the energy."""
     system, source, receiver = ends
     state = at_rest(system)
     march(system, state, source, receiver, np.ones(1), 1)
     recorded = recorded_steps(steps)
     energy = [energies(system, state, 1)[0]]
     pressure = []
-    # Computing an energy takes a step.
+    # `energies` takes a step, too.
     for number in np.diff(recorded):
         pressure.append(march(system, state, source, receiver, np.zeros(0), int(number) - 1))
         energy.append(energies(system, state, 1)[0])
@@ -100,13 +101,15 @@ def energy_run(ends: Ends, steps: int) -> EnergyRun:
 
 
 def judge(trial: Trial) -> Row:
-    """Bound the growth of all states in float64, and run the trial in float64 and float32.
+    """Return a row of `TRIAL_COLUMNS` on a trial; its outcome is "bounded" or "grows".
 
-    Returns a row of `TRIAL_COLUMNS`: the outcome is "bounded" or "grows".
+    The row has the bound of the growth of all states in float64, and the results of runs in float64
+    and float32.
     """
     built = {dtype: trial.build(dtype) for dtype in UNIT_ROUNDOFF}
     runs = {dtype: energy_run(ends, trial.steps) for dtype, ends in built.items()}
-    double, single = runs[np.float64], runs[np.float32]
+    double = runs[np.float64]
+    single = runs[np.float32]
     system = built[np.float64][0]
     transient = largest_growth(system)
     bounded = all(runs[dtype].is_bounded(rounding) for dtype, rounding in UNIT_ROUNDOFF.items())
@@ -131,15 +134,15 @@ def judge(trial: Trial) -> Row:
 
 
 def rounding_share(row: Row) -> float:
-    """Return the largest growth of a row of `judge`, in units of what rounding allows."""
+    """Return the largest growth of a row of `judge`, relative to that which rounding allows."""
     growths = zip((row["growth"], row["growth_single"]), UNIT_ROUNDOFF.values(), strict=True)
     return max((growth - 1) / (row["steps"] * rounding) for growth, rounding in growths)
 
 
 def worst_trials(tested: Sequence[Trial], rows: Sequence[Row], count: int) -> list[Trial]:
-    """Return the trials of `count` cases whose energy grew most, in units of what rounding allows.
+    """Return the trials of the `count` cases whose energy grew most, by `rounding_share`.
 
-    A case that was tried on several grids counts once, on the grid where its energy grew most.
+    A case with trials on several grids counts once, on the grid where its energy grew most.
     """
     order = sorted(range(len(rows)), key=lambda number: -rounding_share(rows[number]))
     worst: dict[tuple[str, str], Trial] = {}
@@ -150,7 +153,7 @@ def worst_trials(tested: Sequence[Trial], rows: Sequence[Row], count: int) -> li
 
 
 def long_runs(cases: Iterable[Trial], steps: int) -> Iterator[tuple[str, str, EnergyRun, float]]:
-    """Yield name, precision, run, and the allowed gain per step, of each case and precision."""
+    """Yield name, precision, run and allowed gain per step for each case and precision."""
     for trial in cases:
         for dtype, rounding in UNIT_ROUNDOFF.items():
             run = energy_run(trial.build(dtype), steps)
@@ -161,7 +164,7 @@ def long_runs(cases: Iterable[Trial], steps: int) -> Iterator[tuple[str, str, En
 def tables(quick: bool = False) -> list[Table]:
     """Return limits, long runs and trials, with the points of their figure.
 
-    A minute and a half on one core; `quick` takes seconds.
+    It takes a minute and a half on one core, and seconds if it is `quick`.
     """
     default_mm = Numerics().dx_mm
     grids_mm = (default_mm,) if quick else neighbouring_grids(GRIDS_MM, default_mm)
@@ -185,7 +188,7 @@ def tables(quick: bool = False) -> list[Table]:
 def measured_limits(
     limit_classes: Iterable[type[Limit]], dx_mm: float
 ) -> list[tuple[Limit, LimitResult]]:
-    """Return each limit on a grid of `dx_mm`, with its result."""
+    """Return each limit on a grid of `dx_mm` (mm), with its result."""
     limits = [limit_class(dx_mm) for limit_class in limit_classes]
     return [(limit, limit.run()) for limit in limits]
 
@@ -323,7 +326,7 @@ def trial_table(rows: Sequence[Row]) -> Table:
 
 
 def energy_table(runs: Sequence[tuple[str, str, EnergyRun, float]]) -> Table:
-    """Return the energies of the long runs: points of the figure."""
+    """Return the energies of the long runs, which are points of the figure."""
     columns = (
         Column("case", "Case"),
         Column("precision", "Precision"),
@@ -339,7 +342,7 @@ def energy_table(runs: Sequence[tuple[str, str, EnergyRun, float]]) -> Table:
 
 
 def distance_table(limits: Sequence[tuple[Limit, LimitResult]]) -> Table:
-    """Return the distances at all values: points of the figure."""
+    """Return the distances at all values, which are points of the figure."""
     columns = (
         Column("title", "Limit"),
         Column("parameter", "Parameter"),

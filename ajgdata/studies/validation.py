@@ -1,6 +1,6 @@
-"""Validation: resonances of a sphere and of tubes, and attenuation in a tube, against measurements.
+"""Validation: measured resonances of a sphere and of tubes, and attenuation in a tube.
 
-The resonators are simulated by the solver of the gripper on the default grid and on a finer one.
+The solver of the gripper simulates the resonators on the default grid and on a finer grid.
 The difference between the grids is the uncertainty of a simulated value. Sound speeds differ
 between measurement and simulation, so relative deviations from theory are transferred.
 """
@@ -42,26 +42,27 @@ from ajgdata.studies.rigid_domains import ball, box, closed, resonances, upright
 from ajgdata.types.table import Table, table_of
 
 Real = NDArray[np.floating]
-#: Grid spacing (mm) that the default grid is compared with.
+#: Spacing (mm) of the second grid.
 FINER_MM = 3.0
-#: The same in a quick run.
+#: Spacing (mm) of the second grid in a quick run.
 COARSER_MM = 6.0
 #: A sphere has 58 resonances up to the sixth measured one, which is 13-fold; two are spare.
 SPHERE_MODES = 60
 #: Radius (m) of the simulated tubes. The source does not state it; the resonances along a rigid
 #: tube do not depend on it below 8 kHz.
 TUBE_RADIUS_M = 0.0125
-#: Simulated part of the impedance tube (m): length, and heights of the two receivers. The echo of
-#: the far end reaches the upper receiver after 7.8 ms, and the simulation stops before.
+#: Simulated length of the impedance tube (m), and heights of the two receivers.
 LENGTH_M = 2.0
 RECEIVERS_M = (0.3, 1.3)
+#: End of the simulation (s). The echo of the far end reaches the upper receiver after 7.8 ms.
 END_S = 7.5e-3
 #: Frequency at which the spectrum of the pulse is largest.
 PEAK_HZ = np.sqrt(2) * 700.0
 #: `wall_admittance` of the gripper.
 DEFAULT_ADMITTANCE = Scene().gripper.wall_admittance
+#: Decibels per neper.
 DECIBELS = 20 / np.log(10)
-#: At this frequency, `wall_admittance` is compared with the boundary layer of a diffuse field.
+#: Frequency (Hz) at which `wall_admittance` is compared with the boundary layer of a diffuse field.
 REFERENCE_HZ = 3_000.0
 
 
@@ -78,7 +79,7 @@ class Simulated:
 
     @classmethod
     def on_grids(cls, simulate: Callable[[float], Real], other_mm: float) -> Simulated:
-        """Run `simulate(h)`, h in m, on the default grid and on one of `other_mm`."""
+        """Run `simulate(h)`, h in m, on the default grid and on a grid of `other_mm` (mm)."""
         default_mm = Numerics().dx_mm
         value = simulate(default_mm * MM)
         change = np.abs(value - simulate(other_mm * MM))
@@ -129,7 +130,7 @@ def _resonance_table(measured: Resonators, other_mm: float) -> Table:
 
 
 def _sphere_rows(sphere: SphereMeasurement, other_mm: float) -> Iterator[dict[str, object]]:
-    """Yield a row per degree."""
+    """Yield one row per degree."""
     radius = sphere.radius_mm.value * MM
     theory = sphere_resonances_hz(radius, Air(sphere.temperature_c))
     theory_simulated = sphere_resonances_hz(radius, AIR)
@@ -149,7 +150,7 @@ def sphere_frequencies(radius: float, h: float) -> Real:
     """Return the resonances (Hz), (HIGHEST_DEGREE,), of a sphere on a grid of spacing `h` (m).
 
     The grid splits a resonance of degree n, which is (2n + 1)-fold. Each value is the mean of the
-    computed resonances, weighted by how much of the shape j_n(k r) P_n(cos θ) they contain.
+    computed resonances, weighted by their share of the shape j_n(k r) P_n(cos θ).
     """
     cells, system = closed(ball(radius), h, radius + h, -radius - h, radius)
     hertz, shapes = resonances(system, SPHERE_MODES)
@@ -172,7 +173,7 @@ def _zonal(cells: Cells, system: System, degree: int, wavenumber: float) -> Real
 
 
 def _tube_rows(series: TubeSeries, other_mm: float) -> Iterator[dict[str, object]]:
-    """Yield a row per tube."""
+    """Yield one row per tube."""
     for tube in series.tubes:
         theory = tube_fundamental_hz(tube.length_mm * MM, Air(tube.temperature_c))
         ratio = Simulated.on_grids(partial(fundamental_ratio, tube), other_mm)
@@ -187,11 +188,11 @@ def _tube_rows(series: TubeSeries, other_mm: float) -> Iterator[dict[str, object
 
 
 def fundamental_ratio(tube: TubeMeasurement, h: float) -> Real:
-    """Return the simulated fundamental over c/2L, from the modes that were measured."""
+    """Return the simulated fundamental over c/2L, from the measured modes."""
     length = tube.length_mm * MM
     orders = np.array(tube.modes)
     hertz = tube_frequencies(length, max(tube.modes), h)[orders - 1]
-    # As in the measurement: the least-squares slope of frequency over order, through the origin.
+    # Least-squares slope of frequency over order, through the origin, as in the measurement.
     fundamental = orders @ hertz / (orders @ orders)
     return np.asarray(fundamental / tube_fundamental_hz(length, AIR))
 
@@ -222,12 +223,12 @@ class BandValues:
 
     @property
     def required(self) -> Real:
-        """The attenuation is proportional to a small admittance."""
+        """Return the required admittance; attenuation is proportional to a small admittance."""
         return DEFAULT_ADMITTANCE * self.measured / self.simulated.value
 
     @property
     def required_sd(self) -> Real:
-        """Standard uncertainty, of measurement and grid."""
+        """Return the standard uncertainty from measurement and grid."""
         relative = np.hypot(
             self.measured_sd / self.measured, self.simulated.uncertainty / self.simulated.value
         )
@@ -235,7 +236,7 @@ class BandValues:
 
     @property
     def smooth(self) -> Real:
-        """Admittance of smooth walls for a wave along the tube."""
+        """Return the admittance of smooth walls for a wave along the tube."""
         return DEFAULT_ADMITTANCE * self.theory / self.simulated.value
 
 
@@ -258,7 +259,7 @@ def band_values(tube: ImpedanceTube, other_mm: float) -> BandValues:
 def simulated_attenuation(frequency_hz: Real, width: float, admittance: float, h: float) -> Real:
     """Return the attenuation (Np/m), (n,), of a plane wave in a square tube of `width` (m).
 
-    The walls are those of the gripper's housing: they only resist, with ρc/z = `admittance`. A
+    The walls are those of the housing, which only have a resistance, with ρc/z = `admittance`. A
     pulse starts at the lower end; the attenuation follows from its spectra at two heights.
     """
     cells = cut_cells(box(width, width, LENGTH_M), h, width / 2 + h, 0.0, LENGTH_M)
@@ -275,7 +276,7 @@ def simulated_attenuation(frequency_hz: Real, width: float, admittance: float, h
     steps = int(END_S / system.dt)
     patches = Patches(lower.cell, np.zeros(len(lower.cell), np.int64), lower.weight)
     felt = np.zeros((1, steps))
-    # Lossy walls let a net volume leak away slowly, after the simulated time: this pulse has none.
+    # The pulse has no net volume, which would leak slowly through lossy walls.
     drive = ricker_wavelet(system.dt, PEAK_HZ)
     out = march(system, at_rest(system), source, upper, drive, steps, patches, felt)
     omega = 2 / system.dt * np.arcsin(np.pi * frequency_hz * system.dt)
@@ -285,7 +286,7 @@ def simulated_attenuation(frequency_hz: Real, width: float, admittance: float, h
 
 
 def _slab_probe(cells: Cells, system: System, slab: int) -> Probe:
-    """Return the mean over the open cells of one layer, weighted by volume."""
+    """Return a probe of the mean over the open cells of one layer, weighted by volume."""
     volume = (cells.volume * (system.mass > 0))[slab].ravel()
     inside = np.flatnonzero(volume)
     first = slab * volume.size
@@ -376,7 +377,7 @@ def _admittance_table(bands: BandValues) -> Table:
 
 
 def _rows(values: dict[str, Real]) -> list[dict[str, object]]:
-    """Return a row per band of columns (bands,)."""
+    """Return one row per band from columns (bands,)."""
     return [dict(zip(values, row, strict=True)) for row in zip(*values.values(), strict=True)]
 
 
