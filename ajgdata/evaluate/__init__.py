@@ -1,1 +1,1 @@
-"""Evaluation: splits that keep groups whole, metrics, cross-validation. Imports are left to you."""
+"""Evaluation of models on arrays: folds, cross-validation, metrics, intervals and verdicts."""

@@ -36,7 +36,7 @@ class Interval(NamedTuple):
 
 
 UNDEFINED = Interval(float("nan"), float("nan"))
-#: Names of both ends in tables of scores.
+#: Names of the ends of an interval over grasps in tables of scores.
 GRASP_INTERVAL = ("grasp low", "grasp high")
 PaperVerdict = Literal["agrees", "partly agrees", "better", "worse", "inconclusive", "disagrees"]
 PAPER_VERDICTS: tuple[PaperVerdict, ...] = get_args(PaperVerdict)
@@ -55,7 +55,7 @@ VERDICT_MEANINGS: Mapping[PaperVerdict, str] = {
     ),
     "disagrees": "statement: the interval of its difference is below 0",
 }
-#: Words at a result whose interval contains chance, or is worse.
+#: Remark on a result that is not distinguishable from chance, or is worse.
 NO_BETTER = "not better than chance"
 #: 97.5 % quantile of the standard normal distribution.
 Z_95 = 1.959964
@@ -89,14 +89,18 @@ class Estimate(NamedTuple):
         """
         if math.isnan(self.chance):
             return True
-        low, high = self.interval if self.interval.is_defined else (self.value, self.value)
-        return low > self.chance if self.perfect > self.chance else high < self.chance
+        interval = self.interval
+        if not interval.is_defined:
+            interval = Interval(self.value, self.value)
+        if self.perfect > self.chance:
+            return interval.low > self.chance
+        return interval.high < self.chance
 
     def skill_factor(self, chance: float) -> float:
-        """Return how much larger the distance to `perfect` is at another chance level.
+        """Return the factor of the distance to `perfect` for equal skill at another `chance`.
 
-        The skill (value - chance) / (perfect - chance) stays equal: it is 0 for a guess and 1 if
-        everything is right.
+        The skill is (value - chance) / (perfect - chance): 0 for a guess, and 1 if every prediction
+        is correct.
         """
         if chance == self.chance:
             return 1.0
@@ -144,7 +148,7 @@ def difference(
     """Return the 95 % interval of `value` - `compared` from the intervals of both.
 
     Each end combines the distances from the two values to the ends of their intervals (Newcombe
-    1998, Statistics in Medicine 17, method 10). The two values are from different recordings.
+    1998, Statistics in Medicine 17, method 10). The two values must be from different recordings.
 
     >>> from ajgdata.evaluate.agreement import Interval, difference
     >>> low, high = difference(0.8, Interval(0.77, 0.84), 0.5, Interval(0.47, 0.54))
@@ -163,7 +167,7 @@ def compare_with_published(
     """Return the verdict on our score next to a published value, in the unit of the score.
 
     Without `published_interval`, the published value counts as exact. If the interval of the score
-    is undefined, as that of an error of zero, our value agrees only with the same number.
+    is undefined, for example because the error is zero, only an equal published value agrees.
 
     >>> import ajgdata
     >>> rmse_mm = ajgdata.Estimate(2.2, ajgdata.Interval(2.0, 2.7), chance=8.2, perfect=0.0)
@@ -182,15 +186,16 @@ def compare_with_published(
     if gap.low <= 0 <= gap.high:
         narrow = gap.high - gap.low < NARROW * abs(score.chance - score.perfect)
         return "agrees" if narrow else "inconclusive"
+    is_higher = gap.low > 0
     higher_is_better = score.perfect > score.chance
-    return "better" if (gap.low > 0) == higher_is_better else "worse"
+    return "better" if is_higher == higher_is_better else "worse"
 
 
 class PublishedJudgement(NamedTuple):
     """Verdict on a score next to a published value whose uncertainty is known in part.
 
     `by_trials` is the verdict for each number of trials; it is empty if the published value counts
-    as exact. `is_stable`: no computer changes a verdict.
+    as exact. `is_stable` is true if the verdict is the same on all computers.
     """
 
     verdict: PaperVerdict
@@ -205,12 +210,12 @@ def judge_published(
     intervals: Mapping[int, Interval] = MappingProxyType({}),
     spread: float = 0.0,
 ) -> PublishedJudgement:
-    """Return the verdict of `compare_with_published` if it does not depend on what is unknown.
+    """Compare a score with a published value for each number of trials and on other computers.
 
-    `intervals` are those of the published value by its number of trials, several if the
-    publication does not state this number. Another computer moves our value and its interval by up
-    to `spread` in both directions. A verdict that changes with either is inconclusive. All numbers
-    are in the unit of the score.
+    `intervals` are the intervals of the published value by its number of trials. There are several
+    if the publication does not state this number. Our value and its interval differ between
+    computers by up to `spread`, in both directions. The verdict is inconclusive if it changes with
+    the number of trials or with the computer. All values are in the unit of the score.
 
     >>> from ajgdata.evaluate.agreement import Estimate, Interval, judge_published, wilson_interval
     >>> accuracy = Estimate(0.8, Interval(0.77, 0.83), chance=0.25, perfect=1.0)
@@ -222,16 +227,14 @@ def judge_published(
     if not intervals:
         verdict, is_stable = _verdict_on_computers(score, published, None, spread)
         return PublishedJudgement(verdict, {}, is_stable)
-    results = {
-        trials: _verdict_on_computers(score, published, interval, spread)
-        for trials, interval in intervals.items()
-    }
-    by_trials = {trials: verdict for trials, (verdict, _) in results.items()}
+    by_trials: dict[int, PaperVerdict] = {}
+    is_stable = True
+    for trials, interval in intervals.items():
+        by_trials[trials], is_same = _verdict_on_computers(score, published, interval, spread)
+        is_stable = is_stable and is_same
     distinct = set(by_trials.values())
     verdict = distinct.pop() if len(distinct) == 1 else "inconclusive"
-    return PublishedJudgement(
-        verdict, by_trials, all(is_stable for _, is_stable in results.values())
-    )
+    return PublishedJudgement(verdict, by_trials, is_stable)
 
 
 def _verdict_on_computers(
@@ -248,12 +251,14 @@ def _verdict_on_computers(
 
 
 def statement(gap: Interval) -> PaperVerdict:
-    """Return the verdict on a statement that holds if a difference is above 0."""
+    """Return the verdict on a statement that a difference is above 0, from its 95 % interval."""
     if not gap.is_defined:
         return "inconclusive"
     if gap.low > 0:
         return "agrees"
-    return "disagrees" if gap.high < 0 else "inconclusive"
+    if gap.high < 0:
+        return "disagrees"
+    return "inconclusive"
 
 
 def together(verdicts: Collection[PaperVerdict]) -> PaperVerdict:
@@ -270,8 +275,8 @@ class PlaceboTest(NamedTuple):
     """Result of `placebo_test`.
 
     `placebo` is the score of the placebo at the chance level of the task. `gap` is the 95 %
-    interval of score - placebo, in the unit of both; it is undefined if that of the score is
-    undefined. `is_better`: the score is better than chance and than the placebo.
+    interval of score - placebo, in the unit of the scores; it is undefined if the interval of the
+    score is. `is_better` is true if the score is better than chance and than the placebo.
     """
 
     score: Estimate
@@ -283,11 +288,11 @@ class PlaceboTest(NamedTuple):
 def placebo_test(score: Estimate, placebo: Estimate) -> PlaceboTest:
     """Test whether a score is better than that of one object under several class names.
 
-    Both scores are of one metric, model and split. The names of a placebo can be fewer than the
-    classes of the task, so its score is converted to equal skill at the chance level of the task.
-    The score is better if its interval is on the perfect side of chance, and the interval of the
-    difference (see `difference`) on the perfect side of 0. A placebo without an interval counts as
-    exact; without an interval of the score, the values are compared.
+    Both scores are of one metric, model and split. A placebo can have fewer names than the task
+    has classes, so its score is converted to equal skill at the chance level of the task. The
+    score is better if its interval is on the perfect side of chance, and the interval of the
+    difference (see `difference`) is on the perfect side of 0. A placebo without an interval counts
+    as exact. If the score has no interval, the values are compared.
 
     >>> import ajgdata
     >>> score = ajgdata.Estimate(0.8, ajgdata.Interval(0.72, 0.88), chance=0.25, perfect=1.0)
@@ -304,16 +309,18 @@ def placebo_test(score: Estimate, placebo: Estimate) -> PlaceboTest:
         gap = difference(score.value, score.interval, level.value, level.interval)
     elif score.interval.is_defined:
         gap = score.interval.shifted(-level.value)
-    low, high = gap
+    compared = gap
     if not gap.is_defined:
-        low = high = score.value - level.value
-    is_above_placebo = low > 0 if score.perfect > score.chance else high < 0
+        distance = score.value - level.value
+        compared = Interval(distance, distance)
+    higher_is_better = score.perfect > score.chance
+    is_above_placebo = compared.low > 0 if higher_is_better else compared.high < 0
     return PlaceboTest(score, level, gap, score.is_better_than_chance and is_above_placebo)
 
 
-#: Condition of scores of accepted decisions ends with this.
+#: End of the name of a condition whose scores count accepted decisions only.
 ACCEPTED = "accepted"
-#: Why scores can be undefined, by the beginning of their metric.
+#: Reasons why a score can be undefined, by the beginning of the name of its metric.
 _REASONS = {
     "silhouette": "fewer than two labels among what is tested, or one for each recording",
     "distance": "no such pair of recordings",
@@ -322,7 +329,7 @@ _REASONS = {
 
 
 def why_undefined(metric: str, statistic: str, condition: str = "") -> str:
-    """Return why a number of the table of results may be missing, "" if it never may."""
+    """Return the reason why a value in the table of results can be missing; "" if it cannot."""
     if condition.endswith(ACCEPTED) and metric == "accuracy":
         return "nothing was accepted"
     for beginning, reason in _REASONS.items():
@@ -332,4 +339,6 @@ def why_undefined(metric: str, statistic: str, condition: str = "") -> str:
         return "all folds have the same value: how far others would differ is not known"
     if statistic in GRASP_INTERVAL:
         return "too few grasps, or all resamples of grasps give the same value"
-    return "one value has no deviation" if statistic == "sd" else ""
+    if statistic == "sd":
+        return "one value has no deviation"
+    return ""

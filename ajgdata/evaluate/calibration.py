@@ -1,8 +1,8 @@
-"""Reliability of probabilities, temperature scaling, and quantiles that hold for new grasps.
+"""Temperature scaling, reliability of probabilities, and quantiles that hold for new grasps.
 
-Temperature scaling: Guo et al. 2017, On calibration of modern neural networks, ICML. Quantiles of
-residuals or distances: each grasp has the same weight, because grasps are exchangeable (Lee,
-Barber, Willett 2023, arXiv 2306.06342), and one weight is for the new grasp.
+Temperature scaling: Guo et al. 2017, On calibration of modern neural networks, ICML. In quantiles
+of residuals or distances, each grasp has the same weight, because grasps are exchangeable (Lee,
+Barber, Willett 2023, arXiv 2306.06342). The new grasp also has this weight.
 """
 
 from __future__ import annotations
@@ -14,60 +14,65 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.special import logsumexp, softmax
 
-#: Temperatures that are searched: 20 times sharper to 20 times flatter.
+#: Smallest and largest temperature of the search.
 TEMPERATURES = (0.05, 20.0)
-#: Below this a probability says no more; its logarithm stays finite.
+#: Smallest probability of which a logarithm is taken, so that the logarithm is finite.
 TINIEST = 1e-12
-CONFIDENCE_BINS = 10  #: of the confidence, 0 to 1
+#: Number of equal bins of the confidence, from 0 to 1.
+CONFIDENCE_BINS = 10
+
+
+def temperature(log_probability: np.ndarray, label: np.ndarray, smoothing: float = 0.0) -> float:
+    """Return the T that makes the labels most probable under softmax(log p / T).
+
+    `log_probability` (n, n_classes) are log p; `label` (n,) are column numbers. With a label
+    smoothing ε (`smoothing`), the target probability of a class is (1 - ε) [class = label] + ε /
+    n_classes.
+    """
+    rows = np.arange(len(label))
+
+    def cross_entropy(log_t: float) -> float:
+        z = log_probability / np.exp(log_t)
+        target = (1 - smoothing) * z[rows, label] + smoothing * z.mean(axis=1)
+        return float(np.mean(logsumexp(z, axis=1) - target))
+
+    bounds = tuple(np.log(TEMPERATURES))
+    return float(np.exp(minimize_scalar(cross_entropy, bounds=bounds, method="bounded").x))
+
+
+def with_temperature(probability: np.ndarray, t: float) -> np.ndarray:
+    """Return softmax(log p / t) (n, n_classes) of probabilities p (n, n_classes).
+
+    The order of the classes is unchanged. Probabilities are more equal if t > 1.
+    """
+    return softmax(np.log(np.maximum(probability, TINIEST)) / t, axis=1)
 
 
 @dataclass(frozen=True)
 class ConfidenceBin:
-    """Predictions whose confidence lies in (low, high]."""
+    """Predictions whose confidence is in (low, high]."""
 
     low: float
     high: float
-    count: int
-    confidence: float  #: mean
-    accuracy: float  #: share that was right
+    count: int  #: predictions
+    confidence: float  #: mean confidence
+    accuracy: float  #: share of correct predictions
 
 
-def temperature(log_probability: np.ndarray, label: np.ndarray, doubt: float = 0.0) -> float:
-    """Return the T that makes `label` (n,), column numbers, most probable under softmax(log p / T).
+def reliability(confidence: np.ndarray, is_correct: np.ndarray) -> list[ConfidenceBin]:
+    """Return the accuracy of predictions in equal bins of their confidence.
 
-    `log_probability` (n, n_classes). A share `doubt` of each row is taken for any class at random.
-    """
-    rows = np.arange(len(label))
-
-    def loss(log_t: float) -> float:
-        z = log_probability / np.exp(log_t)
-        meant = (1 - doubt) * z[rows, label] + doubt * z.mean(axis=1)
-        return float(np.mean(logsumexp(z, axis=1) - meant))
-
-    low, high = np.log(TEMPERATURES)
-    return float(np.exp(minimize_scalar(loss, bounds=(low, high), method="bounded").x))
-
-
-def with_temperature(probability: np.ndarray, t: float) -> np.ndarray:
-    """Return softmax(log p / t) of probabilities (n, n_classes): the same order of classes, flatter
-    for t > 1."""
-    return softmax(np.log(np.maximum(probability, TINIEST)) / t, axis=1)
-
-
-def reliability(confidence: np.ndarray, right: np.ndarray) -> list[ConfidenceBin]:
-    """Return the accuracy of predictions in equal bins of their confidence (n,), in 0..1.
-
-    `right` (n,) says which were; bins that hold none are left out.
+    `confidence` (n,) is between 0 and 1; `is_correct` (n,) is boolean. Empty bins are omitted.
     """
     edges = np.linspace(0, 1, CONFIDENCE_BINS + 1)
     number = np.clip(np.searchsorted(edges, confidence, side="left") - 1, 0, CONFIDENCE_BINS - 1)
     return [
         ConfidenceBin(
-            float(edges[b]),
-            float(edges[b + 1]),
-            int((number == b).sum()),
-            float(confidence[number == b].mean()),
-            float(right[number == b].mean()),
+            low=float(edges[b]),
+            high=float(edges[b + 1]),
+            count=int((number == b).sum()),
+            confidence=float(confidence[number == b].mean()),
+            accuracy=float(is_correct[number == b].mean()),
         )
         for b in np.unique(number)
     ]
@@ -75,26 +80,29 @@ def reliability(confidence: np.ndarray, right: np.ndarray) -> list[ConfidenceBin
 
 def calibration_error(bins: Sequence[ConfidenceBin]) -> float:
     """Return the expected calibration error: mean |confidence - accuracy| over predictions."""
-    total = sum(interval.count for interval in bins)
-    return (
-        sum(interval.count * abs(interval.confidence - interval.accuracy) for interval in bins)
-        / total
-    )
+    predictions = sum(part.count for part in bins)
+    total = sum(part.count * abs(part.confidence - part.accuracy) for part in bins)
+    return total / predictions
 
 
 def weighted_quantile(values: np.ndarray, weights: np.ndarray, share: float) -> np.ndarray:
-    """Return the least of `values` (m, n) per column whose `weights` (m,) add up to `share`.
+    """Return a weighted quantile of each column (n,) of `values` (m, n).
 
-    Infinity where all of them together do not.
+    This is the smallest value at which the `weights` (m,) of all values up to it add up to `share`;
+    infinity if all weights together are less than `share`.
     """
     order = np.argsort(values, axis=0)
     reached = np.cumsum(weights[order], axis=0) >= share - 1e-12
     first = np.argmax(reached, axis=0)
-    quantile = np.take_along_axis(np.take_along_axis(values, order, 0), first[None], 0)[0]
+    in_order = np.take_along_axis(values, order, 0)
+    quantile = np.take_along_axis(in_order, first[None], 0)[0]
     return np.where(reached.any(axis=0), quantile, np.inf)
 
 
 def grasp_weights(groups: np.ndarray) -> np.ndarray:
-    """Return weights (m,), equal for all groups, that leave 1 / (groups + 1) for a new one."""
+    """Return weights (m,) of recordings that give each group, and one new group, equal weight.
+
+    The weights of the recordings of a group (`groups` (m,)) add up to 1 / (number of groups + 1).
+    """
     _, inverse, counts = np.unique(groups, return_inverse=True, return_counts=True)
     return 1.0 / (counts[inverse] * (len(counts) + 1))

@@ -1,7 +1,7 @@
 """Cross-validation of one model on one task: errors, predictions, cost.
 
-The three results are separate objects: `Scores` and `Predictions` are the same bytes for the same
-inputs and seed; `Cost` is measured, so it differs between runs.
+`Scores` and `Predictions` are the same bytes for the same input and seed. `Cost` is measured, so it
+differs between runs.
 
 >>> import ajgdata
 >>> from ajgdata.evaluate.crossval import cross_validate
@@ -33,26 +33,29 @@ from ajgdata.models import fit_model, make_model
 from ajgdata.models.tuning import Folds
 from ajgdata.types import MODELS, Kind, NotPossibleError
 
-TIMED_PREDICTIONS = 5  # timed predictions; their median ignores one interruption or two
-TIMING_BUDGET_S = 1.0  # stop repeating a slow prediction after this long
+#: Number of timed predictions. Their median ignores one or two interruptions.
+TIMED_PREDICTIONS = 5
+#: Time (s) after which a slow prediction is not repeated again.
+TIMING_BUDGET_S = 1.0
 
 
 @dataclass(frozen=True)
 class Scores:
-    """Errors. Every dict maps a metric's name (see `metrics.METRICS`) to floats.
+    """Metrics of predictions: by fold, their mean and spread, and those of a guess.
 
-    `mean` and `sd` are over folds, each fold counting once; `sd` is the sample standard deviation
-    (ddof = 1). A metric undefined in a fold (NaN) is undefined in the mean: `pooled`, from all
-    out-of-fold predictions together, is then the one to read. `chance` is the mean over the same
-    folds of a model that ignores its input. `classes` is empty for regression.
+    Each dict maps the name of a metric (see `metrics.METRICS`) to its value. `mean` and `sd` are
+    over folds, each with equal weight; `sd` is the sample standard deviation (ddof = 1). `pooled`
+    is computed from the predictions of all folds together. If a metric is undefined in a fold
+    (NaN), so is its mean; use `pooled` instead. `chance` is the mean over folds of a model that
+    ignores its input. `classes` is empty for a regression.
 
-    Of extra rows, `folds` counts those that could predict some of them, and a row that several
-    folds predicted counts as often in `pooled`.
+    Scores of extra rows: `folds` counts the folds that predicted some of the rows, and a row that
+    several folds predicted counts as often in `pooled`.
     """
 
     split: str  #: "grouped" or "random", or the name of the extra rows
     kind: Kind
-    period: float | None  #: of a target where y and y + period are equal
+    period: float | None  #: the targets y and y + period are equal
     folds: int
     recordings: int
     groups: int  #: distinct groups; for a random split the number of recordings
@@ -66,10 +69,10 @@ class Scores:
 
 @dataclass(frozen=True, eq=False)
 class Predictions:
-    """Predictions, each by a model that never saw its group; arrays (n,).
+    """Predictions (n,), each by a model that was not trained on the group of the recording.
 
-    Out-of-fold predictions are in the order of the input, one for each row. Those of extra rows
-    are in the order of the folds.
+    Out-of-fold predictions are in the order of the input, one for each row. Predictions of extra
+    rows are in the order of the folds.
     """
 
     row: np.ndarray  #: number of the row in the input
@@ -80,7 +83,7 @@ class Predictions:
 
 
 class Tested(NamedTuple):
-    """Errors and predictions of a set of rows."""
+    """Scores and predictions of a set of rows."""
 
     scores: Scores
     predictions: Predictions
@@ -88,12 +91,13 @@ class Tested(NamedTuple):
 
 @dataclass(frozen=True)
 class Cost:
-    """Times of a cross-validation, one thread, on whatever machine this was.
+    """Times (s) of a cross-validation with one thread, on the computer that ran it.
 
-    `train_s` is wall time and `train_cpu_s` CPU time of fitting. The report shows the CPU time,
-    because the wall time also depends on other programs. `inference_s_per_recording`: a whole test
-    part predicted at once; `latency_s`: one recording predicted alone; both are wall times, the
-    median over repeats, then over folds.
+    `train_s` is the wall time of training, and `train_cpu_s` its CPU time. The report shows the CPU
+    time, because the wall time also depends on other programs. `inference_s_per_recording` is the
+    wall time of the prediction of a complete test part, divided by its recordings. `latency_s` is
+    the wall time of the prediction of one recording. Both are medians over repeats, then over
+    folds.
     """
 
     train_s: float
@@ -110,13 +114,14 @@ class CrossValidation:
     predictions: Predictions
     cost: Cost
     extra_tests: dict[str, Tested]
-    #: Recordings that each fold's model learned from, and had; empty where it learned from all.
+    #: Numbers of recordings by fold: those that the model was trained on, and all of the training
+    #: part. Empty if each model was trained on its complete training part.
     thinned: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass(frozen=True)
 class _Part:
-    """Rows of one set that one fold predicted, with the targets that it was trained on."""
+    """Rows that one fold predicted, with the targets that its model was trained on."""
 
     fold: int
     row: np.ndarray
@@ -127,12 +132,12 @@ class _Part:
 
 @dataclass(frozen=True)
 class _Fold:
-    """Result of one fold: predictions by name of the extra rows ("" for its own test part), the
-    first four numbers of its `Cost`, and how many recordings it used, of how many."""
+    """Predictions of one fold for its test part and for the extra rows, and their cost."""
 
-    parts: dict[str, _Part]
-    cost: tuple[float, ...]
-    used: tuple[int, int]
+    test: _Part
+    extra_tests: dict[str, _Part]
+    cost: Cost
+    used: tuple[int, int]  #: recordings that the model was trained on, and all of the training part
 
 
 def cross_validate(
@@ -150,21 +155,22 @@ def cross_validate(
 ) -> CrossValidation:
     """Cross-validate a model: each fold is predicted by a model trained on the other folds.
 
-    `features` (n, n_features); `target` (n,) numbers or class labels; `groups` (n,) labels, e.g.
-    grasps, whose recordings are never in both parts of a fold. None ignores groups, which is
-    optimistic if recordings of one grasp are alike.
+    `features` (n, n_features); `target` (n,) numbers or class labels. `groups` (n,) are labels,
+    e.g. of grasps: the recordings of a group are never in both parts of a fold. With None, groups
+    are ignored, which gives optimistic scores if recordings of one grasp are similar.
 
     `folds` is a number of folds (see `grouped_folds` and `random_folds`, which use `seed`), or the
     pairs (train, test) of row numbers that a function of `splits` returns. `model` is a name of
-    `docs/models.md`, or an unfitted scikit-learn estimator. A named model that is tuned chooses its
-    settings by inner folds that keep groups whole, or `grasps` (n,) if the training part is of one
-    group. BLAS and OpenMP get one thread: results do not depend on the number of cores.
+    `docs/models.md`, or an unfitted scikit-learn estimator. A tuned model chooses its settings by
+    inner folds, which keep the groups of the training part together; if it has only one group, they
+    keep `grasps` (n,) together. BLAS and OpenMP have one thread, so results do not depend on the
+    number of cores.
 
     With a `period`, the targets y and y + `period` are equal. Each fold also predicts the rows of
     `extra_tests` whose group is not in its training part.
 
-    Raises ValueError for missing values, lengths that differ, folds that are not possible or
-    divide a group, and extra rows without `groups`.
+    Raises ValueError for missing values, different lengths, folds that are not possible or divide
+    a group, and extra rows without `groups`.
 
     >>> import ajgdata
     >>> import numpy as np
@@ -176,8 +182,8 @@ def cross_validate(
     (1.0, 0.0, 20)
     """
     group = np.arange(len(target)) if groups is None else np.asarray(groups)
-    own = TaskData(*_validated(features, target, kind), group, group)
-    inner = group if grasps is None else np.asarray(grasps)
+    features, target = _validated(features, target, kind)
+    own = TaskData(features, target, group, name=group)
     tests = _checked_tests(extra_tests or {}, kind, own, is_grouped=groups is not None)
     if not isinstance(folds, int):
         pairs = list(folds)
@@ -186,65 +192,25 @@ def cross_validate(
     else:
         pairs = grouped_folds(own.value, group, kind, folds, seed)
     check_folds(pairs, group)
-    split = "random" if groups is None else "grouped"
-    unfitted, limit = model, None
+    unfitted = model
+    limit = None
     if isinstance(model, str):
-        unfitted, limit = make_model(model, kind, seed, period), MODELS[model].most_recordings
+        unfitted = make_model(model, kind, seed, period)
+        limit = MODELS[model].most_recordings
+    inner_group = group if grasps is None else np.asarray(grasps)
     with threadpool_limits(limits=1):
         results = [
-            _run(n, *pair, own, inner, tests, unfitted, limit) for n, pair in enumerate(pairs)
+            _run_fold(number, train, test, own, inner_group, tests, unfitted, limit)
+            for number, (train, test) in enumerate(pairs)
         ]
+    split = "random" if groups is None else "grouped"
     return _collected(results, own, tests, kind, period, split)
-
-
-def _run(
-    number: int,
-    train: np.ndarray,
-    test: np.ndarray,
-    own: TaskData,
-    inner: np.ndarray,
-    tests: Mapping[str, TaskData],
-    model: BaseEstimator,
-    limit: int | None,
-) -> _Fold:
-    """Train a fold's model, and predict its test part and the extra rows of unknown groups."""
-    is_divided = len(np.unique(own.group[train])) > 1
-    divided = own if is_divided else own._replace(group=inner)
-    fitted, cost = _fitted(model, divided, train, test, limit)
-    y_train = own.value[train]
-    parts = {"": _predict(fitted, own.feature, test, number, y_train)}
-    for name, rows in tests.items():
-        new = np.flatnonzero(~np.isin(rows.group, own.group[train]))
-        if len(new):
-            parts[name] = _predict(fitted, rows.feature, new, number, y_train)
-    return _Fold(parts, cost, (min(len(train), limit or len(train)), len(train)))
-
-
-def _collected(
-    folds: Sequence[_Fold],
-    own: TaskData,
-    tests: Mapping[str, TaskData],
-    kind: Kind,
-    period: float | None,
-    split: str,
-) -> CrossValidation:
-    """Return the result of all folds."""
-    tested = {}
-    for name, rows in {"": own, **tests}.items():
-        parts = [fold.parts[name] for fold in folds if name in fold.parts]
-        scores = _scores(rows, parts, kind, period, name or split)
-        tested[name] = Tested(scores, _predictions(rows, parts, in_order=not name))
-    scores, predictions = tested.pop("")
-    used = tuple(fold.used for fold in folds)
-    thinned = used if any(some < every for some, every in used) else ()
-    wall, cpu, together, alone = zip(*(fold.cost for fold in folds), strict=True)
-    cost = Cost(sum(wall), sum(cpu), statistics.median(together), statistics.median(alone))
-    return CrossValidation(scores, predictions, cost, tested, thinned)
 
 
 def _validated(
     features: np.ndarray, target: np.ndarray, kind: Kind
 ) -> tuple[np.ndarray, np.ndarray]:
+    """Return features (n, f) and target (n,) as arrays; the target of a regression as float64."""
     features, target = check_X_y(features, target, dtype=None)
     return features, target.astype(np.float64) if kind == "regression" else target
 
@@ -252,8 +218,9 @@ def _validated(
 def _checked_tests(
     extra_tests: Mapping[str, TaskData], kind: Kind, own: TaskData, *, is_grouped: bool
 ) -> dict[str, TaskData]:
-    """Return the sets as arrays. Raises ValueError for a set that cannot be tested on."""
-    checked, width = {}, own.feature.shape[1]
+    """Return the extra rows as arrays. Raises ValueError for rows that cannot be tested on."""
+    checked = {}
+    width = own.feature.shape[1]
     for name, tests in extra_tests.items():
         if not len(tests.value):
             raise NotPossibleError(f"{name}: no recording is left to test on")
@@ -268,28 +235,53 @@ def _checked_tests(
     return checked
 
 
-def _fitted(
-    model: BaseEstimator, rows: TaskData, train: np.ndarray, test: np.ndarray, limit: int | None
-) -> tuple[Any, tuple[float, ...]]:
-    """Return a model trained on the rows `train`, and the first four numbers of its `Cost`, with
-    predictions timed on `test`."""
+def _run_fold(
+    number: int,
+    train: np.ndarray,
+    test: np.ndarray,
+    own: TaskData,
+    inner_group: np.ndarray,
+    tests: Mapping[str, TaskData],
+    model: BaseEstimator,
+    limit: int | None,
+) -> _Fold:
+    """Train a model on a fold, and predict its test part and the extra rows of other groups.
+
+    `inner_group` (n,) divides the training part if it consists of one group.
+    """
+    known = own.where(train)
+    if len(np.unique(known.group)) == 1:
+        known = known._replace(group=inner_group[train])
     unfitted = clone(model)
-    wall, cpu = time.perf_counter(), time.process_time()
-    known = rows.where(train)
-    estimator = fit_model(unfitted, known.feature, known.value, known.group, limit)
-    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-    tested, single = rows.feature[test], rows.feature[test[:1]]
-    estimator.predict(tested)  # once untimed: the first call may load something
-    together, alone = (_predicting_s(estimator, x) for x in (tested, single))
-    return estimator, (wall, cpu, together / len(tested), alone)
+    wall_start = time.perf_counter()
+    cpu_start = time.process_time()
+    fitted = fit_model(unfitted, known.feature, known.value, known.group, limit)
+    train_s = time.perf_counter() - wall_start
+    train_cpu_s = time.process_time() - cpu_start
+    tested = own.feature[test]
+    fitted.predict(tested)  # not timed, because the first call may load something
+    cost = Cost(
+        train_s=train_s,
+        train_cpu_s=train_cpu_s,
+        inference_s_per_recording=_prediction_s(fitted, tested) / len(tested),
+        latency_s=_prediction_s(fitted, tested[:1]),
+    )
+    own_part = _predict(fitted, own.feature, test, number, known.value)
+    parts = {}
+    for name, rows in tests.items():
+        new = np.flatnonzero(~np.isin(rows.group, own.group[train]))
+        if len(new):
+            parts[name] = _predict(fitted, rows.feature, new, number, known.value)
+    used = len(train) if limit is None else min(len(train), limit)
+    return _Fold(own_part, parts, cost, (used, len(train)))
 
 
-def _predicting_s(estimator: Any, rows: np.ndarray) -> float:
-    """Return the median wall time of some predictions of the rows, in s."""
+def _prediction_s(estimator: Any, features: np.ndarray) -> float:
+    """Return the median wall time of a prediction of all features (m, f), in s."""
     times: list[float] = []
     while len(times) < TIMED_PREDICTIONS and sum(times) < TIMING_BUDGET_S:
         start = time.perf_counter()
-        estimator.predict(rows)
+        estimator.predict(features)
         times.append(time.perf_counter() - start)
     return statistics.median(times)
 
@@ -297,41 +289,58 @@ def _predicting_s(estimator: Any, rows: np.ndarray) -> float:
 def _predict(
     fitted: Any, features: np.ndarray, rows: np.ndarray, fold: int, y_train: np.ndarray
 ) -> _Part:
-    y_pred, probability = fitted.predict(features[rows]), None
+    """Return the predictions of a fitted model for some rows of the features."""
+    y_pred = fitted.predict(features[rows])
+    probability = None
     if hasattr(fitted, "predict_proba"):
         probability = fitted.predict_proba(features[rows]).max(axis=1)
     return _Part(fold, rows, y_train, y_pred, probability)
 
 
-def _predictions(tests: TaskData, parts: Sequence[_Part], *, in_order: bool) -> Predictions:
-    """Return the folds' predictions together; `in_order`: put back into the order of the rows."""
-    row = np.concatenate([part.row for part in parts])
-    fold = np.repeat([part.fold for part in parts], [len(part.row) for part in parts])
-    y_pred = np.concatenate([part.y_pred for part in parts])
-    probabilities = [part.probability for part in parts if part.probability is not None]
-    order = np.argsort(row) if in_order else np.arange(len(row))
-    return Predictions(
-        row=row[order],
-        fold=fold[order],
-        y_true=tests.value[row[order]],
-        y_pred=y_pred[order],
-        probability=np.concatenate(probabilities)[order] if probabilities else None,
+def _collected(
+    folds: Sequence[_Fold],
+    own: TaskData,
+    tests: Mapping[str, TaskData],
+    kind: Kind,
+    period: float | None,
+    split: str,
+) -> CrossValidation:
+    """Return the result of all folds."""
+    own_parts = [fold.test for fold in folds]
+    scores = _scores(own, own_parts, kind, period, split)
+    predictions = _predictions(own, own_parts, in_input_order=True)
+    extra_tests = {}
+    for name, rows in tests.items():
+        parts = [fold.extra_tests[name] for fold in folds if name in fold.extra_tests]
+        if not parts:
+            raise NotPossibleError(f"{name}: every one of its groups is trained on in every fold")
+        extra_scores = _scores(rows, parts, kind, period, name)
+        extra_tests[name] = Tested(extra_scores, _predictions(rows, parts, in_input_order=False))
+    costs = [fold.cost for fold in folds]
+    cost = Cost(
+        train_s=sum(item.train_s for item in costs),
+        train_cpu_s=sum(item.train_cpu_s for item in costs),
+        inference_s_per_recording=statistics.median(c.inference_s_per_recording for c in costs),
+        latency_s=statistics.median(item.latency_s for item in costs),
     )
+    thinned = tuple(fold.used for fold in folds)
+    if all(used == available for used, available in thinned):
+        thinned = ()
+    return CrossValidation(scores, predictions, cost, extra_tests, thinned)
 
 
 def _scores(
     tests: TaskData, parts: Sequence[_Part], kind: Kind, period: float | None, split: str
 ) -> Scores:
-    if not parts:
-        raise NotPossibleError(f"{split}: every one of its groups is trained on in every fold")
+    """Return the scores of the predicted parts of `tests`, each by one fold."""
     y = tests.value
-    each = [metrics.score(y[p.row], p.y_pred, kind, period) for p in parts]
-    chance = [metrics.chance(p.y_train, y[p.row], kind, period) for p in parts]
+    by_fold = [metrics.score(y[part.row], part.y_pred, kind, period) for part in parts]
+    chance = [metrics.chance(part.y_train, y[part.row], kind, period) for part in parts]
     names = metrics.METRICS[kind]
-    per_fold = {name: tuple(fold[name] for fold in each) for name in names}
-    y_true = y[np.concatenate([p.row for p in parts])]
-    y_pred = np.concatenate([p.y_pred for p in parts])
-    classes = np.unique(np.concatenate([y, *(p.y_train for p in parts)]))
+    per_fold = {name: tuple(fold[name] for fold in by_fold) for name in names}
+    y_true = y[np.concatenate([part.row for part in parts])]
+    y_pred = np.concatenate([part.y_pred for part in parts])
+    classes = np.unique(np.concatenate([y, *(part.y_train for part in parts)]))
     return Scores(
         split=split,
         kind=kind,
@@ -348,16 +357,37 @@ def _scores(
     )
 
 
+def deviation(values: Sequence[float]) -> float:
+    """Return the sample standard deviation (ddof = 1), NaN for a single value."""
+    return float(np.std(values, ddof=1)) if len(values) > 1 else float("nan")
+
+
+def _predictions(tests: TaskData, parts: Sequence[_Part], *, in_input_order: bool) -> Predictions:
+    """Return the predictions of all folds, in the order of the folds or of the input."""
+    row = np.concatenate([part.row for part in parts])
+    fold = np.repeat([part.fold for part in parts], [len(part.row) for part in parts])
+    y_pred = np.concatenate([part.y_pred for part in parts])
+    probabilities = [part.probability for part in parts if part.probability is not None]
+    order = np.argsort(row) if in_input_order else np.arange(len(row))
+    return Predictions(
+        row=row[order],
+        fold=fold[order],
+        y_true=tests.value[row[order]],
+        y_pred=y_pred[order],
+        probability=np.concatenate(probabilities)[order] if probabilities else None,
+    )
+
+
 def estimate_score(
     result: CrossValidation | Tested, grasps: np.ndarray | Sequence, *, seed: int = 0
 ) -> Estimate:
-    """Return accuracy or RMSE, the mean over folds, with its 95 % interval over grasps.
+    """Return the mean over folds of accuracy or RMSE, with its 95 % interval over grasps.
 
-    `grasps` (n,) are those of the rows of the input (of a `Tested`: of its extra rows). A larger
-    unit, e.g. the placement, gives the interval over this unit. See `intervals.metric_interval`,
-    which uses `seed`. The chance level is that of `Scores.chance`.
+    `grasps` (n,) has the grasp of each row of the input, or of each extra row for a `Tested`. With
+    names of a larger unit, e.g. the placement, the interval is over this unit. The interval is that
+    of `intervals.metric_interval`, which uses `seed`, and the chance level is `Scores.chance`.
 
-    Raises ValueError unless there is a grasp per row.
+    Raises ValueError if the number of grasps is not the number of rows.
 
     >>> import ajgdata
     >>> import numpy as np
@@ -389,25 +419,21 @@ def estimate_score(
     return Estimate(scores.mean[metric], interval, scores.chance[metric], perfect)
 
 
-def deviation(values: Sequence[float]) -> float:
-    """Return the sample standard deviation (ddof = 1), NaN for a single value."""
-    return float(np.std(values, ddof=1)) if len(values) > 1 else float("nan")
-
-
 def overall(
     known: Predictions, withheld: Predictions, period: float | None = None
 ) -> dict[str, tuple[float, ...]]:
-    """Return metrics of known and withheld recordings together, one value per fold.
+    """Return metrics of recordings with training values and withheld values together, by fold.
 
-    A fold tests a part of the known recordings, but all withheld ones. The weights make the known
-    ones count as often as there are of them: each recording of the data set counts once.
+    `known` are the predictions of recordings with training values. A fold tests a part of these,
+    but all withheld recordings. The known recordings of a fold are therefore weighted, so that
+    their weights add up to the number of all known recordings.
     """
     per_fold = []
     for fold in np.unique(known.fold):
-        test, new = known.fold == fold, withheld.fold == fold
-        weight = np.concatenate(
-            [np.full(test.sum(), len(known.fold) / test.sum()), np.ones(new.sum())]
-        )
+        test = known.fold == fold
+        new = withheld.fold == fold
+        known_weight = np.full(test.sum(), len(known.fold) / test.sum())
+        weight = np.concatenate([known_weight, np.ones(new.sum())])
         y_true = np.concatenate([known.y_true[test], withheld.y_true[new]])
         y_pred = np.concatenate([known.y_pred[test], withheld.y_pred[new]])
         per_fold.append(metrics.regression(y_true, y_pred, period, weight))
@@ -417,14 +443,15 @@ def overall(
 def overall_chance(
     known: Predictions, withheld: Predictions, period: float | None = None
 ) -> dict[str, tuple[float, ...]]:
-    """Return the metrics of `overall` for a guess: the mean of a fold's training recordings."""
-    middle = {
+    """Return the metrics of `overall` for a guess: the mean target of the training part."""
+    mean_target = {
         fold: metrics.middle(known.y_true[known.fold != fold], period)
         for fold in np.unique(known.fold)
     }
 
-    def guess(part: Predictions) -> Predictions:
-        return replace(part, y_pred=np.array([middle[fold] for fold in part.fold]))
+    def guess(predictions: Predictions) -> Predictions:
+        y_pred = np.array([mean_target[fold] for fold in predictions.fold])
+        return replace(predictions, y_pred=y_pred)
 
     return overall(guess(known), guess(withheld), period)
 
@@ -438,9 +465,10 @@ def overall_interval(
     period: float | None = None,
     seed: int = 0,
 ) -> Interval:
-    """Return the 95 % interval over grasps of the mean RMSE over folds of `overall`.
+    """Return the 95 % interval over grasps of the mean over folds of the RMSE of `overall`.
 
-    The grasps (n,) are those of the rows that each set of predictions counts.
+    `known_grasps` and `withheld_grasps` have the grasp of each row of the input of `known` and of
+    `withheld`; their element `row` is the grasp of a prediction.
     """
     return metric_interval(
         np.concatenate([known.y_true, withheld.y_true]),

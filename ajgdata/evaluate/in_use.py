@@ -1,14 +1,15 @@
-"""How far a model in use may be believed: found on grasps held out of inner folds, kept with it.
+"""Calibration of a trained model on held-out grasps.
 
-The model itself is then trained on all recordings. Those of the inner folds had fewer and err
-rather more: temperatures, intervals and alarms are rather too wide than too narrow.
+The model itself is trained on all recordings. Calibration trains a model on each inner fold and
+uses its predictions for the held-out groups. These models have fewer recordings and larger errors,
+so temperatures, intervals and thresholds are conservative.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
-from functools import partial
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,36 +24,36 @@ from ajgdata.evaluate.calibration import (
     with_temperature,
 )
 from ajgdata.evaluate.metrics import wrapped
-from ajgdata.evaluate.novelty import Alarm, NovelScores, alarm, novel_scores
+from ajgdata.evaluate.novelty import Alarm, alarm, novel_scores
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.models import fit_named_model, make_model
 from ajgdata.types import Kind, NotPossibleError
 
-#: The inner folds of the model, each of which trains it once more.
+#: Number of inner folds. Each trains the model again.
 CALIBRATION_FOLDS = 5
 COVERAGE = 0.9
-#: Share of new grasps of known objects that may be flagged as novel.
+#: Share of new grasps of known objects that can be flagged as novel.
 FALSE_ALARM = 0.05
-#: Least detection rate of novel objects at which a guard that flags nothing means *known*.
-RELIABLE = 0.5
+#: Smallest detection rate of novel objects at which a recording without a flag counts as known.
+MIN_DETECTION_RATE = 0.5
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Calibration of a model; None: not possible, for the reason in `problems` (by name).
+    """Calibration of a model. A value that could not be computed is None; `problems` has reasons.
 
     Probabilities in use are softmax(log p / `temperature`). The true value is within `half_width`
-    (in the target's unit) of a predicted number for a share `coverage` of new groups. A recording
-    is novel if its distance to the nearest grasp exceeds `novelty_threshold`, or its relative
-    distance exceeds `relative_threshold` (see `novelty`): up to a share `false_alarm` of new grasps
-    of known objects (requested: `false_alarm_stated`), and a share `detection_rate` of grasps of
-    held-out objects.
+    (in the unit of the target) of a predicted value for a share `coverage` of new groups. A
+    recording is novel if its distance to the nearest grasp exceeds `novelty_threshold`, or if its
+    relative distance exceeds `relative_threshold` (see `novelty`). This flags up to a share
+    `false_alarm` of new grasps of known objects (`false_alarm_stated` is the requested share), and
+    a share `detection_rate` of grasps of held-out objects.
     """
 
     folds: int
     groups: int
     false_alarm_stated: float
-    problems: dict[str, str]
+    problems: dict[str, str]  #: reason by the name of the value
     temperature: float | None = None
     coverage: float | None = None
     half_width: float | None = None
@@ -63,14 +64,14 @@ class Calibration:
 
     @property
     def detects_novel_objects(self) -> bool:
-        """Return whether the guard detects so many novel objects that others can be called known.
+        """Return whether a recording that the guard does not flag counts as a known object.
 
-        A rate that was not measured is no evidence.
+        This is false if the detection rate was not measured.
         """
-        return self.detection_rate is not None and self.detection_rate >= RELIABLE
+        return self.detection_rate is not None and self.detection_rate >= MIN_DETECTION_RATE
 
     def plain(self) -> dict[str, Any]:
-        """Return it as JSON can hold it."""
+        """Return the fields as a dict for JSON."""
         return asdict(self)
 
 
@@ -88,69 +89,84 @@ def calibration(
     coverage: float = COVERAGE,
     false_alarm: float = FALSE_ALARM,
 ) -> Calibration:
-    """Return the calibration of `model`, trained on features (n, f) and `target` (n,).
+    """Return the calibration of `model` for features (n, f) and `target` (n,).
 
-    `groups` (n,) are held out whole; `grasp` (n,) and `objects` (n,) name the grasp and the object
-    of each recording. What cannot be computed (impossible folds, a model without probabilities,
-    too few groups) is None, with the reason in `problems`; nothing is raised.
+    Folds never divide `groups` (n,). `grasp` (n,) and `objects` (n,) name the grasp and the object
+    of each recording. Values that cannot be computed (impossible folds, a model without
+    probabilities, too few groups) are None, with the reason in `problems`; nothing is raised.
     """
     problems: dict[str, str] = {}
-    options: dict[str, Any] = {"model": model, "seed": seed}
+    scaling: float | None = None
+    half: float | None = None
+    thresholds: Alarm | None = None
+    detection_rate: float | None = None
     with threadpool_limits(limits=1):
         if kind == "classification":
-            find = partial(scaling_temperature, features, target, groups, **options)
-            believed = {"temperature": _possible(problems, "temperature", find)}
+            with _recorded(problems, "temperature"):
+                scaling = scaling_temperature(features, target, groups, model=model, seed=seed)
         else:
-            find = partial(
-                interval_half_width, features, target, groups, coverage, period=period, **options
+            with _recorded(problems, "half_width"):
+                half = interval_half_width(
+                    features, target, groups, coverage, model=model, seed=seed, period=period
+                )
+        with _recorded(problems, "novelty_threshold"):
+            thresholds = alarm(
+                features, grasp, groups, objects=objects, false_alarm=false_alarm, seed=seed
             )
-            half = _possible(problems, "half_width", find)
-            believed = {"half_width": half, "coverage": None if half is None else coverage}
-        believed |= _novelty(problems, features, grasp, groups, objects, false_alarm, seed)
-    return Calibration(
-        folds=_folds(groups), groups=len(np.unique(groups)), false_alarm_stated=false_alarm,
-        problems=problems, **believed,
-    )  # fmt: skip
+        if thresholds is not None and objects is not None:
+            with _recorded(problems, "detection_rate"):
+                scores = novel_scores(features, grasp, groups, objects, seed=seed)
+                detection_rate = scores.detection_rate(false_alarm)
+    result = Calibration(
+        folds=_folds(groups),
+        groups=len(np.unique(groups)),
+        false_alarm_stated=false_alarm,
+        problems=problems,
+        temperature=scaling,
+        coverage=None if half is None else coverage,
+        half_width=half,
+        detection_rate=detection_rate,
+    )
+    if thresholds is None:
+        return result
+    return replace(
+        result,
+        novelty_threshold=thresholds.threshold,
+        relative_threshold=thresholds.relative_threshold,
+        false_alarm=thresholds.false_alarm,
+    )
 
 
-def _possible(problems: dict[str, str], name: str, find: Callable[[], Any]) -> Any:
-    """Return the result of `find`; None if it is not possible, with the reason in `problems`."""
+@contextmanager
+def _recorded(problems: dict[str, str], name: str) -> Iterator[None]:
+    """Add the reason to `problems`, by `name`, if the block raises NotPossibleError."""
     try:
-        return find()
+        yield
     except NotPossibleError as error:
         problems[name] = str(error)
-        return None
 
 
-def _novelty(
-    problems: dict[str, str],
-    features: np.ndarray,
-    grasp: np.ndarray,
-    groups: np.ndarray,
-    objects: np.ndarray | None,
-    false_alarm: float,
-    seed: int,
-) -> dict[str, float | None]:
-    """Return thresholds, false alarms and detection rate of novel objects."""
-    options: dict[str, Any] = {"objects": objects, "false_alarm": false_alarm, "seed": seed}
-    find = partial(alarm, features, grasp, groups, **options)
-    far: Alarm | None = _possible(problems, "novelty_threshold", find)
-    if far is None:
-        return {}
-    rate = None
-    if objects is not None:
-        hold_out = partial(novel_scores, features, grasp, groups, objects, seed=seed)
-        scores: NovelScores | None = _possible(problems, "detection_rate", hold_out)
-        rate = None if scores is None else scores.detection_rate(false_alarm)
-    return {
-        "novelty_threshold": far.threshold,
-        "relative_threshold": far.relative_threshold,
-        "false_alarm": far.false_alarm,
-        "detection_rate": rate,
-    }
+def scaling_temperature(
+    features: np.ndarray, y: np.ndarray, groups: np.ndarray, *, model: str, seed: int
+) -> float:
+    """Return the temperature of `model` from held-out probabilities of all folds together.
+
+    If all held-out grasps are classified correctly, the best temperature would be 0. The labels are
+    therefore smoothed by the weight of one further group, which can be of any class (after Platt
+    1999).
+    """
+    classes, label = np.unique(y, return_inverse=True)
+    held_out = np.empty((len(y), len(classes)))
+    for fitted, _, test in _held_out(
+        features, y, groups, "classification", model=model, folds=_folds(groups), seed=seed
+    ):
+        held_out[test] = fitted.predict_proba(features[test])
+    log_p = log_softmax(np.log(np.maximum(held_out, TINIEST)), axis=1)
+    return temperature(log_p, label, smoothing=1 / (len(np.unique(groups)) + 1))
 
 
 def _folds(groups: np.ndarray) -> int:
+    """Return the number of inner folds for the groups (n,)."""
     return min(CALIBRATION_FOLDS, len(np.unique(groups)))
 
 
@@ -165,7 +181,7 @@ def _held_out(
     seed: int,
     period: float | None = None,
 ) -> Iterator[tuple[Any, np.ndarray, np.ndarray]]:
-    """Yield a model for each fold of `groups`, the rows that it was trained on, and the others.
+    """Yield for each fold: a fitted model, the rows that it was trained on, and the held-out rows.
 
     Raises NotPossibleError for a classifier without probabilities.
     """
@@ -178,21 +194,28 @@ def _held_out(
         yield fitted, train, test
 
 
-def scaling_temperature(
-    features: np.ndarray, y: np.ndarray, groups: np.ndarray, **options: Any
+def interval_half_width(
+    features: np.ndarray,
+    y: np.ndarray,
+    groups: np.ndarray,
+    coverage: float,
+    *,
+    model: str,
+    seed: int,
+    period: float | None,
 ) -> float:
-    """Return the temperature of `model`, on held-out probabilities of all folds together.
+    """Return the `half_width` of `held_out_residuals`.
 
-    One more group, of which nothing is known, counts as any class: otherwise, if all held-out
-    grasps are classified correctly, the best temperature is 0 (after Platt 1999).
+    Raises NotPossibleError if there are too few groups for the coverage.
     """
-    classes, label = np.unique(y, return_inverse=True)
-    held_out = np.empty((len(y), len(classes)))
-    parts = _held_out(features, y, groups, "classification", folds=_folds(groups), **options)
-    for fitted, _, test in parts:
-        held_out[test] = fitted.predict_proba(features[test])
-    log_p = log_softmax(np.log(np.maximum(held_out, TINIEST)), axis=1)
-    return temperature(log_p, label, doubt=1 / (len(np.unique(groups)) + 1))
+    count = len(np.unique(groups))
+    if coverage > 1 - 1 / (count + 1):
+        raise NotPossibleError(
+            f"{count} groups cannot show where {100 * coverage:g} % of new ones lie: "
+            f"record at least {int(np.ceil(coverage / (1 - coverage) - 1e-9))}"
+        )
+    residual = held_out_residuals(features, y, groups, model=model, seed=seed, period=period)
+    return half_width(residual, groups, coverage, period)
 
 
 def held_out_residuals(
@@ -200,13 +223,22 @@ def held_out_residuals(
     y: np.ndarray,
     groups: np.ndarray,
     *,
+    model: str,
+    seed: int,
     period: float | None = None,
-    **options: Any,
 ) -> np.ndarray:
     """Return |y - prediction| (n,), each by a `model` that was trained on the other folds."""
     residual = np.empty(len(y))
-    options |= {"folds": _folds(groups), "period": period}
-    for fitted, _, test in _held_out(features, y, groups, "regression", **options):
+    for fitted, _, test in _held_out(
+        features,
+        y,
+        groups,
+        "regression",
+        model=model,
+        folds=_folds(groups),
+        seed=seed,
+        period=period,
+    ):
         residual[test] = np.abs(wrapped(y[test] - fitted.predict(features[test]), period))
     return residual
 
@@ -214,31 +246,12 @@ def held_out_residuals(
 def half_width(
     residual: np.ndarray, groups: np.ndarray, coverage: float, period: float | None = None
 ) -> float:
-    """Return the quantile of held-out residuals (n,), each group counting once.
+    """Return the `coverage` quantile of held-out residuals (n,), with equal weights of groups (n,).
 
-    Infinity if there are too few groups for so large a share; with a `period`, half of it.
+    Infinity if there are too few groups for the coverage. With a `period`, at most half of it.
     """
     half = float(weighted_quantile(residual[:, None], grasp_weights(groups), coverage)[0])
     return half if period is None else min(half, period / 2)
-
-
-def interval_half_width(
-    features: np.ndarray,
-    y: np.ndarray,
-    groups: np.ndarray,
-    coverage: float,
-    *,
-    period: float | None,
-    **options: Any,
-) -> float:
-    """Return `half_width` of `held_out_residuals`. Raises NotPossibleError for too few groups."""
-    if coverage > 1 - 1 / (count := len(np.unique(groups)) + 1):
-        raise NotPossibleError(
-            f"{count - 1} groups cannot show where {100 * coverage:g} % of new ones lie: "
-            f"record at least {int(np.ceil(coverage / (1 - coverage) - 1e-9))}"
-        )
-    residual = held_out_residuals(features, y, groups, period=period, **options)
-    return half_width(residual, groups, coverage, period)
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,16 +275,19 @@ def calibrated(
     """Return out-of-fold probabilities of a classifier, plain and scaled by a temperature.
 
     `features` (n, n_features), `target` (n,) class labels, `groups` (n,). The temperature of a fold
-    is computed on its training part exactly as `calibration` computes that of a model in use; the
-    test part is not used. Raises NotPossibleError for a model without probabilities.
+    is computed from its training part in the same way as in `calibration`; the test part is not
+    used. Raises NotPossibleError for a model without probabilities.
     """
     classes = np.unique(target)
-    options: dict[str, Any] = {"model": model, "seed": seed}
-    plain, scaled = (np.empty((len(target), len(classes))) for _ in range(2))
+    plain = np.empty((len(target), len(classes)))
+    scaled = np.empty((len(target), len(classes)))
     with threadpool_limits(limits=1):
-        parts = _held_out(features, target, groups, "classification", folds=folds, **options)
-        for fitted, train, test in parts:
-            t = scaling_temperature(features[train], target[train], groups[train], **options)
+        for fitted, train, test in _held_out(
+            features, target, groups, "classification", model=model, folds=folds, seed=seed
+        ):
+            t = scaling_temperature(
+                features[train], target[train], groups[train], model=model, seed=seed
+            )
             plain[test] = fitted.predict_proba(features[test])
             scaled[test] = with_temperature(plain[test], t)
     return Calibrated(classes, plain, scaled)
