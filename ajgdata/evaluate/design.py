@@ -17,10 +17,11 @@ MORE_SESSIONS = "record another session, on another day if possible"
 
 
 class Design(NamedTuple):
-    """Numbers of sessions, and of placements of a class in a session.
+    """Numbers of sessions, placements and recordings.
 
-    `placements` is that of the class with the fewest, in the session in which it has most; None if
-    placements are unknown. `fewest_recordings` is that of the class with the fewest.
+    `placements` is computed in two steps: for each class, its largest number of placements in one
+    session, then the smallest of these numbers. It is None if placements are unknown.
+    `fewest_recordings` is the number of recordings of the class with the fewest.
     """
 
     sessions: int
@@ -29,7 +30,7 @@ class Design(NamedTuple):
 
     @property
     def problem(self) -> str:
-        """What cannot be distinguished, as a sentence without a stop; "" if nothing."""
+        """Return which effects cannot be distinguished, without a full stop; "" if none."""
         if self.fewest_recordings == 1:
             return "a class has one recording, so class and recording cannot be distinguished"
         if self.placements is None:
@@ -48,7 +49,7 @@ class Design(NamedTuple):
 
     @property
     def fix(self) -> str:
-        """What to record next; "" if nothing is missing."""
+        """Return what to record next; "" if there is no problem."""
         if not self.problem:
             return ""
         fixes = []
@@ -64,19 +65,24 @@ class Design(NamedTuple):
 def recording_design(
     values: Sequence[object], sessions: Sequence[str], placements: Sequence[str] | None
 ) -> Design:
-    """Return the design of recordings (n,): values of the target, sessions, and placements.
+    """Return the design of recordings from their target values, sessions and placements (n,).
 
-    `placements` are unique in their session; None, or an empty name, if they are unknown.
+    Names of placements are unique in their session. They are unknown if `placements` is None or has
+    an empty name.
 
     >>> recording_design("aabb", ["1", "2"] * 2, ["p", "p", "q", "q"]).placements
     1
     """
-    counts = Counter(values)
     number = None
     if placements is not None and all(placements):
-        places = {*zip(values, sessions, placements, strict=True)}
-        largest: dict[object, int] = {}
-        for (value, _), count in Counter((v, session) for v, session, _ in places).items():
-            largest[value] = max(count, largest.get(value, 0))
+        distinct = set(zip(values, sessions, placements, strict=True))
+        per_session = Counter((value, session) for value, session, _ in distinct)
+        largest: Counter[object] = Counter()
+        for (value, _), count in per_session.items():
+            largest[value] = max(count, largest[value])
         number = min(largest.values())
-    return Design(len(set(sessions)), number, min(counts.values()))
+    return Design(
+        sessions=len(set(sessions)),
+        placements=number,
+        fewest_recordings=min(Counter(values).values()),
+    )

@@ -1,4 +1,4 @@
-"""Energy of the sound that comes back, against that of a reference, e.g. of the empty gripper."""
+"""Energy of recordings relative to a reference, e.g. to recordings of the empty gripper."""
 
 from __future__ import annotations
 
@@ -14,26 +14,27 @@ from ajgdata.types import NotPossibleError
 
 @dataclass(frozen=True)
 class RelativeEnergy:
-    """Energy of one class of recordings, 1 being that of the reference on the same object.
+    """Energy of recordings with one label, relative to the reference for the same object.
 
-    `mean` and `sd` (ddof = 1, NaN for one group) are over groups, each counting once; `by_object`
-    is the mean of each object's groups.
+    `mean` and `sd` (ddof = 1, NaN for one group) are over groups, each with equal weight.
+    `by_object` has the mean over the groups of each object.
     """
 
     label: str
     groups: int
     mean: float
     sd: float
-    interval: Interval  #: over groups
+    interval: Interval  #: 95 % interval of the mean over groups
     by_object: dict[str, float]
 
 
 def band_energy(
     power: np.ndarray, frequency_hz: np.ndarray, band_hz: tuple[float, float]
 ) -> np.ndarray:
-    """Return the energy (n,) of power spectra (n, f), summed over low <= frequency <= high.
+    """Return the energy (n,) of power spectra (n, f): the sum over low <= frequency <= high.
 
-    Raises ValueError for a band without a frequency.
+    `frequency_hz` (f,) are the frequencies of the bins; `band_hz` is (low, high). Raises ValueError
+    for a band without a frequency.
     """
     low, high = band_hz
     inside = (frequency_hz >= low) & (frequency_hz <= high)
@@ -43,61 +44,78 @@ def band_energy(
 
 
 def relative_energies(
-    energy: np.ndarray, label: np.ndarray, group: np.ndarray, matched: np.ndarray, reference: str
+    energy: np.ndarray, label: np.ndarray, group: np.ndarray, objects: np.ndarray, reference: str
 ) -> list[RelativeEnergy]:
-    """Return energies of every label against those labelled `reference`, the reference first.
+    """Return the relative energy of each label; that of the label `reference` is first.
 
-    `energy`, `label`, `group`, `matched` (n,): recordings of one group (a grasp) are averaged, then
-    divided by the mean over the groups of the reference with the same `matched` (the object), so
-    that what objects differ by does not count as spread. Raises ValueError where there is no such
-    group.
+    `energy`, `label`, `group` and `objects` (n,) describe recordings. The energy of a group (a
+    grasp) is the mean over its recordings, divided by the mean over the reference groups of the
+    same object. Differences between objects therefore do not count as spread. Raises ValueError for
+    an object without a reference.
     """
     firsts = np.unique(group, return_index=True)[1]
     means = np.array([energy[group == group[first]].mean() for first in firsts])
-    of_label, of_object = label[firsts].astype(str), matched[firsts].astype(str)
+    group_label = label[firsts].astype(str)
+    group_object = objects[firsts].astype(str)
     ratio = np.empty(len(firsts))
-    for name in np.unique(of_object).tolist():
-        here = of_object == name
-        base = means[here & (of_label == reference)]
+    for name in np.unique(group_object).tolist():
+        here = group_object == name
+        base = means[here & (group_label == reference)]
         if not base.size or base.mean() <= 0:
             raise NotPossibleError(f"no energy of {reference!r} to compare with on {name!r}")
         ratio[here] = means[here] / base.mean()
-    compared = [name for name in np.unique(of_label).tolist() if name != reference]
-    intervals = _intervals(means, of_label, of_object, [reference, *compared])
+    compared = [name for name in np.unique(group_label).tolist() if name != reference]
+    labels = [reference, *compared]
+    intervals = _intervals(means, group_label, group_object, labels)
     energies = []
-    for name, interval in zip([reference, *compared], intervals, strict=True):
-        chosen = of_label == name
-        values, objects = ratio[chosen], np.unique(of_object[chosen]).tolist()
-        sd = float(values.std(ddof=1)) if len(values) > 1 else float("nan")
-        each = {item: float(ratio[chosen & (of_object == item)].mean()) for item in objects}
-        mean = float(values.mean())
-        energies.append(RelativeEnergy(name, len(values), mean, sd, interval, each))
+    for name, interval in zip(labels, intervals, strict=True):
+        own = group_label == name
+        values = ratio[own]
+        by_object = {
+            item: float(ratio[own & (group_object == item)].mean())
+            for item in np.unique(group_object[own]).tolist()
+        }
+        energies.append(
+            RelativeEnergy(
+                label=name,
+                groups=len(values),
+                mean=float(values.mean()),
+                sd=float(values.std(ddof=1)) if len(values) > 1 else float("nan"),
+                interval=interval,
+                by_object=by_object,
+            )
+        )
     return energies
 
 
 def _intervals(
-    means: np.ndarray, of_label: np.ndarray, of_object: np.ndarray, labels: Sequence[str]
+    means: np.ndarray, group_label: np.ndarray, group_object: np.ndarray, labels: Sequence[str]
 ) -> list[Interval]:
-    """Return the interval over groups of each label's energy. The first label is the reference,
-    whose groups are also resampled. A resample without a reference of some object has no value; an
-    interval of which fewer than half of the resamples have one is undefined."""
-    resampled: list[np.ndarray] = []
+    """Return the 95 % interval of the mean relative energy of each label, the reference first.
+
+    Arrays are (groups,). Each resample draws groups of all labels, also of the reference. It has no
+    value if it has no reference group of some object. An interval is undefined if fewer than half
+    of the resamples have a value, or if there are fewer than MIN_GRASPS groups.
+    """
+    is_reference = group_label == labels[0]
+    blocks: list[np.ndarray] = []
     for drawn in resampled_counts(len(means)):
-        ratio = np.empty_like(drawn)
+        ratio = np.empty_like(drawn)  # (resamples, groups)
         with np.errstate(invalid="ignore", divide="ignore"):
-            for name in np.unique(of_object):
-                base = drawn[:, (of_object == name) & (of_label == labels[0])]
-                own = means[(of_object == name) & (of_label == labels[0])]
-                here = of_object == name
-                ratio[:, here] = means[here] * (base.sum(axis=1) / (base @ own))[:, None]
-            chosen = [of_label == label for label in labels]
-            resampled.append(np.array([
-                (drawn[:, c] * ratio[:, c]).sum(axis=1) / drawn[:, c].sum(axis=1) for c in chosen
-            ]))  # fmt: skip
-    counts = [int(np.sum(of_label == label)) for label in labels]
-    return [
-        spread_interval(energies)
-        if min(count, counts[0]) >= MIN_GRASPS and np.isfinite(energies).mean() >= 0.5
-        else UNDEFINED
-        for energies, count in zip(np.concatenate(resampled, axis=1), counts, strict=True)
-    ]
+            for name in np.unique(group_object):
+                here = group_object == name
+                base = drawn[:, here & is_reference]
+                scale = base.sum(axis=1) / (base @ means[here & is_reference])
+                ratio[:, here] = means[here] * scale[:, None]
+            by_label = []
+            for label in labels:
+                own = group_label == label
+                total = (drawn[:, own] * ratio[:, own]).sum(axis=1)
+                by_label.append(total / drawn[:, own].sum(axis=1))
+        blocks.append(np.array(by_label))
+    counts = [int(np.sum(group_label == label)) for label in labels]
+    intervals = []
+    for resampled, count in zip(np.concatenate(blocks, axis=1), counts, strict=True):
+        is_enough = min(count, counts[0]) >= MIN_GRASPS and np.isfinite(resampled).mean() >= 0.5
+        intervals.append(spread_interval(resampled) if is_enough else UNDEFINED)
+    return intervals

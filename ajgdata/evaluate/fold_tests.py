@@ -1,8 +1,9 @@
 """Statistics of fold values: intervals of repeated fits, and tests of a change.
 
-Repeated splits share recordings, so the plain standard error over all folds is too small. Nadeau &
-Bengio (2003, Machine Learning 52, 239) add the share of tested to trained rows to 1/J; Bouckaert &
-Frank (2004, PAKDD, 3) use it for repeated cross-validation.
+The training parts of folds share recordings, so the plain standard error over J folds, (s² / J)**½,
+is too small. Nadeau & Bengio (2003, Machine Learning 52, 239) replace 1 / J by 1 / J + (number of
+tested rows) / (number of training rows). Bouckaert & Frank (2004, PAKDD, 3) use this for repeated
+cross-validation.
 """
 
 from __future__ import annotations
@@ -16,7 +17,6 @@ import numpy as np
 from scipy.special import stdtr
 from scipy.stats import t as student
 
-from ajgdata.evaluate import metrics
 from ajgdata.evaluate.agreement import UNDEFINED, Interval
 from ajgdata.evaluate.crossval import Predictions
 from ajgdata.evaluate.intervals import CONFIDENCE, RESAMPLES, ROUNDING
@@ -25,24 +25,29 @@ from ajgdata.types import NotPossibleError
 
 
 def corrected_deviation(variance: float, count: int, test_share: float) -> float:
-    """Return the standard deviation of the mean of `count` fold values of that sample variance.
+    """Return the standard deviation of the mean of `count` fold values with a sample `variance`.
 
-    `test_share` is the number of tested rows over that of trained ones: 1/(k-1) of k folds.
+    `test_share` is the number of tested rows divided by the number of training rows: 1 / (k - 1)
+    for k folds.
     """
     return math.sqrt((1 / count + test_share) * variance)
 
 
 def corrected_reach(variance: float, count: int, test_share: float) -> float:
-    """Return half the width of the corrected 95 % interval, t of `count` - 1 degrees of freedom."""
+    """Return half the width of the 95 % interval of the mean (see `corrected_deviation`).
+
+    The quantile is that of Student's t for `count` - 1 degrees of freedom.
+    """
     deviations = float(student.ppf((1 + CONFIDENCE) / 2, count - 1))
     return deviations * corrected_deviation(variance, count, test_share)
 
 
 def corrected_interval(values: Sequence[float], folds: int, metric: str = "") -> Interval:
-    """Return the interval of the mean of fold values (repeats * folds,) of a metric.
+    """Return the 95 % interval of the mean of fold values (repeats * folds,) of a metric.
 
-    It ends at the range of the metric: no share is above 1 or below 0, no error below 0. It is
-    undefined if a fold has no value, or if all folds have the same: no deviation is then known.
+    The interval is cut to the range of the metric, for example 0 to 1 for a share. It is undefined
+    if a fold has no value, or if all folds have the same value, because the deviation of other
+    folds is then unknown.
 
     >>> from ajgdata.evaluate.fold_tests import corrected_interval
     >>> low, high = corrected_interval([1.0, 2.0, 3.0, 4.0, 5.0], folds=5)
@@ -55,37 +60,25 @@ def corrected_interval(values: Sequence[float], folds: int, metric: str = "") ->
     if np.ptp(scores) <= ROUNDING * np.abs(scores).max():
         return UNDEFINED
     reach = corrected_reach(float(scores.var(ddof=1)), len(scores), 1 / (folds - 1))
-    lower, upper = metrics.RANGES.get(metric, (-math.inf, math.inf))
+    lower, upper = RANGES.get(metric, (-math.inf, math.inf))
     mean = float(scores.mean())
     return Interval(max(mean - reach, lower), min(mean + reach, upper))
 
 
 def repeat_seed(seed: int, repeat: int) -> int:
-    """Return the seed of a repeat: that of the task for the first."""
-    return int(np.random.SeedSequence([seed, repeat]).generate_state(1)[0]) if repeat else seed
-
-
-class RobustError(NamedTuple):
-    """RMSE over repeated fits, in the unit of the target.
-
-    `median` is over fits, of the RMSE over all grasps; `low` and `high` are the ends of its 95 %
-    bootstrap interval, for which grasps and fits are drawn together. `per_fit` (fits,) are the
-    values of the fits.
-    """
-
-    median: float
-    low: float
-    high: float
-    per_fit: np.ndarray
+    """Return the seed of a repeat (from 0). The first repeat has the `seed` of the task."""
+    if repeat == 0:
+        return seed
+    return int(np.random.SeedSequence([seed, repeat]).generate_state(1)[0])
 
 
 def grasp_errors(
     predictions: Predictions, groups: np.ndarray, period: float | None = None
 ) -> np.ndarray:
-    """Return the mean squared error (grasps,) of each grasp, in the order of their names.
+    """Return the mean squared error (grasps,) of each grasp, in the order of the grasps' names.
 
-    `groups` (n,) are the grasps of the rows that `predictions` are of. Recordings of a grasp, such
-    as several draws of the noise, count together.
+    `groups` (n,) are the grasps of the rows of the input. The error of a grasp is the mean over all
+    its predictions. Raises ValueError for a grasp without predictions.
 
     >>> import numpy as np
     >>> from ajgdata.evaluate.crossval import Predictions
@@ -102,8 +95,22 @@ def grasp_errors(
     return np.bincount(member, squared) / count
 
 
+class RobustError(NamedTuple):
+    """RMSE over repeated fits, in the unit of the target.
+
+    `per_fit` (fits,) are the values of the fits, each over all grasps, and `median` is their
+    median. `low` and `high` are the ends of its 95 % bootstrap interval; each resample draws grasps
+    and fits.
+    """
+
+    median: float
+    low: float
+    high: float
+    per_fit: np.ndarray
+
+
 def robust_error(squared: np.ndarray, seed: int = 0) -> RobustError:
-    """Return the error over fits of mean squared errors (fits, grasps).
+    """Return the RMSE over fits from mean squared errors (fits, grasps) of each grasp.
 
     >>> import numpy as np
     >>> robust_error(np.full((3, 20), 4.0))[:3]
@@ -124,42 +131,30 @@ def robust_error(squared: np.ndarray, seed: int = 0) -> RobustError:
 
 Expected = Literal["better", "worse"]
 HypothesisVerdict = Literal["supported", "refuted", "not supported", "not testable"]
-SIGNIFICANCE_LEVEL = 0.05  #: of significance, for all tests of a page together
-
-
-@dataclass(frozen=True)
-class FoldDifference:
-    """By how much the second of two is better than the first, in the metric's unit: mean over
-    folds, the ends of its 95 % interval, and the two-sided p value.
-
-    Ends and p are NaN if all folds differ by the same amount: without a variance nothing can be
-    tested.
-    """
-
-    gain: float
-    low: float
-    high: float
-    p: float
+#: Level of significance, for all tests of a page together.
+SIGNIFICANCE_LEVEL = 0.05
 
 
 def verdict(gain: float, p: float, expected: Expected = "better") -> HypothesisVerdict:
-    """Return the verdict on the hypothesis that the second is better (or worse).
+    """Return the verdict on the hypothesis that a change makes a score better (or worse).
 
-    `p` is NaN without a test; correct it first (`holm`) if there are several tests. `refuted`: the
-    opposite is significant.
+    `gain` is above 0 if the score is better after the change. `p` is NaN without a test; correct
+    it first (`holm`) if there are several tests. The hypothesis is refuted if the opposite is
+    significant.
     """
     if math.isnan(p):
         return "not testable"
     if p >= SIGNIFICANCE_LEVEL:
         return "not supported"
-    return "supported" if (gain > 0) == (expected == "better") else "refuted"
+    is_as_expected = gain > 0 if expected == "better" else gain <= 0
+    return "supported" if is_as_expected else "refuted"
 
 
 def holm(p: Sequence[float]) -> list[float]:
     """Return p values corrected for their number (Holm 1979, Scand. J. Statist. 6, 65).
 
-    The chance that any true null hypothesis of the family is rejected at a level is at most that
-    level. NaN, where nothing was tested, stays NaN and does not count.
+    The probability that a true null hypothesis of the family is rejected at a level is then no
+    larger than this level. A NaN (no test) stays NaN and does not count.
 
     >>> from ajgdata.evaluate.fold_tests import holm
     >>> holm([0.04, 0.01, 0.03])
@@ -175,37 +170,56 @@ def holm(p: Sequence[float]) -> list[float]:
     return [float(value) for value in corrected]
 
 
+@dataclass(frozen=True)
+class FoldDifference:
+    """Gain of a change in the unit of the metric, its 95 % interval, and its two-sided p value.
+
+    The gain is the mean over folds; it is positive if the score is better after the change. `low`,
+    `high` and `p` are NaN if all folds have the same gain, because the variance is then unknown.
+    """
+
+    gain: float
+    low: float
+    high: float
+    p: float
+
+
 def paired_fold_test(
     before: Sequence[float], after: Sequence[float], *, metric: str, paired: bool
 ) -> FoldDifference:
-    """Compare fold values (k,) of a metric in two cross-validations with as many folds.
+    """Compare fold values (k,) of a metric in two cross-validations with k folds each.
 
-    `paired`: fold i of both tests the same groups. Folds share most of their training rows, so
-    their plain standard error is too small. The variance of the mean difference of k folds is
-    taken as (1/k + 1/(k-1)) s², its tests being 1/(k-1) of its training rows, with k-1 degrees of
-    freedom (Nadeau & Bengio 2003, Machine Learning 52, 239). Unpaired, s² is the sum of both.
+    `paired` is true if fold i tests the same groups in both. The variance of the mean gain is
+    (1/k + 1/(k-1)) s², because a test part has 1/(k-1) of the rows of its training part. There are
+    k-1 degrees of freedom (Nadeau & Bengio, see the head of this module). s² is the sample variance
+    of the gains of the folds, or, without pairs, the sum of the variances of `before` and `after`.
 
-    The interval contains no gain that would take the mean of `before` beyond the range of the
-    metric (`metrics.RANGES`): no share can rise above 1.
+    The interval is cut to the range of the metric (`metrics.RANGES`): for example, no gain takes
+    an accuracy above 1.
 
-    Raises ValueError for other than two or more finite values of each, as many of both.
+    Raises ValueError unless both have the same number of values, two or more, and all are finite.
     """
-    first, second = np.asarray(before, float), np.asarray(after, float)
+    first = np.asarray(before, float)
+    second = np.asarray(after, float)
     folds = len(first)
     if first.shape != second.shape or first.ndim != 1 or folds < 2:
         raise ValueError(f"need as many folds of both, two or more: {first.shape}, {second.shape}")
     if not (np.isfinite(first).all() and np.isfinite(second).all()):
         raise NotPossibleError("a fold has no value: give folds more groups")
-    lower, upper = RANGES.get(metric, (-math.inf, math.inf))
-    mean = float(first.mean())
     lower_is_better = metric in LOWER_IS_BETTER
     gains = first - second if lower_is_better else second - first
-    variance = gains.var(ddof=1) if paired else first.var(ddof=1) + second.var(ddof=1)
     gain = float(gains.mean())
+    variance = float(gains.var(ddof=1) if paired else first.var(ddof=1) + second.var(ddof=1))
     if math.sqrt(variance) <= ROUNDING * max(np.abs(first).max(), np.abs(second).max()):
         return FoldDifference(gain, math.nan, math.nan, math.nan)
-    reach = corrected_reach(float(variance), folds, 1 / (folds - 1))
-    t = abs(gain) / corrected_deviation(float(variance), folds, 1 / (folds - 1))
-    loss, room = (upper - mean, mean - lower) if lower_is_better else (mean - lower, upper - mean)
+    test_share = 1 / (folds - 1)
+    t = abs(gain) / corrected_deviation(variance, folds, test_share)
     p = float(2 * stdtr(folds - 1, -t))
-    return FoldDifference(gain, max(gain - reach, -loss), min(gain + reach, room), p)
+    mean = float(first.mean())
+    lower, upper = RANGES.get(metric, (-math.inf, math.inf))
+    largest_loss = upper - mean if lower_is_better else mean - lower
+    largest_gain = mean - lower if lower_is_better else upper - mean
+    reach = corrected_reach(variance, folds, test_share)
+    low = max(gain - reach, -largest_loss)
+    high = min(gain + reach, largest_gain)
+    return FoldDifference(gain, low, high, p)

@@ -1,13 +1,15 @@
 """95 % intervals over grasps by cluster bootstrap: all recordings of a grasp are drawn together.
 
-Grasps, not recordings, are independent. Each resample draws as many grasps as there are, with
-replacement, and computes the reported statistic again (Davison & Hinkley 1997, Bootstrap Methods
-and their Application, 3.8). The interval does not contain the effect of other training grasps.
+Grasps are independent, but recordings of one grasp are not. Each resample draws as many grasps as
+there are, with replacement, and computes the reported statistic again (Davison & Hinkley 1997,
+Bootstrap Methods and their Application, 3.8). The interval does not contain the effect of other
+training grasps.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import betaincinv
@@ -16,15 +18,16 @@ from ajgdata.evaluate.agreement import UNDEFINED, Interval
 from ajgdata.evaluate.metrics import wrapped
 from ajgdata.types import Kind
 
-#: Share of such intervals that contain the true value, if the assumptions hold.
+#: Share of intervals that contain the true value, if the assumptions hold.
 CONFIDENCE = 0.95
 RESAMPLES = 2000
-#: With fewer grasps resamples say too little. The coverage for normal errors is 82 % of 10 grasps,
-#: 87 % of 16, 91 % of 24, and 93 to 95 % from 80 on (tests/unit/test_intervals.py).
+#: Smallest number of grasps for a bootstrap interval. For normal errors, the coverage of the
+#: interval is 82 % with 10 grasps, 87 % with 16, 91 % with 24, and 93 to 95 % with 80 or more
+#: (tests/unit/test_intervals.py).
 MIN_GRASPS = 10
-#: Numbers that are held at once: blocks of resamples times grasps.
+#: Largest number of elements, resamples times grasps, that are in memory at the same time.
 _BLOCK = 2_000_000
-#: Values that differ by less than this share of the largest differ by rounding.
+#: Values whose difference is a smaller share of the largest value are equal except for rounding.
 ROUNDING = 1e-9
 
 
@@ -43,16 +46,17 @@ def metric_interval(
 
     All arrays are (n,), one element per prediction: truth, prediction, number of the fold, and
     grasp. The RMSE of a regression is in the unit of the target, an accuracy between 0 and 1. The
-    interval is that of a cluster bootstrap (see the head of `ajgdata/evaluate/intervals.py`).
-    `period`: of a target where y and y + period are equal.
+    interval is that of a cluster bootstrap (see the head of `ajgdata/evaluate/intervals.py`). With
+    a `period`, the targets y and y + period are equal.
 
-    A grasp that several folds predict, because it is in no training part, is drawn once for all of
-    them. With `part`, a fold's metric is over all parts, each weighted by its recordings in the
-    whole resample (see `crossval.overall`).
+    If several folds predict a grasp, because it is in no training part, a resample draws it for all
+    of them together. With `part` (n,), the metric of a fold is over all parts, each weighted by its
+    number of recordings in the complete resample (see `crossval.overall`).
 
-    If all predictions are right, or all are wrong, resamples do not differ, and below `MIN_GRASPS`
-    they say too little. The interval of an accuracy is then that of Clopper and Pearson (1934) with
-    grasps as trials; that of an error is undefined.
+    A bootstrap interval is not possible with fewer than `MIN_GRASPS` grasps, or if all predictions
+    are correct, or all are wrong, because all resamples are then equal. The interval of an accuracy
+    is then that of Clopper and Pearson (1934) with grasps as trials; the interval of an RMSE is
+    undefined.
 
     >>> import ajgdata
     >>> import numpy as np
@@ -80,51 +84,65 @@ def mean_interval(
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> Interval:
-    """Return the interval of the mean of `value` (n,) over folds; `root`: of its square root.
+    """Return the 95 % interval over grasps of the mean over folds of the mean of `value` (n,).
 
-    `is_share`: values are 0 or 1 (see `metric_interval`).
+    With `root`, the square root of the mean of a fold is used. `is_share` means that values are 0
+    or 1, so that an exact interval is possible (see `metric_interval`, also for the arrays).
     """
     names, member = np.unique(grasp, return_inverse=True)
-    totals, counts, recordings = _sums(value, member, fold, part)
+    sums = _sums(value, member, fold, part)
     interval = UNDEFINED
     if len(names) >= MIN_GRASPS:
-        drawn = resampled_counts(len(names), resamples, seed)
-        each = [_statistic(block, totals, counts, recordings, root) for block in drawn]
-        interval = spread_interval(np.concatenate(each))
+        blocks = resampled_counts(len(names), resamples, seed)
+        resampled = [_statistic(drawn, sums, root) for drawn in blocks]
+        interval = spread_interval(np.concatenate(resampled))
     if interval.is_defined or not is_share:
         return interval
-    (share,) = _statistic(np.ones((1, len(names))), totals, counts, recordings, root)
+    (share,) = _statistic(np.ones((1, len(names))), sums, root)
     return clopper_pearson(share * len(names), len(names))
+
+
+class _Sums(NamedTuple):
+    """Sums over the predictions of each grasp."""
+
+    totals: np.ndarray  #: sum of the values (grasps, parts, folds)
+    counts: np.ndarray  #: number of predictions (grasps, parts, folds)
+    recordings: np.ndarray  #: number of recordings (grasps, parts)
 
 
 def _sums(
     value: np.ndarray, member: np.ndarray, fold: np.ndarray | None, part: np.ndarray | None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return sums and counts (grasps, parts, folds), and recordings (grasps, parts).
+) -> _Sums:
+    """Return the sums over the predictions of each grasp, which are numbered by `member` (n,).
 
-    The recordings of a grasp are all predicted by one fold, or all by each of several.
+    The recordings of a grasp are all predicted by one fold, or all by each of several folds.
     """
-    fold_of = np.unique(fold, return_inverse=True)[1] if fold is not None else 0 * member
-    part_of = np.unique(part, return_inverse=True)[1] if part is not None else 0 * member
-    shape = member.max() + 1, part_of.max() + 1, fold_of.max() + 1
-    totals, counts = np.zeros(shape), np.zeros(shape)
-    np.add.at(totals, (member, part_of, fold_of), value)
-    np.add.at(counts, (member, part_of, fold_of), 1.0)
-    return totals, counts, counts.max(axis=2)
+    fold_number = np.zeros_like(member)
+    if fold is not None:
+        fold_number = np.unique(fold, return_inverse=True)[1]
+    part_number = np.zeros_like(member)
+    if part is not None:
+        part_number = np.unique(part, return_inverse=True)[1]
+    shape = (member.max() + 1, part_number.max() + 1, fold_number.max() + 1)
+    totals = np.zeros(shape)
+    np.add.at(totals, (member, part_number, fold_number), value)
+    counts = np.zeros(shape)
+    np.add.at(counts, (member, part_number, fold_number), 1.0)
+    return _Sums(totals, counts, recordings=counts.max(axis=2))
 
 
-def _statistic(
-    drawn: np.ndarray, totals: np.ndarray, counts: np.ndarray, recordings: np.ndarray, root: bool
-) -> np.ndarray:
+def _statistic(drawn: np.ndarray, sums: _Sums, root: bool) -> np.ndarray:
     """Return the mean over folds (resamples,) if grasp g counts drawn[:, g] times.
 
-    A fold of which no grasp (of some part) was drawn has no value in that resample.
+    `drawn` (resamples, grasps). A fold has no value in a resample that has no grasp of one of its
+    parts; the mean is over the other folds.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.tensordot(drawn, totals, 1) / np.tensordot(drawn, counts, 1)
-        weight = drawn @ recordings
+        mean = np.tensordot(drawn, sums.totals, 1) / np.tensordot(drawn, sums.counts, 1)
+        weight = drawn @ sums.recordings
         per_fold = np.einsum("rp,rpf->rf", weight, mean) / weight.sum(axis=1, keepdims=True)
-    per_fold = np.sqrt(per_fold) if root else per_fold
+    if root:
+        per_fold = np.sqrt(per_fold)
     known = np.isfinite(per_fold)
     with np.errstate(invalid="ignore"):
         return np.where(known, per_fold, 0).sum(axis=1) / known.sum(axis=1)
@@ -133,17 +151,21 @@ def _statistic(
 def resampled_counts(
     grasps: int, resamples: int = RESAMPLES, seed: int = 0
 ) -> Iterator[np.ndarray]:
-    """Yield how often each grasp is drawn, as blocks (resamples of the block, grasps)."""
-    generator, size = np.random.default_rng(seed), max(1, _BLOCK // grasps)
+    """Yield blocks (resamples of the block, grasps) of the number of times a grasp is drawn."""
+    generator = np.random.default_rng(seed)
+    size = max(1, _BLOCK // grasps)
     for start in range(0, resamples, size):
-        rows = (generator.integers(0, grasps, grasps) for _ in range(min(size, resamples - start)))
-        yield np.array([np.bincount(row, minlength=grasps) for row in rows], float)
+        counts = []
+        for _ in range(min(size, resamples - start)):
+            drawn = generator.integers(0, grasps, grasps)
+            counts.append(np.bincount(drawn, minlength=grasps))
+        yield np.array(counts, float)
 
 
 def spread_interval(resampled: np.ndarray) -> Interval:
-    """Return the central 95 % of resampled statistics (resamples,); undefined if they are equal.
+    """Return the interval of the central 95 % of resampled statistics (resamples,).
 
-    Resamples in which the statistic has no value (NaN) do not count.
+    Resamples without a value (NaN) do not count. The interval is undefined if all are equal.
     """
     known = resampled[np.isfinite(resampled)]
     if not len(known) or np.ptp(known) <= ROUNDING * np.abs(known).max():
@@ -152,21 +174,25 @@ def spread_interval(resampled: np.ndarray) -> Interval:
     return Interval(float(low), float(high))
 
 
-def clopper_pearson(right: float, trials: int) -> Interval:
-    """Return the exact interval of a share of which `right` of `trials` were seen."""
+def clopper_pearson(successes: float, trials: int) -> Interval:
+    """Return the exact 95 % interval of the probability of a success (Clopper & Pearson 1934)."""
     tail = (1 - CONFIDENCE) / 2
-    low = betaincinv(right, trials - right + 1, tail) if right > 0 else 0.0
-    high = betaincinv(right + 1, trials - right, 1 - tail) if right < trials else 1.0
-    return Interval(float(low), float(high))
+    low = 0.0
+    if successes > 0:
+        low = float(betaincinv(successes, trials - successes + 1, tail))
+    high = 1.0
+    if successes < trials:
+        high = float(betaincinv(successes + 1, trials - successes, 1 - tail))
+    return Interval(low, high)
 
 
-def exact_lower_bound(right: float, trials: int) -> float:
-    """Return the exact one-sided lower 95 % bound of a share: `right` of `trials` were seen.
+def exact_lower_bound(successes: float, trials: int) -> float:
+    """Return the exact one-sided lower 95 % bound of the probability of a success.
 
     >>> from ajgdata.evaluate.intervals import exact_lower_bound
     >>> f"{exact_lower_bound(39, 39):.3f}"  # 0.05 ** (1 / 39)
     '0.926'
     """
-    if right <= 0:
+    if successes <= 0:
         return 0.0
-    return float(betaincinv(right, trials - right + 1, 1 - CONFIDENCE))
+    return float(betaincinv(successes, trials - successes + 1, 1 - CONFIDENCE))
