@@ -1,4 +1,4 @@
-"""Errors of predictions, as plain floats. A metric that is undefined is NaN, never a guess."""
+"""Metrics of predictions as floats. An undefined metric is NaN."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from sklearn.dummy import DummyClassifier
 
 from ajgdata.types import Kind
 
-#: Metrics by kind; the first is the one that a report leads with.
+#: Metrics by kind. The report shows the first of each kind by default.
 METRICS: dict[str, tuple[str, ...]] = {
     "regression": ("rmse", "mae", "r2"),
     "classification": ("accuracy", "balanced_accuracy", "macro_f1"),
 }
 
 LOWER_IS_BETTER = ("rmse", "mae")
-#: Least and largest value that a metric can have.
+#: Smallest and largest possible value of each metric.
 RANGES: dict[str, tuple[float, float]] = {
     "rmse": (0.0, np.inf),
     "mae": (0.0, np.inf),
@@ -27,7 +27,7 @@ RANGES: dict[str, tuple[float, float]] = {
 
 
 def perfect_value(metric: str) -> float:
-    """Return the best possible value of a metric: 0 of an error, 1 of a share."""
+    """Return the best possible value of a metric: 0 for an error, 1 for a share."""
     lowest, highest = RANGES[metric]
     return lowest if metric in LOWER_IS_BETTER else highest
 
@@ -36,6 +36,8 @@ def score(
     y_true: np.ndarray, y_pred: np.ndarray, kind: Kind, period: float | None = None
 ) -> dict[str, float]:
     """Return all metrics of `kind` for targets and predictions (n,).
+
+    With a `period`, the targets y and y + period are equal (see `wrapped`).
 
     >>> import numpy as np
     >>> from ajgdata.evaluate.metrics import score
@@ -50,8 +52,10 @@ def score(
 
 
 def wrapped(difference: np.ndarray, period: float | None) -> np.ndarray:
-    """Return differences (n,), or with a period the shortest way round, in
-    [-period / 2, period / 2)."""
+    """Return differences (n,), shifted by multiples of a period into [-period / 2, period / 2).
+
+    Without a period, they are unchanged.
+    """
     if period is None:
         return difference
     return (difference + period / 2) % period - period / 2
@@ -63,28 +67,31 @@ def regression(
     period: float | None = None,
     weight: np.ndarray | None = None,
 ) -> dict[str, float]:
-    """Return `rmse` and `mae` in the unit of the target; `r2` = 1 - SS_res / SS_tot (1).
+    """Return `rmse` and `mae` in the unit of the target, and `r2` = 1 - SS_res / SS_tot.
 
-    With a `period` differences are the shortest way round, for SS_tot those to the best constant
-    known (see `middle`). `r2` is NaN where all targets are equal, as in a fold that holds one
-    object size.
+    SS_res is the sum of the squared differences between `y_true` and `y_pred` (n,), and SS_tot the
+    sum of those between `y_true` and its mean (see `middle`). With a `period`, differences are
+    wrapped (see `wrapped`). Each recording has the `weight` (n,), or 1. `r2` is NaN if all targets
+    are equal, for example in a fold that tests one object size.
     """
-    squared = np.square(wrapped(y_pred - y_true, period))
-    spread = np.square(wrapped(y_true - middle(y_true, period, weight), period))
-    constant = np.ptp(y_true) == 0
-    total = float(np.average(spread, weights=weight))
-    mean = float(np.average(squared, weights=weight))
-    distance = np.abs(wrapped(y_pred - y_true, period))
+    difference = wrapped(y_pred - y_true, period)
+    residual = float(np.average(np.square(difference), weights=weight))
+    deviation = wrapped(y_true - middle(y_true, period, weight), period)
+    total = float(np.average(np.square(deviation), weights=weight))
+    is_constant = np.ptp(y_true) == 0 or total == 0
     return {
-        "rmse": float(np.sqrt(mean)),
-        "mae": float(np.average(distance, weights=weight)),
-        "r2": float("nan") if constant or total == 0 else 1 - mean / total,
+        "rmse": float(np.sqrt(residual)),
+        "mae": float(np.average(np.abs(difference), weights=weight)),
+        "r2": float("nan") if is_constant else 1 - residual / total,
     }
 
 
 def middle(y: np.ndarray, period: float | None, weight: np.ndarray | None = None) -> float:
-    """Return the mean of y (n,), or with a period the circular mean: the angle of the mean of
-    exp(2 pi i y / P), `weight` (n,) being how often each counts."""
+    """Return the mean of y (n,); with a period P the circular mean.
+
+    The circular mean has the angle of the mean of exp(2 pi i y / P), in [0, P). `weight` (n,) are
+    the weights of the values.
+    """
     if period is None:
         return float(np.average(y, weights=weight))
     mean = np.average(np.exp(2j * np.pi * y / period), weights=weight)
@@ -92,9 +99,12 @@ def middle(y: np.ndarray, period: float | None, weight: np.ndarray | None = None
 
 
 def classification(y_true: np.ndarray, y_pred: np.ndarray) -> dict[str, float]:
-    """Return metrics of class labels (n,): `accuracy`; `balanced_accuracy`: mean recall of the
-    classes in `y_true`; `macro_f1`: mean F1 of the classes in `y_true` or `y_pred`, 0 for a class
-    that was never right. All in 0..1."""
+    """Return three metrics of class labels (n,), all between 0 and 1.
+
+    `accuracy` is the share of correct predictions. `balanced_accuracy` is the mean recall of the
+    classes in `y_true`. `macro_f1` is the mean F1 of the classes in `y_true` or `y_pred`; it is 0
+    for a class without a correct prediction.
+    """
     present = np.unique(y_true)
     recall = metrics.recall_score(y_true, y_pred, labels=present, average="macro", zero_division=0)
     return {
@@ -107,11 +117,15 @@ def classification(y_true: np.ndarray, y_pred: np.ndarray) -> dict[str, float]:
 def chance(
     y_train: np.ndarray, y_test: np.ndarray, kind: Kind, period: float | None = None
 ) -> dict[str, float]:
-    """Return the metrics on `y_test` (m,) of a guess that ignores the input: the mean of `y_train`
-    (n,), or its commonest class. The accuracy is at least that of a uniform guess, because the
-    commonest class of a training part is rarer in its test part."""
+    """Return the metrics on `y_test` (m,) of a guess that ignores the input.
+
+    The guess is the mean of `y_train` (n,), or its most frequent class. The accuracy is at least
+    that of a random guess, 1 / (number of classes): the most frequent class of a training part is
+    less frequent in the test part.
+    """
     if kind == "regression":
         return regression(y_test, np.full(len(y_test), middle(y_train, period)), period)
     dummy = DummyClassifier(strategy="prior").fit(np.zeros((len(y_train), 1)), y_train)
     scores = classification(y_test, dummy.predict(np.zeros((len(y_test), 1))))
-    return scores | {"accuracy": max(scores["accuracy"], 1 / len(dummy.classes_))}
+    scores["accuracy"] = max(scores["accuracy"], 1 / len(dummy.classes_))
+    return scores

@@ -1,11 +1,11 @@
 """Mirror planes of a gripper's transducers, and predicted angles compared with mirror images.
 
-A mirror at angle a maps the place z = x + iy to exp(2ia) z*. On a round roof with a speaker s and a
-microphone m there are two ways in which a mirror can leave the sound unchanged: it keeps each
-transducer in its place, or it exchanges the two, which by reciprocity gives the same response. The
-*misfit* of a mirror is the root mean square distance (mm) between each transducer and the place to
-which the mirror should bring it. At a misfit of 0 an object at angle θ and one at 2a - θ give the
-same recording.
+A mirror plane at angle a maps the position z = x + iy to exp(2ia) z*. On a round roof with a
+speaker at s and a microphone at m, there are two types of planes that leave the response unchanged.
+The first type maps each transducer to itself. The second type exchanges both transducers; the
+response is then equal by reciprocity. The *misfit* of a plane is the root mean square distance (mm)
+between the mirror images of the transducers and these positions. If the misfit is 0, an object at
+angle θ and one at 2a - θ give the same recording.
 """
 
 from __future__ import annotations
@@ -31,13 +31,19 @@ class MirrorPlane(NamedTuple):
     misfit_mm: float
 
 
-def mirror_planes(gripper: Gripper) -> tuple[MirrorPlane, MirrorPlane]:
-    """Return the best plane that keeps each transducer, and the best that exchanges the two.
+def mirror_plane(gripper: Gripper) -> MirrorPlane:
+    """Return the plane with the smallest misfit."""
+    return min(mirror_planes(gripper), key=lambda plane: plane.misfit_mm)
 
-    The first has exp(2ia) along s² + m² and the misfit √(|s|² + |m|² - |s² + m²|), the second has
-    exp(2ia) along s m and the misfit ||s| - |m||.
+
+def mirror_planes(gripper: Gripper) -> tuple[MirrorPlane, MirrorPlane]:
+    """Return the best plane that maps each transducer to itself, and the best that exchanges both.
+
+    For the first, exp(2ia) has the phase of s² + m², and the misfit is √(|s|² + |m|² - |s² + m²|).
+    For the second, exp(2ia) has the phase of s m, and the misfit is ||s| - |m||.
     """
-    s, m = complex(*gripper.speaker_mm), complex(*gripper.microphone_mm)
+    s = complex(*gripper.speaker_mm)
+    m = complex(*gripper.microphone_mm)
     squared_misfit = max(0.0, abs(s) ** 2 + abs(m) ** 2 - abs(s * s + m * m))
     return (
         MirrorPlane(_half_phase_deg(s * s + m * m), math.sqrt(squared_misfit)),
@@ -45,18 +51,14 @@ def mirror_planes(gripper: Gripper) -> tuple[MirrorPlane, MirrorPlane]:
     )
 
 
-def mirror_plane(gripper: Gripper) -> MirrorPlane:
-    """Return the plane of least misfit."""
-    return min(mirror_planes(gripper), key=lambda plane: plane.misfit_mm)
+def _half_phase_deg(number: complex) -> float:
+    """Return half the phase of a number in degrees, 0 to 180."""
+    return math.degrees(cmath.phase(number)) / 2 % 180
 
 
 def angle_from_plane(angle_deg: float, plane_deg: float) -> float:
     """Return the angle (degrees, 0 to 90) between a bar and a mirror plane."""
     return abs((angle_deg - plane_deg + 90) % 180 - 90)
-
-
-def _half_phase_deg(number: complex) -> float:
-    return math.degrees(cmath.phase(number)) / 2 % 180
 
 
 def mirror_image(angle_deg: np.ndarray, plane_deg: float) -> np.ndarray:
@@ -69,9 +71,11 @@ def mirror_image(angle_deg: np.ndarray, plane_deg: float) -> np.ndarray:
 
 
 class MirrorErrors(NamedTuple):
-    """RMSE (degrees, mean over folds) to the angle, and to the nearer of angle and mirror image.
+    """RMSE (degrees, mean over folds) of predicted angles.
 
-    `share` is the share of predictions that are nearer to the mirror image than to the angle.
+    `error` is computed from the distances to the true angle, and `nearer_error` from those to the
+    true angle or its mirror image, whichever is nearer. `share` is the share of predictions that
+    are nearer to the mirror image.
     """
 
     error: float
@@ -86,9 +90,9 @@ def mirror_errors(
     plane_deg: float,
     period: float | None = None,
 ) -> MirrorErrors:
-    """Return the errors of predictions (n,) of angles `true` (n,) by `fold` (n,).
+    """Return the errors of the angles `predicted` (n,) by `fold` (n,), from the angles `true` (n,).
 
-    Without the `period` of the metric, errors are not reduced to half a turn.
+    With the `period` of the metric, angles that differ by a period are equal.
 
     >>> true, predicted = np.array([20.0, 60.0]), np.array([22.0, 121.0])
     >>> mirror_errors(true, predicted, np.array([0, 1]), plane_deg=90.0)
@@ -98,7 +102,9 @@ def mirror_errors(
     mirrored = np.square(wrapped(predicted - mirror_image(true, plane_deg), period))
     share = float(np.mean(mirrored < direct))
     return MirrorErrors(
-        _mean_rmse(direct, fold), _mean_rmse(np.minimum(direct, mirrored), fold), share
+        error=_mean_rmse(direct, fold),
+        nearer_error=_mean_rmse(np.minimum(direct, mirrored), fold),
+        share=share,
     )
 
 
@@ -117,21 +123,22 @@ def mirror_p(
     permutations: int = PERMUTATIONS,
     seed: int = 0,
 ) -> float:
-    """Return p of the hypothesis that predictions confuse an angle with its mirror image.
+    """Return the p value of the ratio of `nearer_error` to `error` (see `MirrorErrors`).
 
-    The mirror image of a wrong prediction is nearer by chance, too. p is therefore the share of
-    permutations of the predictions between angles whose ratio of both errors is as small as the
-    observed ratio (Phipson & Smyth 2010). All predictions for one angle stay together, because its
-    grasps share a placement.
+    A wrong prediction is also nearer to the mirror image by chance. The null hypothesis is that the
+    predictions do not depend on the angle. Each permutation exchanges the true angles, and p is the
+    share of permutations whose ratio is not larger than the observed one (Phipson & Smyth 2010).
+    All grasps of one angle stay together, because they share a placement.
     """
     observed = mirror_errors(true, predicted, fold, plane_deg, period)
     if observed.error == 0:
         return 1.0
-    angles, angle_of = np.unique(true, return_inverse=True)
+    angles, angle_number = np.unique(true, return_inverse=True)
     random = np.random.default_rng(seed)
     as_small = 0
     for _ in range(permutations):
-        labels = random.permutation(angles)[angle_of]
-        shuffled = mirror_errors(labels, predicted, fold, plane_deg, period)
-        as_small += shuffled.nearer_error * observed.error <= observed.nearer_error * shuffled.error
+        shuffled_true = random.permutation(angles)[angle_number]
+        shuffled = mirror_errors(shuffled_true, predicted, fold, plane_deg, period)
+        if shuffled.nearer_error * observed.error <= observed.nearer_error * shuffled.error:
+            as_small += 1
     return (as_small + 1) / (permutations + 1)

@@ -1,20 +1,34 @@
-"""Parts of an evaluation: which recordings a model is tested on, and with which split."""
+"""Parts of an evaluation: a split, and the recordings that a model is tested on.
+
+The name of a part is a text, so that it can be a value in a table. The columns of the table of
+results have its split, its test set and its target values (see `part_columns`).
+"""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-GROUPED, RANDOM = "grouped", "random"  #: splits that keep groups together, and that ignore them
-WITHHELD = "withheld"  #: recordings whose values no fold trains on
-OVERALL = "overall"  #: recordings with training values and with withheld values together
-#: The same three with sessions held out instead of the groups of the task.
-SESSIONS, SESSIONS_WITHHELD, SESSIONS_OVERALL = "sessions", "sessions withheld", "sessions overall"
-#: Value of the column `split` of these parts.
+#: Test parts of folds that keep the groups of the task together.
+GROUPED = "grouped"
+#: Test parts of folds that ignore groups.
+RANDOM = "random"
+#: Recordings with withheld values, on which no fold is trained.
+WITHHELD = "withheld"
+#: Recordings with training values and with withheld values together.
+OVERALL = "overall"
+#: Parts GROUPED, WITHHELD and OVERALL with sessions held out instead of the groups of the task.
+SESSIONS = "sessions"
+SESSIONS_WITHHELD = "sessions withheld"
+SESSIONS_OVERALL = "sessions overall"
+#: Split of these three parts.
 SESSION_SPLIT = "session"
-#: Target values of the test recordings of each part.
-TRAINING_VALUES, WITHHELD_VALUES, ALL_VALUES = "training", "withheld", "all"
-#: Recordings of one object under several names.
+#: Target values of the test recordings.
+TRAINING_VALUES = "training"
+WITHHELD_VALUES = "withheld"
+ALL_VALUES = "all"
+#: Class names of a placebo: one object under several names.
 PLACEBO_VALUES = "placebo"
+#: Beginnings of the names of parts of another data set, and of a placebo.
 _ELSEWHERE = "on:"
 _PLACEBO = "placebo "
 
@@ -29,12 +43,12 @@ class ValueParts(NamedTuple):
 
 BY_GROUP = ValueParts(GROUPED, WITHHELD, OVERALL)
 BY_SESSION = ValueParts(SESSIONS, SESSIONS_WITHHELD, SESSIONS_OVERALL)
-#: The part with held-out sessions, by the part with held-out groups.
+#: Parts with held-out sessions, by the part with held-out groups.
 IN_SESSIONS = dict(zip(BY_GROUP, BY_SESSION, strict=True))
 
 
 class PartColumns(NamedTuple):
-    """Cells of a table of results that identify a part."""
+    """Cells of a row of the table of results that identify a part."""
 
     split: str
     test_set: str
@@ -42,18 +56,20 @@ class PartColumns(NamedTuple):
 
 
 def elsewhere(dataset: str) -> str:
-    """Return the part of the recordings of another data set."""
+    """Return the name of the part that tests the recordings of another data set."""
     return f"{_ELSEWHERE}{dataset}"
 
 
 def placebo(dataset: str, split: str = GROUPED) -> str:
-    """Return the part of the placebo in a data set, with a split: GROUPED, RANDOM or
-    SESSION_SPLIT."""
+    """Return the name of the part that tests the placebo of a data set.
+
+    `split` is GROUPED, RANDOM or SESSION_SPLIT.
+    """
     return f"{_PLACEBO}{split}:{dataset}"
 
 
 def part_columns(part: str, dataset: str) -> PartColumns:
-    """Return the cells of a part; `dataset` is the data set of the task.
+    """Return the cells of a part. `dataset` is the data set of the task.
 
     >>> part_columns("withheld", "size")
     PartColumns(split='grouped', test_set='size', target_values='withheld')
