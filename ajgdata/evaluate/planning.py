@@ -1,4 +1,4 @@
-"""Plan a recording: variance components of a pilot data set, and designs for a wanted interval.
+"""Plan a recording: variance components of a pilot data set, and designs for a required interval.
 
 The score of a recording (correct or not, or a squared error) is modelled as a mean plus independent
 random effects of its session, of its object, of the object in this session, of the placement, of
@@ -7,8 +7,8 @@ the grasp and of the recording itself. The variance of the mean score of a desig
     V = sum over levels k of s2_k / n_k,
 
 where s2_k is the variance component of level k and n_k the number of its units in the design. The
-95 % interval of the mean is ± t V**0.5, with the quantile of Student's t for (sessions - 1) degrees
-of freedom: the interval that the means of sessions give.
+95 % interval of the mean is ± t V**0.5, with the quantile t of Student's distribution for
+(sessions - 1) degrees of freedom. This is also the interval from the means of sessions.
 
 The components are estimated by the method of moments for unbalanced data (Henderson 1953,
 Biometrics 9, 226-252, method 1; Searle, Casella & McCulloch 1992, Variance Components, 5.3).
@@ -31,7 +31,8 @@ from ajgdata.types import Kind
 
 #: Accuracies, their components and half widths are in percent.
 PERCENT = 100.0
-#: Largest numbers of the search for a design; objects only if the interval is for new objects.
+#: Largest numbers in the search for a design. Objects are varied only if the interval is for new
+#: objects.
 MAX_SESSIONS = 100
 MAX_OBJECTS = 50
 MAX_PLACEMENTS = 20
@@ -39,9 +40,10 @@ MAX_GRASPS = 30
 
 
 class DesignLevel(StrEnum):
-    """What recordings can share, from the outermost level to the innermost. Objects cross sessions.
+    """Units that recordings can share, from the outermost level to the innermost.
 
-    The object in session is the effect of a session on only one of its objects.
+    Objects are not part of sessions, because an object is in several sessions. The effect of an
+    object in a session is the effect of this session on only this object.
     """
 
     SESSION = "session"
@@ -56,12 +58,13 @@ class DesignLevel(StrEnum):
 class Component:
     """Variance that a level adds to the score of a recording."""
 
-    #: Levels whose units are the same in the data, outermost first: the data cannot separate them.
+    #: Levels with the same units in the data, outermost first. The data cannot separate them.
     levels: tuple[DesignLevel, ...]
     units: int
-    #: Units of the same mean variance if all had equally many recordings: N² / sum of n_i².
+    #: Number of units with equally many recordings that would give the mean the same variance:
+    #: N² / sum of n_i², with n_i recordings of unit i and N recordings in all.
     effective_units: float
-    estimate: float  #: of the variance, negative if chance makes it so
+    estimate: float  #: estimate of the variance; it can be negative by chance
 
     @property
     def name(self) -> str:
@@ -80,18 +83,21 @@ class Component:
 
     @property
     def is_of_objects(self) -> bool:
-        """Return whether this is the variance between objects, in all sessions alike."""
+        """Return whether this is the variance between objects that is equal in all sessions."""
         return self.levels == (DesignLevel.OBJECT,)
 
 
 class RecordingPlan(NamedTuple):
-    """Numbers of a recording in which each session has all objects."""
+    """Numbers of sessions, objects, placements, grasps and recordings of a plan.
+
+    Each session has all objects.
+    """
 
     sessions: int
     objects: int
-    placements: int  #: of each object in each session
-    grasps: int  #: of each placement
-    recordings: int  #: of each grasp
+    placements: int  #: per object and session
+    grasps: int  #: per placement
+    recordings: int  #: per grasp
 
     @property
     def total_placements(self) -> int:
@@ -116,11 +122,11 @@ class RecordingPlan(NamedTuple):
 
 
 class DesignTimes(NamedTuple):
-    """Time that each unit adds to a recording, in minutes."""
+    """Time that each unit of a plan takes, in minutes."""
 
     session: float
     placement: float
-    grasp: float  #: with all its recordings
+    grasp: float  #: including its recordings
 
     def total(self, design: RecordingPlan) -> float:
         """Return the time of a design in minutes."""
@@ -136,9 +142,9 @@ def recording_scores(
 ) -> np.ndarray:
     """Return the score of each recording (n,), in the unit of the half width.
 
-    Classification: 100 for a correct class, else 0; the mean is the accuracy in percent.
-    Regression: the squared error divided by 2 RMSE. A change of its mean is the change of the RMSE
-    to first order, so components and half widths are in the unit of the target.
+    For a classification, it is 100 for a correct class, otherwise 0. The mean is then the accuracy
+    in percent. For a regression, it is the squared error divided by 2 RMSE. To first order, the
+    mean of this score changes as the RMSE, so half widths are in the unit of the target.
 
     >>> import numpy as np
     >>> from ajgdata.evaluate.planning import recording_scores
@@ -155,10 +161,10 @@ def recording_scores(
 def design_units(
     session: np.ndarray, object_name: np.ndarray, placement: np.ndarray, grasp: np.ndarray
 ) -> dict[DesignLevel, np.ndarray]:
-    """Return the unit of each level as numbers (n,), from the labels (n,) of n recordings.
+    """Return the units of each level as numbers (n,), from the labels (n,) of n recordings.
 
-    A placement is always of one object in one session, and a grasp of one placement, whatever
-    their labels are.
+    Equal labels of placements in different sessions or of different objects are different
+    placements. Equal labels of grasps in different placements are different grasps.
     """
     in_session = _numbered(session, object_name)
     in_placement = _numbered(in_session, placement)
@@ -173,9 +179,10 @@ def design_units(
 
 
 def _numbered(*labels: np.ndarray) -> np.ndarray:
-    """Return a number for each combination of labels (n,), counted from 0 in order of occurrence.
+    """Return the number (n,) of each combination of labels, each (n,).
 
-    Equal partitions of the recordings have equal numbers.
+    Numbers are counted from 0 in the order of occurrence. Two levels that divide the recordings
+    into the same units therefore have the same numbers.
     """
     numbers: dict[tuple[object, ...], int] = {}
     rows = zip(*(label.tolist() for label in labels), strict=True)
@@ -188,53 +195,61 @@ def variance_components(
     """Return the variance components of `score` (n,), from the units of each level, each (n,).
 
     A level with one unit has no component. Levels with the same units have one component together.
-    For a level f let T_f be the sum over its units of (sum of scores)² / number of recordings. Its
-    expectation is linear in the components, so these solve as many equations as there are levels.
+    For a level f let T_f be the sum over its units of (sum of scores)² / number of recordings, and
+    T_0 the same for all recordings as one unit. The expectation of T_f - T_0 is linear in the
+    components. This gives one equation per level.
     """
-    groups = _distinct_levels(units)
+    levels = _distinct_levels(units)
     centred = score - np.mean(score)
     whole = np.zeros(len(score), int)  # all recordings in one unit
-    members = [member for _, member in groups]
-    of_whole = np.array([_coefficient(whole, member) for member in members])
-    coefficients = np.array([[_coefficient(f, k) for k in members] for f in members]) - of_whole
-    sums = np.array([_sum_of_squares(centred, member) for member in members])
-    estimates = np.linalg.solve(coefficients, sums - _sum_of_squares(centred, whole))
+    members = [member for _, member in levels]
+    whole_coefficients = np.array([_coefficient(whole, k) for k in members])
+    coefficients = np.array([[_coefficient(f, k) for k in members] for f in members])
+    sums = np.array([_sum_of_squares(centred, f) for f in members])
+    estimates = np.linalg.solve(
+        coefficients - whole_coefficients, sums - _sum_of_squares(centred, whole)
+    )
     is_rounding = np.abs(estimates) <= ROUNDING * np.mean(centred**2)
     estimates = np.where(is_rounding, 0.0, estimates)
     return tuple(
         Component(
-            levels=levels,
+            levels=names,
             units=int(member.max()) + 1,
             effective_units=len(score) / _coefficient(whole, member),
             estimate=float(estimate),
         )
-        for (levels, member), estimate in zip(groups, estimates, strict=True)
+        for (names, member), estimate in zip(levels, estimates, strict=True)
     )
 
 
 def _distinct_levels(
     units: Mapping[DesignLevel, np.ndarray],
 ) -> list[tuple[tuple[DesignLevel, ...], np.ndarray]]:
-    """Return levels with their units, without levels of one unit; equal levels are joined."""
-    distinct: dict[bytes, tuple[tuple[DesignLevel, ...], np.ndarray]] = {}
+    """Return levels with the numbers (n,) of their units, without levels of one unit.
+
+    Levels with the same units are together.
+    """
+    names: dict[bytes, list[DesignLevel]] = {}
+    members: dict[bytes, np.ndarray] = {}
     for level in DesignLevel:
         member = _numbered(units[level])
-        levels, _ = distinct.get(member.tobytes(), ((), member))
-        if member.any():  # there is a second unit
-            distinct[member.tobytes()] = (*levels, level), member
-    return list(distinct.values())
+        if member.any():  # at least two units
+            key = member.tobytes()
+            members[key] = member
+            names.setdefault(key, []).append(level)
+    return [(tuple(names[key]), member) for key, member in members.items()]
 
 
 def _sum_of_squares(score: np.ndarray, member: np.ndarray) -> float:
-    """Return T: the sum over units of (sum of scores)² / number of recordings."""
+    """Return T of units `member` (n,): the sum of (sum of scores)² / number of recordings."""
     totals = np.bincount(member, weights=score)
     return float(np.sum(totals**2 / np.bincount(member)))
 
 
 def _coefficient(member: np.ndarray, source: np.ndarray) -> float:
-    """Return the expected T of units `member` (n,) for a unit variance between `source` (n,).
+    """Return the coefficient of the variance between `source` (n,) in T of units `member` (n,).
 
-    With n_ij recordings of unit i and source j: sum over i and j of n_ij² / n_i.
+    With n_ij recordings of unit i and source j, this is the sum over i and j of n_ij² / n_i.
     """
     pairs, counts = np.unique(np.stack([member, source]), axis=1, return_counts=True)
     return float(np.sum(counts**2 / np.bincount(member)[pairs[0]]))
@@ -250,8 +265,9 @@ def half_width(
     """Return the half width of the 95 % interval of the mean score of a design.
 
     The interval is for the objects of the data, or with `new_objects` for all objects of which
-    these are a random sample. The variance of levels that the data cannot separate counts for the
-    outermost level, and with `at_best` for the level with the most units. Infinite for one session.
+    these are a random sample. If the data cannot separate some levels, their variance counts for
+    the outermost of these levels, or with `at_best` for the one with the most units in the design.
+    The half width is infinite for one session.
 
     >>> from ajgdata.evaluate.planning import Component, RecordingPlan, DesignLevel, half_width
     >>> session = Component((DesignLevel.SESSION,), 4, 4.0, 16.0)
@@ -261,8 +277,9 @@ def half_width(
     variance = 0.0
     for component in _sampled(components, new_objects):
         counts = [design.units(level) for level in component.levels]
-        variance += component.variance / (max(counts) if at_best else counts[0])
-    return _interval(variance, design, new_objects)
+        count = max(counts) if at_best else counts[0]
+        variance += component.variance / count
+    return _mean_half_width(variance, design, new_objects)
 
 
 def pilot_half_width(
@@ -271,16 +288,16 @@ def pilot_half_width(
     """Return the half width for the data of the components, which can be unbalanced."""
     sampled = _sampled(components, new_objects)
     variance = sum(item.variance / item.effective_units for item in sampled)
-    return _interval(variance, pilot, new_objects)
+    return _mean_half_width(variance, pilot, new_objects)
 
 
 def _sampled(components: Sequence[Component], new_objects: bool) -> list[Component]:
-    """Return the components of units that another recording draws again."""
+    """Return the components of units that are different in a repetition of the recording."""
     return [item for item in components if new_objects or not item.is_of_objects]
 
 
-def _interval(variance: float, design: RecordingPlan, new_objects: bool) -> float:
-    """Return the half width of the interval of a mean with `variance`."""
+def _mean_half_width(variance: float, design: RecordingPlan, new_objects: bool) -> float:
+    """Return the half width of the 95 % interval of a mean score with this variance."""
     samples = min(design.sessions, design.objects) if new_objects else design.sessions
     if samples < 2:
         return float("inf")
@@ -289,7 +306,10 @@ def _interval(variance: float, design: RecordingPlan, new_objects: bool) -> floa
 
 
 def pilot_design(units: Mapping[DesignLevel, np.ndarray]) -> RecordingPlan:
-    """Return the numbers of the data, from the units of each level (n,); means are rounded."""
+    """Return the numbers of the data, from the units of each level (n,).
+
+    Numbers per unit, for example grasps per placement, are rounded means.
+    """
     counts = {level: len(np.unique(member)) for level, member in units.items()}
     outermost_first = (
         DesignLevel.SESSION,
@@ -305,8 +325,11 @@ def pilot_design(units: Mapping[DesignLevel, np.ndarray]) -> RecordingPlan:
 
 
 def spread_designs(design: RecordingPlan) -> tuple[RecordingPlan, RecordingPlan]:
-    """Return designs with the same number of grasps: each grasp in a placement of its own, within
-    the same sessions and in as many sessions as possible."""
+    """Return two designs with the same number of grasps as `design`.
+
+    Both have one grasp per placement. The first has the same number of sessions, the second as many
+    sessions as possible.
+    """
     grasps_per_object = design.placements * design.grasps
     return (
         design._replace(placements=grasps_per_object, grasps=1),
@@ -322,11 +345,12 @@ def cheapest_design(
     *,
     new_objects: bool = False,
 ) -> RecordingPlan | None:
-    """Return the fastest design whose half width is at most `goal`, or None.
+    """Return the fastest design with a half width of at most `goal`, or None if there is none.
 
-    Of equally fast designs, the one with the fewest placements, then with the fewest grasps. The
-    recordings per grasp are those of `pilot`, and so are its objects unless the interval is for
-    `new_objects`. Sizes are up to MAX_SESSIONS, MAX_OBJECTS, MAX_PLACEMENTS and MAX_GRASPS.
+    Of equally fast designs, this is the one with the fewest placements, then with the fewest
+    grasps. The number of recordings per grasp is that of `pilot`. The number of objects is also
+    that of `pilot`, unless the interval is for `new_objects`. Sizes are up to MAX_SESSIONS,
+    MAX_OBJECTS, MAX_PLACEMENTS and MAX_GRASPS.
     """
     best: RecordingPlan | None = None
     best_cost = (float("inf"), 0, 0)

@@ -1,4 +1,4 @@
-"""Structure of the scatter within classes: its size, and the number of its directions."""
+"""Scatter within classes: its size, and its effective number of directions."""
 
 from __future__ import annotations
 

@@ -1,12 +1,12 @@
-"""Does a model hear something else than the object? It is asked about silence.
+"""Shortcut test: dependence of predictions from silent recordings on the label.
 
-A model that still predicts its target from recordings made with the speaker silent has learned a
-sound that comes with the label: a motor that turns the gripper, a fan, a person.
+A silent recording is made with the speaker switched off. If a model still predicts its target from
+silent recordings, it has learned a sound that occurs together with the label, for example a motor
+that turns the gripper, a fan, or a person.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,23 +15,24 @@ from sklearn.metrics import mutual_info_score
 
 from ajgdata.types import Kind, NotPossibleError
 
-#: Silent recordings are unlike all that a model was trained on: its predictions may be far off and
-#: still follow the target. So not the error is tested, but whether they depend on it.
+#: Measures of dependence. The error is not tested, because silent recordings are unlike all
+#: training recordings: predictions can have a large error and still depend on the label.
 MEASURES: dict[str, str] = {
     "regression": "rank correlation",
     "periodic": "correlation of angles",
     "classification": "mutual information",
 }
-FLAG_LEVEL = 0.01  #: of p, below which a model is flagged
+#: p value below which a model is flagged.
+FLAG_LEVEL = 0.01
 
 
 @dataclass(frozen=True)
 class ShortcutTest:
-    """Dependence of predictions from silence on the truth: `value`, and `null`, its mean when the
-    groups of a fold exchange their labels.
+    """Dependence of predictions from silent recordings on the true labels.
 
-    `p` = (b + 1) / (n + 1), b of n permutations depending at least as much (Phipson & Smyth 2010,
-    Stat. Appl. Genet. Mol. Biol. 9(1)): never 0, and at least 1 / (n + 1).
+    `value` is the dependence. `null` is its mean over `permutations` of the labels between the
+    groups of each fold. `p` = (b + 1) / (n + 1) if b of n permutations have at least this value
+    (Phipson & Smyth 2010, Stat. Appl. Genet. Mol. Biol. 9(1)).
     """
 
     measure: str
@@ -52,68 +53,84 @@ def shortcut_test(
     permutations: int = 999,
     seed: int = 0,
 ) -> ShortcutTest:
-    """Test whether predictions from silent recordings, all (n,), depend on the truth.
+    """Test whether predictions from silent recordings depend on the true labels, all (n,).
 
-    Each fold's model is evaluated separately, since they may be far off in different ways: the
-    absolute rank correlation; with a `period` that of the points (sin, cos) of 2 pi y / period, the
-    root of Escoufier's RV coefficient; of classes the mutual information (nat). All are blind to
-    where predictions lie and how far they spread. The result is the mean over folds, by their
-    rows. Raises ValueError for a group of several labels.
+    The measure is the absolute rank correlation for a regression. With a `period` P it is the
+    correlation of the points (sin, cos) of 2 pi y / P, the square root of Escoufier's RV
+    coefficient. For a classification it is the mutual information (nat). None of them depends on
+    the mean or the spread of the predictions. The model of each fold is evaluated separately,
+    because the models can have different errors. The result is the mean over folds, weighted by
+    their rows. Raises ValueError for a group with several labels.
     """
-    name = "periodic" if period is not None and kind == "regression" else kind
-    measure = _measure(kind, period)
     rows = [np.flatnonzero(fold == number) for number in np.unique(fold)]
-    members = [_groups(y_true[r], group[r]) for r in rows]
+    fold_groups = [_group_labels(y_true[r], group[r]) for r in rows]
 
-    def value(labels: list[np.ndarray]) -> float:
-        weighted = [len(r) * measure(y, y_pred[r]) for r, y in zip(rows, labels, strict=True)]
+    def mean_dependence(labels: list[np.ndarray]) -> float:
+        weighted = [
+            len(r) * _dependence(y, y_pred[r], kind, period)
+            for r, y in zip(rows, labels, strict=True)
+        ]
         return float(sum(weighted) / len(y_true))
 
     generator = np.random.default_rng(seed)
-    observed = value([y_true[r] for r in rows])
-    null = np.array(
-        [
-            value([generator.permutation(labels)[of] for labels, of in members])
-            for _ in range(permutations)
-        ]
+    observed = mean_dependence([y_true[r] for r in rows])
+    null = np.empty(permutations)
+    for n in range(permutations):
+        permuted = [generator.permutation(labels)[number] for labels, number in fold_groups]
+        null[n] = mean_dependence(permuted)
+    is_periodic = kind == "regression" and period is not None
+    return ShortcutTest(
+        measure=MEASURES["periodic" if is_periodic else kind],
+        value=observed,
+        null=float(null.mean()),
+        permutations=permutations,
+        p=float((np.sum(null >= observed) + 1) / (permutations + 1)),
     )
-    p = float((np.sum(null >= observed) + 1) / (permutations + 1))
-    return ShortcutTest(MEASURES[name], observed, float(null.mean()), permutations, p)
 
 
-def _groups(y: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the label of each group, and number of the group of each row."""
-    _, first, of = np.unique(group, return_index=True, return_inverse=True)
+def _group_labels(y: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the label (groups,) of each group, and the number (n,) of the group of each row."""
+    _, first, number = np.unique(group, return_index=True, return_inverse=True)
     labels = y[first]
-    if (labels[of] != y).any():
+    if (labels[number] != y).any():
         raise NotPossibleError("a group holds several labels: whole groups cannot exchange theirs")
-    return labels, of
+    return labels, number
 
 
-def _measure(kind: Kind, period: float | None) -> Callable[[np.ndarray, np.ndarray], float]:
+def _dependence(y: np.ndarray, predicted: np.ndarray, kind: Kind, period: float | None) -> float:
+    """Return the dependence of predictions (n,) on labels (n,), see `shortcut_test`."""
     if kind == "classification":
-        return lambda y, predicted: float(mutual_info_score(y, predicted))
+        return float(mutual_info_score(y, predicted))
     if period is not None:
-        return lambda y, predicted: _circular_correlation(y, predicted, period)
-    return _rank_correlation
+        return _circular_correlation(y, predicted, period)
+    return _rank_correlation(y, predicted)
 
 
 def _circular_correlation(y: np.ndarray, predicted: np.ndarray, period: float) -> float:
-    """Return sqrt(RV) of the points on the circle, in [0, 1]; 0 where either never changes.
+    """Return sqrt(RV) of the points on the circle, in [0, 1]; 0 if either has only one value.
 
-    |C_ab| / sqrt(|C_aa| |C_bb|): covariance matrices, Frobenius norms (Robert & Escoufier 1976).
+    sqrt(RV) = |C_ab| / sqrt(|C_aa| |C_bb|), with covariance matrices C and Frobenius norms (Robert
+    & Escoufier 1976, J. R. Stat. Soc. C 25, 257).
     """
     if np.ptp(y) == 0 or np.ptp(predicted) == 0:
         return 0.0
-    turns = (2 * np.pi / period * values for values in (y, predicted))
-    a, b = (np.column_stack([np.sin(t), np.cos(t)]) for t in turns)
-    a, b = a - a.mean(axis=0), b - b.mean(axis=0)
+    a = _centred_points(y, period)
+    b = _centred_points(predicted, period)
     scale = np.sqrt(np.linalg.norm(a.T @ a) * np.linalg.norm(b.T @ b))
     return float(np.linalg.norm(a.T @ b) / scale)
 
 
+def _centred_points(values: np.ndarray, period: float) -> np.ndarray:
+    """Return the points (n, 2) of values (n,) on the circle, minus their mean."""
+    angle = 2 * np.pi / period * values
+    points = np.column_stack([np.sin(angle), np.cos(angle)])
+    return points - points.mean(axis=0)
+
+
 def _rank_correlation(y: np.ndarray, predicted: np.ndarray) -> float:
-    """Return the absolute rank correlation, 0 where either never changes."""
-    a, b = (rankdata(values) - (len(y) + 1) / 2 for values in (y, predicted))
+    """Return the absolute rank correlation; 0 if either has only one value."""
+    mean_rank = (len(y) + 1) / 2
+    a = rankdata(y) - mean_rank
+    b = rankdata(predicted) - mean_rank
     scale = float(np.sqrt(np.sum(a**2) * np.sum(b**2)))
     return abs(float(np.sum(a * b))) / scale if scale else 0.0

@@ -1,9 +1,9 @@
-"""Sorting by sound: grasp, record, decide; a run ends with the first refusal.
+"""Sorting by sound: decisions, and runs that end with the first refusal.
 
-A model *refuses* an object if no class is probable enough, and *accepts* it otherwise. Two shares
-describe a model: accepted among presented, and correct among accepted. A run counts the objects
-until the first refusal, and its errors separately, because an error does not end a run. `decide` is
-also the decision of a live run.
+A model *refuses* an object if no class is probable enough, otherwise it *accepts* the object. Two
+shares describe a model: accepted objects among all objects, and correct decisions among the
+accepted objects. A run counts the objects until the first refusal. An error does not end a run, so
+errors are counted separately. Live runs also use `decide`.
 """
 
 from __future__ import annotations
@@ -16,23 +16,23 @@ import numpy as np
 from ajgdata.evaluate.agreement import UNDEFINED, Interval
 from ajgdata.evaluate.intervals import mean_interval
 
-#: A run of a model that refuses nothing ends here.
+#: Largest number of objects of a run.
 LONGEST_RUN = 1000
-STOP = -1  #: refusal, among numbers of classes
+#: Decision that refuses an object. Other decisions are numbers of classes.
+STOP = -1
 
 
 def decide(probability: np.ndarray, threshold: float) -> int | None:
-    """Return the number of the class to sort into, or None: no class is probable enough.
+    """Return the number of the most probable class; None if its probability is below `threshold`.
 
-    `probability` (n_classes,). Of equally probable classes, the first one counts. The threshold
-    itself is enough.
+    `probability` (n_classes,). Of equally probable classes, this is the first.
     """
     best = int(np.argmax(probability))
     return best if probability[best] >= threshold else None
 
 
 def decisions(probability: np.ndarray, threshold: float) -> np.ndarray:
-    """Return the number of the class that each grasp is sorted into (n,), or STOP.
+    """Return the decisions (n,) on recordings: numbers of classes, or STOP.
 
     `probability` (n, n_classes); see `decide`.
     """
@@ -42,7 +42,7 @@ def decisions(probability: np.ndarray, threshold: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Share:
-    """A share of recordings in 0..1, with its 95 % interval over grasps."""
+    """Share of recordings, between 0 and 1, with its 95 % interval over grasps."""
 
     value: float
     interval: Interval
@@ -66,10 +66,10 @@ class DecisionShares:
 def decision_shares(
     probability: np.ndarray, decided: np.ndarray, label: np.ndarray, grasp: np.ndarray
 ) -> DecisionShares:
-    """Return the shares of decisions.
+    """Return the shares of the decisions `decided` (n,) on recordings.
 
-    `probability` (n, n_classes), `decided` (n,) decisions, `label` (n,) true classes, `grasp` (n,)
-    the grasp of each recording: recordings of one grasp are not independent.
+    `probability` (n, n_classes); `label` (n,) are numbers of the true classes. `grasp` (n,) is the
+    grasp of each recording, because recordings of one grasp are not independent.
     """
     is_accepted = decided != STOP
     is_correct = decided == label
@@ -85,23 +85,23 @@ def decision_shares(
 
 
 def _share(holds: np.ndarray, grasp: np.ndarray) -> Share:
-    """Return the share of recordings for which `holds` (n,) is true."""
+    """Return the share of recordings (n,) for which `holds` (n,) is true."""
     interval = mean_interval(holds.astype(float), grasp, is_share=True)
     return Share(float(holds.mean()), interval)
 
 
 @dataclass(frozen=True)
 class SortingRun:
-    """One run: objects sorted until the first refusal, and how many of them are in a wrong bin."""
+    """Number of objects that a run sorts before the first refusal, and number of its errors."""
 
     sorts: int
     errors: int
 
 
 def run_of(decided: np.ndarray, label: np.ndarray, order: Iterable[int]) -> SortingRun:
-    """Sort the rows of `order` until the first refusal.
+    """Return the run that sorts recordings in an `order` (row numbers) until the first refusal.
 
-    `decided` (n,) are decisions, `label` (n,) true classes. An error does not end a run.
+    `decided` (n,) are decisions, and `label` (n,) numbers of the true classes.
     """
     rows = np.fromiter(order, int)
     refusals = np.flatnonzero(decided[rows] == STOP)
@@ -111,12 +111,13 @@ def run_of(decided: np.ndarray, label: np.ndarray, order: Iterable[int]) -> Sort
 
 
 def stream(label: np.ndarray, seed: int) -> np.ndarray:
-    """Return rows (LONGEST_RUN,) of recordings with classes `label` (n,), in random order.
+    """Return row numbers (LONGEST_RUN,) of recordings with classes `label` (n,), drawn at random.
 
-    Each class is equally likely to come next, and each of its recordings.
+    Each draw has a random class, with equal probabilities, and a random recording of this class.
     """
     generator = np.random.default_rng(seed)
-    order, of_class = np.argsort(label, kind="stable"), np.unique(label, return_counts=True)[1]
-    first = np.cumsum(of_class) - of_class
-    coming = generator.integers(len(of_class), size=LONGEST_RUN)
-    return order[first[coming] + generator.integers(of_class[coming])]
+    by_class = np.argsort(label, kind="stable")
+    counts = np.unique(label, return_counts=True)[1]
+    first = np.cumsum(counts) - counts
+    drawn = generator.integers(len(counts), size=LONGEST_RUN)
+    return by_class[first[drawn] + generator.integers(counts[drawn])]

@@ -1,7 +1,7 @@
-"""Folds for cross-validation: which rows train and which test.
+"""Folds for cross-validation.
 
-Every function returns a list of `(train, test)` pairs of sorted row numbers. The test parts are
-disjoint and together hold every row; each train part is the rest.
+Each function returns a list of pairs (train, test) of sorted row numbers. Each row is in one test
+part, and in the training parts of all other folds.
 """
 
 from __future__ import annotations
@@ -25,8 +25,10 @@ def column_folds(
     folds: int,
     seed: int,
 ) -> Folds:
-    """Return the folds of a task whose groups are in `column`: `placement_folds` for placements,
-    else `grouped_folds`."""
+    """Return the folds of a task with `groups` (n,) from a `column` of its recordings.
+
+    These are `placement_folds` for the column of placements, otherwise `grouped_folds`.
+    """
     if column == PLACEMENT_COLUMN:
         return placement_folds(y, groups, kind, folds)
     return grouped_folds(y, groups, kind, folds, seed)
@@ -41,13 +43,14 @@ def grouped_folds(
 ) -> Folds:
     """Return folds that never divide a group, for example a grasp or a session.
 
-    `y` (n,) holds the targets, `groups` (n,) any labels. A fold is a pair (train, test) of sorted
-    row numbers; each row is in one test part. Classes are spread over the folds as
-    evenly as whole groups allow. With as many groups as folds each group is one fold, in sorted
-    order, so that published folds can be given as groups.
+    `y` (n,) are the targets, and `groups` (n,) are labels. A fold is a pair (train, test) of sorted
+    row numbers; each row is in one test part. The folds are stratified by class as far as whole
+    groups allow. If there are as many groups as folds, each group is one fold, in sorted order.
+    Published folds can therefore be given as groups.
 
-    A class with fewer groups than folds is allowed: some test parts lack it. Raises ValueError
-    if there are fewer groups than folds, or if some training part would lack a class.
+    A class can have fewer groups than there are folds; some test parts then have no such class.
+    Raises ValueError if there are fewer groups than folds, or if a training part would lack a
+    class.
 
     >>> import ajgdata
     >>> grasps = ["a", "a", "b", "b", "c", "c"]
@@ -55,7 +58,8 @@ def grouped_folds(
     >>> [test.tolist() for _, test in folds]
     [[0, 1], [2, 3], [4, 5]]
     """
-    y, group = np.asarray(y), np.unique(np.asarray(groups), return_inverse=True)[1]
+    y = np.asarray(y)
+    group = np.unique(np.asarray(groups), return_inverse=True)[1]
     if len(y) != len(group):
         raise ValueError(f"{len(y)} targets but {len(group)} groups")
     count = int(group.max(initial=-1)) + 1
@@ -77,16 +81,16 @@ def grouped_folds(
 def placement_folds(
     y: Sequence | np.ndarray, placements: Sequence | np.ndarray, kind: Kind, folds: int = 5
 ) -> Folds:
-    """Return folds that hold out one placement of every class, or value, at a time.
+    """Return folds that each hold out placements of every class (or value).
 
-    `y` (n,) holds the targets, `placements` (n,) names that sort by session. A placement that is
-    held out alone leaves the other classes of its session in the training part, and a model then
-    avoids the class that is missing: such a score is too low. Placements of a class are dealt to
-    the folds in sorted order, so that one placement per class and session gives the folds of
-    held-out sessions. The number of folds is that of the class with the fewest placements, at most
-    `folds`.
+    `y` (n,) are the targets, and `placements` (n,) are names that sort by session. If a fold held
+    out a placement of one class only, the other classes of its session would be in the training
+    part. A model would then avoid the class that is missing, and its score would be too low. The
+    placements of a class are assigned to the folds in turn, in sorted order. One placement per
+    class and session therefore gives the folds of held-out sessions. The number of folds is
+    `folds`, or less if a class has fewer placements.
 
-    Raises NotPossibleError if a placement has several values, or a class has one placement.
+    Raises NotPossibleError if a placement has several values, or if a class has one placement.
 
     >>> import ajgdata
     >>> objects = ["a", "a", "b", "b"]
@@ -98,7 +102,7 @@ def placement_folds(
     y = np.asarray(y)
     placement = np.asarray(placements).astype(str)
     names_of = {value: np.unique(placement[y == value]) for value in np.unique(y).tolist()}
-    if sum(map(len, names_of.values())) > len(np.unique(placement)):
+    if sum(len(names) for names in names_of.values()) > len(np.unique(placement)):
         raise NotPossibleError(
             "a placement has recordings of several values: split by grasp, or by session"
         )
@@ -119,9 +123,9 @@ def placement_folds(
 def random_folds(y: Sequence | np.ndarray, kind: Kind, folds: int = 5, seed: int = 0) -> Folds:
     """Return folds of the targets y (n,) that ignore groups.
 
-    Recordings of one grasp are then in both parts of a fold, so scores are optimistic; they show
-    the bias. Raises ValueError if there are fewer rows than folds, or if all rows of a class that
-    is rarer than the folds are in one fold.
+    Recordings of one grasp are then in both parts of a fold, so scores are optimistic. Use these
+    folds only to show this bias. Raises ValueError if there are fewer rows than folds, or if all
+    rows of a class are in one test part.
 
     >>> import ajgdata
     >>> folds = ajgdata.random_folds(["a", "b"] * 4, "classification", folds=2)
@@ -134,13 +138,33 @@ def random_folds(y: Sequence | np.ndarray, kind: Kind, folds: int = 5, seed: int
             f"{len(y)} rows cannot make {folds} folds: lower folds, or record more"
         )
     counts = np.unique(y, return_counts=True)[1]
-    # scikit-learn refuses to stratify when every class is rarer than the folds
-    plain = kind == "regression" or counts.min() < 2 or counts.max() < folds
-    cls = KFold if plain else StratifiedKFold
+    # scikit-learn refuses to stratify if every class has fewer rows than there are folds
+    is_stratified = kind == "classification" and counts.min() >= 2 and counts.max() >= folds
+    splitter = StratifiedKFold if is_stratified else KFold
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "The least populated class", UserWarning)
-        pairs = list(cls(folds, shuffle=True, random_state=seed).split(y, y))
+        pairs = list(splitter(folds, shuffle=True, random_state=seed).split(y, y))
     return _checked(pairs, y, kind, np.arange(len(y)))
+
+
+def _checked(pairs: Iterable, y: np.ndarray, kind: Kind, group: np.ndarray) -> Folds:
+    """Return folds with sorted rows.
+
+    Raises NotPossibleError if a class is missing in a training part, and names all such classes.
+    """
+    folds = [(np.sort(train), np.sort(test)) for train, test in pairs]
+    if kind != "classification":
+        return folds
+    trained = [set(y[train].tolist()) for train, _ in folds]
+    missing = sorted(set(y.tolist()) - set.intersection(*trained))
+    if missing:
+        counts = [len(np.unique(group[y == label])) for label in missing]
+        named = ", ".join(f"{c!r} ({n})" for c, n in zip(missing, counts, strict=True))
+        raise NotPossibleError(
+            f"too few groups to be in every training part: {named}; record more of them, or "
+            f"exclude these classes (min_groups: {max(counts) + 1})"
+        )
+    return folds
 
 
 def check_folds(folds: Folds, groups: np.ndarray) -> None:
@@ -152,18 +176,3 @@ def check_folds(folds: Folds, groups: np.ndarray) -> None:
         divided = np.intersect1d(groups[train], groups[test])
         if len(divided):
             raise ValueError(f"fold {fold} trains and tests on group {divided[0]!s}")
-
-
-def _checked(pairs: Iterable, y: np.ndarray, kind: Kind, group: np.ndarray) -> Folds:
-    """Refuse folds whose training part has never seen a class that exists, and name all such."""
-    result = [(np.sort(train), np.sort(test)) for train, test in pairs]
-    if kind == "classification":
-        seen = [set(y[train].tolist()) for train, _ in result]
-        if missing := sorted(set(y.tolist()) - set.intersection(*seen)):
-            counts = [len(np.unique(group[y == label])) for label in missing]
-            named = ", ".join(f"{c!r} ({n})" for c, n in zip(missing, counts, strict=True))
-            raise NotPossibleError(
-                f"too few groups to be in every training part: {named}; record more of them, or "
-                f"exclude these classes (min_groups: {max(counts) + 1})"
-            )
-    return result

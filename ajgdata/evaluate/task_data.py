@@ -1,4 +1,4 @@
-"""Recordings of one task as arrays: what every evaluation trains on and is tested on."""
+"""Recordings of a task as arrays, for training and tests."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ajgdata.types import Kind, NotPossibleError
 
 
 class TaskData(NamedTuple):
-    """Recordings of a task: feature (n, f), and value of the target, group and name, each (n,)."""
+    """Recordings of a task: features (n, f); values of the target, groups and names (n,)."""
 
     feature: np.ndarray
     value: np.ndarray
@@ -21,18 +21,21 @@ class TaskData(NamedTuple):
     name: np.ndarray
 
     def where(self, chosen: np.ndarray) -> TaskData:
-        """Return the recordings that are `chosen`, a boolean (n,) or rows: if all, no copy."""
+        """Return the `chosen` recordings: a boolean array (n,), or row numbers.
+
+        If a boolean array chooses all recordings, the arrays are not copied.
+        """
         if chosen.dtype == bool and chosen.all():
             return self
         return TaskData(*(column[chosen] for column in self))
 
     def by_session(self) -> TaskData:
-        """Return the same recordings, grouped by session, with which their names begin."""
+        """Return the same recordings, grouped by session. Names begin with the session and "/"."""
         sessions = [str(name).partition("/")[0] for name in self.name]
         return self._replace(group=np.array(sessions))
 
     def joined(self, other: TaskData) -> TaskData:
-        """Return the recordings of both, these first."""
+        """Return the recordings of both; those of `other` are last."""
         return TaskData(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
 
 
@@ -46,9 +49,10 @@ def task_data(
 ) -> TaskData:
     """Return the recordings of `table` whose `target` is not missing, grouped by column `groups`.
 
-    Only `classes` count, if there are any, and not the objects `without`, which are a placebo.
-    Raises ValueError when the store lacks rows or a column, for a class that no recording has, when
-    all values or all groups are the same, and when a recording belongs to no group.
+    If `classes` are given, recordings of other classes are excluded. The objects `without` (those
+    of a placebo) are always excluded. Raises NotPossibleError if there are no recordings, if a
+    column is missing, for a class without recordings, if all values or all groups are equal, and
+    for a recording without a group.
     """
     if not len(table.feature):
         raise NotPossibleError("no recording can be used: see the quarantine table")
@@ -56,48 +60,50 @@ def task_data(
         if column not in table.columns:
             raise NotPossibleError(f"there is no column {column!r}: add it to recordings.csv")
     values = table.columns[target].values
-    present = _present(values, target, kind, classes)
+    included = _has_value(values, target, kind, classes)
     if without:
-        present &= ~np.isin(table.columns["object"].values, [*without])
-    if (values[present] == values[present][:1]).all():
+        included &= ~np.isin(table.columns["object"].values, [*without])
+    if (values[included] == values[included][:1]).all():
         raise NotPossibleError(
             f"every recording has the same {target!r}: at least two values are required"
         )
     group = table.columns[groups].values.astype(str)
     names = table.columns["recording"].values
-    if (homeless := present & np.isin(group, ["", "nan"])).any():
+    without_group = included & np.isin(group, ["", "nan"])
+    if without_group.any():
         raise NotPossibleError(
-            f"recording {str(names[homeless][0])!r} has no {groups!r}, which groups folds"
+            f"recording {str(names[without_group][0])!r} has no {groups!r}, which groups folds"
         )
-    if len(np.unique(group[present])) < 2:
+    if len(np.unique(group[included])) < 2:
         raise NotPossibleError(f"all recordings have the same {groups!r}: folds need at least two")
-    return TaskData(table.feature, values, group, names).where(present)
+    return TaskData(table.feature, values, group, names).where(included)
+
+
+def _has_value(
+    values: np.ndarray, target: str, kind: Kind, classes: Sequence[str]
+) -> NDArray[np.bool_]:
+    """Return which recordings have a value (n,) of the target, one of `classes` if given."""
+    has_value = np.isfinite(values) if kind == "regression" else values != ""
+    if not has_value.any():
+        raise NotPossibleError(f"no recording has a value of {target!r}")
+    if classes:
+        missing = sorted(set(classes) - set(values.tolist()))
+        if missing:
+            raise NotPossibleError(f"classes: no recording has the {target} {missing[0]!r}")
+        has_value &= np.isin(values, classes)
+    return np.asarray(has_value)
 
 
 def labels_of(table: FeatureRows, data: TaskData, column: str) -> np.ndarray:
-    """Return the text (n,) in a column of `table` for its recordings `data`."""
+    """Return the text (n,) in a column of `table` for the recordings `data` of this table."""
     chosen = np.isin(table.columns["recording"].values, data.name)
     return table.columns[column].values[chosen].astype(str)
 
 
 def grasps_of(table: FeatureRows, data: TaskData) -> np.ndarray:
-    """Return the grasp (n,) of each of the recordings `data`; never the same in two groups."""
+    """Return names (n,) of the grasps of the recordings `data`, different in different groups."""
     grasp = labels_of(table, data, "grasp_id")
     return np.array([f"{a}\n{b}" for a, b in zip(data.group, grasp, strict=True)])
-
-
-def _present(
-    values: np.ndarray, target: str, kind: Kind, classes: Sequence[str]
-) -> NDArray[np.bool_]:
-    """Return which recordings have a value (n,) of the target, of `classes` alone if given."""
-    present = np.isfinite(values) if kind == "regression" else values != ""
-    if not present.any():
-        raise NotPossibleError(f"no recording has a value of {target!r}")
-    if classes:
-        if missing := sorted(set(classes) - set(values.tolist())):
-            raise NotPossibleError(f"classes: no recording has the {target} {missing[0]!r}")
-        present &= np.isin(values, classes)
-    return np.asarray(present)
 
 
 def frequent_classes(
@@ -108,16 +114,17 @@ def frequent_classes(
     min_groups: int,
     without: Collection[str] = (),
 ) -> tuple[list[str], dict[str, int]]:
-    """Return the classes of `target` with at least `min_groups` groups, and how many each of the
-    others has.
+    """Return the classes with at least `min_groups` groups, and the numbers of groups of others.
 
-    Only `classes` count, if there are any, and not the objects `without`, which are a placebo. A
-    store that lacks a column has none. Raises
-    NotPossibleError where fewer than two classes are left.
+    `target` and `groups` are columns of `table`. If `classes` are given, other classes are
+    excluded. The objects `without` (those of a placebo) are always excluded. Without recordings, or
+    without one of the columns, the result is `classes`. Raises NotPossibleError if fewer than two
+    classes remain.
     """
     if not {target, groups} <= set(table.columns) or not len(table.feature):
         return list(classes), {}
-    value, group = (table.columns[name].values.astype(str) for name in (target, groups))
+    value = table.columns[target].values.astype(str)
+    group = table.columns[groups].values.astype(str)
     if without:
         value = np.where(np.isin(table.columns["object"].values, [*without]), "", value)
     counts = {
@@ -133,20 +140,20 @@ def frequent_classes(
 
 
 def split_withheld(data: TaskData, withhold: Sequence[float]) -> tuple[TaskData, TaskData]:
-    """Return the recordings to train on, and those whose value is withheld.
+    """Return the recordings with training values, and those with the withheld values `withhold`.
 
-    Raises ValueError for a value that no recording has, and when fewer than two are left.
+    Raises NotPossibleError for a value without recordings, and for fewer than two training values.
     """
     for value in withhold:
         if not is_among(data.value, [value]).any():
             raise NotPossibleError(f"withhold: no recording has the value {value:g}")
-    held = is_among(data.value, withhold)
-    if len(np.unique(data.value[~held])) < 2:
+    is_withheld = is_among(data.value, withhold)
+    if len(np.unique(data.value[~is_withheld])) < 2:
         raise NotPossibleError("withhold: at least two values must be left to train on")
-    return data.where(~held), data.where(held)
+    return data.where(~is_withheld), data.where(is_withheld)
 
 
-def is_among(values: np.ndarray, some: Sequence[float]) -> np.ndarray:
-    """Return which of `values` (n,) are one of `some`, but for rounding: boolean (n,)."""
-    same = [np.isclose(values, value, rtol=1e-6, atol=1e-9) for value in some]
-    return np.any(same, axis=0) if same else np.zeros(len(values), bool)
+def is_among(values: np.ndarray, listed: Sequence[float]) -> np.ndarray:
+    """Return a boolean array (n,): whether each of `values` (n,) is `listed`, up to rounding."""
+    equal = [np.isclose(values, value, rtol=1e-6, atol=1e-9) for value in listed]
+    return np.any(equal, axis=0) if equal else np.zeros(len(values), bool)
