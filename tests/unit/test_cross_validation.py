@@ -197,7 +197,7 @@ def placed(*, sessions=4, seed=0, bins=6, effect=0.0) -> FeatureRows:
         for grasp in range(5)
         for sample in range(2)
     ]
-    placement = {key: generator.normal() for key in {(s, k) for s, k, _, _ in names}}
+    placement = {(s, k): generator.normal() for s in range(sessions) for k in "abc"}
     feature = generator.normal(0, 0.01, (len(names), bins)).astype(np.float32)
     feature[:, 0] += [placement[s, k] for s, k, _, _ in names]
     feature[:, 1] += [effect * "abc".index(k) for _, k, _, _ in names]
