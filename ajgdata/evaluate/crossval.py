@@ -424,9 +424,9 @@ def overall(
 ) -> dict[str, tuple[float, ...]]:
     """Return metrics of recordings with training values and withheld values together, by fold.
 
-    `known` are the predictions of recordings with training values. A fold tests a part of these,
-    but all withheld recordings. The known recordings of a fold are therefore weighted, so that
-    their weights add up to the number of all known recordings.
+    `known` are the predictions of recordings with training values. A fold tests a part of the known
+    recordings, but all withheld recordings. The known recordings of a fold are therefore weighted,
+    so that their weights add up to the number of all known recordings.
     """
     per_fold = []
     for fold in np.unique(known.fold):

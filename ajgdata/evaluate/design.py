@@ -20,7 +20,7 @@ class Design(NamedTuple):
     """Numbers of sessions, placements and recordings.
 
     `placements` is computed in two steps: for each class, its largest number of placements in one
-    session, then the smallest of these numbers. It is None if placements are unknown.
+    session, then the smallest number of all classes. It is None if placements are unknown.
     `fewest_recordings` is the number of recordings of the class with the fewest.
     """
 

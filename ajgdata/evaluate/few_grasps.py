@@ -208,7 +208,7 @@ def cross_gripper(
     """Return the scores on each of the other `grippers`, by its name.
 
     Each fold of a gripper is tested. The model is trained on `own`, and on `sizes` groups per class
-    (per value of a regression) of the other gripper. Tested groups are in neither of these. Raises
+    (per value of a regression) of the other gripper. Tested groups of both are excluded. Raises
     NotPossibleError if a class has too few groups for a size.
     """
 

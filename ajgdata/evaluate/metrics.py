@@ -70,9 +70,10 @@ def regression(
     """Return `rmse` and `mae` in the unit of the target, and `r2` = 1 - SS_res / SS_tot.
 
     SS_res is the sum of the squared differences between `y_true` and `y_pred` (n,), and SS_tot the
-    sum of those between `y_true` and its mean (see `middle`). With a `period`, differences are
-    wrapped (see `wrapped`). Each recording has the `weight` (n,), or 1. `r2` is NaN if all targets
-    are equal, for example in a fold that tests one object size.
+    sum of the squared differences between `y_true` and its mean (see `middle`). With a `period`,
+    differences are wrapped (see `wrapped`). `weight` (n,) are the weights of the recordings; None:
+    equal weights. `r2` is NaN if all targets are equal, for example in a fold that tests one object
+    size.
     """
     difference = wrapped(y_pred - y_true, period)
     residual = float(np.average(np.square(difference), weights=weight))

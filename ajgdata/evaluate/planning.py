@@ -266,7 +266,7 @@ def half_width(
 
     The interval is for the objects of the data, or with `new_objects` for all objects of which
     these are a random sample. If the data cannot separate some levels, their variance counts for
-    the outermost of these levels, or with `at_best` for the one with the most units in the design.
+    the outermost level, or with `at_best` for the one with the most units in the design.
     The half width is infinite for one session.
 
     >>> from ajgdata.evaluate.planning import Component, RecordingPlan, DesignLevel, half_width
@@ -345,7 +345,7 @@ def cheapest_design(
     *,
     new_objects: bool = False,
 ) -> RecordingPlan | None:
-    """Return the fastest design with a half width of at most `goal`, or None if there is none.
+    """Return the fastest design with a half width of at most `goal`; None if no design has one.
 
     Of equally fast designs, this is the one with the fewest placements, then with the fewest
     grasps. The number of recordings per grasp is that of `pilot`. The number of objects is also
