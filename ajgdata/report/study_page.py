@@ -76,12 +76,15 @@ class StudySection(NamedTuple):
 
 @dataclass(frozen=True)
 class StudyView:
-    """Values of the template of a study."""
+    """Values of the template of a study; `code` is the hash of the code of a study, or ""."""
 
     title: str
     lead: str
     sources: Sequence[Source]
-    provenance: Mapping[str, Any]
+    version: str
+    commit: str
+    code: str
+    is_quick: bool
     figures: list[DrawnFigure]
     sections: list[StudySection]
 
@@ -107,7 +110,10 @@ def render_study(
         title=lead.title,
         lead=lead.text,
         sources=sources or lead.sources,
-        provenance=provenance,
+        version=provenance["ajgdata_version"],
+        commit=provenance["git_commit"],
+        code=provenance.get("code", ""),
+        is_quick=provenance["quick"],
         figures=[figures[table.name] for table in tables if table.name in figures],
         sections=[
             _section(name, table, known=first_note if number else ())
