@@ -55,7 +55,7 @@ STIFFER = 1e4
 
 
 @dataclass(frozen=True)
-class Grasped:
+class ObjectPhysics:
     """The parts of the object's physics; the walls and modes of the solved parts."""
 
     parts: tuple[PhysicsPart, ...]
@@ -64,10 +64,12 @@ class Grasped:
 
 
 #: There is no object, or a rigid one.
-RIGID = Grasped(tuple(PhysicsPart(name, False) for name in (*get_args(ObjectPart), "support")))
+RIGID = ObjectPhysics(
+    tuple(PhysicsPart(name, False) for name in (*get_args(ObjectPart), "support"))
+)
 
 
-def grasped(scene: Scene, cavity: Cavity, cells: Cells) -> Grasped:
+def object_physics(scene: Scene, cavity: Cavity, cells: Cells) -> ObjectPhysics:
     """Return the parts of the object of `scene`, and the solved walls and modes."""
     shape = scene.object
     material = None if shape is None else material_of(shape.material)
@@ -100,7 +102,7 @@ def grasped(scene: Scene, cavity: Cavity, cells: Cells) -> Grasped:
     parts = [PhysicsPart(name, is_solved) for name, is_solved in present.items()]
     # The support acts through the motion and the bending of the object, and is solved with them.
     support = PhysicsPart("support", scene.support.kind != "rigid" and (is_moving or is_elastic))
-    return Grasped((*parts, support), walls, modes)
+    return ObjectPhysics((*parts, support), walls, modes)
 
 
 def object_body(

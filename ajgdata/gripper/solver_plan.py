@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
 from ajgdata.gripper.geometry import grasp_cavity
-from ajgdata.gripper.grasped_object import grasped
+from ajgdata.gripper.grasped_object import object_physics
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.membrane import membrane_walls
@@ -91,16 +91,16 @@ def _planned(scene: Scene) -> Plan:
     grains = _grains(scene, cells, air)
     wide = wide_weight(h)
     per_sample = steps_per_sample(h, scene.numerics.cfl, air.temperature_c, wide)
-    held = grasped(scene, cavity, cells)
+    physics = object_physics(scene, cavity, cells)
     membrane = membrane_walls(scene, cavity, cells)
     system = assemble(
         cells,
         air_fluid(air),
         1 / (SAMPLE_RATE_HZ * per_sample),
         grains,
-        membrane + _housing(scene, cells, air) + held.walls,
+        membrane + _housing(scene, cells, air) + physics.walls,
         np.float32 if scene.numerics.precision == "float32" else np.float64,
-        held.modes,
+        physics.modes,
         wide=wide,
     )
     sigma = gripper.transducer_sigma_mm * MM
@@ -114,7 +114,7 @@ def _planned(scene: Scene) -> Plan:
         PhysicsPart("poles", has_grains and scene.numerics.poles > 0),
         PhysicsPart("membrane", True),
         PhysicsPart("object", scene.object is not None),
-        *held.parts,
+        *physics.parts,
     )
     return Plan(
         scene,
