@@ -1,1 +1,1 @@
-"""From samples to spectrum: checks, alignment and the feature itself; numpy and scipy only."""
+"""From samples to spectrum: checks of a recording and the feature, with numpy and scipy only."""

@@ -1,10 +1,10 @@
-"""Frequencies of lines that reach the bins of a feature: a defect elsewhere does not matter."""
+"""Frequencies of lines that reach the bins of a feature; defects at others do not change it."""
 
 from __future__ import annotations
 
 import math
 
-#: Lowest and highest frequency in Hz of a feature of all bins.
+#: Lowest and highest frequency in Hz for a feature that has all bins.
 ALL_HZ = (-math.inf, math.inf)
 
 

@@ -1,12 +1,16 @@
 """Checks of the samples of a recording: each defect has one message and one remedy.
 
-error (unusable): `too_short`, `not_finite`, `silent`, `constant`, `too_quiet`, `float_bytes`.
-warning (used, but look): `clipped`, `quiet`, `offset`, `hum`, `gap`, `repeated_block`.
-note (unusual and fine): `beyond_full_scale`. The last five are in modules of their own.
+- error (unusable): `too_short`, `not_finite`, `silent`, `constant`, `too_quiet`, `float_bytes`
+- warning (used; a person should check it): `clipped`, `quiet`, `offset`, `hum`, `gap`,
+  `repeated_block`
+- note (unusual and correct): `beyond_full_scale`
+
+`float_bytes`, `offset`, `hum`, `gap` and `repeated_block` have modules of their own.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -21,14 +25,19 @@ from ajgdata.features.repeats import check_repeats
 from ajgdata.features.segments import segments
 from ajgdata.store.audio import Audio, Remark
 
-TOO_QUIET = 1e-30  # no microphone: below this float32 loses digits (1.2e-38), then everything
-_QUIET = 1e-4  # -80 dB of full scale: three bits of a 16-bit recording
-_RUN = 3  # samples at the extreme, one after another, before it is called clipping
-#: A smooth peak that quantisation flattens over three samples has curvature c <= q per sample
-#: squared (q the quantum), hence leaves it by 4 c + q <= 5 q at the most; clipping leaves a cliff.
+#: Least peak of a microphone, relative to full scale. Far below it (1.2e-38), float32 loses digits.
+TOO_QUIET = 1e-30
+#: Peak of a quiet recording: -80 dB of full scale, three bits of a 16-bit recording.
+_QUIET = 1e-4
+#: Least number of successive samples at the extreme that are called clipping.
+_RUN = 3
+#: Least step (in quanta) from a clipped top to the next sample. A smooth peak that quantisation
+#: flattens over three samples has a curvature c <= q per sample squared, where q is the quantum.
+#: The next sample differs from it by up to 4 c + q <= 5 q.
 _CLIFF_QUANTA = 8
+#: Bits of the encodings with integers, by libsndfile's names.
 _BITS = {"PCM_U8": 8, "PCM_S8": 8, "PCM_16": 16, "PCM_24": 24, "PCM_32": 32}
-#: Bits of full scale that count in files of floats and in compressed files: less is rounding noise.
+#: Bits of full scale in files of floats and in compressed files; smaller steps are rounding noise.
 _FLOAT_BITS = 16
 #: Code of the note about float samples above full scale.
 BEYOND_FULL_SCALE = "beyond_full_scale"
@@ -38,11 +47,11 @@ _GAIN = "lower the gain and record again, or set quality to reject"
 def check_audio(
     audio: Audio, window: int, band_hz: tuple[float, float] | None = None
 ) -> list[Remark]:
-    """Return every remark on a recording that could be read.
+    """Return all remarks on a recording that could be read.
 
-    `window` and `band_hz` are those of the feature. Conversion hides clipping, so the samples are
-    judged as recorded; but those as converted must still make a feature (opposite channels average
-    to silence).
+    `window` and `band_hz` are those of the feature. Conversion hides clipping, so the recorded
+    samples are checked. The converted samples are also checked, because they must have a feature
+    (the mean of opposite channels is silence).
     """
     is_converted = audio.samples.size != audio.recorded.size  # resampled, or averaged
     remarks = check_samples(
@@ -54,12 +63,18 @@ def check_audio(
     )
     if is_converted:
         of_converted = _check_level(_columns(audio.samples), audio.info.subtype, window)
-        wrong = [issue for issue in (*remarks, *of_converted) if issue.level == "error"]
-        if errors := {issue.code: issue for issue in reversed(wrong)}:  # the first of each code
-            remarks = list(reversed(errors.values()))
+        errors = [remark for remark in (*remarks, *of_converted) if remark.level == "error"]
+        if errors:
+            remarks = _first_of_each_code(errors)
         elif not any(remark.code == "quiet" for remark in remarks):
             remarks += [remark for remark in of_converted if remark.code == "quiet"]
     return [*audio.remarks, *remarks]
+
+
+def _first_of_each_code(remarks: Sequence[Remark]) -> list[Remark]:
+    """Return the first remark of each code, in the order of the last remarks of each code."""
+    first = {remark.code: remark for remark in reversed(remarks)}
+    return list(reversed(first.values()))
 
 
 def _lines_hz(
@@ -80,13 +95,12 @@ def check_samples(
     sample_rate_hz: float = 44_100,
     lines_hz: tuple[float, float] = ALL_HZ,
 ) -> list[Remark]:
-    """Return remarks on samples (n,) or (n, channels) as recorded, full scale +-1.
+    """Return remarks on recorded samples (n,) or (n, channels), full scale +-1.
 
-    `subtype` is libsndfile's name of the encoding (`AudioInfo.subtype`): integers clip at full
-    scale, float samples may exceed it and clip wherever a flat top shows. `window` is the number of
-    samples that the feature needs; `lines_hz` are the frequencies that reach it. With an error
-    nothing else is looked for: of samples without sound, the first reason is reported in addition
-    to their length.
+    `subtype` is libsndfile's name of the encoding (`AudioInfo.subtype`). Integers clip at full
+    scale. Float samples can exceed full scale, and clip at any flat top. `window` is the number of
+    samples that the feature requires, and `lines_hz` are the frequencies that reach it. If there is
+    an error, the result has only errors: the length, and the first reason for missing sound.
     """
     columns = _columns(samples)
     remarks = _check_level(columns, subtype, window)
@@ -96,10 +110,9 @@ def check_samples(
     with np.errstate(over="ignore", invalid="ignore"):  # a sum that overflows exceeds no limit
         for column in columns.T:
             defects += _check_signal(column, subtype, sample_rate_hz, lines_hz)
-    first = {defect.code: defect for defect in reversed(defects)}  # the first of each code
-    if errors := [defect for defect in first.values() if defect.level == "error"]:
-        return errors
-    return [*remarks, *reversed(first.values())]
+    defects = _first_of_each_code(defects)
+    errors = [defect for defect in defects if defect.level == "error"]
+    return errors or [*remarks, *defects]
 
 
 def _columns(samples: NDArray[Any]) -> NDArray[Any]:
@@ -118,27 +131,32 @@ def _check_signal(
     parts = segments(samples, sample_rate_hz)
     is_integer = subtype in _BITS
     loudest = float(parts.rms.max(initial=0))
-    wrong = check_encoding(samples, loudest) if is_integer else None
-    if wrong:
-        return [wrong]
-    quantum = 2.0 ** (1 - _BITS[subtype]) if is_integer else _float_quantum(samples)
+    if is_integer:
+        error = check_encoding(samples, loudest)
+        if error:
+            return [error]
+        quantum = 2.0 ** (1 - _BITS[subtype])
+    else:
+        quantum = _float_quantum(samples)
     defects = [
-        check_offset(samples, parts, sample_rate_hz) if lines_hz[0] <= 0 else None,
         check_hum(samples, parts, sample_rate_hz, lines_hz),
         check_gaps(samples, quantum),
         check_repeats(samples, quantum),
     ]
+    if lines_hz[0] <= 0:
+        defects.insert(0, check_offset(samples, parts, sample_rate_hz))
     return [defect for defect in defects if defect]
 
 
 def _float_quantum(samples: NDArray[Any]) -> float:
-    """Return the step below which samples (n,) of a file without integers are rounding noise."""
+    """Return the step of samples (n,) of a file without integers; less is rounding noise."""
     return float(max(samples.max(), -samples.min())) * 2.0 ** (1 - _FLOAT_BITS)
 
 
 def _check_level(columns: NDArray[Any], subtype: str, window: int) -> list[Remark]:
     """Return remarks on the length and on the amplitudes of samples (n, channels)."""
-    if errors := _unusable(columns, window):
+    errors = _unusable(columns, window)
+    if errors:
         return errors
     remarks = []
     lowest, highest = _extremes(columns)
@@ -165,25 +183,27 @@ def _check_level(columns: NDArray[Any], subtype: str, window: int) -> list[Remar
 
 
 def _extremes(columns: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return the lowest and highest sample of each channel, NaN if there is NaN."""
+    """Return the lowest and highest sample of each channel (channels,), NaN if there is NaN."""
     rows = columns.T  # one channel is contiguous along its row
     return rows.min(axis=1), rows.max(axis=1)
 
 
 def _unusable(columns: NDArray[Any], window: int) -> list[Remark]:
     """Return the reasons why samples (n, channels) have no feature."""
+    errors = []
     count = len(columns)
+    if count < max(window, 1):
+        problem = f"{count} samples are fewer than one window of {window}"
+        fix = "record longer, set features.window, or remove its row"
+        errors.append(Remark("error", "too_short", problem, fix))
     soundless = _soundless(columns) if count > 1 else None
-    if count >= max(window, 1):
-        return [soundless] if soundless else []
-    problem = f"{count} samples are fewer than one window of {window}"
-    fix = "record longer, set features.window, or remove its row"
-    too_short = Remark("error", "too_short", problem, fix)
-    return [too_short, soundless] if soundless else [too_short]
+    if soundless:
+        errors.append(soundless)
+    return errors
 
 
 def _soundless(columns: NDArray[Any]) -> Remark | None:
-    """Return the first reason why samples (n, channels), n > 0, hold no sound."""
+    """Return the first reason why samples (n, channels), n > 0, have no sound; None for sound."""
     lowest, highest = _extremes(columns)
     peak = float(np.maximum(highest, -lowest).max())
     if not np.isfinite(peak):
@@ -217,20 +237,23 @@ def _clipped(samples: NDArray[Any], subtype: str, lowest: float, highest: float)
 
 
 def _flat_top(samples: NDArray[Any], extreme: float) -> int:
-    """Return samples in runs at `extreme`, if the signal leaves it by more than quantisation
-    explains."""
-    at = samples == extreme
-    if not (count := _in_runs(at)):
+    """Return the number of samples in runs at `extreme`.
+
+    It is 0 if quantisation explains the steps between these runs and their neighbours.
+    """
+    is_extreme = samples == extreme
+    count = _in_runs(is_extreme)
+    if not count:
         return 0
     steps = np.abs(np.diff(samples))
-    leaving = steps[at[1:] != at[:-1]]
-    return count if np.median(leaving) >= _CLIFF_QUANTA * steps[steps > 0].min() else 0
+    edge_steps = steps[is_extreme[1:] != is_extreme[:-1]]
+    return count if np.median(edge_steps) >= _CLIFF_QUANTA * steps[steps > 0].min() else 0
 
 
-def _in_runs(hit: NDArray[np.bool_]) -> int:
+def _in_runs(mask: NDArray[np.bool_]) -> int:
     """Return the number of True in runs of at least _RUN."""
-    if np.count_nonzero(hit) < _RUN:
+    if np.count_nonzero(mask) < _RUN:
         return 0
-    edges = np.flatnonzero(np.diff(hit, prepend=False, append=False))
+    edges = np.flatnonzero(np.diff(mask, prepend=False, append=False))
     lengths = edges[1::2] - edges[::2]
     return int(lengths[lengths >= _RUN].sum())

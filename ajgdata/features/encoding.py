@@ -44,7 +44,9 @@ def check_encoding(samples: NDArray[np.float32], rms: float) -> Remark | None:
     inside = np.count_nonzero((remainder > LOWEST_BYTES) & (remainder < HIGHEST_BYTES), axis=0)
     if not np.any((nonzero >= _MIN_SAMPLES) & (inside >= MIN_PART * nonzero)):
         return None
-    problem = "the samples are bytes of floating-point numbers under an integer header: noise at "
-    problem += "full scale"
+    problem = (
+        "the samples are bytes of floating-point numbers under an integer header: noise at full"
+        " scale"
+    )
     fix = "export it again from the program that wrote it, as float WAV or 16-bit WAV"
     return Remark("error", "float_bytes", problem, fix)

@@ -17,8 +17,8 @@ MIN_QUANTA = 8
 def check_gaps(samples: NDArray[np.float32], quantum: float) -> Remark | None:
     """Return a warning for runs of zeros in samples (n,) that begin and end in the sound.
 
-    `quantum` is the step of the encoding. Silence at the begin or end, and silence into which the
-    sound decays or fades, are no gaps.
+    `quantum` is the step of the encoding. Silence at the beginning or end is not a gap, and neither
+    is silence into which the sound decays or fades.
     """
     zero = samples == 0
     if np.count_nonzero(zero) < MIN_BUFFER:

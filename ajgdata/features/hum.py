@@ -17,9 +17,10 @@ from ajgdata.features.segments import Segments
 from ajgdata.features.share import LINE_GAIN, SHARE_LIMIT, may_exceed, share
 from ajgdata.store.audio import Remark
 
+#: Frequencies of the mains, and number of their harmonics that are examined.
 MAINS_HZ = (50, 60)
 _HARMONICS = 6
-#: Subharmonics. A periodic sound of this pitch has harmonics at those of the mains.
+#: Subharmonics of the mains: a periodic sound of this pitch has harmonics at those of the mains.
 _LOWER_HZ = (10, 50 / 3, 20, 25, 30)
 #: Two neighbouring segments hold whole periods; three such pairs show that a line is steady.
 _MIN_SEGMENTS = 4
@@ -43,9 +44,9 @@ def check_hum(
 ) -> Remark | None:
     """Return a warning if mains hum has more than SHARE_LIMIT of the spectrum.
 
-    `samples` (n,) have the segments `parts`; only lines within `lines_hz` reach the spectrum. All
-    lines show that the hum is that of the mains. The recording has 0.2 s or more; shorter ones
-    cannot show that a line is steady.
+    `samples` (n,) have the segments `parts`. All lines show that the hum is that of the mains, but
+    only lines within `lines_hz` reach the spectrum. There is no warning about a recording shorter
+    than 0.2 s, which does not show that a line is steady.
     """
     if len(parts.rms) < _MIN_SEGMENTS:
         return None
@@ -72,8 +73,10 @@ def check_hum(
         hum = synthesised(lines[row], mains_hz, len(samples), sample_rate_hz)
         part = share(component, samples - hum, sample_rate_hz)
         if part > SHARE_LIMIT:
-            problem = f"mains hum of {mains_hz} Hz ({count} steady lines): "
-            problem += f"{100 * part:.0f} % of the spectrum"
+            problem = (
+                f"mains hum of {mains_hz} Hz ({count} steady lines):"
+                f" {100 * part:.0f} % of the spectrum"
+            )
             fix = (
                 "remove the ground loop or shield the cables and record again, or set "
                 "features.band_hz so that it excludes the lines"

@@ -1,4 +1,4 @@
-"""Check of a constant offset (DC): a share of the two lowest bins that has no sound in it."""
+"""Check of a constant offset (DC), which adds to the two lowest bins of the spectrum."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ajgdata.store.audio import Remark
 #: An offset is constant: it exceeds the median deviation of the segments' means by this factor.
 #: Without an offset, the median of 20 independent means has a standard error of 0.4 deviations.
 _STEADINESS = 3
-#: The mean of all segments is a quick estimate of the offset; this factor is its tolerance.
+#: Tolerance of a quick estimate of the offset, the mean of all segments.
 _ROUGHNESS = 2
 
 
@@ -21,7 +21,7 @@ def check_offset(
 ) -> Remark | None:
     """Return a warning if an offset has more than SHARE_LIMIT of the spectrum.
 
-    `samples` (n,) have the segments `parts`. Low-frequency sound is no offset, because its mean
+    `samples` (n,) have the segments `parts`. Low-frequency sound is not an offset, because its mean
     varies from segment to segment.
     """
     if not len(parts.rms):

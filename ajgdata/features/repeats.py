@@ -1,8 +1,8 @@
 """Check of repeated blocks: a buffer that a sound card delivers twice.
 
-A microphone has noise, so that no stretch of 64 samples occurs twice. Comparing all pairs of
-stretches is slow. Anchors are samples whose value and predecessor have a certain hash: the same
-anchors are in both copies, and only anchors with equal neighbourhoods (8 samples) are compared.
+A microphone has noise, so no stretch of 64 samples occurs twice. A comparison of all pairs of
+stretches is slow. Therefore only anchors are compared: samples whose value and predecessor have a
+certain hash. Both copies have the same anchors, with equal neighbourhoods of 8 samples.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ _ANCHOR_SPACING = 32
 _MULTIPLIER = np.uint32(0x9E3779B1)
 #: Lags that are compared in full.
 _MAX_LAGS = 8
-#: Periodic sound repeats exactly, too: next to a repeated block, the sound and its copy differ by
-#: at least half of their root mean square (independent sound differs by 1.4 times).
+#: Least difference between the sound next to a repeated block and the sound next to its copy, in
+#: root mean squares. Independent sound differs by 1.4; periodic sound repeats there as well.
 _DIFFERENCE = 0.5
-#: Periodic sound may also end abruptly. An equal run of this number of lags, which are four equal
-#: blocks in succession, is periodic sound.
+#: Number of lags from which an equal run is periodic sound, which can also end abruptly: these are
+#: four equal blocks in succession.
 _PERIODS = 3
 
 
 def check_repeats(samples: NDArray[np.float32], quantum: float) -> Remark | None:
-    """Return a warning for a block of samples (n,) that follows itself.
+    """Return a warning for a block of samples (n,) that occurs twice in succession.
 
     A block has MIN_BUFFER samples or more, and sound of MIN_QUANTA times the `quantum` of the
-    encoding or more. Periodic sound is no repeat.
+    encoding or more. Periodic sound is not a repeat.
     """
     for lag in _candidate_lags(samples):
         for start, stop in _equal_runs(samples, lag):
@@ -68,7 +68,8 @@ def _equal_runs(samples: NDArray[np.float32], lag: int) -> list[tuple[int, int]]
     """Return begin and end of runs of at least `lag` samples that equal the samples `lag` later."""
     equal = samples[:-lag] == samples[lag:]
     edges = np.flatnonzero(np.diff(equal, prepend=False, append=False))
-    starts, stops = edges[::2], edges[1::2]
+    starts = edges[::2]
+    stops = edges[1::2]
     is_long = stops - starts >= lag
     return list(zip(starts[is_long].tolist(), stops[is_long].tolist(), strict=True))
 

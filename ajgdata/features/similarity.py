@@ -28,10 +28,11 @@ from numpy.typing import NDArray
 Float32 = NDArray[np.float32]
 RowNumbers = NDArray[np.intp]
 
-#: From above the leakage of an offset, to below the filter of a file of 22.05 kHz.
+#: Band of the comparison, between the leakage of an offset and the filter of a file of 22.05 kHz.
 COMPARED_BAND_HZ = (50.0, 9_500.0)
-#: Most bands. With the default features each bin of the band (439) is a band.
+#: Largest number of bands. With the default features, each bin of the band (439) is a band.
 BANDS = 512
+#: Number that is added to the level of each band, in units of the mean.
 FLOOR = 0.1
 #: Largest distance of copies. We measured synthetic decaying sounds of 0.25 s (16 bits): 50 ms
 #: removed at the start .082, at the end .046. Other repeats of these sounds differ by .14 or more.
@@ -42,14 +43,15 @@ FORMAT = 0.004
 #: Share of the distance between independent recordings. By the formula above, a copy may lack a
 #: third of its sound.
 SHARE = 1 / 2
-#: Low quantile of distances within a grasp, because recordings may differ in more than noise.
+#: Quantile of the distances within a grasp. It is low, because recordings may differ in more than
+#: noise.
 QUANTILE = 0.1
 #: Quantile of the distances of nearest neighbours. One recording in seven may have a copy, and
 #: each object with a quarter of the recordings sets the scale by its own scatter.
 NEAREST_QUANTILE = 1 / 4
-#: The least rank of this quantile, from 0: one copy already gives two small distances.
+#: Least rank of this quantile, from 0, because one copy already gives two small distances.
 LEAST_RANK = 2
-#: Share of recordings that are repeats of a grasp, for a tolerance from their distances.
+#: Least share of recordings that are repeats of a grasp, for a tolerance from their distances.
 FEWEST_REPEATS = 1 / 4
 #: Recordings whose nearest neighbours are searched for a tolerance.
 SAMPLED_ROWS = 500
@@ -64,8 +66,10 @@ SAMPLED_PAIRS = 2_000
 MOST_PAIRS = 100_000
 #: Dimensions of the projection that selects candidates.
 _PROJECTED = 128
-_BLOCK = 2_048  # rows compared at once: 16 MiB of distances
-_NEAREST_BLOCK = 64  # rows compared with all other rows at once
+#: Rows that are compared at once: 16 MiB of distances.
+_BLOCK = 2_048
+#: Rows that are compared with all other rows at once.
+_NEAREST_BLOCK = 64
 #: Error of a float32 matrix product of _PROJECTED + 2 terms, relative to its largest terms.
 _ROUNDING = 1e-5
 
@@ -211,7 +215,7 @@ def similar_pairs(prints: Float32, grasp: Sequence[str], limit: float) -> Simila
 
     The search has no false negatives. `first` is the earlier row of a pair.
     """
-    return _search(prints, prints, grasp, grasp, limit, True)
+    return _search(prints, prints, grasp, grasp, limit, same_set=True)
 
 
 def similar_between(
@@ -219,7 +223,7 @@ def similar_between(
 ) -> SimilarPairs:
     """Return all pairs of a row of `own` and a row of `other` whose distance is up to `limit` and
     whose grasps have different names."""
-    return _search(own, other, own_grasp, other_grasp, limit, False)
+    return _search(own, other, own_grasp, other_grasp, limit, same_set=False)
 
 
 def nearer_than_own(
@@ -249,15 +253,20 @@ def _search(
     own_grasp: Sequence[str],
     other_grasp: Sequence[str],
     limit: float,
+    *,
     same_set: bool,
 ) -> SimilarPairs:
+    """Return pairs of a row of `own` and a row of `other`, of grasps with different names.
+
+    If both are the same set, each pair occurs once.
+    """
     names = np.asarray([*own_grasp, *other_grasp], np.str_)
     codes = np.unique(names, return_inverse=True)[1]
     own_code = codes[: len(own)]
     other_code = codes[len(own) :]
     parts: list[tuple[RowNumbers, RowNumbers, NDArray[np.float64]]] = []
     count = 0
-    for own_rows, other_rows in _candidates(own, other, limit, same_set):
+    for own_rows, other_rows in _candidates(own, other, limit, same_set=same_set):
         differs = own_code[own_rows] != other_code[other_rows]
         first = own_rows[differs]
         second = other_rows[differs]
@@ -268,12 +277,13 @@ def _search(
             parts.append((first[rows][near], second[rows][near], distance[near]))
             count += int(near.sum())
             if count >= MOST_PAIRS:
-                return _joined(parts, False, same_set)
-    return _joined(parts, True, same_set)
+                return _joined(parts, complete=False, same_set=same_set)
+    return _joined(parts, complete=True, same_set=same_set)
 
 
 def _joined(
     parts: Sequence[tuple[RowNumbers, RowNumbers, NDArray[np.float64]]],
+    *,
     complete: bool,
     same_set: bool,
 ) -> SimilarPairs:
@@ -290,7 +300,7 @@ def _joined(
 
 
 def _candidates(
-    own: Float32, other: Float32, limit: float, same_set: bool
+    own: Float32, other: Float32, limit: float, *, same_set: bool
 ) -> Iterator[tuple[RowNumbers, RowNumbers]]:
     """Yield pairs of rows that include all with a distance up to `limit`.
 
@@ -309,8 +319,8 @@ def _candidates(
     other_order = np.argsort(other_rows @ direction, kind="stable")
     own_place = (own_rows @ direction)[own_order]
     other_place = (other_rows @ direction)[other_order]
-    left = _augmented(own_rows[own_order], True)
-    right = _augmented(other_rows[other_order], False)
+    left = _left_factors(own_rows[own_order])
+    right = _right_factors(other_rows[other_order])
     largest = float(left[:, -2].max() + right[:, -1].max())
     slack = _ROUNDING * largest
     reach = limit + np.sqrt(slack)
@@ -346,12 +356,21 @@ def _largest_direction(rows: Float32) -> Float32:
     return vectors[:, -1].astype(np.float32)
 
 
-def _augmented(rows: Float32, is_left: bool) -> Float32:
-    """Return rows (n, b + 2) whose products left @ right.T are squared distances."""
-    squares = np.einsum("ij,ij->i", rows, rows)[:, np.newaxis]
-    ones = np.ones_like(squares)
-    parts = [rows, squares, ones] if is_left else [-2 * rows, ones, squares]
-    return np.concatenate(parts, axis=1)
+def _left_factors(rows: Float32) -> Float32:
+    """Return rows (n, b + 2), whose products with the `_right_factors` are squared distances."""
+    squares = _squares(rows)
+    return np.concatenate([rows, squares, np.ones_like(squares)], axis=1)
+
+
+def _right_factors(rows: Float32) -> Float32:
+    """Return rows (n, b + 2) for the products of `_left_factors`."""
+    squares = _squares(rows)
+    return np.concatenate([-2 * rows, np.ones_like(squares), squares], axis=1)
+
+
+def _squares(rows: Float32) -> Float32:
+    """Return the squared norms (n, 1) of rows (n, b)."""
+    return np.einsum("ij,ij->i", rows, rows)[:, np.newaxis]
 
 
 def distances(first: Float32, second: Float32) -> NDArray[np.float64]:

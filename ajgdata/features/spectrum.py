@@ -1,20 +1,21 @@
-"""Signal -> spectrum: short-time Fourier transform, summed over time, normalised.
+"""Spectrum of a recording: short-time Fourier transform, summed over time and normalised.
 
-With x the samples, w the window (length N), h the hop and F = 1 + floor((n - N) / h) frames that
-lie wholly inside the signal (nothing is padded; a rest shorter than one hop is not used):
+Let x be the samples, w the window (length N) and h the hop. F = 1 + floor((n - N) / h) frames are
+completely inside the signal. Nothing is padded, and a remainder shorter than one hop is not used.
 
     X[f, k] = sum_j  w[j] x[f h + j] exp(-2 pi i j k / N),     k = 0 ... N/2
     S[k]    = sum_f |X[f, k]|    (magnitude)   or   sum_f |X[f, k]|^2   (power)   or its root
 
-Noise adds to every frame, the sound of a sweep to few: magnitudes let a pedestal in that grows with
-the number of frames. White noise of variance v adds sqrt(pi v W)/2 a frame to the magnitude, v W to
-the power, W = sum_j w[j]^2.
+Noise is in all frames, but the sound of a sweep is in a few frames of each bin. A sum of magnitudes
+therefore has a floor of noise that grows with the number of frames. White noise of variance v adds
+sqrt(pi v W)/2 per frame to the magnitude, and v W to the power, where W = sum_j w[j]^2.
 
-S is cropped to `band_hz` and divided by its own 1-norm, 2-norm or maximum. Window length, sum
-over time and "normalised" are the paper's; the other choices are settings (FeatureSettings).
+S is limited to `band_hz` and divided by its own 1-norm, 2-norm or maximum. The paper states the
+window length, the sum over time and that spectra are normalised. All other choices are settings
+(FeatureSettings).
 
-Everything is float32, a block of frames at a time. So that no amplitude overflows or vanishes,
-the samples are scaled by the power of two nearest to their peak, which is exact.
+The transform is computed in float32, one block of frames at a time. The samples are scaled by the
+power of two next to their peak, which is exact, so that no amplitude overflows or vanishes.
 """
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ Float32 = NDArray[np.float32]
 
 #: Settings of a spectrum if none are given: the paper's window, and the defaults of this package.
 DEFAULT_SETTINGS = FeatureSettings()
-_BLOCK = 65_536  # samples transformed at once: 32 frames of 2048, 256 KiB, fits a core's L2 cache
+#: Samples that are transformed at once: 32 frames of 2048 (256 KiB) fit in the L2 cache of a core.
+_BLOCK = 65_536
 
 
 def frequencies_hz(
@@ -79,7 +81,7 @@ def spectrum(
     """
     samples = np.asarray(samples)
     band = _band(sample_rate_hz, settings)
-    exponent = _check(samples, settings)
+    exponent = _peak_exponent(samples, settings)
     if exponent is None:
         return np.zeros(band.stop - band.start, np.float32)
     if samples.dtype != np.float32 or abs(exponent) > 120:
@@ -89,7 +91,8 @@ def spectrum(
         scale = -exponent
     total = _summed(samples, settings, scale)[band]
     if settings.normalisation == "none":
-        total = np.ldexp(total, exponent * (2 if settings.quantity == "power" else 1))
+        total_exponent = 2 * exponent if settings.quantity == "power" else exponent
+        total = np.ldexp(total, total_exponent)
         if total.max() > np.finfo(np.float32).max:
             raise ValueError("the spectrum exceeds float32: set features.normalisation")
         return total.astype(np.float32)
@@ -97,15 +100,18 @@ def spectrum(
 
 
 def normalised(values: NDArray[np.float64], normalisation: str) -> Float32:
-    """Return values (n_bins,) over their norm, `l1`, `l2` or `max`; as they are for `none`."""
+    """Return values (n_bins,) over their norm `l1`, `l2` or `max`, unchanged for `none`."""
     if normalisation == "none":
         return values.astype(np.float32)
     norm = np.linalg.norm(values, {"l1": 1, "l2": 2, "max": np.inf}[normalisation])
     return (values / norm if norm else values).astype(np.float32)
 
 
-def _check(samples: NDArray[Any], settings: FeatureSettings) -> int | None:
-    """Return the exponent of two of the peak of usable samples, None when they are silent."""
+def _peak_exponent(samples: NDArray[Any], settings: FeatureSettings) -> int | None:
+    """Return the binary exponent of the peak of samples; None if they are silent.
+
+    Raises ValueError for samples that have no spectrum.
+    """
     if samples.ndim != 1:
         raise ValueError(f"need samples of shape (n,), got {samples.shape}")
     if len(samples) < settings.window:
@@ -120,7 +126,7 @@ def _check(samples: NDArray[Any], settings: FeatureSettings) -> int | None:
 
 
 def _summed(samples: Float32, settings: FeatureSettings, exponent: int) -> NDArray[np.float64]:
-    """Return the sum over time (window/2 + 1,) of the transform of 2**exponent samples."""
+    """Return the sum over time (window/2 + 1,) of the transform of `samples` times 2**exponent."""
     window = np.ldexp(
         periodic_window(settings.window_shape, settings.window).astype(np.float32), exponent
     )
@@ -135,8 +141,8 @@ def _summed(samples: Float32, settings: FeatureSettings, exponent: int) -> NDArr
     return np.sqrt(total) if settings.quantity == "root_power" else total
 
 
-#: Coefficients of the cosines of each window, as in `scipy.signal.windows`, whose import takes half
-#: a second.
+#: Coefficients of the cosines of each window, as in `scipy.signal.windows`. The import of this
+#: module would take half a second.
 _COSINES = {
     "hann": (0.5, 0.5),
     "hamming": (0.54, 1 - 0.54),
@@ -147,7 +153,7 @@ _COSINES = {
 
 @lru_cache(maxsize=8)
 def periodic_window(shape: str, length: int) -> NDArray[np.float64]:
-    """Return a periodic window (length,): a sum of cosines."""
+    """Return a periodic window (length,), which is a sum of cosines."""
     angle = np.linspace(-np.pi, np.pi, length + 1)[:-1]
     window = np.zeros(length)
     for order, coefficient in enumerate(_COSINES[shape]):
@@ -155,26 +161,27 @@ def periodic_window(shape: str, length: int) -> NDArray[np.float64]:
     return window
 
 
-def _all_frequencies(sample_rate_hz: float, settings: FeatureSettings) -> NDArray[np.float64]:
-    return np.arange(settings.window // 2 + 1, dtype=np.float64) * (
-        sample_rate_hz / settings.window
-    )
-
-
 @lru_cache(maxsize=32)
 def _band(sample_rate_hz: float, settings: FeatureSettings) -> slice:
-    """Return bins within `band_hz`."""
+    """Return the slice of the bins within `band_hz`. Raises ValueError if there are no bins."""
     frequencies = _all_frequencies(sample_rate_hz, settings)
     if settings.band_hz is None:
         return slice(0, len(frequencies))
     low, high = settings.band_hz
-    start, stop = np.searchsorted(frequencies, low), np.searchsorted(frequencies, high, "right")
+    start = np.searchsorted(frequencies, low)
+    stop = np.searchsorted(frequencies, high, "right")
     if start == stop:
         raise ValueError(
             f"no bin lies within band_hz {low:g} to {high:g} Hz "
             f"(bins every {sample_rate_hz / settings.window:g} Hz up to {frequencies[-1]:g} Hz)"
         )
     return slice(int(start), int(stop))
+
+
+def _all_frequencies(sample_rate_hz: float, settings: FeatureSettings) -> NDArray[np.float64]:
+    """Return the centre frequencies (window/2 + 1,) of all bins in Hz."""
+    bin_hz = sample_rate_hz / settings.window
+    return np.arange(settings.window // 2 + 1, dtype=np.float64) * bin_hz
 
 
 def within(
@@ -185,9 +192,9 @@ def within(
 ) -> tuple[Float32, NDArray[np.float64]]:
     """Return the bins of features (n, f) with low <= frequency <= high, and their frequencies.
 
-    Divided by their own norm again (see `FeatureSettings.normalisation`), they are the features
-    with that `band_hz` but for rounding: what lies outside is in no bin, nor in the norm. Raises
-    ValueError for a band without bins.
+    The bins are divided by their own norm (see `FeatureSettings.normalisation`). Except for
+    rounding errors, the result is the feature with this `band_hz`, because sound outside the band
+    is neither in a bin nor in the norm. Raises ValueError for a band without bins.
 
     >>> import numpy as np
     >>> from ajgdata.features.spectrum import within
@@ -206,10 +213,10 @@ def within(
 def differing_axes(
     own: Mapping[str, Mapping[str, Any]], other: Mapping[str, Mapping[str, Any]]
 ) -> list[tuple[str, Any, Any]]:
-    """Return the settings in which the features of two stores differ, with both values.
+    """Return the settings in which two feature files differ, with both values.
 
-    `own` and `other` are the settings in the attributes of the stores: `audio` and `features` as
-    in JSON. The frequencies of the bins follow from sample rate, window and band.
+    `own` and `other` are the attributes `audio` and `features` of the files, as in JSON. The
+    frequencies of the bins follow from sample rate, window and band.
     """
     keys = [("audio", "sample_rate_hz")]
     keys += [("features", key) for key in FeatureSettings.model_fields]
@@ -223,7 +230,7 @@ def differing_axes(
 
 
 def settings_text(audio: AudioSettings, features: FeatureSettings) -> str:
-    """Return the settings of features as JSON: equal texts mean features that compare."""
+    """Return the settings of features as JSON; features with equal texts are comparable."""
     settings = {
         "audio": audio.model_dump(mode="json"),
         "features": features.model_dump(mode="json"),
