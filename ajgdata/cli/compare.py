@@ -1,4 +1,4 @@
-"""The command that compares the results of two runs: `ajgdata compare`."""
+"""`ajgdata compare`: compare the results of two runs."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ from ajgdata.types import DataError
 if TYPE_CHECKING:
     import pandas as pd
 
-
-#: Values are equal if they differ by at most this share of the larger one.
+#: Largest relative difference of equal values.
 TOLERANCE = 1e-6
 
 FolderArgument = Annotated[
@@ -32,7 +31,8 @@ def compare(old: FolderArgument, new: FolderArgument) -> None:
     Prints the removed, new and changed rows of metrics.csv. Values are equal up to a relative
     difference of 1e-6. Rows on time and memory are not compared. Exit code 3 if rows differ.
     """
-    old_rows, new_rows = read_scores(old), read_scores(new)
+    old_rows = read_scores(old)
+    new_rows = read_scores(new)
     differences = compare_metrics(old_rows, new_rows)
     counts = differences["change"].value_counts()
     if len(differences):
@@ -44,38 +44,41 @@ def compare(old: FolderArgument, new: FolderArgument) -> None:
 
 
 def read_scores(folder: Path) -> pd.DataFrame:
-    """Return the rows of metrics.csv without time and memory: the columns KEYS and `value`.
+    """Return the columns KEYS and `value` of metrics.csv, without the rows on time and memory.
 
-    Raises DataError if the table is missing or of another version, and if two rows have the same
-    keys.
+    Raises DataError if the table is missing, if another version of ajgdata wrote it, or if two rows
+    have the same keys.
     """
     results = Paths(folder).results
-    table = (results if results.is_dir() else folder) / Paths().metrics_table.name
+    if not results.is_dir():
+        results = folder
+    table = results / Paths().metrics_table.name
     metrics = read_metrics(table)
     scores = metrics.loc[metrics["statistic"] != COST, [*KEYS, "value"]]
-    doubled = scores.loc[scores.duplicated([*KEYS]), [*KEYS]]
-    if len(doubled):
-        cells = doubled.iloc[0].dropna().astype(str)
-        named = " ".join(cells[cells != ""])
-        raise DataError(table, f"has two rows for {named!r}", "run `snakemake` again")
+    repeated = scores.loc[scores.duplicated(list(KEYS)), list(KEYS)]
+    if len(repeated):
+        cells = repeated.iloc[0].dropna().astype(str)
+        name = " ".join(cells[cells != ""])
+        raise DataError(table, f"has two rows for {name!r}", "run `snakemake` again")
     return scores
 
 
 def compare_metrics(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows that differ: KEYS, `change` (removed, new, changed), both values and the
-    relative difference."""
+    """Return the rows that differ between two tables of `read_scores`.
+
+    The columns are KEYS, `change` (removed, new or changed), `value_old`, `value_new` and
+    `relative_difference`.
+    """
     import pandas as pd
 
-    keys = [*KEYS]
+    keys = list(KEYS)
     rows = old.merge(new, on=keys, how="outer", suffixes=("_old", "_new"), indicator="change")
     names = {"left_only": "removed", "right_only": "new", "both": "changed"}
     rows["change"] = rows["change"].astype(str).map(names)
-    first, second = rows["value_old"], rows["value_new"]
-    larger = pd.concat([first.abs(), second.abs()], axis=1).max(axis=1)
-    rows["relative_difference"] = (second - first).abs() / larger
-    equal = (
-        (first == second)
-        | (rows["relative_difference"] <= TOLERANCE)
-        | ((rows["change"] == "changed") & first.isna() & second.isna())
-    )
-    return rows[~equal].sort_values(["change", *keys], kind="stable")
+    before = rows["value_old"]
+    after = rows["value_new"]
+    larger = pd.concat([before.abs(), after.abs()], axis=1).max(axis=1)
+    rows["relative_difference"] = (after - before).abs() / larger
+    both_undefined = (rows["change"] == "changed") & before.isna() & after.isna()
+    is_equal = (before == after) | (rows["relative_difference"] <= TOLERANCE) | both_undefined
+    return rows[~is_equal].sort_values(["change", *keys], kind="stable")

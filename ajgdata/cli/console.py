@@ -1,45 +1,56 @@
-"""Standard output and standard error of the commands."""
+"""Functions that print to standard output and standard error of the commands."""
 
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
+from typing import Annotated
 
+import typer
 from rich.console import Console
 from rich.markup import escape
 
-#: Lines with one reason that are shown unless all are requested.
+#: Largest number of names per reason that are printed without the option `--all`.
 MAX_SHOWN = 5
-#: Exit code of a command that did its work, with a result that needs attention.
+#: Exit code of a command that finished with a result that needs attention.
 ATTENTION = 3
+#: The argument `everything` of `shortened`, as an option of a command.
+AllOption = Annotated[bool, typer.Option("--all", help="list all, not only a few of each kind")]
 out = Console(emoji=False, highlight=False)
 err = Console(stderr=True, emoji=False, highlight=False)
 
 
 def say(text: str) -> None:
-    """Print a line, which may have markup, without wrapping it."""
+    """Print a line without wrapping it. The text may contain markup of rich."""
     out.print(text, soft_wrap=True)
 
 
 def warn(text: str) -> None:
-    """Print a line, which may have markup, to standard error without wrapping it."""
+    """Print a line to standard error without wrapping it. The text may contain markup of rich."""
     err.print(text, soft_wrap=True)
 
 
 def print_facts(facts: Mapping[str, str], width: int = 0) -> None:
-    """Print values by topic, in two columns; the first has at least `width` characters."""
+    """Print topics and values in two columns; the first has at least `width` characters."""
     width = max(width, *map(len, facts))
     for topic, value in facts.items():
         say(f"{escape(topic):{width}}  {escape(value)}")
 
 
 def shortened(lines: Iterable[tuple[str, str]], *, everything: bool) -> Iterator[tuple[str, str]]:
-    """Yield names and reasons, grouped; up to MAX_SHOWN names per reason, unless `everything`."""
-    names: dict[str, list[str]] = defaultdict(list)
+    """Yield (name, reason) pairs, grouped by reason.
+
+    Unless `everything`, a reason with many names has MAX_SHOWN names and the number of other names.
+    """
+    names_by_reason: dict[str, list[str]] = defaultdict(list)
     for name, reason in lines:
-        names[reason].append(name)
-    for reason, equal in names.items():
-        shown = equal if everything or len(equal) <= MAX_SHOWN + 1 else equal[:MAX_SHOWN]
-        yield from ((name, reason) for name in shown)
-        if remaining := len(equal) - len(shown):
-            yield f"and {remaining} more", f"{reason} (--all shows them)"
+        names_by_reason[reason].append(name)
+    for reason, names in names_by_reason.items():
+        # A line with the number of other names is not printed for one name.
+        is_short = len(names) <= MAX_SHOWN + 1
+        shown = names if everything or is_short else names[:MAX_SHOWN]
+        for name in shown:
+            yield name, reason
+        n_more = len(names) - len(shown)
+        if n_more:
+            yield f"and {n_more} more", f"{reason} (--all shows them)"

@@ -1,4 +1,4 @@
-"""`ajgdata device` and `ajgdata record`: list and check sound cards, and record with them."""
+"""`ajgdata device` and `ajgdata record`: list, check and use sound cards."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ from rich.markup import escape
 
 from ajgdata.acquire.signals import ended_by_signals
 from ajgdata.cli.console import ATTENTION, out, print_facts, say, warn
+from ajgdata.paths import find_project
 from ajgdata.types import DataError, checked
 
 device = typer.Typer(
     no_args_is_help=True,
-    help="List sound cards, or check one before recording.",
+    help="List and check sound cards.",
 )
 
+#: Panel of the help text for options of the sound card.
 CARD_PANEL = "sound card"
 _RESUME = "run the same command again to resume"
 OutputChannel = Annotated[
@@ -30,7 +32,7 @@ MicrophoneOption = Annotated[
 
 @device.command("list")
 def list_command() -> None:
-    """List the sound cards: name, channels, default rate, API."""
+    """List the name, channels, default rate and API of each sound card."""
     from ajgdata.acquire.line import list_devices
 
     devices = list_devices()
@@ -58,24 +60,33 @@ def check(
     from ajgdata.acquire.card import CardSettings
     from ajgdata.acquire.sound_card import check_card, open_card
 
-    channels = {"output_channel": output_channel, "microphone": microphone}
-    keys = {"device": name, "sample_rate_hz": rate_hz, **channels}
-    settings = checked(CardSettings, "sound card", keys)
+    settings = checked(
+        CardSettings,
+        "sound card",
+        {
+            "device": name,
+            "sample_rate_hz": rate_hz,
+            "output_channel": output_channel,
+            "microphone": microphone,
+        },
+    )
     with out.status("playing sweeps, then silence: keep quiet"), open_card(settings) as card:
-        measured = check_card(card)
+        result = check_card(card)
+    latencies = ", ".join(str(latency) for latency in result.latency_samples)
     print_facts(
         {
-            "latency": ", ".join(map(str, measured.latency_samples)) + " samples",
-            "level": f"peak {measured.peak_dbfs:.1f} dBFS, {measured.clipped} samples clipped",
-            "noise": f"sweep {measured.snr_db:.0f} dB above it",
+            "latency": f"{latencies} samples",
+            "level": f"peak {result.peak_dbfs:.1f} dBFS, {result.clipped} samples clipped",
+            "noise": f"sweep {result.snr_db:.0f} dB above it",
         },
         width=11,
     )
-    for issue in measured.issues:
+    for issue in result.issues:
         say(f"[yellow]change      [/] {escape(issue)}")
-    if not measured.issues:
+    if not result.issues:
         say("[green]good        [/] the card is ready: record")
-    raise typer.Exit(ATTENTION if measured.clipped or measured.snr_db < 0 else 0)
+    is_unusable = result.clipped > 0 or result.snr_db < 0
+    raise typer.Exit(ATTENTION if is_unusable else 0)
 
 
 def record(
@@ -93,21 +104,23 @@ def record(
     Safe to interrupt: run the same command again to resume. Exit code 3 if a grasp was skipped.
     """
     from ajgdata.acquire.operator import Operator, Unattended
-    from ajgdata.paths import find_project
     from ajgdata.pipeline.acquire_live import acquire_live
 
     operator = Unattended(out) if yes else Operator(out)
     card = {"device": device, "microphone": microphone, "output_channel": output_channel}
     try:
         with ended_by_signals():
-            name, done = acquire_live(
+            name, outcome = acquire_live(
                 find_project(), dataset, session, device=card, operator=operator
             )
     except KeyboardInterrupt:
         say(f"stopped; recordings are kept: {_RESUME}")
         raise typer.Exit(130) from None
-    left = f"{done.left} grasps left: {_RESUME}" if done.left else "all grasps are recorded"
-    say(f"{dataset}/{name}: {done.recorded} recorded, {left}")
-    for grasp, reason in done.skipped.items():
+    remaining = "all grasps are recorded"
+    if outcome.left:
+        remaining = f"{outcome.left} grasps left: {_RESUME}"
+    say(f"{dataset}/{name}: {outcome.recorded} recorded, {remaining}")
+    for grasp, reason in outcome.skipped.items():
         warn(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}")
-    raise typer.Exit(ATTENTION if done.skipped or (yes and done.left) else 0)
+    is_incomplete = bool(outcome.skipped) or (yes and outcome.left > 0)
+    raise typer.Exit(ATTENTION if is_incomplete else 0)

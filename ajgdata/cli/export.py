@@ -1,4 +1,4 @@
-"""`ajgdata export` and `ajgdata scene`: write a trained network, or the drawing of a scene."""
+"""`ajgdata export` and `ajgdata scene`: write a trained network, or a drawing of a scene."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ import typer
 from rich.markup import escape
 
 from ajgdata.cli.console import say
+from ajgdata.paths import find_project
+from ajgdata.store.files import write_bytes
+from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DataError, NotPossibleError
 
 if TYPE_CHECKING:
@@ -28,11 +31,9 @@ def export(
 ) -> None:
     """Write a trained CNN as one ONNX file.
 
-    Its input is a waveform, its output a calibrated prediction.
+    The input of the file is a waveform, and its output is a calibrated prediction.
     """
     from ajgdata.loading import load_predictor
-    from ajgdata.paths import find_project
-    from ajgdata.store.files import write_bytes
     from ajgdata.store.models import other_version_reported, read_about
 
     paths = find_project()
@@ -40,45 +41,45 @@ def export(
     for package in ("onnx", "onnxscript"):
         if find_spec(package) is None:
             raise DataError(package, "is not installed", "run `pip install 'ajgdata[export]'`")
-    from ajgdata.export import onnx_bytes
+    from ajgdata.export import onnx_bytes  # loads torch, so errors above are printed first
 
-    trained = paths.model(dataset, task, model)
-    with other_version_reported(trained):
-        description = _description(predictor, read_about(trained))
+    model_folder = paths.model(dataset, task, model)
+    with other_version_reported(model_folder):
+        description = onnx_metadata(predictor, read_about(model_folder))
     try:
         content = onnx_bytes(predictor, description)
     except NotPossibleError as error:
-        raise DataError(trained, str(error), "export cnn or cnn_per_bin") from None
+        raise DataError(model_folder, str(error), "export cnn or cnn_per_bin") from None
     file = (folder or paths.exported) / f"{dataset}-{task}-{model}.onnx"
     write_bytes(file, content)
     say(escape(f"{file}: {len(content) / 1e3:.0f} kB"))
 
 
-def _description(predictor: Predictor, trained: dict[str, Any]) -> dict[str, Any]:
-    """Return the metadata of the file; `trained` describes the training."""
+def onnx_metadata(predictor: Predictor, about: dict[str, Any]) -> dict[str, Any]:
+    """Return the metadata of the ONNX file. `about` is the content of model.json."""
     from ajgdata.export import NOVELTY_VERDICTS
 
-    training = {key: trained[key] for key in ("seed", "target", "recordings")}
+    training = {key: about[key] for key in ("seed", "target", "recordings")}
     return {
         "data_set": predictor.dataset,
         "task": predictor.task,
         "model": predictor.model,
         "kind": predictor.kind,
         "unit": predictor.unit,
-        "period": trained["period"],
+        "period": about["period"],
         "classes": list(predictor.classes),
         "sample_rate_hz": predictor.sample_rate_hz,
         "microphone": predictor.audio.microphone,
         "features": predictor.features.model_dump(mode="json"),
         "calibration": predictor.calibration.plain(),
         "verdicts": list(NOVELTY_VERDICTS),
-        "provenance": trained["provenance"] | training,
+        "provenance": about["provenance"] | training,
     }
 
 
 def scene(
     dataset: Annotated[str, typer.Argument(help="data set with a recipe")],
-    held: Annotated[str, typer.Argument(metavar="OBJECT", help="object of the recipe")],
+    object_name: Annotated[str, typer.Argument(metavar="OBJECT", help="object of the recipe")],
     folder: OutFolder = None,
 ) -> None:
     """Draw the virtual gripper on an object of a recipe.
@@ -87,20 +88,25 @@ def scene(
     """
     from ajgdata.acquire.recipe import plan_session, session_names
     from ajgdata.gripper import Scene
-    from ajgdata.paths import find_project
     from ajgdata.report.canvas import save_figure
     from ajgdata.report.scenes import cross_section_figure
-    from ajgdata.store.sessions import read_dataset
 
     paths = find_project()
-    if not (recipe := read_dataset(paths, dataset).recipe):
+    recipe = read_dataset(paths, dataset).recipe
+    if recipe is None:
         raise DataError(paths.dataset(dataset), "has no recipe", "choose a simulated data set")
     grasps = plan_session(recipe, dataset, session_names(recipe)[0], code="")
-    setups = {grasp.object: grasp.setup for grasp in reversed(grasps)}
-    if held not in setups:
+    setups: dict[str, Any] = {}  # of the first grasp of each object
+    for grasp in grasps:
+        setups.setdefault(grasp.object, grasp.setup)
+    if object_name not in setups:
         names = ", ".join(item.name for item in recipe.objects)
-        raise DataError(paths.dataset(dataset), f"has no object {held!r}", f"use one of {names}")
-    scene_of_grasp = Scene.model_validate(setups[held])
-    figure = cross_section_figure(scene_of_grasp, f"{dataset}: {held}", held.replace("_", " "))
-    for file in save_figure(figure, (folder or paths.exported) / f"{dataset}-{held}"):
+        problem = f"has no object {object_name!r}"
+        raise DataError(paths.dataset(dataset), problem, f"use one of {names}")
+    figure = cross_section_figure(
+        Scene.model_validate(setups[object_name]),
+        f"{dataset}: {object_name}",
+        object_name.replace("_", " "),
+    )
+    for file in save_figure(figure, (folder or paths.exported) / f"{dataset}-{object_name}"):
         say(escape(str(file)))

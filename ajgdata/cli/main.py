@@ -1,4 +1,8 @@
-"""The `ajgdata` command: its sub-commands in four panels, and errors in one line."""
+"""The `ajgdata` command: its sub-commands in four panels, and errors in one line.
+
+At the top, the modules of this package import only what loads fast, without numpy, so that
+`ajgdata --help` is fast. A command imports all other modules when it runs.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +12,13 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
+from ajgdata import __version__
+from ajgdata.cli.check import check
 from ajgdata.cli.compare import compare
 from ajgdata.cli.console import warn
 from ajgdata.cli.device import device, record
 from ajgdata.cli.export import export, scene
-from ajgdata.cli.importing import check, import_command
+from ajgdata.cli.importing import import_command
 from ajgdata.cli.plan import plan
 from ajgdata.cli.project import doctor, run, simulate, status
 from ajgdata.cli.publish import fetch, publish
@@ -33,29 +39,29 @@ app = typer.Typer(
     rich_markup_mode="rich",
     epilog=EXIT_CODES,
 )
-#: Commands by panel of the help, in its order.
+#: Commands by panel of the help text, in the order of the help text.
 PANELS = {
     "Data": (import_command, record, simulate, check, publish, fetch),
     "Run": (run, status, compare, plan),
     "Use": (export, sense, sort),
     "Tools": (scene, doctor),
 }
-#: Commands that pass options on to Snakemake.
-PASSING = (run, simulate, status)
+#: Commands that pass unknown options to Snakemake.
+SNAKEMAKE_COMMANDS = (run, simulate, status)
 for panel, commands in PANELS.items():
     for command in commands:
-        app.command(
+        register = app.command(
             command.__name__.removesuffix("_command"),
             rich_help_panel=panel,
-            context_settings={"ignore_unknown_options": command in PASSING},
-        )(command)
+            context_settings={"ignore_unknown_options": command in SNAKEMAKE_COMMANDS},
+        )
+        register(command)
 app.add_typer(device, name="device", rich_help_panel="Tools")
 
 
 def _show_version(requested: bool) -> None:
+    """Print the version and exit, if it is requested."""
     if requested:
-        from ajgdata import __version__
-
         typer.echo(f"ajgdata {__version__}")
         raise typer.Exit
 
@@ -71,7 +77,7 @@ def options(
 
 
 def main() -> None:
-    """Run the command; a problem with the data is reported in one line."""
+    """Run the command. An error in data or files is printed in one line, with exit code 1."""
     try:
         app()
     except (DataError, OSError, MemoryError) as error:

@@ -1,4 +1,7 @@
-"""`ajgdata plan`: sessions, placements and grasps that give an interval of a stated width."""
+"""`ajgdata plan`: the numbers of sessions, placements and grasps for an interval of a given width.
+
+The command prints the variance components of a pilot, and designs of further recordings.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +13,15 @@ from rich.markup import escape
 
 from ajgdata.cli.console import ATTENTION, say, warn
 from ajgdata.evaluate.parts import GROUPED
+from ajgdata.paths import find_project
 from ajgdata.types import DataError
 
 if TYPE_CHECKING:
     from ajgdata.evaluate.planning import Component, DesignTimes, RecordingPlan
     from ajgdata.pipeline.pilot import Pilot
 
-#: With fewer sessions, a line states that their component is uncertain. A standard deviation of 6
-#: normal values has a 95 % interval from 0.6 to 2.5 times its estimate.
+#: With fewer sessions, a line states that the variance between sessions is uncertain. A standard
+#: deviation of 6 normal values has a 95 % interval from 0.6 to 2.5 times its estimate.
 FEW_SESSIONS = 6
 MINUTES_PER_HOUR = 60
 
@@ -51,9 +55,9 @@ def plan(
 ) -> None:
     """Plan the numbers of sessions, placements and grasps.
 
-    Uses the held-out predictions of the last run: how much does their score vary between sessions,
-    objects, placements and grasps? Prints the fastest recording with an interval of this width. The
-    default times are assumptions. Exit code 3 if the data give no plan.
+    Uses the held-out predictions of the last run to estimate how their score varies between
+    sessions, objects, placements and grasps. Prints the fastest recording with an interval of this
+    width. The default times are assumptions. Exit code 3 if the data give no plan.
     """
     from ajgdata.evaluate.planning import (
         DesignTimes,
@@ -61,7 +65,6 @@ def plan(
         pilot_half_width,
         variance_components,
     )
-    from ajgdata.paths import find_project
     from ajgdata.pipeline.pilot import read_pilot
 
     pilot = read_pilot(find_project(), dataset, task, model, split or None)
@@ -91,8 +94,10 @@ def _print_pilot(pilot: Pilot, components: Sequence[Component], *, new_objects: 
     """Print the score of the pilot, its components, and levels that cannot be separated."""
     count = len(pilot.score)
     say(escape(f"{pilot.summary} ({pilot.source}; {count} held-out recordings, {pilot.file})"))
-    by = f" by {pilot.groups}" if pilot.split == GROUPED else ""
-    say(escape(f"split: {pilot.split}{by}"))
+    split = pilot.split
+    if split == GROUPED:
+        split = f"{split} by {pilot.groups}"
+    say(escape(f"split: {split}"))
     say("")
     header = ("level", "units", heading("sd", pilot.unit), "")
     rows = [
@@ -114,10 +119,12 @@ def _print_pilot(pilot: Pilot, components: Sequence[Component], *, new_objects: 
 
 
 def _remark(component: Component, new_objects: bool) -> str:
-    """Return what a reader must know about a component."""
+    """Return a remark on a component for its row; "" for none."""
     if component.is_of_objects and not new_objects:
         return "not in the interval"
-    return "negative estimate, set to 0" if component.estimate < 0 else ""
+    if component.estimate < 0:
+        return "negative estimate, set to 0"
+    return ""
 
 
 def _print_designs(
@@ -129,8 +136,11 @@ def _print_designs(
     goal: float,
     new_objects: bool,
 ) -> bool:
-    """Print the present design, the fastest design that reaches `goal`, and designs with as many
-    grasps as the present design; return whether a design reaches the goal."""
+    """Print the present design, the fastest design that reaches `goal`, and two other designs.
+
+    The other designs have as many grasps as the present design. Returns whether a design reaches
+    the goal.
+    """
     from ajgdata.evaluate.planning import (
         cheapest_design,
         half_width,
@@ -138,20 +148,24 @@ def _print_designs(
         spread_designs,
     )
 
-    def row(name: str, design: RecordingPlan, low: float, high: float) -> tuple[str, ...]:
-        ends = [f"±{end:.3g}" for end in (low, high)]
+    def row(name: str, design: RecordingPlan, low: float, high: float) -> list[str]:
+        """Return the cells of a design whose half width is between `low` and `high`."""
+        counts = [str(count) for count in design]
         hours = f"{times.total(design) / MINUTES_PER_HOUR:.1f}"
-        return name, *map(str, design), hours, " to ".join(dict.fromkeys(ends))
+        width = f"±{low:.3g}"
+        if width != f"±{high:.3g}":
+            width = f"{width} to ±{high:.3g}"
+        return [name, *counts, hours, width]
 
     present_width = pilot_half_width(components, present, new_objects=new_objects)
     fastest = cheapest_design(components, goal, present, times, new_objects=new_objects)
-    own_placements, own_sessions = spread_designs(present)
+    spread_over_placements, spread_over_sessions = spread_designs(present)
     designs = {
         f"fastest for ±{goal:g}": fastest,
-        "one grasp per placement": own_placements,
-        "one grasp per session": own_sessions,
+        "one grasp per placement": spread_over_placements,
+        "one grasp per session": spread_over_sessions,
     }
-    header = ("design", *present._fields, "hours", heading("half width", pilot.unit))
+    header = ["design", *present._fields, "hours", heading("half width", pilot.unit)]
     rows = [header, row("present", present, present_width, present_width)]
     for name, design in designs.items():
         if design is not None:
@@ -160,9 +174,8 @@ def _print_designs(
             rows.append(row(name, design, low, high))
     for line in aligned(rows):
         say(escape(line))
-    for line in _explanations(
-        components, present, times, split=pilot.split, new_objects=new_objects
-    ):
+    lines = _explanations(components, present, times, split=pilot.split, new_objects=new_objects)
+    for line in lines:
         say(escape(line))
     if fastest is None:
         warn(f"no design of the search reaches ±{goal:g}; choose a larger --half-width")
@@ -191,7 +204,10 @@ def _explanations(
             " the accuracy in a new session."
         )
     if any(component.is_joined for component in components):
-        yield "A range shows what joined levels leave open: all variance of the last, or the first."
+        yield (
+            "The ends of a range assume that all variance of joined levels is in the last, or in "
+            "the first level."
+        )
     if present.sessions < FEW_SESSIONS:
         yield (
             f"{present.sessions} sessions determine the variance between sessions poorly. "
@@ -200,13 +216,16 @@ def _explanations(
 
 
 def heading(name: str, unit: str) -> str:
-    """Return the title of a column with its unit."""
+    """Return the title of a column with its unit ("": no unit)."""
     return f"{name} [{unit}]" if unit else name
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Yield rows of a table as lines; the first and the last column are aligned to the left."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    """Yield the rows of a table as lines of text.
+
+    The first and the last column are aligned to the left, all others to the right.
+    """
+    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
     for first, *middle, last in rows:
         numbers = [cell.rjust(width) for cell, width in zip(middle, widths[1:-1], strict=True)]
         yield "  ".join([first.ljust(widths[0]), *numbers, last]).rstrip()

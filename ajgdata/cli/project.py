@@ -1,4 +1,4 @@
-"""Commands that call Snakemake (`run`, `simulate`, `status`), and `ajgdata doctor`."""
+"""Commands on the project: `run`, `simulate` and `status`, which call Snakemake, and `doctor`."""
 
 from __future__ import annotations
 
@@ -20,12 +20,15 @@ from rich.markup import escape
 
 from ajgdata.cli.console import ATTENTION, print_facts, say, warn
 from ajgdata.paths import Paths, find_project
+from ajgdata.store.provenance import PACKAGE, environment, software
+from ajgdata.store.read_only import writable_view
+from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.types import DataError
 
 GB = 1e9
-#: Snakemake's options that set a configuration.
-CONFIG = ("--config", "-C")
-#: Columns of Snakemake's summary: file, date, rule, log files, status, plan.
+#: Options of Snakemake that change the configuration.
+CONFIG_OPTIONS = ("--config", "-C")
+#: Number of columns of Snakemake's summary: file, date, rule, log files, status, plan.
 SUMMARY_COLUMNS = 6
 
 
@@ -39,23 +42,25 @@ def doctor() -> None:
 
 
 def diagnostics(paths: Paths | None) -> dict[str, str]:
-    """Return versions and resources by topic; outside a project `paths` is None."""
+    """Return versions and resources by topic. Outside a project, `paths` is None."""
     import h5py
     import soundfile
 
-    from ajgdata.store.provenance import environment, software
-
-    versions, packages = software(), environment()["packages"]
-    libraries = {"HDF5": h5py.version.hdf5_version, "libsndfile": soundfile.__libsndfile_version__}
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    free = shutil.disk_usage(paths.root if paths else Path.cwd()).free
+    versions = software()
+    packages = {
+        **environment()["packages"],
+        "HDF5": h5py.version.hdf5_version,
+        "libsndfile": soundfile.__libsndfile_version__,
+    }
+    memory_gb = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / GB
+    free_gb = shutil.disk_usage(paths.root if paths else Path.cwd()).free / GB
     return {
         "ajgdata": f"{versions['ajgdata_version']}, commit {versions['git_commit'] or 'unknown'}",
         "python": f"{platform.python_version()} ({sys.executable})",
         "system": f"{platform.platform()}, {platform.machine()}",
-        "packages": ", ".join(f"{n} {version}" for n, version in (packages | libraries).items()),
-        "resources": f"{os.cpu_count()} cores, {memory / GB:.1f} GB of memory, "
-        f"{free / GB:.1f} GB of disk space free",
+        "packages": ", ".join(f"{name} {version}" for name, version in packages.items()),
+        "resources": f"{os.cpu_count()} cores, {memory_gb:.1f} GB of memory, "
+        f"{free_gb:.1f} GB of disk space free",
         "project": str(paths.root) if paths else "none here or above",
     }
 
@@ -70,18 +75,16 @@ def status(
 
     Exit code 3 if a table of a session cannot be used.
     """
-    from ajgdata.store.sessions import list_datasets
-
     paths = find_project()
     names, options = split_arguments(arguments or ())
     target = [] if names else ["everything"]
     results = workflow_status(paths, [*target, *with_datasets(names, options)])
-    outdated = Counter(
-        # Snakemake's status is "ok" if only an input will be written again.
-        (row["rule"], row["status"].replace("ok", "outdated inputs"))
-        for row in reversed(results)  # Snakemake begins with the last job
-        if row["plan"] != "no update"
-    )
+    outdated: Counter[tuple[str, str]] = Counter()  # by rule and reason
+    for row in reversed(results):  # Snakemake lists the last job first
+        if row["plan"] != "no update":
+            # The status is "ok" if the job runs only because its inputs will be written again.
+            reason = row["status"].replace("ok", "outdated inputs")
+            outdated[row["rule"], reason] += 1
     for (rule, reason), count in outdated.items():
         say(f"[yellow]{rule}[/yellow] would write {count} files ({escape(reason)})")
     changes, problems = data_changes(paths, names or list_datasets(paths))
@@ -94,47 +97,50 @@ def status(
 
 
 def data_changes(paths: Paths, names: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return lines on outdated features, and lines on tables of sessions that cannot be used.
+    """Return one line per data set with outdated features, and one line per unusable table.
 
     Raises DataError for a table that cannot be read.
     """
     from ajgdata.acquire.recipe import session_names
     from ajgdata.store.freshness import changes_since_features, table_problems
-    from ajgdata.store.sessions import read_dataset
 
-    changes, problems = [], []
+    changes = []
+    problems = []
     for name in names:
         spec = read_dataset(paths, name)
-        virtual = session_names(spec.recipe)
-        reasons = changes_since_features(paths, spec, virtual)
+        simulated_sessions = session_names(spec.recipe)
+        reasons = changes_since_features(paths, spec, simulated_sessions)
         if reasons:
             changes.append(f"of {name} are outdated: {', '.join(reasons)}")
-        problems += [str(error) for error in table_problems(paths, name, virtual)]
+        problems += [str(error) for error in table_problems(paths, name, simulated_sessions)]
     return changes, problems
 
 
 def workflow_status(paths: Paths, options: Sequence[str] = ()) -> list[dict[str, str]]:
-    """Return the rows of Snakemake's summary, one per result, see SUMMARY_COLUMNS.
+    """Return the rows of `snakemake --summary`, one per result file, see SUMMARY_COLUMNS.
 
-    `snakemake --summary` prints them, with the arguments `options`; as a dry run it writes no log.
-    The project need not be writable.
+    `options` are other arguments of Snakemake. The project is not changed, and it may be read-only.
     Raises DataError with Snakemake's message.
     """
-    from ajgdata.store.read_only import writable_view
-
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile_of(paths))]
-    both = subprocess.STDOUT  # a dry run prints to one stream what other runs print to the other
+    snakemake = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile_of(paths))]
+    summary = ["--summary", "--dry-run"]  # a dry run writes no log
     with writable_view(paths.root) as folder:
-        command += ["--directory", str(folder), "--summary", "--dry-run", *options]
-        done = subprocess.run(command, check=False, stdout=subprocess.PIPE, stderr=both, text=True)
-    lines = [line for line in done.stdout.splitlines() if line.strip()]
-    if done.returncode:
+        process = subprocess.run(
+            [*snakemake, "--directory", str(folder), *summary, *options],
+            check=False,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,  # dry runs print errors to standard output, others do not
+            text=True,
+        )
+    lines = [line for line in process.stdout.splitlines() if line.strip()]
+    if process.returncode:
         problem = lines[-1].strip(" .") if lines else "snakemake stopped without a message"
         raise DataError(paths.root, problem, "run `snakemake --dry-run` for details")
     table = (line for line in lines if line.count("\t") == SUMMARY_COLUMNS - 1)
     return list(csv.DictReader(table, delimiter="\t"))
 
 
+#: Arguments of `run` and `simulate`.
 Arguments = Annotated[
     list[str],
     typer.Argument(
@@ -147,17 +153,15 @@ def run(arguments: Arguments) -> None:
     """Run the pipeline for selected data sets.
 
     Computes features, models, experiments and the report. Prints the equivalent `snakemake`
-    command first, and a summary at the end. Exit code 1 if a task was skipped that is not declared
-    optional, if recordings or requested results could not be read, or if tables changed during the
-    run.
+    command first, and a summary at the end. Exit code 1 if a task was skipped that is not optional,
+    if recordings or requested results could not be read, or if tables changed during the run.
     """
-    from ajgdata.store.sessions import read_dataset
-
     paths = find_project()
     names, options = split_arguments(arguments)
     for name in names or arguments[:1]:
-        read_dataset(paths, name)  # raises DataError for an unknown data set
-    _snakemake(paths, names, options)
+        # Raises DataError for an unknown data set, and for an option without a data set.
+        read_dataset(paths, name)
+    _run_snakemake(paths, names, options)
 
 
 def simulate(arguments: Arguments) -> None:
@@ -166,58 +170,58 @@ def simulate(arguments: Arguments) -> None:
     `ajgdata run` records and evaluates. Prints the equivalent `snakemake` command first.
     """
     from ajgdata.acquire.recipe import session_names
-    from ajgdata.store.sessions import read_dataset
 
     paths = find_project()
     names, options = split_arguments(arguments)
     targets = []
     for name in names or arguments[:1]:
-        if not (recipe := read_dataset(paths, name).recipe):
+        recipe = read_dataset(paths, name).recipe
+        if recipe is None:
             fix = "use `ajgdata record` or `ajgdata import`"
             raise DataError(paths.dataset(name), "has no recipe", fix)
-        sessions = [paths.acquired(name, session) for session in session_names(recipe)]
-        targets += [str(path.relative_to(paths.root)) for path in sessions]
-    _snakemake(paths, names, options, targets)
+        for session in session_names(recipe):
+            targets.append(str(paths.acquired(name, session).relative_to(paths.root)))
+    _run_snakemake(paths, names, [*targets, *options])
 
 
-def _snakemake(
-    paths: Paths, names: Sequence[str], options: Sequence[str], targets: Sequence[str] = ()
-) -> NoReturn:
-    """Print and run Snakemake for data sets, and exit with its exit code."""
-    words = snakemake_command(paths, names, [*targets, *options])
-    print(shlex.join(words), flush=True)
-    done = subprocess.run([sys.executable, "-m", *words], check=False, cwd=paths.root)
-    raise typer.Exit(done.returncode)
+def _run_snakemake(paths: Paths, names: Sequence[str], options: Sequence[str]) -> NoReturn:
+    """Print and run the command of Snakemake for data sets, and exit with its exit code."""
+    command = snakemake_command(paths, names, options)
+    print(shlex.join(command), flush=True)
+    process = subprocess.run([sys.executable, "-m", *command], check=False, cwd=paths.root)
+    raise typer.Exit(process.returncode)
 
 
 def split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the names of data sets, which come first, and the options for Snakemake."""
+    """Return the names of data sets, which are first, and the options for Snakemake.
+
+    >>> split_arguments(["size", "ycb", "--cores", "2"])
+    (['size', 'ycb'], ['--cores', '2'])
+    """
     names = list(takewhile(lambda text: not text.startswith("-"), arguments))
     return names, list(arguments[len(names) :])
 
 
 def with_datasets(names: Sequence[str], options: Sequence[str]) -> list[str]:
-    """Return Snakemake's options, limited to the data sets `names`: their features, tasks, models
-    and a report of their own.
+    """Return `options` with the configuration of Snakemake for a run of the data sets `names`.
 
-    Raises DataError for a second `--config`, because Snakemake uses only the last one.
+    Without names, `options` are returned unchanged. Raises DataError for a second `--config`,
+    because Snakemake uses only the last one.
     """
     if not names:
         return list(options)
-    if any(text.split("=")[0] in CONFIG for text in options):
+    if any(text.split("=")[0] in CONFIG_OPTIONS for text in options):
         problem = "is already used to choose the data sets"
         raise DataError("--config", problem, "call snakemake with your own --config")
-    chosen = f"datasets=[{','.join(names)}]"
-    return [*options, "--config", chosen, "alone=True", "pages=[]", "publish=[]"]
+    datasets = f"datasets=[{','.join(names)}]"
+    return [*options, "--config", datasets, "alone=True", "pages=[]", "publish=[]"]
 
 
 def snakefile_of(paths: Paths) -> Path:
-    """Return the workflow: the project's own, else that of the source of the package.
+    """Return the Snakefile of the project, or else of the folder that contains the package.
 
     Raises DataError if there is neither: an installed package has no workflow.
     """
-    from ajgdata.store.provenance import PACKAGE
-
     for file in (paths.snakefile, PACKAGE.parent / paths.snakefile.name):
         if file.is_file():
             return file
@@ -227,7 +231,9 @@ def snakefile_of(paths: Paths) -> Path:
 
 
 def snakemake_command(paths: Paths, names: Sequence[str], options: Sequence[str]) -> list[str]:
-    """Return the equivalent `snakemake` command, to be given in the project's folder."""
-    workflow = snakefile_of(paths)
-    place = [] if workflow == paths.snakefile else ["--snakefile", str(workflow)]
-    return ["snakemake", *place, *with_datasets(names, options)]
+    """Return the `snakemake` command for data sets, for the folder of the project."""
+    command = ["snakemake"]
+    snakefile = snakefile_of(paths)
+    if snakefile != paths.snakefile:
+        command += ["--snakefile", str(snakefile)]
+    return [*command, *with_datasets(names, options)]

@@ -1,17 +1,17 @@
-"""`ajgdata publish` and `ajgdata fetch`: data sets written for other people, and downloaded."""
+"""`ajgdata publish` and `ajgdata fetch`: export a data set, or download one."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from rich.markup import escape
 
 from ajgdata.cli.console import ATTENTION, say
-
-if TYPE_CHECKING:
-    from ajgdata.paths import Paths
+from ajgdata.cli.importing import show_import
+from ajgdata.paths import Paths, find_project
+from ajgdata.store.sessions import read_dataset
 
 
 def publish(
@@ -23,19 +23,19 @@ def publish(
 ) -> None:
     """Export a data set for publication.
 
-    It contains recordings, features, labels and their description for Croissant, Hugging Face,
-    Frictionless, xarray and people. `sha256sum -c SHA256SUMS` verifies it.
+    The folder contains recordings, features, labels and their description for Croissant, Hugging
+    Face, Frictionless, xarray and people. `sha256sum -c SHA256SUMS` verifies its files.
     """
-    from ajgdata.paths import find_project
-    from ajgdata.pipeline.publish import publish as write
+    from ajgdata.pipeline.publish import publish as publish_dataset
 
     paths = find_project()
-    target = folder or paths.published(dataset)
-    done = write(paths, dataset, target)
-    left_out = f", {done.left_out} left out (see its README.md)" if done.left_out else ""
-    size = f"{done.bytes / 1e6:.1f} MB"
-    say(f"{escape(str(done.folder))}: {done.recordings} recordings, {size}{left_out}")
-    if done.is_unlicensed:
+    result = publish_dataset(paths, dataset, folder or paths.published(dataset))
+    size = f"{result.bytes / 1e6:.1f} MB"
+    summary = f"{escape(str(result.folder))}: {result.recordings} recordings, {size}"
+    if result.left_out:
+        summary += f", {result.left_out} left out (see its README.md)"
+    say(summary)
+    if result.is_unlicensed:
         file = f"datasets/{dataset}/dataset.yaml"
         say(f"[yellow]no licence is stated[/yellow]: users must ask you; add it to {file}")
 
@@ -54,12 +54,10 @@ def fetch(
 ) -> None:
     """Download a published data set or a public recording collection.
 
-    NAME has a datasets/NAME/source.yaml; its recordings are cached outside the project. URL or
-    FOLDER is a published data set. Every file is verified by its hash. If the download is
-    interrupted, run the command again to resume. Exit code 3 if recordings are missing.
+    NAME is a data set with datasets/NAME/source.yaml; its recordings are cached outside the
+    project. URL or FOLDER is a published data set. Every file is verified by its hash. If the
+    download is interrupted, run the command again to resume. Exit code 3 if recordings are missing.
     """
-    from ajgdata.paths import find_project
-
     paths = find_project()
     if paths.source(source).is_file():
         _fetch_by_name(paths, source)
@@ -68,18 +66,20 @@ def fetch(
 
 
 def _fetch_by_name(paths: Paths, dataset: str) -> None:
-    from ajgdata.cli.importing import show_import
+    """Download and import the recordings of a data set with source.yaml."""
     from ajgdata.pipeline.fetch import fetch_source
-    from ajgdata.store.sessions import read_dataset
     from ajgdata.store.sources import read_source
 
-    spec, declared = read_dataset(paths, dataset), read_source(paths, dataset)
-    republish = "" if declared.republish else "; do not hand them on"
-    say(escape(f"licence: {spec.licence}{republish}"))
+    spec = read_dataset(paths, dataset)
+    source = read_source(paths, dataset)
+    licence = f"licence: {spec.licence}"
+    if not source.republish:
+        licence += "; do not publish the recordings again"
+    say(escape(licence))
     say(escape(f"cite: {spec.citation or spec.url}"))
-    say(escape(f"about {declared.size_mb:g} MB from {declared.origin.repository}"))
-    if declared.status == "not yet run":
-        say("[yellow]not yet run[/yellow]: declared from the list of its files only")
+    say(escape(f"about {source.size_mb:g} MB from {source.origin.repository}"))
+    if source.status == "not yet run":
+        say("[yellow]not yet run[/yellow]: dataset.yaml was written from the list of files only")
     result = fetch_source(paths, dataset)
     show_import(result, dataset, everything=False)
     say(f"next: ajgdata run {dataset}")
@@ -87,14 +87,15 @@ def _fetch_by_name(paths: Paths, dataset: str) -> None:
 
 
 def _fetch_published(paths: Paths, source: str, name: str) -> None:
+    """Download a published data set, and register it under `name` ("": its own name)."""
     from ajgdata.pipeline.fetch import fetch as fetch_published
 
-    done = fetch_published(paths, source, name=name)
-    if done.removed:
-        say(f"[yellow]not taken over[/yellow] from its dataset.yaml: {', '.join(done.removed)}")
-    for line in done.converted:
+    result = fetch_published(paths, source, name=name)
+    if result.removed:
+        say(f"[yellow]not taken over[/yellow] from its dataset.yaml: {', '.join(result.removed)}")
+    for line in result.converted:
         say(f"[yellow]converted[/yellow] from an older version: {escape(line)}")
     say(
-        f"{done.recordings} recordings in {done.sessions} session(s) are data set [b]{done.name}"
-        f"[/b]; next: ajgdata run {done.name}, which computes the features"
+        f"{result.recordings} recordings in {result.sessions} session(s) are data set "
+        f"[b]{result.name}[/b]; next: ajgdata run {result.name}, which computes the features"
     )

@@ -1,4 +1,4 @@
-"""`ajgdata sense`: a trained model classifies what the gripper holds; nothing is kept."""
+"""`ajgdata sense`: classify the object in the gripper. Recordings are not stored."""
 
 from __future__ import annotations
 
@@ -14,25 +14,32 @@ from rich.bar import Bar
 from rich.markup import escape
 from rich.table import Table
 
+from ajgdata.acquire.robot import Robot, RobotGrasp
+from ajgdata.acquire.signals import ended_by_signals
 from ajgdata.cli.console import out, say
 from ajgdata.cli.device import CARD_PANEL, OutputChannel
+from ajgdata.paths import find_project
+from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DataError
+from ajgdata.types.protocol import NOTHING
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from ajgdata.acquire.card import Capture
-    from ajgdata.acquire.robot import Robot
     from ajgdata.acquire.virtual import Card
     from ajgdata.live.predictor import Prediction, Predictor
 
-_VIRTUAL = "virtual gripper"
-#: Least probability that sorting needs (paper).
+#: Panel of the help text for options of the virtual gripper.
+_VIRTUAL_PANEL = "virtual gripper"
+#: Smallest probability that is not reported as uncertain (threshold of the paper for sorting).
 THRESHOLD = 0.6
+#: Force of the virtual gripper on the object.
+_FORCE_N = 8.0
 #: Width of a bar in characters.
 _BAR_WIDTH = 40
-#: Colour and text by verdict (`live.predictor.Verdict`).
+#: Colour and text by verdict (`live.predictor.NoveltyVerdict`).
 _VERDICTS = {
     "known": ("green", "known"),
     "nothing": ("yellow", "nothing held"),
@@ -65,12 +72,14 @@ def sense(
         typer.Option(
             "--object",
             help="object in the gripper, or `empty`; repeatable",
-            rich_help_panel=_VIRTUAL,
+            rich_help_panel=_VIRTUAL_PANEL,
         ),
     ] = None,
     seed: Annotated[
         int | None,
-        typer.Option(min=0, help="seed of the random objects and poses", rich_help_panel=_VIRTUAL),
+        typer.Option(
+            min=0, help="seed of the random objects and poses", rich_help_panel=_VIRTUAL_PANEL
+        ),
     ] = None,
 ) -> None:
     """Classify the object in the gripper."""
@@ -82,17 +91,26 @@ def sense(
     if source == "soundcard" and objects:
         raise DataError("--object", "is only used with --source virtual", "remove it")
     card: dict[str, Any] = {"device": device, "output_channel": output_channel}
-    card |= {} if microphone is None else {"microphone": microphone}
-    seed = secrets.randbelow(2**31) if seed is None else seed
+    if microphone is not None:
+        card["microphone"] = microphone
+    if seed is None:
+        seed = secrets.randbelow(2**31)
     with stopped_by_hand():
         _sense(
-            (dataset, task, model), source, card, objects or (), seed, count(1) if watch else (1,)
+            dataset,
+            task,
+            model,
+            source=source,
+            card=card,
+            objects=objects or (),
+            seed=seed,
+            numbers=count(1) if watch else (1,),
         )
 
 
 @contextmanager
 def stopped_by_hand() -> Iterator[None]:
-    """Turn Ctrl-C, and the dashboard's stop, into exit code 130 without a trace."""
+    """Exit with code 130, without a traceback, after Ctrl-C or a stop on the dashboard."""
     try:
         yield
     except KeyboardInterrupt:
@@ -100,44 +118,49 @@ def stopped_by_hand() -> Iterator[None]:
 
 
 def _sense(
-    names: tuple[str, str, str],
+    dataset: str,
+    task: str,
+    model: str,
+    *,
     source: str,
     card: Mapping[str, Any],
     objects: Sequence[str],
     seed: int,
     numbers: Iterable[int],
 ) -> None:
-    """Grasp, record, predict with a model (data set, task, model) and print, for each number.
+    """Grasp, record, predict and print for each number.
 
-    `source` and `card`: see `open_hands`; `objects`: what the virtual gripper holds, in a random
-    order (default: all of the recipe). Raises CardError and DataError.
+    `source` and `card` are those of `open_hands`. The virtual gripper grasps random `objects`, by
+    default of the recipe. Raises CardError and DataError.
     """
     import numpy as np
 
     from ajgdata.acquire.live_session import excitation_of
-    from ajgdata.acquire.signals import ended_by_signals
     from ajgdata.loading import load_predictor
-    from ajgdata.paths import find_project
     from ajgdata.pipeline.acquire_live import VIRTUAL, open_hands
-    from ajgdata.store.sessions import read_dataset
 
     paths = find_project()
-    spec = read_dataset(paths, names[0])
-    predictor = load_predictor(*names, paths.root)
+    spec = read_dataset(paths, dataset)
+    predictor = load_predictor(dataset, task, model, paths.root)
     if source == VIRTUAL and spec.recipe and not objects:
         objects = [item.name for item in spec.recipe.objects]
-    played, random = excitation_of(spec).astype(np.float32), np.random.default_rng(seed)
-    with (
-        ended_by_signals(),
-        open_hands(
-            paths, spec, source=source, card=card, robot=None, seed=seed,
-            confirm=lambda text: None, rate_hz=predictor.sample_rate_hz,
-            microphone=predictor.audio.microphone,
-        ) as (robot, opened, _),
-    ):  # fmt: skip
+    played = excitation_of(spec).astype(np.float32)
+    generator = np.random.default_rng(seed)
+    hands = open_hands(
+        paths,
+        spec,
+        source=source,
+        card=card,
+        robot=None,
+        seed=seed,
+        confirm=lambda text: None,
+        rate_hz=predictor.sample_rate_hz,
+        microphone=predictor.audio.microphone,
+    )
+    with ended_by_signals(), hands as (robot, opened_card, _):
         for number in numbers:
-            name = objects[int(random.integers(len(objects)))] if objects else ""
-            _sense_once(number, name, predictor, robot, opened, played)
+            name = objects[int(generator.integers(len(objects)))] if objects else ""
+            _sense_once(number, name, predictor, robot, opened_card, played)
 
 
 def _sense_once(
@@ -148,22 +171,31 @@ def _sense_once(
     card: Card,
     played: NDArray[np.float32],
 ) -> None:
-    """Grasp the simulated object `name` ("": unknown), play (n,), record, predict and print."""
-    from ajgdata.acquire.robot import RobotGrasp
+    """Grasp an object, play `played` (n,), record, predict and print.
 
+    `name` is the object of the virtual gripper. It is "" for a real gripper, which a person has
+    closed on an unknown object.
+    """
     if name:
-        held = "" if name == "empty" else name
-        robot.move("approach", **vars(RobotGrasp(f"sense_{number}", held, number, 8.0)))
-    begin = time.perf_counter()
+        grasp = RobotGrasp(
+            grasp_id=f"sense_{number}",
+            object="" if name == NOTHING else name,
+            number=number,
+            force_n=_FORCE_N,
+        )
+        robot.move("approach", **vars(grasp))
+    start = time.perf_counter()
     capture = card.take(played)
     prediction = predictor.predict(capture.samples, predictor.sample_rate_hz)
-    _show(number, name, capture, prediction, time.perf_counter() - begin)
+    _print_prediction(number, name, capture, prediction, time.perf_counter() - start)
 
 
-def _show(number: int, name: str, capture: Capture, prediction: Prediction, seconds: float) -> None:
-    """Print one recording: its level, the probability of each class, and the verdict.
+def _print_prediction(
+    number: int, name: str, capture: Capture, prediction: Prediction, seconds: float
+) -> None:
+    """Print the level of a recording, the probability of each class, and the verdict.
 
-    `seconds` is the time from the first sample played to the prediction.
+    `seconds` is the time from the first played sample to the prediction.
     """
     from ajgdata.acquire.operator import meter
     from ajgdata.live.sort import percent
@@ -172,23 +204,27 @@ def _show(number: int, name: str, capture: Capture, prediction: Prediction, seco
     peak = f"{meter(capture.peak_dbfs)} {capture.peak_dbfs:.1f} dBFS"
     say(f"[b]{number}[/b]  {peak}  {seconds:.2f} s{escape(simulated)}")
     colour, verdict = _VERDICTS[prediction.verdict]
-    ordered = sorted(prediction.probability.items(), key=lambda item: -item[1])
+    may_be_sorted = prediction.verdict not in ("nothing", "unknown")
     table = Table.grid(padding=(0, 2))
-    for label, share in ordered:
-        is_sure = share >= THRESHOLD and prediction.verdict not in ("nothing", "unknown")
-        bar = Bar(1, 0, share, width=_BAR_WIDTH, color=colour if is_sure else "default")
+    for label, share in sorted(prediction.probability.items(), key=lambda item: -item[1]):
+        bar_colour = colour if may_be_sorted and share >= THRESHOLD else "default"
+        bar = Bar(1, 0, share, width=_BAR_WIDTH, color=bar_colour)
         table.add_row(escape(label), bar, percent(share))
-    if ordered:
+    if prediction.probability:
         out.print(table)
-    if prediction.verdict in ("known", "no sign") and ordered and ordered[0][1] < THRESHOLD:
-        colour, verdict = "yellow", f"{verdict}, but below {percent(THRESHOLD)}"
-    value = "" if prediction.verdict == "nothing" else f": [b]{escape(_value(prediction))}[/b]"
-    say(f"[{colour}]{verdict}[/]{value}[dim]{_novelty(prediction)}[/dim]")
+        is_uncertain = max(prediction.probability.values()) < THRESHOLD
+        if is_uncertain and prediction.verdict in ("known", "no sign"):
+            colour = "yellow"
+            verdict = f"{verdict}, but below {percent(THRESHOLD)}"
+    value = ""
+    if prediction.verdict != "nothing":
+        value = f": [b]{escape(_value_text(prediction))}[/b]"
+    say(f"[{colour}]{verdict}[/]{value}[dim]{_novelty_text(prediction)}[/dim]")
     for text in prediction.remarks:
         say(f"[yellow]warning[/yellow] {escape(text)}")
 
 
-def _value(prediction: Prediction) -> str:
+def _value_text(prediction: Prediction) -> str:
     """Return the predicted class, or the number with its interval."""
     if not prediction.interval:
         return str(prediction.value)
@@ -197,8 +233,8 @@ def _value(prediction: Prediction) -> str:
     return f"{prediction.value:.4g}{unit}, between {low:.4g} and {high:.4g}"
 
 
-def _novelty(prediction: Prediction) -> str:
-    """Return the novelty, and how many novel objects the check detects, in brackets."""
+def _novelty_text(prediction: Prediction) -> str:
+    """Return the novelty and the detection rate of novel objects, in brackets; "" for none."""
     from ajgdata.live.sort import detection_text
 
     if prediction.novelty is None:

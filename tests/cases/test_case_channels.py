@@ -374,7 +374,7 @@ def test_the_onnx_example_uses_the_microphone_of_the_training(tmp_path, monkeypa
 
 
 def test_the_onnx_file_names_the_microphone(trained):
-    from ajgdata.cli.export import _description
+    from ajgdata.cli.export import onnx_metadata
 
     about = {"seed": 0, "target": "label", "recordings": 1, "period": None, "provenance": {}}
-    assert _description(trained, about)["microphone"] == 1
+    assert onnx_metadata(trained, about)["microphone"] == 1

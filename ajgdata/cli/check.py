@@ -1,0 +1,124 @@
+"""`ajgdata check`: list the issues of recordings and labels, and accept changed recordings."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from ajgdata.cli.console import ATTENTION, AllOption, out, say, shortened
+from ajgdata.paths import Paths, find_project
+from ajgdata.store.sessions import list_datasets
+from ajgdata.types import (
+    ISSUE_LEVELS,
+    WHOLE,
+    DataError,
+    Finding,
+    IssueCounts,
+    issue_counts,
+    many,
+)
+
+
+def check(
+    dataset: Annotated[list[str] | None, typer.Argument(help="data sets; default: all")] = None,
+    notes: Annotated[bool, typer.Option("--notes", help="also show notes on recordings")] = False,
+    everything: AllOption = False,
+    accept: Annotated[
+        bool, typer.Option("--accept", help="store the hash of new and changed files first")
+    ] = False,
+) -> None:
+    """Check recordings and labels, and list each issue with its fix."""
+    from ajgdata.pipeline.validate import not_fetched, validate_dataset
+
+    paths = find_project()
+    if accept:
+        accept_changes(paths, dataset or (), everything=everything)
+    names = dataset
+    if not names:
+        absent = not_fetched(paths)
+        if absent:
+            say(f"not fetched, so not checked: {', '.join(absent)}")
+        names = [name for name in list_datasets(paths) if name not in absent]
+    n_recordings = 0
+    issues: list[Finding] = []
+    counts = IssueCounts()
+    for name in names:
+        n_recordings_of_set, issues_of_set = validate_dataset(paths, name)
+        n_recordings += n_recordings_of_set
+        issues += issues_of_set
+        counts += issue_counts(issues_of_set)
+    shown = [
+        issue for issue in issues if notes or issue.level != "note" or issue.recording_id == WHOLE
+    ]
+    print_issues(shown, everything=everything)
+    say(_summary(n_recordings, counts, issues, hides_notes=not notes))
+    levels = {issue.level for issue in issues}
+    raise typer.Exit(ATTENTION if levels & {"error", "warning"} else 0)
+
+
+def _summary(
+    n_recordings: int, counts: IssueCounts, issues: Sequence[Finding], *, hides_notes: bool
+) -> str:
+    """Return the last line: numbers of recordings, and of issues of recordings and data sets."""
+    text = f"{n_recordings} recordings checked: {counts}"
+    general = [issue.level for issue in issues if issue.recording_id == WHOLE]
+    n_notes = general.count("note")
+    n_issues = len(general) - n_notes
+    if n_issues:
+        text += f"; {many(n_issues, 'issue')} of sessions or the data set"
+    if n_notes:
+        text += f"; {many(n_notes, 'note')} on the data set"
+    if counts.notes and hides_notes:
+        text += " (--notes shows them)"
+    return text
+
+
+def accept_changes(paths: Paths, datasets: Sequence[str], *, everything: bool) -> None:
+    """Store the hashes of new and changed recordings of `datasets`, and print each recording.
+
+    Recordings that cannot be decoded are not accepted. Raises DataError if no data set is named.
+    """
+    from ajgdata.pipeline.accept import accept_recordings
+
+    if not datasets:
+        fix = "name the data sets: `ajgdata check NAME --accept`"
+        raise DataError("--accept", "no data set is named", fix)
+    for name in datasets:
+        accepted, not_accepted = accept_recordings(paths, name)
+        changes = [
+            (
+                f"{item.session_id}/{item.recording_id}",
+                "changed" if item.before else "had no sha256",
+            )
+            for item in accepted
+        ]
+        for recording, reason in shortened(changes, everything=everything):
+            say(f"[yellow]accepted[/yellow] {escape(f'{recording}: {reason}')}")
+        damaged = [
+            (f"{item.session_id}/{item.recording_id}: {item.problem}", item.fix)
+            for item in not_accepted
+        ]
+        for recording, fix in shortened(damaged, everything=everything):
+            say(f"[red]not accepted[/red] {escape(f'{recording}; {fix}')}")
+        noun = "recording" if len(accepted) == 1 else "recordings"
+        say(f"{len(accepted)} {noun} of [b]{name}[/b] accepted")
+
+
+def print_issues(issues: Sequence[Finding], *, everything: bool) -> None:
+    """Print one line per issue, errors first, and the number of issues by code.
+
+    Unless `everything`, only a few issues with the same level, code and fix are printed.
+    """
+    types = dict.fromkeys((issue.level, issue.code, issue.fix) for issue in issues)
+    for level, code, fix in sorted(types, key=lambda issue_type: ISSUE_LEVELS.index(issue_type[0])):
+        equal = [i for i in issues if (i.level, i.code, i.fix) == (level, code, fix)]
+        problems = [(f"{i.session_id}/{i.recording_id}: {i.problem}", fix) for i in equal]
+        for problem, reason in shortened(problems, everything=everything):
+            out.out(f"{level} {code} {problem}; {reason}")
+    counts = Counter(issue.code for issue in issues).most_common()
+    if counts:
+        out.out(", ".join(f"{code} {count}" for code, count in counts))
