@@ -117,7 +117,8 @@ def test_what_snakemake_parses_is_light(run_python):
 
 
 def test_the_command_line_starts_light(run_python):
-    assert roots(loaded_by(run_python, "import ajgdata.cli")) & HEAVY - {"rich"} == set()
+    loaded = roots(loaded_by(run_python, "import ajgdata.cli"))
+    assert loaded & (HEAVY | {"numpy"}) == {"rich"}
 
 
 PACKAGE = {
