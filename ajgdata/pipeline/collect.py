@@ -1,4 +1,4 @@
-"""Results of all experiments -> metrics.csv and predictions.csv, which need no report."""
+"""metrics.csv and predictions.csv: numbers and predictions of all experiments, without a report."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from ajgdata.store.metrics import write_metrics, write_predictions
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types.table import Table
 
-#: Metrics that are in the unit of the target; others are shares, or have their unit in the name.
+#: Metrics in the unit of the target. Other metrics are shares, or have their unit in the name.
 IN_UNITS = ("rmse", "mae", "width")
 
 
 def collect(paths: Paths, *, datasets: Sequence[str], tasks: Sequence[TaskKey]) -> None:
     """Write the numbers and the predictions of all existing results of a project.
 
-    `tasks` are tasks and embeddings of the data sets, as data set and name.
+    `tasks` are the tasks and embeddings of the data sets, as data set and name.
     """
     specs = {name: read_dataset(paths, name) for name in datasets}
     requests = requests_for(specs, tasks)
@@ -40,14 +40,15 @@ def metric_rows(measured: Iterable[Measurement]) -> Iterator[dict[str, Any]]:
     for about, tables, costs in measured:
         for table in (*tables, *costs):
             if table.name == SCORES:
-                yield from _rows(about, table)
+                yield from _score_rows(about, table)
 
 
-def _rows(about: Mapping[str, Any], scores: Table) -> Iterator[dict[str, Any]]:
-    """Yield the rows of a table of scores, with what is known about the measurement."""
+def _score_rows(about: Mapping[str, Any], scores: Table) -> Iterator[dict[str, Any]]:
+    """Yield the rows of a table of scores, with facts about the measurement."""
     for row in scores.rows:
-        is_missing = row["value"] is None
-        names = row["metric"], row["statistic"], row["condition"]
+        reason = ""
+        if row["value"] is None:
+            reason = why_undefined(row["metric"], row["statistic"], row["condition"])
         yield {
             "dataset": about["dataset"],
             "task": about["task"],
@@ -58,12 +59,12 @@ def _rows(about: Mapping[str, Any], scores: Table) -> Iterator[dict[str, Any]]:
             "source": about["provenance"]["source"],
             "seed": about["seed"],
             "commit": about["provenance"]["git_commit"],
-            "reason": why_undefined(*names) if is_missing else "",
+            "reason": reason,
         }
 
 
 def prediction_rows(measured: Iterable[Measurement]) -> Iterator[dict[str, Any]]:
-    """Yield the predictions of measurements: a row for each recording, part and fold."""
+    """Yield the predictions of measurements: one row per recording, part and fold."""
     for about, tables, _ in measured:
         identity = {key: about[key] for key in ("dataset", "task", "model")}
         for table in tables:

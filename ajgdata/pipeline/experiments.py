@@ -1,4 +1,4 @@
-"""The job of an experiment: features and recordings of a task -> tables."""
+"""The job of an experiment: measure it on a task and write its tables."""
 
 from __future__ import annotations
 
@@ -10,9 +10,7 @@ from typing import Any
 
 from ajgdata.experiments.base import Experiment, Inputs, Outcome
 from ajgdata.experiments.registry import load_experiment
-from ajgdata.experiments.requests import (
-    measurement_name,
-)
+from ajgdata.experiments.requests import measurement_name
 from ajgdata.features.spectrum import differing_axes
 from ajgdata.models.device import device_facts
 from ajgdata.paths import Paths
@@ -56,13 +54,36 @@ def run_experiment(
 ) -> None:
     """Measure each of the parts of an experiment on a task (see `MeasuredPart`); write the tables.
 
-    `encoders` are the latents and training cost of an embedding. If `rendered` is not empty, sounds
-    and grasps are simulated by the recipe of the data set. `other_tasks` are those of the data set
-    that the settings name. A task that lacks what the experiment needs is
-    written as skipped, with the reason.
+    `store` is the feature file of the data set. `encoders` are the latents and the training cost of
+    an embedding, or empty. If `rendered` is not empty, the experiment can simulate sounds and
+    grasps by the recipe of the data set. `other_tasks` are those of the data set that the settings
+    name. If the task lacks what the experiment needs, it is written as skipped, with the reason.
     """
     measured = load_experiment(experiment)
+    checked = measured.spec.settings.model_validate(settings)
     table = read_store(store)
+    compared = {other: _comparable(store, table, paths.features(other)) for other in other_sets}
+    read_audio = {dataset: audio}
+    if measured.spec.reads_recordings:
+        for name, other in compared.items():
+            read_audio[name] = AudioSettings.model_validate(_settings(other)["audio"])
+    inputs = Inputs(
+        dataset=dataset,
+        task=task,
+        task_settings=task_settings,
+        seed=seed,
+        store=table,
+        other_sets=compared,
+        audio=audio,
+        features=features,
+        recordings=RecordingReader(paths, read_audio),
+        render=renderer(paths, dataset) if rendered else None,
+        grasps=grasp_simulator(paths, dataset) if rendered else None,
+        other_tasks=other_tasks or {},
+        latents=read_latents(encoders[0]) if encoders else None,
+        training_cost=read_json(encoders[1]) if encoders else {},
+    )
+    refused = _copied_sets(inputs, getattr(checked, "test_on", ()))
     about = {
         "experiment": experiment,
         "dataset": dataset,
@@ -73,79 +94,18 @@ def run_experiment(
         "provenance": dict(table.attrs),
         **device_facts(),
     }
-    compared = {other: _comparable(store, table, paths.features(other)) for other in other_sets}
-    read_too = compared if measured.spec.reads_recordings else {}
-    inputs = Inputs(
-        dataset=dataset,
-        task=task,
-        task_settings=task_settings,
-        seed=seed,
-        store=table,
-        other_sets=compared,
-        audio=audio,
-        features=features,
-        other_tasks=other_tasks or {},
-        **_encoded(*encoders),
-        **_sounds(paths, dataset, audio, read_too, rendered),
-    )
-    checked = measured.spec.settings.model_validate(settings)
-    refused = _copied_sets(inputs, getattr(checked, "test_on", ()))
     outcomes = [
-        _measure(measured, inputs, checked, about | {"model": part}, refused) for part in parts
+        _measure(measured, inputs, checked, {**about, "model": part}, refused) for part in parts
     ]
     write_measurements(cost, [({}, outcome.cost) for outcome in outcomes])
     write_measurements(tables, [(outcome.about, outcome.tables) for outcome in outcomes])
 
 
-def _measure(
-    experiment: Experiment,
-    inputs: Inputs,
-    settings: Strict,
-    about: Mapping[str, Any],
-    refused: Mapping[str, str],
-) -> Outcome:
-    """Return tables of results and of cost, and `about` with more facts, or why there are none.
-
-    `refused` are data sets with copies of training recordings, with the reason. A cross-validation
-    is measured without these test sets; other experiments require all their data sets.
-    """
-    name = measurement_name(experiment.spec.name, about["model"])
-    try:
-        if refused and experiment.spec.name != CROSS_VALIDATION:
-            raise NotPossibleError("; ".join(refused.values()))
-        settings = _without_test_sets(settings, refused)
-        about = {**about, "left_out": dict(inputs.classes_of_task[1])}
-        outcome = experiment.measure(inputs, settings, about["model"])
-    except NotPossibleError as error:
-        tell(f"skipped   {about['dataset']}/{about['task']}, {name}: {error}")
-        return Outcome((), (), {**about, "skipped": str(error)})
-    if refused:
-        parts = {f"the test on {dataset}": reason for dataset, reason in refused.items()}
-        about = {**about, "others": parts}
-        for part, reason in parts.items():
-            tell(f"skipped   {about['dataset']}/{about['task']}, {part} of {name}: {reason}")
-    return replace(outcome, about={**about, **outcome.about})
-
-
-def _without_test_sets(settings: Strict, refused: Collection[str]) -> Strict:
-    """Return settings without the refused data sets of `test_on`."""
-    if not refused:
-        return settings
-    used = tuple(name for name in getattr(settings, "test_on", ()) if name not in refused)
-    return settings.model_copy(update={"test_on": used})
-
-
-def _copied_sets(inputs: Inputs, test_on: Sequence[str]) -> dict[str, str]:
-    """Return why data sets of `test_on` contain copies of training recordings, by name."""
-    if not test_on:
-        return {}
-    quantity = inputs.features.quantity
-    tests = {name: sounds_of(inputs.other_sets[name], [], quantity) for name in test_on}
-    return leak_refusals(sounds_of(inputs.store, [], quantity), tests)
-
-
 def _comparable(store: Path, table: FeatureRows, path: Path) -> FeatureRows:
-    """Return another store, whose spectra have the axes of `table`. Raises DataError otherwise."""
+    """Return the feature file at `path`, whose spectra must have the axes of `table`, from `store`.
+
+    Raises DataError if a setting or a frequency differs.
+    """
     other = read_store(path)
     for name, here, there in differing_axes(_settings(table), _settings(other)):
         problem = f"its {name} is {there}, that of {store} is {here}: they do not compare"
@@ -156,25 +116,55 @@ def _comparable(store: Path, table: FeatureRows, path: Path) -> FeatureRows:
     return other
 
 
-def _sounds(
-    paths: Paths, dataset: str, audio: AudioSettings, read: Mapping[str, FeatureRows], rendered: str
-) -> dict[str, Any]:
-    """Return what reads recordings, and what simulates sounds and grasps, by name of the input."""
-    settings = {n: AudioSettings.model_validate(_settings(t)["audio"]) for n, t in read.items()}
-    return {
-        "recordings": RecordingReader(paths, {dataset: audio, **settings}),
-        "render": renderer(paths, dataset) if rendered else None,
-        "grasps": grasp_simulator(paths, dataset) if rendered else None,
-    }
-
-
 def _settings(table: FeatureRows) -> dict[str, Any]:
-    """Return the settings by which the features of a store were computed."""
+    """Return the settings of audio and features with which a feature file was computed."""
     return json.loads(str(table.attrs.get("settings", "{}")))
 
 
-def _encoded(latents: Path | None = None, training_cost: Path | None = None) -> dict[str, Any]:
-    """Return what an embedding's encoders made and cost, by name."""
-    if latents is None or training_cost is None:
+def _copied_sets(inputs: Inputs, test_on: Sequence[str]) -> dict[str, str]:
+    """Return the data sets of `test_on` with copies of training recordings, with the reason."""
+    if not test_on:
         return {}
-    return {"latents": read_latents(latents), "training_cost": read_json(training_cost)}
+    quantity = inputs.features.quantity
+    tests = {name: sounds_of(inputs.other_sets[name], [], quantity) for name in test_on}
+    return leak_refusals(sounds_of(inputs.store, [], quantity), tests)
+
+
+def _measure(
+    experiment: Experiment,
+    inputs: Inputs,
+    settings: Strict,
+    about: Mapping[str, Any],
+    refused: Mapping[str, str],
+) -> Outcome:
+    """Return the tables of results and of cost, and `about` with more facts.
+
+    If the part cannot be measured, there are no tables, and `about` contains the reason. `refused`
+    are data sets with copies of training recordings, with the reason. A cross-validation is
+    measured without these test sets; other experiments require all their data sets.
+    """
+    name = measurement_name(experiment.spec.name, about["model"])
+    task = f"{about['dataset']}/{about['task']}"
+    facts = dict(about)
+    try:
+        if refused:
+            if experiment.spec.name != CROSS_VALIDATION:
+                raise NotPossibleError("; ".join(refused.values()))
+            settings = _without_test_sets(settings, refused)
+        facts["left_out"] = dict(inputs.classes_of_task[1])
+        outcome = experiment.measure(inputs, settings, about["model"])
+    except NotPossibleError as error:
+        tell(f"skipped   {task}, {name}: {error}")
+        return Outcome((), (), {**facts, "skipped": str(error)})
+    if refused:
+        parts = {f"the test on {dataset}": reason for dataset, reason in refused.items()}
+        facts["others"] = parts
+        for part, reason in parts.items():
+            tell(f"skipped   {task}, {part} of {name}: {reason}")
+    return replace(outcome, about={**facts, **outcome.about})
+
+
+def _without_test_sets(settings: Strict, refused: Collection[str]) -> Strict:
+    """Return settings without the refused data sets of `test_on`."""
+    used = tuple(name for name in getattr(settings, "test_on", ()) if name not in refused)
+    return settings.model_copy(update={"test_on": used})

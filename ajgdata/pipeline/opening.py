@@ -1,4 +1,4 @@
-"""One grasp of a run -> the opening picture, and its content in words and numbers."""
+"""Opening picture of the report: one simulated grasp, its sound field and its prediction."""
 
 from __future__ import annotations
 
@@ -22,30 +22,30 @@ from ajgdata.store.features import FeatureRows, read_store
 from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.sessions import inside, read_dataset, read_session
 from ajgdata.store.tables import read_measurements
-from ajgdata.types import (
-    AudioSettings,
-    DataError,
-    FeatureSettings,
-    NotPossibleError,
-)
+from ajgdata.types import AudioSettings, DataError, FeatureSettings, NotPossibleError
 from ajgdata.types.registry import model_label
 
 if TYPE_CHECKING:
     from ajgdata.report.opening import Opening
 
-#: Grid and pulse of the field: finer than that of recordings, so that the wave is seen, not cells.
-FIELD_MM, PULSE_HZ, FRAME_S = 1.6, 10_000.0, 1e-5
-#: The first moment, as a share of the time that sound takes to the object.
+#: Grid of the sound field: finer than that of recordings, so the picture shows waves, not cells.
+FIELD_MM = 1.6
+#: Frequency at which the spectrum of the pulse has its maximum.
+PULSE_HZ = 10_000.0
+#: Time between two frames of the simulated field.
+FRAME_S = 1e-5
+#: First drawn moment, as a share of the time that sound takes from the speaker to the object.
 LEAVING = 0.33
+#: Lowest drawn level of the spectrum, relative to its largest bin.
 LOWEST_DB = -120.0
 
 
 def build_opening(paths: Paths, *, store: Path, tables: Path, audio: AudioSettings) -> None:
     """Draw the opening picture of a task, and write its text (JSON) to the same folder.
 
-    `tables` are those of SHOWN_RESULT. The JSON contains `alt` for people and the
-    `recording` that is shown. If nothing can be shown, it contains `skipped`, the reason, and there
-    is no picture.
+    `store` is the feature file of the data set, and `tables` the measurement SHOWN_RESULT of the
+    task. The JSON contains `alt`, a description in words, and the shown `recording`. If nothing can
+    be shown, it contains only `skipped`, the reason, and no picture is drawn.
     """
     from ajgdata.report.canvas import save_figure
     from ajgdata.report.opening import alt_text, opening_figure
@@ -55,71 +55,82 @@ def build_opening(paths: Paths, *, store: Path, tables: Path, audio: AudioSettin
     except NotPossibleError as error:
         about = {"skipped": str(error)}
     else:
-        # PNG for README
+        # The README shows the PNG.
         save_figure(opening_figure(opening), paths.opening.with_suffix(""), ("svg", "pdf", "png"))
         about = {"alt": alt_text(opening), "recording": opening.recording}
     write_bytes(paths.opening, json_bytes(about))
 
 
-def _opening(paths: Paths, shard: FeatureRows, tables: Path, audio: AudioSettings) -> Opening:
-    """Return the picture's content. Raises NotPossibleError if nothing can be shown.
+def _opening(paths: Paths, features: FeatureRows, tables: Path, audio: AudioSettings) -> Opening:
+    """Return the content of the picture. Raises NotPossibleError if nothing can be shown.
 
-    It is a recording of the smallest sphere, because every section through it is a circle, or of
-    the smallest object if there is no sphere.
+    The picture shows a recording of the smallest sphere, because every vertical section through its
+    centre is the same circle. Without a sphere, it shows the smallest object.
     """
     from ajgdata.report.opening import Opening
 
     about, results = read_measurements(tables)[0]
     if "skipped" in about:
         raise NotPossibleError(about["skipped"])
-    setups = _planned_setups(paths, about["dataset"])
-    digest_of = _by_recording(shard, "setup_sha256")
-    part = part_columns(GROUPED, about["dataset"])
-    predictions = next(t for t in results if t.name == "predictions").where(**part._asdict())
-    predicted = [row for row in predictions.rows if digest_of.get(row["recording"]) in setups]
-    scenes = {row["y_true"]: setups[digest_of[row["recording"]]] for row in predicted}
-    if not scenes:
+    dataset = about["dataset"]
+    setups = _planned_setups(paths, dataset)
+    digests = _by_recording(features, "setup_sha256")
+    all_predictions = next(table for table in results if table.name == "predictions")
+    held_out = all_predictions.where(**part_columns(GROUPED, dataset)._asdict()).rows
+    predictions = [row for row in held_out if digests.get(row["recording"]) in setups]
+    if not predictions:
         raise NotPossibleError("no recording of a simulated grasp was predicted")
+
+    scenes = {row["y_true"]: setups[digests[row["recording"]]] for row in predictions}
     name = _smallest(scenes)
-    prediction = _typical([row for row in predicted if row["y_true"] == name])
+    prediction = _typical([row for row in predictions if row["y_true"] == name])
     recording = prediction["recording"]
-    scene = Scene.model_validate(setups[digest_of[recording]])
-    session = _by_recording(shard, "session_id")[recording]
-    row = shard.columns["recording"].values.tolist().index(recording)
+    scene = Scene.model_validate(setups[digests[recording]])
+    session = _by_recording(features, "session_id")[recording]
+    row = features.columns["recording"].values.tolist().index(recording)
     return Opening(
         recording=recording,
         object=name,
         scene=scene,
-        film=field_of(scene),
-        sweep=_sweep(paths.session(about["dataset"], session), audio),
+        film=sound_field(scene),
+        sweep=_sweep(paths.session(dataset, session), audio),
         sample_rate_hz=audio.sample_rate_hz,
-        frequency_hz=shard.frequency_hz,
-        level_db=_level_db(shard, row),
+        frequency_hz=features.frequency_hz,
+        level_db=_level_db(features, row),
         model=model_label(about["model"], about["kind"]),
         predicted=prediction["y_pred"],
         probability=prediction["probability"],
     )
 
 
-def _smallest(scenes: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return the name of the smallest sphere, or else of the smallest object, of scenes by name."""
-    held = {name: Scene.model_validate(scene).object for name, scene in scenes.items()}
-    sizes = {n: (shape.kind != "sphere", max(shape.size_mm)) for n, shape in held.items() if shape}
-    return min(sizes, key=lambda n: sizes[n])
-
-
 def _planned_setups(paths: Paths, dataset: str) -> dict[str, Mapping[str, Any]]:
     """Return the scenes of objects that the recipe of a data set plans, by their digests."""
     spec = read_dataset(paths, dataset)
     sessions = session_names(spec.recipe)
-    planned = planned_grasps(paths.dataset(dataset), spec, sessions) if sessions else []
-    return {g.digest: g.setup for grasps in planned for g in grasps if g.object}
+    if not sessions:
+        return {}
+    planned = planned_grasps(paths.dataset(dataset), spec, sessions)
+    return {grasp.digest: grasp.setup for grasps in planned for grasp in grasps if grasp.object}
 
 
-def _by_recording(shard: FeatureRows, column: str) -> dict[str, str]:
+def _by_recording(features: FeatureRows, column: str) -> dict[str, str]:
     """Return a column of the feature file by the name of the recording."""
-    names, values = (shard.columns[key].values.tolist() for key in ("recording", column))
+    names = features.columns["recording"].values.tolist()
+    values = features.columns[column].values.tolist()
     return dict(zip(names, values, strict=True))
+
+
+def _smallest(scenes: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return the name of the smallest sphere of scenes by object, or else of the smallest object.
+
+    The size of an object is its largest dimension.
+    """
+    order = {}
+    for name, scene in scenes.items():
+        shape = Scene.model_validate(scene).object
+        if shape:
+            order[name] = (shape.kind != "sphere", max(shape.size_mm))
+    return min(order, key=lambda name: order[name])
 
 
 def _typical(predictions: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
@@ -129,30 +140,35 @@ def _typical(predictions: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
     return ordered[(len(ordered) - 1) // 2]
 
 
-def field_of(scene: Scene) -> PressureFrames:
+def sound_field(scene: Scene) -> PressureFrames:
     """Return the pressure of a short pulse in the plane xz at three moments.
 
-    Their times count from when the pulse leaves: on its way, when sound in air is at the highest
-    point of what it meets, and when it is back at the microphone. The grid is FIELD_MM.
+    At the first moment, the pulse is on its way. At the second, sound in air reaches the highest
+    point above the object, or the lowest point of an empty cavity. At the third, it is back at the
+    microphone. The times count from when the pulse leaves the speaker. The grid is FIELD_MM.
     """
     from ajgdata.report.scenes import section
 
-    cut, gripper = section(scene), scene.gripper
-    touching = np.where(cut.inside, cut.floor, -np.inf)
-    under = int(np.argmax(touching)) if cut.inside.any() else int(np.argmin(cut.floor))
-    at = np.array([cut.x[under], cut.floor[under]])
-    ways = [
-        float(np.hypot(*(at - [across, gripper.height_mm])))
-        for across in (gripper.speaker_mm[0], gripper.microphone_mm[0])
+    cut = section(scene)
+    if cut.inside.any():
+        point = int(np.argmax(np.where(cut.inside, cut.floor, -np.inf)))
+    else:
+        point = int(np.argmin(cut.floor))
+    target_mm = np.array([cut.x[point], cut.floor[point]])
+    gripper = scene.gripper
+    ways_mm = [
+        float(np.hypot(*(target_mm - [across_mm, gripper.height_mm])))
+        for across_mm in (gripper.speaker_mm[0], gripper.microphone_mm[0])
     ]
-    there, back = np.array(ways) / 1e3 / Air(scene.environment.temperature_c).sound_speed
-    moments_s = np.array([LEAVING * there, there, there + back])
+    there_s, back_s = np.array(ways_mm) / 1e3 / Air(scene.environment.temperature_c).sound_speed
+    moments_s = np.array([LEAVING * there_s, there_s, there_s + back_s])
+
     fine = scene.numerics.model_copy(update={"dx_mm": FIELD_MM})
     plan = build_plan(scene.model_copy(update={"numerics": fine}))
-    dt = plan.system.dt
-    leaves_s = len(ricker_wavelet(dt, PULSE_HZ)) // 2 * dt
-    every = max(1, round(FRAME_S / dt))
-    frames = int(np.ceil((leaves_s + moments_s[-1]) / (every * dt)))
+    dt_s = plan.system.dt
+    leaves_s = len(ricker_wavelet(dt_s, PULSE_HZ)) // 2 * dt_s  # the middle of the pulse
+    every = max(1, round(FRAME_S / dt_s))
+    frames = int(np.ceil((leaves_s + moments_s[-1]) / (every * dt_s)))
     film = pressure_frames(plan, every, frames, PULSE_HZ)
     shown = [int(np.argmin(np.abs(film.times_s - leaves_s - moment))) for moment in moments_s]
     times_s = film.times_s[shown] - leaves_s
@@ -160,19 +176,24 @@ def field_of(scene: Scene) -> PressureFrames:
 
 
 def _sweep(folder: Path, audio: AudioSettings) -> np.ndarray:
-    """Return what the session in `folder` played, (samples,), or raise NotPossibleError."""
+    """Return the sound (samples,) that a session played. Raises NotPossibleError if it is missing.
+
+    `folder` is that of the session.
+    """
     try:
-        if played := read_session(folder).excitation:
+        played = read_session(folder).excitation
+        if played:
             return read_audio(inside(folder, played.file), audio).samples
     except DataError:
         pass
     raise NotPossibleError(f"session {folder.name} lacks the sound that it played")
 
 
-def _level_db(shard: FeatureRows, row: int) -> np.ndarray:
-    """Return the feature of a row (bins,) in dB of its largest bin."""
-    quantity = FeatureSettings(**json.loads(str(shard.attrs["settings"]))["features"]).quantity
-    feature = np.asarray(shard.feature[row], float)
+def _level_db(features: FeatureRows, row: int) -> np.ndarray:
+    """Return the feature (bins,) of a row in dB relative to its largest bin."""
+    settings = json.loads(str(features.attrs["settings"]))
+    quantity = FeatureSettings(**settings["features"]).quantity
+    feature = np.asarray(features.feature[row], float)
     factor = 10 if quantity == "power" else 20
     least = 10 ** (LOWEST_DB / factor)
     return factor * np.log10(np.maximum(feature / (feature.max() or 1), least))

@@ -1,9 +1,8 @@
-"""Grasps of the recipes of data sets, and errors in their scenes. Light: Snakemake imports this."""
+"""Grasps of the recipes of data sets, with checks. Light: Snakemake imports this."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -18,7 +17,7 @@ from ajgdata.types.recipe import EMPTY
 
 
 def recipe_of(path: Path, spec: DatasetSpec) -> Recipe:
-    """Return the recipe of the declaration at `path`. Raises DataError if it has none."""
+    """Return the recipe of the data set config at `path`. Raises DataError if it has none."""
     if spec.recipe is None:
         raise DataError(path, "has no recipe", "add one, or import recordings instead")
     return spec.recipe
@@ -27,7 +26,7 @@ def recipe_of(path: Path, spec: DatasetSpec) -> Recipe:
 def planned_grasps(
     path: Path, spec: DatasetSpec, sessions: Sequence[str]
 ) -> list[list[RecipeGrasp]]:
-    """Return the grasps of each session of the recipe of `spec`, which is in the file `path`.
+    """Return the grasps of each session of a recipe. `spec` is the data set config at `path`.
 
     Raises DataError with file, object, key and fix for an invalid scene, variation or signal chain.
     """
@@ -42,7 +41,7 @@ def planned_grasps(
 
 
 def _check_variation(path: Path, recipe: Recipe) -> None:
-    """Raise DataError for a variation that cannot be."""
+    """Raise DataError for an invalid variation."""
     try:
         Variation.model_validate(recipe.variation or {})
     except ValidationError as error:
@@ -57,8 +56,9 @@ def _check_scenes(path: Path, recipe: Recipe, planned: Sequence[Sequence[RecipeG
     except ValidationError as error:
         line = line_of(path, ("recipe", "signal", *location(error)))
         raise describe(error, f"{path}:{line}: recipe, signal") from None
-    for grasp in chain.from_iterable(planned):
-        try:
-            gripper.Scene.model_validate(grasp.setup)
-        except ValidationError as error:
-            raise describe(error, f"{path}: recipe, {grasp.object or EMPTY}") from None
+    for grasps in planned:
+        for grasp in grasps:
+            try:
+                gripper.Scene.model_validate(grasp.setup)
+            except ValidationError as error:
+                raise describe(error, f"{path}: recipe, {grasp.object or EMPTY}") from None

@@ -1,4 +1,4 @@
-"""Recordings of the recipes of data sets, and other sounds in their scenes."""
+"""Simulated recordings of recipes, and simulations of other sounds and grasps in their scenes."""
 
 from __future__ import annotations
 
@@ -23,13 +23,16 @@ from ajgdata.types import DataError, NotPossibleError
 if TYPE_CHECKING:
     from ajgdata.experiments.base import Render
 
+_NOT_SIMULATED = "it needs a virtual data set: {} was not simulated by a recipe"
+
 
 def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
     """Record the missing recordings of one session of a recipe, and print the outcome.
 
     Raises DataError for an invalid recipe, before anything is recorded.
     """
-    spec, path = read_dataset(paths, dataset), paths.dataset(dataset)
+    spec = read_dataset(paths, dataset)
+    path = paths.dataset(dataset)
     check_one_source(paths, spec, list_sessions(paths, dataset))
     recipe = recipe_of(path, spec)
     if session not in session_names(recipe):
@@ -38,19 +41,19 @@ def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
     (grasps,) = planned_grasps(path, spec, [session])
     solver = ResponseStore(paths.responses)
     source = VirtualGripper(grasps[0].setup, solver, recipe.signal, spec.excitation)
-    done = acquire_session(paths.session(dataset, session), source, grasps)
-    counts = f"{done.recorded} recorded, {done.unchanged} already there"
-    print(f"{counts}, {done.solved} scenes solved")
-    held = [grasp for grasp in grasps if grasp.object and grasp.grasp_id not in done.skipped]
-    if done.solved and held:
-        show_savings(f"{dataset}/{session}", held[0])
-    for grasp, reason in done.skipped.items():
+    acquired = acquire_session(paths.session(dataset, session), source, grasps)
+    counts = f"{acquired.recorded} recorded, {acquired.unchanged} already there"
+    print(f"{counts}, {acquired.solved} scenes solved")
+    simulated = [g for g in grasps if g.object and g.grasp_id not in acquired.skipped]
+    if acquired.solved and simulated:
+        _show_savings(f"{dataset}/{session}", simulated[0])
+    for grasp, reason in acquired.skipped.items():
         print(f"skipped {grasp}: {reason}")
-    return done
+    return acquired
 
 
-def show_savings(session: str, grasp: RecipeGrasp) -> None:
-    """Print what the plan of a grasp leaves out, the time that this saves, and its error."""
+def _show_savings(session: str, grasp: RecipeGrasp) -> None:
+    """Print the omitted physics of a grasp's scene, the time that this saves, and its error."""
     savings = measured_savings(gripper.Scene.model_validate(grasp.setup))
     if savings is not None:
         tell(f"          {session}: {savings} (measured on {grasp.grasp_id})")
@@ -59,11 +62,12 @@ def show_savings(session: str, grasp: RecipeGrasp) -> None:
 def renderer(paths: Paths, dataset: str) -> Render:
     """Return a function that plays sounds in the scenes of simulated recordings (see `Render`).
 
-    It uses their stored responses, signal chain and seeds of noise, so that the sound with which
-    they were recorded gives the same samples.
+    It uses the stored responses, the signal chain and the seeds of noise of these recordings, so
+    the sound with which they were recorded gives the same samples.
     """
     spec = read_dataset(paths, dataset)
-    recipe, samples_of = spec.recipe, dict[str, tuple[RecipeGrasp, int]]()
+    recipe = spec.recipe
+    samples_of: dict[str, tuple[RecipeGrasp, int]] = {}
     if recipe is not None:
         sessions = session_names(recipe)
         planned = planned_grasps(paths.dataset(dataset), spec, sessions)
@@ -74,11 +78,12 @@ def renderer(paths: Paths, dataset: str) -> Render:
     solver = ResponseStore(paths.responses)
 
     def render(names: Sequence[str], sounds: Sequence[np.ndarray]) -> Iterator[list[np.ndarray]]:
-        if recipe is None or (unknown := [name for name in names if name not in samples_of]):
-            which = f"recording {unknown[0]!r}" if recipe and unknown else dataset
-            raise NotPossibleError(
-                f"it needs a virtual data set: {which} was not simulated by a recipe"
-            )
+        """Yield the samples (n,) of each named recording with each sound."""
+        if recipe is None:
+            raise NotPossibleError(_NOT_SIMULATED.format(dataset))
+        for name in names:
+            if name not in samples_of:
+                raise NotPossibleError(_NOT_SIMULATED.format(f"recording {name!r}"))
         source = VirtualGripper(samples_of[names[0]][0].setup, solver, recipe.signal)
         for name in names:
             yield [take.samples for take in source.record(*samples_of[name], sounds)]
@@ -87,7 +92,7 @@ def renderer(paths: Paths, dataset: str) -> Render:
 
 
 def grasp_simulator(paths: Paths, dataset: str) -> GraspSimulator | None:
-    """Return the simulator of the grasps of a data set; None for a data set without recipe."""
+    """Return the simulator of the grasps of a data set; None for a data set without a recipe."""
     spec = read_dataset(paths, dataset)
     if spec.recipe is None:
         return None

@@ -1,4 +1,4 @@
-"""The job `sample`: a small part of a simulated feature file, as bundled with the package."""
+"""The job `sample`: write a small part of a simulated feature file, to bundle with the package."""
 
 from __future__ import annotations
 

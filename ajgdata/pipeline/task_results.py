@@ -1,4 +1,4 @@
-"""Stored measurements of experiments -> results of tasks, for tables and the report."""
+"""Stored measurements of experiments, and the results of tasks for tables and the report."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ajgdata.types.table import Table
 
 
 class Measurement(NamedTuple):
-    """What an experiment measured of a task, with one model: facts, tables, and tables of cost."""
+    """One part of an experiment on a task, e.g. one model: facts, tables, and tables of cost."""
 
     about: dict[str, Any]
     tables: list[Table]
@@ -28,13 +28,17 @@ class Measurement(NamedTuple):
 def measurements(
     paths: Paths, requests: Sequence[Request]
 ) -> tuple[dict[MeasurementKey, Measurement], dict[Path, DataError]]:
-    """Return the existing measurements of experiments, and the errors of files that cannot be read,
-    for example because they are of another version, by file."""
+    """Return the existing measurements of experiments, and the errors of unreadable files, by file.
+
+    A file is unreadable, for example, if another version of ajgdata wrote it.
+    """
     available = {}
     errors = {}
-    for job in (job for request in requests for job in request.jobs):
-        files = paths.experiment(*job), paths.experiment_cost(*job)
-        if all(file.is_file() for file in files):
+    for request in requests:
+        for job in request.jobs:
+            files = paths.experiment(*job), paths.experiment_cost(*job)
+            if not all(file.is_file() for file in files):
+                continue
             contents = []
             for file in files:
                 try:
@@ -43,15 +47,14 @@ def measurements(
                     errors[file] = error
             if len(contents) < len(files):
                 continue
-            results, costs = contents
-            for (about, tables), (_, cost) in zip(results, costs, strict=True):
+            for (about, tables), (_, cost) in zip(*contents, strict=True):
                 key = about["dataset"], about["task"], about["experiment"], about["model"]
                 available[key] = Measurement(about, tables, cost)
     return available, errors
 
 
 def computed(requests: Sequence[Request], available: Collection[MeasurementKey]) -> list[Request]:
-    """Return the experiments that have measurements among `available`, each with these parts."""
+    """Return the experiments that have `available` measurements, each with the measured parts."""
     measured = []
     for request in requests:
         pairs = zip(request.parts, request.keys, strict=True)
@@ -67,8 +70,10 @@ def read_results(
     specs: Mapping[str, DatasetSpec],
     paper: Mapping[str, PaperFigure],
 ) -> tuple[TaskResults, list[tuple[str, str]]]:
-    """Return the results of an experiment on a task among those available, and the label of each
-    model that was skipped, with the reason."""
+    """Return the available results of an experiment on a task, and its skipped parts.
+
+    A skipped part has the label of its model, and the reason.
+    """
     spec = specs[request.dataset]
     task_settings = spec.task_settings(request.task)
     results = []
@@ -80,12 +85,20 @@ def read_results(
         source = about["provenance"]["source"]
         if "skipped" in about:
             skipped.append((label, about["skipped"]))
-        else:
-            named, cost = ({t.name: t for t in some} for some in (tables, costs))
-            results.append(Result(part.name, label, about, named, cost))
-            if request.experiment.name == CROSS_VALIDATION:
-                tests = about.get("others", {})
-                skipped += [(f"{label}, {test}", reason) for test, reason in tests.items()]
+            continue
+        results.append(
+            Result(
+                model=part.name,
+                label=label,
+                about=about,
+                tables={table.name: table for table in tables},
+                cost={table.name: table for table in costs},
+            )
+        )
+        if request.experiment.name == CROSS_VALIDATION:
+            tests = about.get("others", {})
+            skipped += [(f"{label}, {test}", reason) for test, reason in tests.items()]
+    papers = _published_values(request, specs, paper)
     return TaskResults(
         experiment=request.experiment.name,
         dataset=spec.name,
@@ -96,14 +109,33 @@ def read_results(
         page=page_of(request, spec),
         settings=request.settings,
         results=tuple(results),
-        papers={part: paper[name] for part, name in _papers(request, specs, paper).items()},
+        papers={part: paper[name] for part, name in papers.items()},
         other_sets={
-            n: Other(specs[n].title or n, specs[n].level) for n in request.other_sets if n in specs
+            name: Other(specs[name].title or name, specs[name].level)
+            for name in request.other_sets
+            if name in specs
         },
         level=spec.level,
         mirror_deg=_mirror_deg(spec, task_settings.target),
         left_out=results[0].about.get("left_out", {}) if results else {},
     ), skipped
+
+
+def _published_values(
+    request: Request, specs: Mapping[str, DatasetSpec], paper: Mapping[str, PaperFigure]
+) -> Mapping[str, str]:
+    """Return the names of the published values that results are compared with, by part.
+
+    An embedding is compared if a task of its data set is compared.
+    """
+    experiment = request.experiment
+    spec = specs[request.dataset]
+    if not experiment.of_embedding:
+        return spec.tasks[request.task].papers
+    has_comparison = any(task.papers for task in spec.tasks.values())
+    if has_comparison and experiment.paper in paper:
+        return {experiment.name: experiment.paper}
+    return {}
 
 
 def _mirror_deg(spec: DatasetSpec, target: str) -> float | None:
@@ -119,17 +151,3 @@ def _mirror_deg(spec: DatasetSpec, target: str) -> float | None:
     if any(angle is None or value != angle for value, angle in angles):
         return None
     return mirror_plane(Scene.model_validate(spec.recipe.scene).gripper).angle_deg
-
-
-def _papers(
-    request: Request, specs: Mapping[str, DatasetSpec], paper: Mapping[str, PaperFigure]
-) -> Mapping[str, str]:
-    """Return the published values that results are compared with, by part.
-
-    An embedding is compared if a task of its data set is.
-    """
-    experiment, spec = request.experiment, specs[request.dataset]
-    if not experiment.of_embedding:
-        return spec.tasks[request.task].papers
-    named = [task.papers for task in spec.tasks.values()]
-    return {experiment.name: experiment.paper} if experiment.paper in paper and any(named) else {}

@@ -1,4 +1,4 @@
-"""Feature file -> trained models of tasks, for new recordings, and encoders of embeddings."""
+"""Train the final models of tasks on all recordings, and the encoders of embeddings."""
 
 from __future__ import annotations
 
@@ -49,22 +49,24 @@ from ajgdata.types import (
 def train_models(
     store: Path, *, tasks: Mapping[str, TaskTraining], seed: int, folder: Path
 ) -> None:
-    """Fit every model of every task, see `DatasetSpec.trainings`, and write each into
-    `folder`/task/model. Tasks with equal settings share a training."""
+    """Train every model of every task on the feature file `store`.
+
+    `tasks` are those of `DatasetSpec.trainings`. Each model is written into `folder`/task/model.
+    Tasks with equal settings share a training.
+    """
     table = read_store(store)
     trained: dict[tuple[str, str], Path] = {}
-    pairs = [(task, model) for task, training in tasks.items() for model in training.models]
-    for task, model in pairs:
-        print(f"{task}: {model}")
-        settings = tasks[task].settings
-        own = folder / task / model
-        key = settings.model_dump_json(), model
-        if key in trained:
-            copytree(trained[key], own)
-            write_about(own, read_json(own / ABOUT_FILE) | {"task": task})
-        else:
-            train_model(table, settings, task=task, model=model, seed=seed, folder=own)
-            trained[key] = own
+    for task, training in tasks.items():
+        for model in training.models:
+            print(f"{task}: {model}")
+            own = folder / task / model
+            key = training.settings.model_dump_json(), model
+            if key in trained:
+                copytree(trained[key], own)
+                write_about(own, {**read_json(own / ABOUT_FILE), "task": task})
+            else:
+                train_model(table, training.settings, task=task, model=model, seed=seed, folder=own)
+                trained[key] = own
 
 
 def train_model(
@@ -76,13 +78,13 @@ def train_model(
     folder: Path,
     task: str = "",
 ) -> None:
-    """Fit `model` on all recordings of `table` that have the target and write it into `folder`,
-    with its calibration and the arrays that a predictor needs.
+    """Train `model` on all recordings of `table` that have the target, and write it into `folder`.
 
-    If the model cannot be trained, the reason is written instead; if it cannot be calibrated, the
-    model is written with the reason.
+    This includes its calibration and the arrays that a predictor needs. If the model cannot be
+    trained, only its description is written, with the reason. If it cannot be calibrated, the
+    description contains the reason.
     """
-    about: dict[str, Any] = {
+    description: dict[str, Any] = {
         "target": settings.target,
         "kind": settings.kind,
         "unit": settings.unit,
@@ -93,58 +95,75 @@ def train_model(
         "provenance": dict(table.attrs),
         **device_facts(),
     }
-    classes: Sequence[str] = settings.classes
     try:
-        if settings.min_groups:
-            classes, _ = frequent_classes(
-                table,
-                settings.target,
-                settings.groups,
-                classes,
-                settings.min_groups,
-                settings.placebo_objects,
-            )
-        data = task_data(
+        data = _training_data(table, settings)
+        description.update(_train(table, data, settings, model=model, seed=seed, folder=folder))
+    except NotPossibleError as error:
+        description["skipped"] = str(error)
+    write_about(folder, plain(description))
+
+
+def _training_data(table: FeatureRows, settings: TrainingSettings) -> TaskData:
+    """Return the recordings of a task. Raises NotPossibleError if no model can be trained on them.
+
+    Classes with too few groups are excluded.
+    """
+    classes: Sequence[str] = settings.classes
+    if settings.min_groups:
+        classes, _ = frequent_classes(
             table,
             settings.target,
-            settings.kind,
             settings.groups,
             classes,
+            settings.min_groups,
             settings.placebo_objects,
         )
-        about |= _train(table, data, about, folder)
-    except NotPossibleError as error:
-        about["skipped"] = str(error)
-    write_about(folder, plain(about))
+    return task_data(
+        table,
+        settings.target,
+        settings.kind,
+        settings.groups,
+        classes,
+        settings.placebo_objects,
+    )
 
 
 def _train(
     table: FeatureRows,
     data: TaskData,
-    about: Mapping[str, Any],
+    settings: TrainingSettings,
+    *,
+    model: str,
+    seed: int,
     folder: Path,
 ) -> dict[str, Any]:
-    """Train and calibrate the model that `about` describes, and write its arrays into `folder`.
+    """Train and calibrate a model, and write it and the arrays of its guard into `folder`.
 
-    Returns the rest of its description. Raises NotPossibleError if it cannot be trained.
+    Returns facts for the description of the model. Raises NotPossibleError if it cannot be trained.
     """
-    model, kind, seed = about["model"], about["kind"], about["seed"]
-    options: dict[str, Any] = {"seed": seed, "period": about["period"]}
-    arrays, grasp = (data.feature, data.value, data.group), grasps_of(table, data)
+    kind = settings.kind
+    arrays = (data.feature, data.value, data.group)
+    options: dict[str, Any] = {"seed": seed, "period": settings.period_deg}
+    grasp = grasps_of(table, data)
+    objects = labels_of(table, data, "object")
     with threadpool_limits(limits=1):
         estimator, choice = chosen(fit_named_model(model, kind, *arrays, **options))
-        objects = labels_of(table, data, "object")
         calibrated = calibration(*arrays, grasp, model=model, kind=kind, objects=objects, **options)
-    description = json.loads(str(table.attrs["settings"]))  # audio and features
-    description |= {"recordings": len(data.name), "frequency_hz": table.frequency_hz}
-    description["classes"] = np.unique(data.value).tolist() if kind == "classification" else []
-    description["calibration"] = calibrated.plain()
-    description |= {"tuning": choice} if choice else {}
+    facts = {
+        **json.loads(str(table.attrs["settings"])),  # audio and features
+        "recordings": len(data.name),
+        "frequency_hz": table.frequency_hz,
+        "classes": np.unique(data.value).tolist() if kind == "classification" else [],
+        "calibration": calibrated.plain(),
+    }
+    if choice:
+        facts["tuning"] = choice
     used = min(MODELS[model].most_recordings, len(data.name))
-    description |= {"trained_on": used} if used < len(data.name) else {}
-    write_guard(folder, _guard_arrays(table, about["target"], kind, data, grasp, objects))
+    if used < len(data.name):
+        facts["trained_on"] = used
+    write_guard(folder, _guard_arrays(table, settings.target, kind, data, grasp, objects))
     write_estimator(folder, estimator)
-    return description
+    return facts
 
 
 def _guard_arrays(
@@ -155,8 +174,11 @@ def _guard_arrays(
     grasp: np.ndarray,
     objects: np.ndarray,
 ) -> dict[str, np.ndarray]:
-    """Return the arrays of the guard by name; references are recordings of no object that have no
-    value of the target either: if an empty gripper is a class, there are no references."""
+    """Return the arrays of the guard against novel objects, by name.
+
+    Its references are the recordings that have neither an object nor a value of the target. If the
+    empty gripper is a class, there are therefore no references.
+    """
     values = table.columns[target].values
     missing = ~np.isfinite(values) if kind == "regression" else values == ""
     empty = missing & (table.columns["object"].values == "")
@@ -168,48 +190,56 @@ def _guard_arrays(
 def train_embedding(
     store: Path, *, settings: Embedding, seed: int, latents: Path, cost: Path
 ) -> None:
-    """Train an encoder for each dimension, fold and initialisation, and write the latents of every
-    recording by each; apart from that (`cost`) what the training took.
+    """Train an encoder for each dimension, fold and initialisation of an embedding.
 
-    If training is impossible, for instance because objects were grasped once, the reason is written
-    instead.
+    The `latents` of every recording by each encoder are written, and the `cost` of the training in
+    another file, because it differs between runs. If training is impossible, for example because
+    each object was grasped once, the reason is written instead.
     """
     table = read_store(store)
     text = json.dumps(settings.model_dump(mode="json"), sort_keys=True)
-    attrs: dict[str, str | float | int] = {**table.attrs, "embedding": text, "seed": seed}
-    attrs |= device_facts()
-    spent: dict[str, Any] = {}
+    attrs: dict[str, str | float | int] = {
+        **table.attrs,
+        "embedding": text,
+        "seed": seed,
+        **device_facts(),
+    }
     try:
         data = embedding_data(table, settings)
         folds = validation_folds(data, settings, seed)
-        wall, cpu = time.perf_counter(), time.process_time()
-        latent, encoding = _latents(data, folds, settings, seed)
+        start_s = time.perf_counter()
+        start_cpu_s = time.process_time()
+        latent, encoding_s = _latents(data, folds, settings, seed)
     except NotPossibleError as error:
         skipped = {**attrs, "skipped": str(error)}
         write_latents(latents, Latents({}, np.zeros(0, np.int32), {}, skipped))
-    else:
-        spent = {
-            "networks": len(folds) * len(settings.dimensions) * settings.inits,
-            "wall_s": time.perf_counter() - wall,
-            "cpu_s": time.process_time() - cpu - sum(encoding),
-            "encode_s_per_recording": float(np.median(encoding)) / len(data.feature),
-        }
-        write_latents(latents, Latents(latent, fold_of(folds), data.columns, attrs))
+        write_bytes(cost, json_bytes({}))
+        return
+    spent = {
+        "networks": len(folds) * len(settings.dimensions) * settings.inits,
+        "wall_s": time.perf_counter() - start_s,
+        "cpu_s": time.process_time() - start_cpu_s - sum(encoding_s),
+        "encode_s_per_recording": float(np.median(encoding_s)) / len(data.feature),
+    }
+    write_latents(latents, Latents(latent, fold_of(folds), data.columns, attrs))
     write_bytes(cost, json_bytes(spent))
 
 
 def _latents(
     data: EmbeddingData, folds: Folds, settings: Embedding, seed: int
 ) -> tuple[dict[int, np.ndarray], list[float]]:
-    """Return latents (fold, init, n, d) of all recordings by dimension, and the CPU time in s that
-    each network took to encode them."""
-    shape, encoding = (len(folds), settings.inits, len(data.feature)), []
+    """Return latents (fold, init, n, d) of all recordings by dimension, and encoding times.
+
+    These are the CPU times in s that each network took to encode the n recordings.
+    """
+    shape = (len(folds), settings.inits, len(data.feature))
     latent = {d: np.empty((*shape, d), np.float32) for d in settings.dimensions}
+    encoding_s = []
     for fold, (train, _) in enumerate(folds):
         for init in range(settings.inits):
             encoders = train_on(data, train, settings, settings.dimensions, (seed, fold, init))
             for dimension, encoder in zip(settings.dimensions, encoders, strict=True):
-                began = time.process_time()
+                start_s = time.process_time()
                 latent[dimension][fold, init] = encoder.encode(data.feature)
-                encoding.append(time.process_time() - began)
-    return latent, encoding
+                encoding_s.append(time.process_time() - start_s)
+    return latent, encoding_s

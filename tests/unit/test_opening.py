@@ -5,13 +5,13 @@ import pytest
 
 from ajgdata.gripper import Scene
 from ajgdata.pipeline import opening as adapter
-from ajgdata.pipeline.opening import field_of
+from ajgdata.pipeline.opening import sound_field
 
 
 def test_sound_is_at_the_object_and_at_the_microphone_when_it_is_said_to_be(monkeypatch):
     monkeypatch.setattr(adapter, "FIELD_MM", 3.0)
     scene = Scene.model_validate({"object": "golf_ball"})
-    field = field_of(scene)
+    field = sound_field(scene)
     moments = 1e3 * field.times_s
     assert field.frames.shape[0] == 3 and list(moments) == sorted(moments)
     # 345 m/s: from (-35, 45) mm to the top of the ball, some 22 mm below the rim, and to (34, 45)

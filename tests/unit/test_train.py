@@ -91,7 +91,7 @@ def test_a_model_of_a_repeating_target_comes_back_whole(store):
 
 def test_foreign_types_are_refused(store, monkeypatch):
     folder = train(store, "kind", "linear")
-    monkeypatch.setattr("ajgdata.types.registry.TRUSTED_TYPES", ())
+    monkeypatch.setattr("ajgdata.loading.TRUSTED_TYPES", ())
     with pytest.raises(DataError, match="Untrusted types"):
         read_model(folder)
 
