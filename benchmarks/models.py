@@ -57,8 +57,8 @@ def cost_of(store: Path, target: str, model: str, count: int, limited: bool) -> 
     with threadpool_limits(limits=1):
         begun = time.process_time()
         unfitted = make_model(model, "classification")
-        if not limited and "choosing" in unfitted.get_params():
-            unfitted.set_params(choosing=sys.maxsize)
+        if not limited and "search_rows" in unfitted.get_params():
+            unfitted.set_params(search_rows=sys.maxsize)
         fitted = fit_model(unfitted, features, y, grasp, most)
         trained = time.process_time()
         fitted.predict(features[:REQUESTS])
@@ -87,7 +87,7 @@ def rows_of(
         cost = apart(store, target, model, count, "limited")
         used = int(cost["used"])
         expected = extrapolated(free, count)
-        chosen = count > getattr(make_model(model, "classification"), "choosing", sys.maxsize)
+        chosen = count > getattr(make_model(model, "classification"), "search_rows", sys.maxsize)
         if used == count and not chosen:
             free[count], without = cost["train_s"], ""
         elif expected is None or expected <= most_s:

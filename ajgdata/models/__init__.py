@@ -1,7 +1,4 @@
-"""Models: arrays in, arrays out. Importing this package is fast; `make_model` imports scikit-learn.
-
-Which models there are stands in `types.registry.MODELS`.
-"""
+"""Models by name, and their training on arrays. `types.registry.MODELS` lists the models."""
 
 from __future__ import annotations
 
@@ -20,12 +17,13 @@ from ajgdata.types import MODELS, Kind
 
 
 def make_model(name: str, kind: Kind, seed: int = 0, period: float | None = None) -> BaseEstimator:
-    """Return an unfitted scikit-learn estimator of features (n, n_features) as they are stored.
+    """Return an unfitted scikit-learn estimator for features (n, n_features) as they are stored.
 
-    Scaling is part of the estimator. A tuned model chooses it and its settings from training rows.
-    `seed` matters to networks, trees and inner folds. With a `period`, y and y + period are the
-    same target: the model learns (sin, cos) of 2 pi y / period (see `scaling.Circular`). Raises
-    ValueError for an unknown name or kind, and for classes with a period.
+    The estimator contains the scaling. A tuned model chooses the scaling and its settings from its
+    training rows. Networks, trees and inner folds use the `seed`. With a `period`, the targets y
+    and y + period are equal: the model predicts (sin, cos) of 2 pi y / period (see
+    `scaling.Circular`). Raises ValueError for an unknown name or kind, and for a classification
+    with a period.
 
     >>> import numpy as np
     >>> from ajgdata.models import make_model
@@ -41,16 +39,24 @@ def make_model(name: str, kind: Kind, seed: int = 0, period: float | None = None
     if period is not None and kind != "regression":
         raise ValueError("classes have no period: leave it out")
     estimator = resolve_name(model.make)(kind, seed)
-    return estimator if period is None else _circular(estimator, period, model.several)
+    if period is None:
+        return estimator
+    return _circular(estimator, period, model.several)
 
 
 def _circular(estimator: BaseEstimator, period: float, several: bool) -> BaseEstimator:
-    """Return a regressor of a repeating target; `several`: it fits targets (n, 2) itself."""
+    """Return a regressor of a target with a period.
+
+    `several` is true if the estimator can be fitted to targets (n, 2). Otherwise there is one
+    estimator for each of the two columns.
+    """
 
     def wrap(regressor: BaseEstimator) -> BaseEstimator:
         return Circular(regressor if several else MultiOutputRegressor(regressor), period)
 
-    return estimator.circular(wrap, period) if isinstance(estimator, Tuned) else wrap(estimator)
+    if isinstance(estimator, Tuned):
+        return estimator.circular(wrap, period)
+    return wrap(estimator)
 
 
 def fit_model(
@@ -62,13 +68,16 @@ def fit_model(
 ) -> Any:
     """Return `model` trained on features (n, n_features) and `target` (n,).
 
-    Inner folds of a tuned model never split `groups` (n,); without groups it chooses nothing.
-    With more than `limit` recordings, an even subset is used (see `thinned`).
+    The inner folds of a tuned model never divide `groups` (n,). Without groups, it uses its first
+    candidate. If there are more than `limit` recordings, the model is trained on a subset of this
+    size (see `thinned`).
     """
     if limit is not None and len(target) > limit:
         rows = thinned(np.arange(len(target)) if groups is None else groups, limit, target)
-        features, target = features[rows], target[rows]
-        groups = None if groups is None else groups[rows]
+        features = features[rows]
+        target = target[rows]
+        if groups is not None:
+            groups = groups[rows]
     estimator: Any = model
     if groups is not None and has_fit_parameter(estimator, "groups"):
         return estimator.fit(features, target, groups=groups)
@@ -85,19 +94,29 @@ def fit_named_model(
     seed: int = 0,
     period: float | None = None,
 ) -> Any:
-    """Return the model `name` (see `make_model`), trained by `fit_model` with its limit."""
+    """Return the model `name` (see `make_model`), trained by `fit_model` with the model's limit."""
     model = make_model(name, kind, seed, period)
     return fit_model(model, features, target, groups, MODELS[name].most_recordings)
 
 
-def chosen(fitted: BaseEstimator) -> tuple[BaseEstimator, dict[str, Any] | None]:
-    """Return the ordinary estimator that a fitted model has become, and of a tuned one how it was
-    chosen, as JSON can hold it: `choice`, `reason` if there was none, `inner_folds`, `scores`,
-    the candidates `left_out`, and on how many recordings, `chosen_on`, if not on all."""
+def search_result(fitted: BaseEstimator) -> tuple[BaseEstimator, dict[str, Any] | None]:
+    """Return the estimator that predicts, and for a tuned model a description of its search.
+
+    The description has values for JSON: `choice` (name of the candidate), `reason` (why there was
+    no search, or ""), `inner_folds` (their number), and `scores` by candidate. It also has the
+    excluded candidates `left_out`, if any, and the number of recordings of the search, `chosen_on`,
+    if this is not the number of all recordings.
+    """
     if not isinstance(fitted, Tuned):
         return fitted, None
-    about: dict[str, Any] = {"choice": fitted.choice_, "reason": fitted.reason_}
-    about |= {"inner_folds": fitted.inner_folds_, "scores": fitted.inner_scores_}
-    about |= {"left_out": fitted.left_out_} if fitted.left_out_ else {}
-    about |= {"chosen_on": fitted.chosen_on_} if fitted.chosen_on_ else {}
-    return fitted.best_estimator_, about
+    description: dict[str, Any] = {
+        "choice": fitted.choice_,
+        "reason": fitted.reason_,
+        "inner_folds": fitted.inner_folds_,
+        "scores": fitted.inner_scores_,
+    }
+    if fitted.left_out_:
+        description["left_out"] = fitted.left_out_
+    if fitted.chosen_on_:
+        description["chosen_on"] = fitted.chosen_on_
+    return fitted.best_estimator_, description

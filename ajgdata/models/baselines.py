@@ -1,8 +1,9 @@
-"""The models that the CNN must beat: scale, then one of scikit-learn's.
+"""Baseline models for comparison with the CNN: a scaling, followed by a scikit-learn model.
 
-Forest, boosting and MLP have one setting for all tasks. The tuned models choose among candidates by
-the inner folds of their training part (see `tuning`). The candidates are the same for all tasks and
-were declared before any score on test folds. The first candidate of each list is the plain model.
+Forest, boosting and MLP have one setting for all tasks. A tuned model chooses among candidates by
+inner folds of its training part (see `tuning`). The candidates are the same for all tasks and were
+declared before any score on test folds was known. The first candidate is the plain model, except
+for k-NN.
 """
 
 from __future__ import annotations
@@ -30,21 +31,21 @@ from ajgdata.models.scaling import AtLeast, Compress, OneScale, scaled_target
 from ajgdata.models.tuning import Tuned
 from ajgdata.types import Kind
 
-#: A class may have no more than some dozens of spectra, hence small leaves; few features a split
-#: because neighbouring bins say the same: a tenth of the time, and trees that differ.
+#: Classes can have few spectra, so leaves are small. A split chooses among a tenth of the bins:
+#: neighbouring bins are correlated, training takes a tenth of the time, and trees differ more.
 BOOSTING = {
     "max_iter": 50,
     "learning_rate": 0.2,
     "max_leaf_nodes": 8,
     "min_samples_leaf": 5,
     "max_features": 0.1,
-    "max_bins": 32,  # of some hundred spectra; 255 take four times as long and err as often
+    "max_bins": 32,  # 255 take four times as long, with the same error
     "early_stopping": False,
 }
 FOREST = {"n_estimators": 200, "max_features": "sqrt"}
-#: Stops when the training loss no longer falls (1e-4 in 10 epochs), long before `max_iter`.
+#: Training stops when the loss decreases by less than 1e-4 in 10 epochs, long before `max_iter`.
 MLP = {"hidden_layer_sizes": (128,), "alpha": 1e-4, "max_iter": 2000}
-#: asinh with so small a scale is a logarithm, but at bins a thousand times below the mean.
+#: Scale of a compression that is a logarithm except for bins a thousand times below the mean.
 LOG = 1e-3
 SCALINGS: dict[str, Callable[[], list[TransformerMixin]]] = {
     "asinh, per bin": lambda: [Compress(), StandardScaler()],
@@ -55,77 +56,98 @@ SCALINGS: dict[str, Callable[[], list[TransformerMixin]]] = {
     "L2": lambda: [Normalizer()],
     "asinh": lambda: [Compress()],
     "log": lambda: [Compress(LOG)],
-    # what explains 95 % of the variance; models with a penalty have no need of it
+    # components that explain 95 % of the variance; models with a penalty do not need them
     "asinh, per bin, PCA": lambda: [Compress(), StandardScaler(), PCA(0.95)],
 }
-#: Scalings of models with a penalty: it supposes bins of order one.
+#: Scalings for models with a penalty, which is suitable for bins with a variance near 1.
 PENALISED = ("asinh, per bin", "log, per bin", "L2, one scale", "one scale")
-LOGISTIC_C = (1.0, 0.01)  # at 1 it separates most training parts: more changes little
+#: With C = 1, most training parts are separated, so larger values have little effect.
+LOGISTIC_C = (1.0, 0.01)
 RIDGE_ALPHAS = (1000.0, 10.0, 100_000.0)
-#: A few dozen are usual; the limit leaves room for data that separate perfectly.
+#: Largest number of steps. A few dozen are usual; perfectly separated classes need more.
 LOGISTIC_STEPS = 2000
-#: Gradient at which logistic regression stops on inner folds: a third of the time of 1e-4.
-ROUGHLY = 1e-2
+#: Gradient at which logistic regression stops in the search. The search takes a third of the time
+#: that it takes with the default, 1e-4.
+LOGISTIC_SEARCH_TOLERANCE = 1e-2
 SVM_CS = (1.0, 10.0, 100.0)
-#: Scalings of k-NN by distance: sums of differences are four times as slow as those of squares.
+#: Scalings of k-NN by distance. The Manhattan distance takes four times as long.
 DISTANCES = {
     "euclidean": ("asinh, per bin", "stored", "L2", "asinh", "log", "asinh, per bin, PCA"),
     "manhattan": ("asinh, per bin", "stored", "L2"),
 }
-NEIGHBOURS = 5  # scikit-learn's default; the paper does not give its k
-#: Recordings that are used for the choice; fewer if the cost grows as their square.
-CHOOSING, SQUARE_CHOOSING = 5_000, 2_000
+#: k of k-NN: the default of scikit-learn, because the paper does not state k.
+NEIGHBOURS = 5
+#: Largest number of recordings of the search.
+SEARCH_ROWS = 5_000
+#: The same for models whose time grows with the square of this number.
+SQUARE_SEARCH_ROWS = 2_000
 
 Candidates = list[tuple[str, BaseEstimator]]
 
 
 def linear(kind: Kind, seed: int) -> Tuned:
-    """Return logistic regression (lbfgs), or ridge."""
+    """Return tuned logistic regression (lbfgs); for a regression tuned ridge."""
     if kind == "regression":
         return ridge(kind, seed)
     logistic = partial(LogisticRegression, max_iter=LOGISTIC_STEPS)
     tuned = _penalised("C", LOGISTIC_C, lambda c: logistic(C=c), seed)
-    return tuned.set_params(while_choosing={"logisticregression__tol": ROUGHLY})
+    settings = {"logisticregression__tol": LOGISTIC_SEARCH_TOLERANCE}
+    return tuned.set_params(search_settings=settings)
 
 
 def ridge(kind: Kind, seed: int) -> Tuned:
-    """Return least squares with a penalty; for classes on -1 and 1 of each."""
-    cls = Ridge if kind == "regression" else RidgeClassifier
-    return _penalised("alpha", RIDGE_ALPHAS, lambda alpha: cls(alpha=alpha), seed)
+    """Return tuned least squares with a penalty; for classes with targets -1 and 1 per class."""
+    model = Ridge if kind == "regression" else RidgeClassifier
+    return _penalised("alpha", RIDGE_ALPHAS, lambda alpha: model(alpha=alpha), seed)
 
 
 def support_vectors(kind: Kind, seed: int) -> Tuned:
-    """Return a support vector machine with a Gaussian kernel, whose width follows the scaling
-    (scikit-learn's gamma "scale").
+    """Return a tuned support vector machine with a Gaussian kernel.
 
-    As a classifier it has no probabilities: its margins are not any, and fitting some to them would
-    take a split of its own.
+    The width of the kernel follows the scaling (scikit-learn's gamma "scale"). The classifier has
+    no probabilities: they would have to be fitted to its margins on a further split.
     """
-    if kind == "regression":
-        make = lambda c: scaled_target(SVR(C=c))  # noqa: E731
-        return _penalised("C", SVM_CS, make, seed, SQUARE_CHOOSING)
-    return _penalised("C", SVM_CS, lambda c: SVC(C=c), seed, SQUARE_CHOOSING)
+
+    def machine(c: float) -> BaseEstimator:
+        return scaled_target(SVR(C=c)) if kind == "regression" else SVC(C=c)
+
+    return _penalised("C", SVM_CS, machine, seed, SQUARE_SEARCH_ROWS)
+
+
+def _penalised(
+    setting: str,
+    values: Sequence[float],
+    make: Callable[[float], BaseEstimator],
+    seed: int,
+    search_rows: int = SEARCH_ROWS,
+) -> Tuned:
+    """Return the choice among all scalings of PENALISED with all values of a setting."""
+    candidates = [
+        (f"{scaling}, {setting} = {value:g}", make_pipeline(*SCALINGS[scaling](), make(value)))
+        for scaling, value in product(PENALISED, values)
+    ]
+    return Tuned(candidates, random_state=seed, search_rows=search_rows)
 
 
 def nearest_neighbours(kind: Kind, seed: int) -> Tuned:
-    """Return k-NN; a candidate needs at least k training rows."""
+    """Return tuned k-NN. A candidate needs at least k training recordings."""
     knn = KNeighborsRegressor if kind == "regression" else KNeighborsClassifier
     candidates: Candidates = []
     for metric, scalings in DISTANCES.items():
+        suffix = "" if metric == "euclidean" else f", {metric.capitalize()}"
         for scaling, k in product(scalings, (NEIGHBOURS, 1)):
             steps = [AtLeast(k), *SCALINGS[scaling](), knn(n_neighbors=k, metric=metric)]
-            suffix = "" if metric == "euclidean" else f", {metric.capitalize()}"
             candidates.append((f"{scaling}, k = {k}{suffix}", make_pipeline(*steps)))
-    return Tuned(candidates, random_state=seed, choosing=SQUARE_CHOOSING)
+    return Tuned(candidates, random_state=seed, search_rows=SQUARE_SEARCH_ROWS)
 
 
 def linear_plain(kind: Kind, seed: int) -> BaseEstimator:
-    """Return the first candidate of `linear`: C = 1."""
+    """Return the first candidate of `linear`: C = 1 (ridge: alpha = 1000)."""
     return _candidate(linear(kind, seed))
 
 
 def ridge_plain(kind: Kind, seed: int) -> BaseEstimator:
-    """Return the first candidate of `ridge`: solved directly, so it is fast."""
+    """Return the first candidate of `ridge`: alpha = 1000. Its direct solution is fast."""
     return _candidate(ridge(kind, seed))
 
 
@@ -135,29 +157,15 @@ def support_vectors_plain(kind: Kind, seed: int) -> BaseEstimator:
 
 
 def nearest_neighbours_plain(kind: Kind, seed: int) -> BaseEstimator:
-    """Return k-NN by the Euclidean distance of features as they are stored, as the paper says
-    nothing of a scaling."""
+    """Return k-NN with the Euclidean distance of stored features: the paper states no scaling."""
     return _candidate(nearest_neighbours(kind, seed), f"stored, k = {NEIGHBOURS}")
 
 
 def _candidate(tuned: Tuned, name: str = "") -> BaseEstimator:
-    """Return a candidate by its name, or the first one."""
-    return dict(tuned.candidates)[name or tuned.candidates[0][0]]
-
-
-def _penalised(
-    setting: str,
-    values: Sequence[float],
-    make: Callable[[float], BaseEstimator],
-    seed: int,
-    choosing: int = CHOOSING,
-) -> Tuned:
-    """Return the choice among all scalings of PENALISED with all values of a setting."""
-    named = [
-        (f"{scaling}, {setting} = {value:g}", make_pipeline(*SCALINGS[scaling](), make(value)))
-        for scaling, value in product(PENALISED, values)
-    ]
-    return Tuned(named, random_state=seed, choosing=choosing)
+    """Return the candidate with this name, or the first one."""
+    if not name:
+        return tuned.candidates[0][1]
+    return dict(tuned.candidates)[name]
 
 
 def boosting(kind: Kind, seed: int) -> Pipeline:
@@ -168,7 +176,7 @@ def boosting(kind: Kind, seed: int) -> Pipeline:
 
 
 def forest(kind: Kind, seed: int) -> Pipeline:
-    """Return a random forest, each split among the root of the number of bins."""
+    """Return a random forest. A split chooses among √n of n bins."""
     trees = RandomForestRegressor if kind == "regression" else RandomForestClassifier
     return _after_scaling(trees(**FOREST, random_state=seed))
 
@@ -181,4 +189,5 @@ def perceptron(kind: Kind, seed: int) -> Pipeline:
 
 
 def _after_scaling(model: BaseEstimator) -> Pipeline:
+    """Return a model after a scaling that compresses and standardises each bin."""
     return make_pipeline(Compress(), StandardScaler(), model)

@@ -1,10 +1,10 @@
-"""The paper's network, and the scikit-learn estimators that train, use and store it.
+"""The network of the paper, and the scikit-learn estimators that train, use and store it.
 
-The paper gives the layers, softmax with cross-entropy for classes, a linear output with mean
-squared error for numbers, and one normalisation, of the feature. Everything else below is ours:
-chosen on the inner folds of one data set's training part, see docs/models.md, and the same for all
-tasks.
-The two estimators follow scikit-learn's conventions (`fit`, `predict`, `get_params`, `clone`).
+The paper states the layers, softmax with cross-entropy for a classification, a linear output with
+mean squared error for a regression, and one normalisation of the feature. We chose all other
+settings on inner folds of the training part of one data set (see docs/models.md). They are the same
+for all tasks. The two estimators follow the conventions of scikit-learn (`fit`, `predict`,
+`get_params`, `clone`).
 """
 
 from __future__ import annotations
@@ -27,18 +27,19 @@ from torch.nn import functional
 from ajgdata.models.device import CPU, CUDA, training_device
 from ajgdata.types import Kind, NotPossibleError
 
-FORWARD_ROWS = 256  # rows per forward pass: bounds memory, and stays in cache
-#: All bins have one mean and one deviation, or each bin has its own.
+#: Number of rows per forward pass: it limits the memory, and the data stay in the cache.
+FORWARD_ROWS = 256
+#: Mean and standard deviation of the standardisation: one for all bins, or one per bin.
 Scaling = Literal["global", "per_bin"]
 
 
 class SpectrumCnn(nn.Module):
-    """From a feature as stored to class scores or a number; scaling included, so it exports whole.
+    """Network from features as stored (n, n_features) to class scores or targets (n, n_outputs).
 
-    Input (n, n_features), output (n, n_outputs), float32. Buffers hold what is learned from the
-    training rows by counting, not by gradient: `scale` () of the compression, which is 1 without
-    one, `mean` and `std` (n_features,) of the bins; `target_mean` and `target_std` (n_outputs,) of
-    regression.
+    All arrays are float32. The scaling is part of the network, so exported networks contain it.
+    Buffers are computed from the training rows without gradients: the `scale` () of the compression
+    (1 without compression), `mean` and `std` (n_features,) of the bins, and `target_mean` and
+    `target_std` (n_outputs,) of a regression.
     """
 
     scale: Tensor
@@ -60,11 +61,14 @@ class SpectrumCnn(nn.Module):
         super().__init__()
         self.is_compressed = is_compressed
         layers: list[nn.Module] = []
-        length, before = n_features, 1
+        length = n_features
+        before = 1  # channels of the input of a convolution
         for width in channels:
             layers.append(nn.Conv1d(before, width, kernel, stride, padding=kernel // 2))
-            layers += [nn.BatchNorm1d(width), nn.ReLU()]
-            length, before = (length + 2 * (kernel // 2) - kernel) // stride + 1, width
+            layers.append(nn.BatchNorm1d(width))
+            layers.append(nn.ReLU())
+            length = (length + 2 * (kernel // 2) - kernel) // stride + 1
+            before = width
         self.convolutions = nn.Sequential(*layers)
         self.dropout = nn.Dropout(dropout)
         self.dense = nn.Linear(before * length, n_outputs)
@@ -75,14 +79,14 @@ class SpectrumCnn(nn.Module):
         self.register_buffer("target_std", torch.ones(n_outputs))
 
     def compress(self, x: Tensor) -> Tensor:
-        """Return features (n, n_features) as asinh(x / scale), or unchanged without compression.
+        """Return asinh(x / scale) of features x (n, n_features); x without compression.
 
-        The function is logarithmic for loud bins, linear for quiet ones, and defined at 0.
+        The function is logarithmic for x >> scale, linear for x << scale, and defined at 0.
         """
         return torch.asinh(x / self.scale) if self.is_compressed else x
 
     def standardise(self, z: Tensor) -> Tensor:
-        """Return bins (n, n_features), compressed or not, standardised."""
+        """Return (z - mean) / std of the result z (n, n_features) of `compress`."""
         return (z - self.mean) / self.std
 
     def trunk(self, z: Tensor) -> Tensor:
@@ -92,23 +96,25 @@ class SpectrumCnn(nn.Module):
         return self.dense(self.dropout(z))  # -> (n, n_outputs)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Return class scores, or the target in its own unit, (n, n_outputs), of features
-        (n, n_features) as stored."""
+        """Return the output (n, n_outputs) for features (n, n_features) as stored.
+
+        These are class scores, or targets in their own unit.
+        """
         scores = self.trunk(self.standardise(self.compress(x)))
         return scores * self.target_std + self.target_mean
 
 
 def in_chunks(X: np.ndarray) -> Iterator[Tensor]:
-    """Yield float32 rows (n, n_features) in turn, FORWARD_ROWS of them at a time, as copies."""
+    """Yield copies of up to FORWARD_ROWS rows of float32 features (n, n_features), in order."""
     for start in range(0, len(X), FORWARD_ROWS):
         yield torch.from_numpy(X[start : start + FORWARD_ROWS].copy())
 
 
 @contextmanager
 def reproducible(seed: int) -> Iterator[None]:
-    """Give torch one thread and a random state of `seed`; the caller's are restored.
+    """Use one thread and the random `seed` for torch in a block; then restore the previous state.
 
-    With one thread sums are added up in one order, whatever the number of cores.
+    With one thread, the order of additions does not depend on the number of cores.
     """
     threads = torch.get_num_threads()
     gpus = [torch.cuda.current_device()] if training_device() == CUDA else []
@@ -124,20 +130,23 @@ def reproducible(seed: int) -> Iterator[None]:
 
 
 def batches(rows: int, batch_size: int) -> Iterator[Tensor]:
-    """Yield row numbers in a new random order per epoch, without end.
+    """Yield batches of row numbers without end, in a new random order for each epoch.
 
-    The batches of an epoch differ by at most one row, so that no batch consists of a single row,
-    which would have no variance.
+    The sizes of the batches of an epoch differ by at most one. No batch consists of a single row,
+    because a single row has no variance.
     """
     parts = math.ceil(rows / batch_size)
     while True:
         order = torch.randperm(rows)
-        yield from (order[part::parts] for part in range(parts))
+        for part in range(parts):
+            yield order[part::parts]
 
 
 class Descent:
-    """Adam with `weight_decay` in the gradient, over one cycle of the learning rate up to `peak`
-    (Smith, Topin 2019), which `step` can be called `steps` times for."""
+    """Adam optimiser with one cycle of the learning rate up to `peak` (Smith & Topin 2019).
+
+    `weight_decay` is added to the gradient. The cycle ends after `steps` calls of `step`.
+    """
 
     def __init__(self, module: nn.Module, steps: int, peak: float, weight_decay: float) -> None:
         weights = module.parameters()
@@ -145,7 +154,7 @@ class Descent:
         self._cycle = torch.optim.lr_scheduler.OneCycleLR(self._adam, peak, steps)
 
     def step(self, loss: Tensor) -> None:
-        """Change the weights by the gradient of a loss."""
+        """Change the weights by one step along the gradient of a loss."""
         self._adam.zero_grad()
         loss.backward()
         self._adam.step()
@@ -163,16 +172,16 @@ class _Cnn(BaseEstimator):
         *,
         # 1025 bins -> 32 x 257 -> 32 x 65 -> 32 x 17; 64 channels are slower and no better
         channels: tuple[int, ...] = (32, 32, 32),
-        kernel: int = 9,  # 9 bins = 190 Hz; 5 is less accurate, 17 and 31 are slower, no better
-        stride: int = 4,  # 2 is no better in twice the time; pooling is far less accurate
+        kernel: int = 9,  # 9 bins = 190 Hz; 5 is less accurate, 17 and 31 are slower and no better
+        stride: int = 4,  # 2 takes twice the time and is no better; pooling is far less accurate
         dropout: float = 0.0,  # before the dense layer; 0.2 is no better, 0.5 less accurate
-        compression: float | None = None,  # times the mean; the paper names no compression
-        scaling: Scaling = "global",  # the paper names one normalisation only, of the feature
-        epochs: int = 10,  # one cycle of the learning rate; 20 are no better in twice the time
-        min_steps: int = 300,  # so that 20 recordings are not left with 30 updates
+        compression: float | None = None,  # scale / mean |feature|; the paper has no compression
+        scaling: Scaling = "global",  # the paper has one normalisation of the feature
+        epochs: int = 10,  # one cycle of the learning rate; 20 take twice the time, no better
+        min_steps: int = 300,  # with 20 recordings, the epochs have only 30 steps
         batch_size: int = 8,  # 16 and 32 are no better
         max_learning_rate: float = 3e-3,  # peak of the cycle; 1e-3 and 1e-2 are less accurate
-        weight_decay: float = 0.1,  # Adam's, in the gradient; 0.03 and 0.3 are less accurate
+        weight_decay: float = 0.1,  # in the gradient; 0.03 and 0.3 are less accurate
         random_state: int = 0,
     ) -> None:
         self.channels = channels
@@ -189,11 +198,11 @@ class _Cnn(BaseEstimator):
         self.random_state = random_state
 
     def fit(self, X: Any, y: Any) -> Self:
-        """Train on features (n, n_features), any scale, and targets (n,).
+        """Train on features (n, n_features) of any scale, and on targets (n,).
 
-        The same data and `random_state` give the same weights bit for bit on one machine; torch's
-        global random state and thread count are left alone. Raises ValueError for NaN, infinity,
-        and for a single recording or class.
+        The same data and `random_state` give identical weights on the same computer. The random
+        state and the number of threads of torch are unchanged afterwards. Raises ValueError for
+        NaN or infinity, and for a single recording or class.
         """
         X, y = self._validated(X, y)
         with reproducible(self.random_state):
@@ -202,23 +211,24 @@ class _Cnn(BaseEstimator):
                 mean = np.abs(X).mean(dtype=np.float64)
                 module.scale.fill_(float(mean * self.compression) or 1.0)
             bins = torch.cat([module.compress(x) for x in in_chunks(X)])
-            self._learn_scale(module, bins.numpy())
+            self._set_standardisation(module, bins.numpy())
             target = self._encoded(module, y)
             self._train(module, module.standardise(bins), target)
         self.module_ = module.eval()
         return self
 
-    def _learn_scale(self, module: SpectrumCnn, bins: np.ndarray) -> None:
-        """Give a network the mean and deviation of bins (n, n_features), compressed or not."""
+    def _set_standardisation(self, module: SpectrumCnn, bins: np.ndarray) -> None:
+        """Set `mean` and `std` of a network from bins (n, n_features) after the compression."""
         if self.scaling == "per_bin":
-            each = StandardScaler().fit(bins)
-            module.mean.copy_(torch.from_numpy(each.mean_))
-            module.std.copy_(torch.from_numpy(each.scale_))
+            scaler = StandardScaler().fit(bins)
+            module.mean.copy_(torch.from_numpy(scaler.mean_))
+            module.std.copy_(torch.from_numpy(scaler.scale_))
         else:
             module.mean.fill_(float(bins.mean(dtype=np.float64)))
             module.std.fill_(float(bins.std(dtype=np.float64)) or 1.0)
 
     def _module(self, n_features: int) -> SpectrumCnn:
+        """Return a new network with the settings of the estimator."""
         return SpectrumCnn(
             n_features,
             self._n_outputs(),
@@ -230,12 +240,14 @@ class _Cnn(BaseEstimator):
         )
 
     def _train(self, module: SpectrumCnn, inputs: Tensor, target: Tensor) -> None:
-        """Train on standardised bins (n, n_features) and encoded targets (n, ...).
+        """Train on standardised bins (n, n_features) and encoded targets (n,) or (n, n_outputs).
 
-        The network is on the CPU before and after, whatever the device of the training.
+        The network is on the CPU before and after the training, also if the training uses a GPU.
         """
         device = training_device()
-        module, inputs, target = module.to(device), inputs.to(device), target.to(device)
+        module = module.to(device)
+        inputs = inputs.to(device)
+        target = target.to(device)
         per_epoch = math.ceil(len(inputs) / self.batch_size)
         steps = max(self.epochs * per_epoch, self.min_steps)
         descent = Descent(module, steps, self.max_learning_rate, self.weight_decay)
@@ -269,11 +281,12 @@ class _Cnn(BaseEstimator):
 
 
 class CnnClassifier(ClassifierMixin, _Cnn):
-    """Softmax and cross-entropy (paper)."""
+    """Classifier with softmax and cross-entropy, as in the paper."""
 
     classes_: np.ndarray
 
     def _validated(self, X: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return features and targets as arrays, and learn the classes."""
         X, y = validate_data(self, X, y, dtype=np.float32)
         check_classification_targets(y)
         self.classes_ = np.unique(y)
@@ -285,6 +298,7 @@ class CnnClassifier(ClassifierMixin, _Cnn):
         return len(self.classes_)
 
     def _encoded(self, module: SpectrumCnn, y: np.ndarray) -> Tensor:
+        """Return the numbers of the classes y (n,)."""
         return torch.from_numpy(np.searchsorted(self.classes_, y))
 
     _loss = staticmethod(functional.cross_entropy)
@@ -300,15 +314,16 @@ class CnnClassifier(ClassifierMixin, _Cnn):
 
 
 class CnnRegressor(MultiOutputMixin, RegressorMixin, _Cnn):
-    """Linear output and mean squared error (paper), on the standardised target.
+    """Regressor with a linear output and mean squared error, as in the paper.
 
-    Targets may be (n,), or (n, k) for k numbers from one network.
+    The network is trained on standardised targets. Targets are (n,), or (n, k) for k outputs.
     """
 
     n_outputs_: int
-    flat_: bool  #: whether the targets were (n,): predictions then are, too
+    flat_: bool  #: whether targets and predictions are (n,), not (n, k)
 
     def _validated(self, X: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return features and targets (n, k) as arrays, and learn the shape of the targets."""
         X, y = validate_data(
             self, X, y, dtype=np.float32, y_numeric=True, multi_output=True, ensure_min_samples=2
         )
@@ -321,8 +336,10 @@ class CnnRegressor(MultiOutputMixin, RegressorMixin, _Cnn):
         return self.n_outputs_
 
     def _encoded(self, module: SpectrumCnn, y: np.ndarray) -> Tensor:
-        mean, std = np.mean(y, axis=0), np.std(y, axis=0)
-        std = np.where(std > 0, std, 1.0)
+        """Set `target_mean` and `target_std` of a network; return the standardised targets."""
+        mean = np.mean(y, axis=0)
+        deviation = np.std(y, axis=0)
+        std = np.where(deviation > 0, deviation, 1.0)
         module.target_mean.copy_(torch.from_numpy(mean))
         module.target_std.copy_(torch.from_numpy(std))
         return torch.from_numpy((y - mean) / std).float()  # (n, n_outputs)
@@ -330,21 +347,22 @@ class CnnRegressor(MultiOutputMixin, RegressorMixin, _Cnn):
     _loss = staticmethod(functional.mse_loss)
 
     def predict(self, X: Any) -> np.ndarray:
-        """Return the target (n,) or (n, k), as it was given, in its own unit."""
+        """Return the targets in their own unit, (n,) or (n, k) as in the training."""
         outputs = self._outputs(X)
         return outputs[:, 0] if self.flat_ else outputs
 
 
 def cnn(kind: Kind, seed: int) -> CnnClassifier | CnnRegressor:
-    """Return the paper's model, unfitted: all bins have one scale, without compression."""
+    """Return the unfitted model of the paper: one scale for all bins, and no compression."""
     estimator = CnnClassifier if kind == "classification" else CnnRegressor
     return estimator(random_state=seed)
 
 
 def cnn_per_bin(kind: Kind, seed: int) -> CnnClassifier | CnnRegressor:
-    """Return the paper's layers with compression, a scale per bin and dropout, unfitted.
+    """Return an unfitted model with the layers of the paper, compression, a scale per bin, dropout.
 
-    Bins that contain mostly noise have small deviations in quiet, so louder noise in use is many
-    deviations from their mean. This was `cnn` until its error in noise had been seen.
+    Its error in noise is larger than that of `cnn`. In quiet training recordings, bins without
+    signal have small standard deviations. Louder noise in use then differs from their mean by many
+    standard deviations.
     """
     return cnn(kind, seed).set_params(compression=1.0, scaling="per_bin", dropout=0.5)

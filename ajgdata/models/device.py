@@ -8,7 +8,10 @@ from contextvars import ContextVar
 
 from ajgdata.types import DataError
 
-CPU, CUDA, AUTO = "cpu", "cuda", "auto"
+CPU = "cpu"
+CUDA = "cuda"
+#: Setting: a GPU if there is one, otherwise the CPU.
+AUTO = "auto"
 _device: ContextVar[str] = ContextVar("device", default=CPU)
 
 
@@ -28,7 +31,7 @@ def training_on(device: str) -> Iterator[None]:
 def _available(device: str) -> str:
     """Return `cpu` or `cuda` for a setting."""
     if device == CPU:
-        return CPU  # without torch, which most jobs do not need
+        return CPU  # without an import of torch, which most jobs do not need
     import torch
 
     if torch.cuda.is_available():
@@ -45,5 +48,7 @@ def training_device() -> str:
 
 
 def device_facts() -> dict[str, str]:
-    """Return what the description of a result says of the device: nothing of the reference."""
-    return {} if training_device() == CPU else {"device": training_device()}
+    """Return the key `device` for the description of a result; empty for the CPU."""
+    if training_device() == CPU:
+        return {}
+    return {"device": training_device()}

@@ -1,4 +1,4 @@
-"""Transformations of spectra and targets that scikit-learn lacks; each keeps the number of bins."""
+"""Scalings of spectra and targets that scikit-learn does not have."""
 
 from __future__ import annotations
 
@@ -22,11 +22,12 @@ from ajgdata.types import NotPossibleError
 
 
 class Compress(OneToOneFeatureMixin, TransformerMixin, BaseEstimator):
-    """x -> asinh(x / scale_), scale_ = `relative` * mean |x| of the training rows.
+    """Compress features x to asinh(x / scale_), with scale_ = `relative` * mean |x| in training.
 
-    Objects and poses multiply a spectrum, bin by bin: differences of logarithms are what matters.
-    asinh is the logarithm (plus log 2) where x >> scale_, is defined at 0, and does not blow up
-    the noise of bins without signal. The CNN does the same inside, with a scale of its own.
+    An object or a pose multiplies each bin of a spectrum by a factor, so differences of logarithms
+    are relevant. For x >> scale_, asinh(x / scale_) is log(2 x / scale_). It is also defined at 0,
+    and it does not amplify the noise of bins without signal. The networks of `cnn` have their own
+    compression.
     """
 
     scale_: float
@@ -47,26 +48,26 @@ class Compress(OneToOneFeatureMixin, TransformerMixin, BaseEstimator):
 
 
 def raw_scaling() -> Pipeline:
-    """Return the first steps of the baselines: compress, standardise."""
+    """Return a scaling that compresses features and then standardises each bin."""
     return make_pipeline(Compress(), StandardScaler())
 
 
 def scaled_target(model: BaseEstimator) -> BaseEstimator:
-    """Return `model` with its target scaled: its settings suppose one of order one."""
+    """Return `model` with a standardised target, because its settings suit unit variance."""
     return TransformedTargetRegressor(model, transformer=StandardScaler())
 
 
 class AtLeast(OneToOneFeatureMixin, TransformerMixin, BaseEstimator):
-    """Passes features on as they are, in float64, and learns from no fewer than `rows` recordings.
+    """Leave features unchanged (as float64), but refuse to train on fewer than `rows` recordings.
 
-    k-NN would train on fewer than k, and then not predict.
+    k-NN can be trained on fewer than k recordings, but its predictions then fail.
     """
 
     def __init__(self, rows: int = 1) -> None:
         self.rows = rows
 
     def fit(self, X: Any, y: Any = None) -> Self:
-        """Count features (n, n_features). Raises NotPossibleError for n < `rows`."""
+        """Check the number of features (n, n_features). Raises NotPossibleError for n < `rows`."""
         X = validate_data(self, X, dtype=np.float64)
         if len(X) < self.rows:
             raise NotPossibleError(f"{len(X)} recordings to learn from: {self.rows} are needed")
@@ -82,24 +83,25 @@ class AtLeast(OneToOneFeatureMixin, TransformerMixin, BaseEstimator):
 
 
 class OneScale(StandardScaler):
-    """(x - mean of the bin) / s, with one s for all bins: the root of their mean variance.
+    """Scale features x to (x - mean of the bin) / s, with one s for all bins.
 
-    Loud bins go on counting more than quiet ones; `StandardScaler` makes all alike.
+    s² is the mean of the variances of the bins. Bins with a larger variance therefore keep a larger
+    weight; with `StandardScaler`, all bins have equal weight.
     """
 
     def fit(self, X: Any, y: Any = None, sample_weight: Any = None) -> Self:
-        """Learn means and the one scale from features (n, n_features)."""
+        """Learn the means and the scale from features (n, n_features)."""
         super().fit(X, y, sample_weight)
         self.scale_ = np.full_like(self.mean_, np.sqrt(self.var_.mean()) or 1.0)
         return self
 
 
 class Circular(MetaEstimatorMixin, RegressorMixin, BaseEstimator):
-    """Regression of a target that repeats, as the angle of a bar does after half a turn.
+    """Regression of a target with a period P, for example the angle of a bar (P = 180 degrees).
 
-    0 and 179 degrees are then one degree apart, but a model of the plain number must tell them
-    apart. `estimator` is fitted to the point (sin 2 pi y / P, cos 2 pi y / P) instead, which moves
-    steadily with y; predictions are in [0, `period`).
+    The angles 0 and 179 degrees of a bar differ by one degree, but as numbers by 179. `estimator`
+    is therefore fitted to the point (sin 2 pi y / P, cos 2 pi y / P), which is a continuous
+    function of the angle. Predictions are in [0, `period`).
     """
 
     estimator_: Any
@@ -109,23 +111,23 @@ class Circular(MetaEstimatorMixin, RegressorMixin, BaseEstimator):
         self.period = period
 
     def fit(self, X: Any, y: Any) -> Self:
-        """Train on features (n, n_features) and targets (n,) in any turn."""
+        """Train on features (n, n_features) and targets (n,), which can be outside [0, period)."""
         self.estimator_ = clone(self.estimator)
         self.estimator_.fit(X, self.coordinates(y))
         return self
 
     def coordinates(self, y: Any) -> np.ndarray:
-        """Return the point (n, 2) that stands for each target (n,)."""
-        turn = 2 * np.pi * np.asarray(y, np.float64) / self.period
-        return np.column_stack([np.sin(turn), np.cos(turn)])
+        """Return the point (n, 2) on the unit circle of each target (n,)."""
+        angle = 2 * np.pi * np.asarray(y, np.float64) / self.period
+        return np.column_stack([np.sin(angle), np.cos(angle)])
 
     def targets(self, points: np.ndarray) -> np.ndarray:
-        """Return the target (n,) that each point (n, 2) stands for, however near to the centre."""
+        """Return the target (n,) in the direction of each point (n, 2)."""
         sine, cosine = points.T
         turns = np.arctan2(sine, cosine) / (2 * np.pi)
-        return turns % 1.0 % 1.0 * self.period  # twice: -1e-17 % 1.0 is 1.0
+        return turns % 1.0 % 1.0 * self.period  # the second % is needed: -1e-17 % 1.0 is 1.0
 
     def predict(self, X: Any) -> np.ndarray:
-        """Return the target (n,): the direction of the predicted point."""
+        """Return the target (n,) of features (n, n_features)."""
         check_is_fitted(self)
         return self.targets(self.estimator_.predict(X))

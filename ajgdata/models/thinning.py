@@ -1,4 +1,4 @@
-"""An even subset of recordings, for models that use only a limited number."""
+"""Subset of recordings for models that are trained on a limited number."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ import pandas as pd
 
 
 def thinned(groups: np.ndarray, limit: int, target: np.ndarray | None = None) -> np.ndarray:
-    """Return `limit` sorted row numbers, equally many of every part, as far as possible.
+    """Return `limit` sorted row numbers, with equal numbers of all parts as far as possible.
 
-    A part is a value of `target` (n,) in a group of `groups` (n,). The rows of a part are a random
-    choice, which is the same each time; if some parts get a row more, these have all values alike.
+    A part has the rows with one value of `target` (n,) in one group of `groups` (n,). The rows of a
+    part are drawn at random, with a fixed seed. If `limit` is not a multiple of the number of
+    parts, the additional rows are spread over the values of the target. All rows are returned if
+    there are at most `limit`.
 
     >>> import numpy as np
     >>> from ajgdata.models.thinning import thinned
@@ -23,6 +25,9 @@ def thinned(groups: np.ndarray, limit: int, target: np.ndarray | None = None) ->
     order = np.random.default_rng(0).permutation(len(groups))
     value = np.zeros(len(groups)) if target is None else np.asarray(target)
     rows = pd.DataFrame({"group": np.asarray(groups)[order], "value": value[order]})
+    # round: number of the row in its part; turn: number of the row among those of its value in
+    # this round
     rows["round"] = rows.groupby(["group", "value"]).cumcount()
     rows["turn"] = rows.groupby(["round", "value"]).cumcount()
-    return np.sort(order[rows.sort_values(["round", "turn"]).index[:limit]])
+    first = rows.sort_values(["round", "turn"]).index[:limit]
+    return np.sort(order[first])

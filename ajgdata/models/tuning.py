@@ -1,7 +1,7 @@
-"""A model chosen among candidates by inner folds of its own training part.
+"""Choice of a model among candidates by inner folds of its training part.
 
-The chosen candidate is trained again on the whole part; `best_estimator_` is then an ordinary
-estimator, and the one that is stored.
+The best candidate is trained again on the complete training part. It is an ordinary scikit-learn
+estimator (`best_estimator_`), and only this estimator is stored.
 """
 
 from __future__ import annotations
@@ -23,36 +23,39 @@ from ajgdata.models.scaling import AtLeast
 from ajgdata.models.thinning import thinned
 
 Folds = list[tuple[np.ndarray, np.ndarray]]
-#: Inner folds; two for more than LARGE recordings, because candidates then differ by more than
-#: their scatter. Training parts with few groups keep three, because halves would be too small.
-INNER_FOLDS, LARGE, LARGE_FOLDS, FEW_GROUPS = 3, 200, 2, 20
+#: Number of inner folds.
+INNER_FOLDS = 3
+#: Number of inner folds for more than LARGE recordings in at least FEW_GROUPS groups. Two folds are
+#: faster, and scores of candidates differ by more than their scatter. With few groups, half of them
+#: would be a small training part.
+LARGE_FOLDS = 2
+LARGE = 200
+FEW_GROUPS = 20
+#: Reasons why a model was not chosen.
 NO_GROUPS = "no groups were given to divide the training recordings by"
 ONE_GROUP = "the training recordings are of one group: two are needed"
 ONE_ROW = "candidates would be trained on one recording: two are needed"
 ONE_CLASS = "candidates would be trained on one class: two are needed"
 
 
-def _first_has(name: str) -> Callable[[Any], bool]:
-    return lambda self: hasattr(self.candidates[0][1], name)
-
-
-def negative_square(y_true: np.ndarray, y_pred: np.ndarray, period: float | None) -> float:
-    """Return minus the mean square error, with a `period` of the shortest way around."""
-    difference = y_pred - y_true
-    if period is not None:
-        difference = (difference + period / 2) % period - period / 2
-    return -float(np.mean(difference**2))
+def _first_candidate_has(method: str) -> Callable[[Any], bool]:
+    """Return a check of a `Tuned` model: whether its first candidate has a method."""
+    return lambda model: hasattr(model.candidates[0][1], method)
 
 
 class Tuned(MetaEstimatorMixin, BaseEstimator):
-    """The candidate with the best mean score on inner grouped folds; of equal ones the first.
+    """The candidate with the best mean score on inner folds, the first of several equal ones.
 
     `candidates` are pairs of a name and an unfitted estimator, all of one kind. The score is the
-    accuracy, or minus the mean square error. Without groups, or with too little data for inner
-    folds, the first candidate is used, and `reason_` is the reason. Candidates that need more
-    recordings than an inner fold has are excluded (`left_out_`). The choice uses at most `choosing`
-    recordings (`chosen_on_`; 0: all) and the cheaper settings `while_choosing`. After `fit`:
-    `choice_` (a name), `best_estimator_`, `inner_folds_`, and `inner_scores_` (by name).
+    accuracy, or minus the mean squared error. Inner folds keep groups together. Without groups, or
+    with too little data for inner folds, the first candidate is used, and `reason_` is the reason.
+    The search uses at most `search_rows` recordings, and candidates with the `search_settings`,
+    which make it faster. After `fit`:
+
+    - `best_estimator_`, and its name `choice_`;
+    - `inner_folds_`, the number of inner folds, and `inner_scores_` by name;
+    - `left_out_`, the names of candidates that need more recordings than an inner fold has;
+    - `chosen_on_`, the number of recordings of the search; 0 if the search used all.
     """
 
     best_estimator_: Any
@@ -68,67 +71,81 @@ class Tuned(MetaEstimatorMixin, BaseEstimator):
         candidates: Sequence[tuple[str, BaseEstimator]],
         period: float | None = None,
         random_state: int = 0,
-        while_choosing: Mapping[str, Any] | None = None,
-        choosing: int = 5_000,
+        search_settings: Mapping[str, Any] | None = None,
+        search_rows: int = 5_000,
     ) -> None:
         self.candidates = candidates
         self.period = period
-        self.while_choosing = while_choosing
         self.random_state = random_state
-        self.choosing = choosing
+        self.search_settings = search_settings
+        self.search_rows = search_rows
 
     def __sklearn_tags__(self) -> Any:
         return get_tags(self.candidates[0][1])
 
     def circular(self, wrap: Callable[[BaseEstimator], BaseEstimator], period: float) -> Tuned:
-        """Return the same choice among wrapped candidates, which predict a repeating target."""
+        """Return the same choice among wrapped candidates, for a target with a period."""
         wrapped = [(name, wrap(estimator)) for name, estimator in self.candidates]
-        return Tuned(wrapped, period, self.random_state, choosing=self.choosing)
+        return Tuned(wrapped, period, self.random_state, search_rows=self.search_rows)
 
     def fit(self, X: Any, y: Any, groups: Any = None) -> Self:
         """Choose and train on features (n, n_features), targets (n,) and groups (n,)."""
-        self.inner_scores_, self.left_out_, self.inner_folds_, self.chosen_on_ = {}, [], 0, 0
-        X, y = np.asarray(X), np.asarray(y)
+        X = np.asarray(X)
+        y = np.asarray(y)
+        self.inner_scores_ = {}
+        self.left_out_ = []
+        self.inner_folds_ = 0
+        self.chosen_on_ = 0
         rows = np.arange(len(y))
         if groups is not None:
-            rows = thinned(np.asarray(groups), self.choosing, y)
-        folds, self.reason_ = self._folds(y[rows], groups if groups is None else groups[rows])
+            rows = thinned(np.asarray(groups), self.search_rows, y)
+        folds, self.reason_ = self._folds(y[rows], None if groups is None else groups[rows])
         self.choice_, best = self.candidates[0]
         if not self.reason_:
-            self.choice_, best = self._best(X[rows], y[rows], folds)
+            self.choice_, best = self._search(X[rows], y[rows], folds)
             self.inner_folds_ = len(folds)
-            self.chosen_on_ = len(rows) if len(rows) < len(y) else 0
+            if len(rows) < len(y):
+                self.chosen_on_ = len(rows)
         self.best_estimator_ = clone(best).fit(X, y)
         return self
 
     def _folds(self, y: np.ndarray, groups: np.ndarray | None) -> tuple[Folds, str]:
-        """Return the inner folds, or the reason why there are none."""
+        """Return the inner folds and "", or no folds and the reason."""
         if groups is None:
             return [], NO_GROUPS
-        classes = get_tags(self).estimator_type == "classifier"
-        folds = inner_folds(y, np.asarray(groups), classes, self.random_state)
+        is_classifier = get_tags(self).estimator_type == "classifier"
+        folds = inner_folds(y, np.asarray(groups), is_classifier, self.random_state)
         if not folds:
             return [], ONE_GROUP
         if min(len(train) for train, _ in folds) < 2:
             return [], ONE_ROW
-        if classes and min(len(np.unique(y[train])) for train, _ in folds) < 2:
+        if is_classifier and min(len(np.unique(y[train])) for train, _ in folds) < 2:
             return [], ONE_CLASS
         return folds, ""
 
-    def _best(self, X: np.ndarray, y: np.ndarray, folds: Folds) -> tuple[str, BaseEstimator]:
-        """Return name and estimator of the best candidate."""
+    def _search(self, X: np.ndarray, y: np.ndarray, folds: Folds) -> tuple[str, BaseEstimator]:
+        """Return name and unfitted estimator of the best candidate."""
         fewest = min(len(train) for train, _ in folds)
-        candidates = [pair for pair in self.candidates if _needs(pair[1]) <= fewest]
-        self.left_out_ = [name for name, estimator in self.candidates if _needs(estimator) > fewest]
-        settings = self.while_choosing or {}
-        cheaper = [clone(estimator).set_params(**settings) for _, estimator in candidates]
+        candidates = []
+        for name, estimator in self.candidates:
+            if _required_rows(estimator) <= fewest:
+                candidates.append((name, estimator))
+            else:
+                self.left_out_.append(name)
+        settings = self.search_settings or {}
+        faster = [clone(estimator).set_params(**settings) for _, estimator in candidates]
         scoring: Any = "accuracy"
         if get_tags(self).estimator_type == "regressor":
             scoring = make_scorer(negative_square, period=self.period)
         search = GridSearchCV(
-            Pipeline([("model", cheaper[0])]), {"model": cheaper}, scoring=scoring, cv=folds,
-            refit=False, error_score="raise",
-        ).fit(X, y)  # fmt: skip
+            Pipeline([("model", faster[0])]),
+            {"model": faster},
+            scoring=scoring,
+            cv=folds,
+            refit=False,
+            error_score="raise",
+        )
+        search.fit(X, y)
         scores = search.cv_results_["mean_test_score"].tolist()
         names = [name for name, _ in candidates]
         self.inner_scores_ = dict(zip(names, scores, strict=True))
@@ -136,56 +153,67 @@ class Tuned(MetaEstimatorMixin, BaseEstimator):
 
     @property
     def classes_(self) -> np.ndarray:
-        """Return the classes (k,) of the chosen estimator."""
+        """Return the classes (k,) of the best estimator."""
         return self.best_estimator_.classes_
 
     @property
     def n_features_in_(self) -> int:
-        """Return the number of features that it was trained on."""
+        """Return the number of features of the training recordings."""
         return self.best_estimator_.n_features_in_
 
     def predict(self, X: Any) -> np.ndarray:
-        """Return the predictions (n,) of the chosen estimator."""
+        """Return the predictions (n,) of the best estimator."""
         check_is_fitted(self, "best_estimator_")
         return self.best_estimator_.predict(X)
 
-    @available_if(_first_has("predict_proba"))
+    @available_if(_first_candidate_has("predict_proba"))
     def predict_proba(self, X: Any) -> np.ndarray:
-        """Return probabilities (n, k) of `classes_` by the chosen estimator."""
+        """Return the probabilities (n, k) of `classes_` by the best estimator."""
         check_is_fitted(self, "best_estimator_")
         return self.best_estimator_.predict_proba(X)
 
 
-def _needs(candidate: BaseEstimator) -> int:
-    """Return how many recordings a candidate needs, by its step `AtLeast`."""
+def _required_rows(candidate: BaseEstimator) -> int:
+    """Return the number of recordings that a candidate needs, from its steps `AtLeast`."""
     steps = candidate.get_params().values()
     return max((step.rows for step in steps if isinstance(step, AtLeast)), default=1)
 
 
-def inner_folds(y: np.ndarray, groups: np.ndarray, classes: bool, seed: int) -> Folds:
-    """Return folds of targets y (n,) that divide no group of `groups` (n,); none for fewer than two
-    groups.
+def negative_square(y_true: np.ndarray, y_pred: np.ndarray, period: float | None) -> float:
+    """Return minus the mean squared error; differences are modulo a `period`, if there is one."""
+    difference = y_pred - y_true
+    if period is not None:
+        difference = (difference + period / 2) % period - period / 2
+    return -float(np.mean(difference**2))
 
-    Classes are spread evenly as far as whole groups allow.
+
+def inner_folds(y: np.ndarray, groups: np.ndarray, is_classifier: bool, seed: int) -> Folds:
+    """Return the inner folds for targets y (n,) and groups (n,) that divide no group.
+
+    The folds are stratified by class as far as whole groups allow. There are none for one group.
     """
     group = np.unique(groups, return_inverse=True)[1]
-    groups_given = int(group.max(initial=-1)) + 1
-    folds_for_size = LARGE_FOLDS if len(y) > LARGE and groups_given >= FEW_GROUPS else INNER_FOLDS
-    count = min(folds_for_size, groups_given)
+    group_count = int(group.max(initial=-1)) + 1
+    is_large = len(y) > LARGE and group_count >= FEW_GROUPS
+    count = min(LARGE_FOLDS if is_large else INNER_FOLDS, group_count)
     if count < 2:
         return []
-    return whole_groups(y, group, count, classes, seed)
+    return whole_groups(y, group, count, is_classifier, seed)
 
 
-def whole_groups(y: np.ndarray, group: np.ndarray, folds: int, classes: bool, seed: int) -> Folds:
-    """Return folds that divide no group (n,); classes y (n,) are spread evenly, unless that leaves
-    a fold empty or every class is rarer than the folds."""
-    plain = GroupKFold(folds, shuffle=True, random_state=seed)
-    if classes and np.unique(y, return_counts=True)[1].max() >= folds:
+def whole_groups(
+    y: np.ndarray, group: np.ndarray, folds: int, is_classifier: bool, seed: int
+) -> Folds:
+    """Return folds for targets y (n,) that divide no group (n,).
+
+    The folds of a classifier are stratified by class, unless every class has fewer rows than there
+    are folds, or a stratified fold would be empty.
+    """
+    if is_classifier and np.unique(y, return_counts=True)[1].max() >= folds:
         splitter = StratifiedGroupKFold(folds, shuffle=True, random_state=seed)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "The least populated class", UserWarning)
             pairs = list(splitter.split(y, y, group))
         if all(len(test) for _, test in pairs):
             return pairs
-    return list(plain.split(y, y, group))
+    return list(GroupKFold(folds, shuffle=True, random_state=seed).split(y, y, group))

@@ -30,7 +30,7 @@ from ajgdata.evaluate.task_data import (
     labels_of,
     task_data,
 )
-from ajgdata.models import chosen, fit_named_model
+from ajgdata.models import fit_named_model, search_result
 from ajgdata.models.device import device_facts
 from ajgdata.store.features import FeatureRows, Latents, read_store, write_latents
 from ajgdata.store.files import json_bytes, read_json, write_bytes
@@ -147,7 +147,7 @@ def _train(
     grasp = grasps_of(table, data)
     objects = labels_of(table, data, "object")
     with threadpool_limits(limits=1):
-        estimator, choice = chosen(fit_named_model(model, kind, *arrays, **options))
+        estimator, choice = search_result(fit_named_model(model, kind, *arrays, **options))
         calibrated = calibration(*arrays, grasp, model=model, kind=kind, objects=objects, **options)
     facts = {
         **json.loads(str(table.attrs["settings"])),  # audio and features

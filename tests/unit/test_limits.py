@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ajgdata.evaluate.crossval import cross_validate
-from ajgdata.models import chosen, fit_model, make_model
+from ajgdata.models import fit_model, make_model, search_result
 from ajgdata.models.thinning import thinned
 from ajgdata.types import MODELS
 
@@ -61,9 +61,10 @@ def test_beyond_its_limit_a_model_learns_from_some_of_each_group(monkeypatch):
 def test_a_tuned_model_is_chosen_on_some_and_learns_from_all():
     x, y, group = spectra()
     some = thinned(group, 20, y)
-    tuned = make_model("knn", "classification").set_params(choosing=20)
+    tuned = make_model("knn", "classification").set_params(search_rows=20)
     fitted = fit_model(tuned, x, y, group)
     alone = fit_model(make_model("knn", "classification"), x[some], y[some], group[some])
     assert fitted.inner_scores_ == alone.inner_scores_
     assert fitted.best_estimator_[-1].n_samples_fit_ == 60
-    assert (chosen(fitted)[1]["chosen_on"], "chosen_on" in chosen(alone)[1]) == (20, False)
+    assert search_result(fitted)[1]["chosen_on"] == 20
+    assert "chosen_on" not in search_result(alone)[1]

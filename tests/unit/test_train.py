@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ajgdata.loading import read_model
-from ajgdata.models import chosen, fit_model, make_model
+from ajgdata.models import fit_model, make_model, search_result
 from ajgdata.pipeline.train import train_model, train_models
 from ajgdata.store.features import FeatureColumn, FeatureRows, read_store, text_column, write_store
 from ajgdata.store.models import read_guard
@@ -76,8 +76,8 @@ def test_a_model_of_a_repeating_target_comes_back_whole(store):
     x, y, grasp = (c[known] for c in (shard.feature, shard.columns["edge_mm"].values,
                                       shard.columns["grasp_id"].values))  # fmt: skip
     fitted = fit_model(make_model("knn", "regression", 3, 8.0), x, y, grasp)
-    assert about.get("tuning") == chosen(fitted)[1]
-    assert type(loaded) is type(chosen(fitted)[0])
+    assert about.get("tuning") == search_result(fitted)[1]
+    assert type(loaded) is type(search_result(fitted)[0])
     np.testing.assert_array_equal(loaded.predict(shard.feature), fitted.predict(shard.feature))
     assert about["period"] == 8
     assert about["recordings"] == 23

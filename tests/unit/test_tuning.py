@@ -7,7 +7,7 @@ from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.models import chosen, fit_model, make_model, tuning
+from ajgdata.models import fit_model, make_model, search_result, tuning
 from ajgdata.models.scaling import AtLeast, OneScale
 from ajgdata.models.tuning import LARGE, LARGE_FOLDS, Tuned
 from ajgdata.types import NotPossibleError
@@ -104,8 +104,8 @@ def test_what_is_kept_is_the_chosen_candidate_and_nothing_more(name, kind):
     x, y, group = amplitudes()
     fitted = fit_model(make_model(name, kind, 5), x, y, group)
     again = fit_model(make_model(name, kind, 5), x, y, group)
-    kept, about = chosen(fitted)
-    assert about == chosen(again)[1]
+    kept, about = search_result(fitted)
+    assert about == search_result(again)[1]
     assert about["choice"] == max(about["scores"], key=about["scores"].get)
     assert (about["reason"], about["inner_folds"]) == ("", 3)
     candidate = dict(make_model(name, kind, 5).candidates)[about["choice"]]
@@ -126,7 +126,7 @@ def test_without_inner_folds_the_first_is_taken_and_the_reason_told():
         (lone, tuning.ONE_ROW),
         (y, tuning.ONE_CLASS),
     ):
-        about = chosen(fit_model(clone(model), x, y, groups))[1]
+        about = search_result(fit_model(clone(model), x, y, groups))[1]
         none = {"inner_folds": 0, "scores": {}}
         assert about == {"choice": first, "reason": reason, **none}
 
@@ -137,7 +137,7 @@ def test_a_candidate_that_needs_more_rows_is_passed_over():
     assert "k = 1" in fitted.choice_
     assert all("k = 1" in name for name in fitted.inner_scores_)
     names = [name for name, _ in fitted.candidates]
-    assert chosen(fitted)[1]["left_out"] == [name for name in names if "k = 1" not in name]
+    assert search_result(fitted)[1]["left_out"] == [name for name in names if "k = 1" not in name]
     with pytest.raises(NotPossibleError, match="4 recordings to learn from: 5 are needed"):
         make_model("knn_plain", "classification").fit(x, y)
 
