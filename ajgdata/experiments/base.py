@@ -1,8 +1,8 @@
 """The protocol of an experiment: settings -> measure() -> tables -> figures, rows, comparison.
 
-An experiment is one module that ends in `EXPERIMENT = Experiment(...)`. Its settings stand in a
-task of dataset.yaml, under `experiments`, by its name. What `measure` returns is stored, and is all
-that the drawing half sees: nothing is measured while a report is drawn.
+An experiment is one module that ends in `EXPERIMENT = Experiment(...)`. Its settings are in a task
+of dataset.yaml, under `experiments`, by its name. The tables that `measure` returns are stored, and
+figures and rows are made from these tables only: nothing is measured while a report is drawn.
 """
 
 from __future__ import annotations
@@ -28,20 +28,23 @@ from ajgdata.types.table import Table
 if TYPE_CHECKING:
     from ajgdata.acquire.changed_grasps import GraspSimulator
 
-#: Longest names of a task and of a part in names of files; file systems allow 255 bytes.
-LONGEST_TASK, LONGEST_PART = 150, 60
-#: Player of sounds in the scenes of simulated recordings: names of recordings and sounds (n,) ->
-#: for each recording its samples (n,) with each sound. Raises ValueError for one that was not
-#: simulated.
+#: Longest names of a task and of a part in names of files. File systems allow 255 bytes.
+LONGEST_TASK = 150
+LONGEST_PART = 60
+#: Function that simulates other sounds in the scenes of recordings. Its arguments are names of
+#: recordings and sounds (n,). It yields for each recording the samples (n,) with each sound, and
+#: raises ValueError for a recording that was not simulated.
 Render = Callable[[Sequence[str], Sequence[np.ndarray]], Iterator[list[np.ndarray]]]
 
 
 class Recordings(Protocol):
-    """The recordings themselves, of the data set and of the data sets in the settings."""
+    """Reader of recordings of the data set and of the data sets in the settings."""
 
     def samples(self, dataset: str, names: Sequence[str], window: int) -> Iterator[np.ndarray]:
-        """Yield the samples (n,) of recordings of a data set by name, ready for a spectrum with a
-        window of that length. Raises NotPossibleError for one that cannot be used."""
+        """Yield the samples (n,) of recordings of a data set by name, for a spectrum with `window`.
+
+        Raises NotPossibleError for a recording that cannot be used.
+        """
         ...
 
 
@@ -72,11 +75,10 @@ class Inputs:
     training_cost: Mapping[str, float] = field(default_factory=dict)
 
     def all_data(self, other: str = "", groups: str = "") -> TaskData:
-        """Return every recording that has the target, of the store or of that of `other`; with
-        `classes`, only of the named classes.
+        """Return the recordings with the target, of the data set or of the data set `other`.
 
-        `groups` is a column, by default that of the task. Raises ValueError without recordings; see
-        `task_data`.
+        If the task names `classes`, only these are included. `groups` is a column, by default that
+        of the task. Raises ValueError without recordings; see `task_data`.
         """
         table = self.other_sets[other] if other else self.store
         task = self.task_settings
@@ -97,8 +99,11 @@ class Inputs:
 
     @property
     def classes_of_task(self) -> tuple[Sequence[str], Mapping[str, int]]:
-        """Return the classes that the task is about (none: all), and the groups of each that has
-        fewer than `min_groups` of the store. Raises NotPossibleError where too few are left."""
+        """Return the classes of the task (none: all), and the excluded classes.
+
+        An excluded class has fewer than `min_groups` groups; the mapping has its number of groups.
+        Raises NotPossibleError if too few classes remain.
+        """
         task = self.task_settings
         if not task.min_groups:
             return task.classes, {}
@@ -122,7 +127,7 @@ class Inputs:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The result of a measurement: `tables` follow from the inputs, those of `cost` do not."""
+    """The result of a measurement. `tables` follow from the inputs; `cost` differs between runs."""
 
     tables: tuple[Table, ...]
     cost: tuple[Table, ...] = ()
@@ -131,7 +136,7 @@ class Outcome:
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """A stored outcome: of one model, or of all where they are measured together (`model` "")."""
+    """A stored outcome of one model, or of all models together (`model` is then "")."""
 
     model: str
     label: str  #: the model's name for people
@@ -142,7 +147,7 @@ class Result:
 
 @dataclass(frozen=True)
 class Other:
-    """Another data set that a task is tested on, as it is named in figures."""
+    """Title and level of another data set that a task is tested on."""
 
     title: str
     level: Level | None = None
@@ -150,9 +155,13 @@ class Other:
 
 @dataclass(frozen=True, eq=False)
 class TaskResults:
-    """The results of one experiment on one task, in the order of the models that it names.
+    """The results of one experiment on one task, in the order of its models.
 
-    `papers` are published values by the part of the task that is compared.
+    - `papers` are published values by the compared part of the task.
+    - `mirror_deg` is the mirror plane of the gripper if the target is an angle.
+    - `left_out` are excluded classes with their number of groups.
+    - `page` is the name of the page of the report.
+    - `same_page` are the results of the experiment on all tasks of the page.
     """
 
     experiment: str
@@ -166,10 +175,10 @@ class TaskResults:
     papers: Mapping[str, PaperFigure] = field(default_factory=dict)
     other_sets: Mapping[str, Other] = field(default_factory=dict)
     level: Level | None = None
-    mirror_deg: float | None = None  #: mirror plane of the gripper, if the target is an angle
-    left_out: Mapping[str, int] = field(default_factory=dict)  #: groups of classes too rare
-    page: str = ""  #: of the report, by name
-    same_page: tuple[TaskResults, ...] = ()  #: of the experiment on all tasks of the page
+    mirror_deg: float | None = None
+    left_out: Mapping[str, int] = field(default_factory=dict)
+    page: str = ""
+    same_page: tuple[TaskResults, ...] = ()
 
     @property
     def title(self) -> str:
@@ -183,17 +192,17 @@ class TaskResults:
 
     @property
     def metric(self) -> str:
-        """Return the metric that is read first: `rmse` or `accuracy`."""
+        """Return the first metric of the task: `rmse` or `accuracy`."""
         return "rmse" if self.task_settings.kind == "regression" else "accuracy"
 
     @property
     def metric_title(self) -> str:
-        """Return the metric that is read first as a reader says it: `RMSE` or `accuracy`."""
+        """Return the first metric of the task for people: `RMSE` or `accuracy`."""
         return "RMSE" if self.task_settings.kind == "regression" else "accuracy"
 
     @property
     def scale(self) -> int:
-        """Return what a metric is multiplied by to be shown: accuracies are shown in per cent."""
+        """Return the factor from a metric to its shown value: accuracies are shown in per cent."""
         return 100 if self.task_settings.kind == "classification" else 1
 
     @property
@@ -210,15 +219,15 @@ class TaskResults:
         return "%" if task.kind == "classification" else task.unit
 
     def title_of(self, dataset: str) -> str:
-        """Return the title of the data set of the task, or of another that it is tested on."""
+        """Return the title of the data set of the task, or of another tested data set."""
         if dataset == self.dataset:
             return self.dataset_title
         return self.other_sets[dataset].title if dataset in self.other_sets else words(dataset)
 
     def with_chance_note(self, text: str, value: float, chance: float) -> str:
-        """Return the text of a result; if its `value` is not better than chance, with these words.
+        """Return the text of a result, with a note if its `value` is not better than chance.
 
-        Both numbers are as shown.
+        `value` and `chance` are in shown units.
         """
         perfect = 100.0 if self.task_settings.kind == "classification" else 0.0
         if Estimate(value, UNDEFINED, chance, perfect).is_better_than_chance:
@@ -229,16 +238,16 @@ class TaskResults:
         self, paper: PaperFigure, result: str, model: str, agrees: PaperVerdict, **fields: Any
     ) -> PaperComparison:
         """Return a row of the comparison with the paper; `fields` are its further fields."""
-        where = self.dataset, self.task, self.source
         fields = {"experiment": self.experiment} | fields
-        return PaperComparison(paper, *where, result, model, agrees, **fields)
+        return PaperComparison(
+            paper, self.dataset, self.task, self.source, result, model, agrees, **fields
+        )
 
     def named(self, *parts: str) -> str:
         """Return the file name, without suffix, of a figure of this experiment."""
         task = "--".join((self.experiment.replace("_", "-"), self.dataset, self.task))
-        return "--".join(
-            (short_name(task, LONGEST_TASK), *(short_name(p, LONGEST_PART) for p in parts))
-        )
+        names = [short_name(task, LONGEST_TASK), *(short_name(p, LONGEST_PART) for p in parts)]
+        return "--".join(names)
 
 
 #: Results of other experiments of the run, by experiment, data set and task.
@@ -247,7 +256,7 @@ Lookup = Callable[[str, str, str], "TaskResults | None"]
 
 @dataclass(frozen=True)
 class Experiment:
-    """An experiment: what it is (`spec`), how it is measured, and how it is shown.
+    """An experiment: its specification, its measurement, and its figures and rows.
 
     `measure(inputs, settings, part)` raises NotPossibleError for a task that lacks what it needs.
 
@@ -255,7 +264,7 @@ class Experiment:
     table of results follow from them, unless `own_rows` returns the rows. `own_figures` returns
     figures that no mark draws; on the page, they are above those of the plots.
 
-    `summary` stands above the figures of a task, `advice` under the next steps.
+    `summary` is the text above the figures of a task. `advice` are lines of the next steps.
     """
 
     spec: ExperimentSpec

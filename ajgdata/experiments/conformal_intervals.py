@@ -35,8 +35,12 @@ def measure(inputs: Inputs, settings: ConformalIntervalsSettings, model: str) ->
     data = inputs.data()
     kind = inputs.task_settings.kind
     period = inputs.task_settings.period_deg
-    x, y, group = data.feature, data.value, data.group
-    scores, rows, spent = [], [], 0.0
+    x = data.feature
+    y = data.value
+    group = data.group
+    scores = []
+    rows = []
+    spent = 0.0
     with threadpool_limits(limits=1):
         parts = grouped_folds(y, group, kind, inputs.fold_count(group), inputs.seed)
         for fold, (train, test) in enumerate(parts):
@@ -45,14 +49,20 @@ def measure(inputs: Inputs, settings: ConformalIntervalsSettings, model: str) ->
                 x[train], y[train], group[train], model=model, seed=inputs.seed, period=period
             )
             fitted = fit_named_model(
-                model, kind, x[train], y[train], group[train],
-                seed=inputs.seed, period=period,
-            )  # fmt: skip
-            away = np.abs(wrapped(y[test] - fitted.predict(x[test]), period))
+                model,
+                kind,
+                x[train],
+                y[train],
+                group[train],
+                seed=inputs.seed,
+                period=period,
+            )
+            distance = np.abs(wrapped(y[test] - fitted.predict(x[test]), period))
             spent += time.process_time() - begun
             for coverage in settings.coverages:
                 half = half_width(residual, group[train], coverage, period)
-                held, width = float(np.mean(away <= half)), 2 * half
+                held = float(np.mean(distance <= half))
+                width = 2 * half
                 key = ScoreKey(
                     model, *part_columns(GROUPED, inputs.dataset), condition=f"{100 * coverage:g} %"
                 )

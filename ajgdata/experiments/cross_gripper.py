@@ -23,6 +23,16 @@ from ajgdata.types.table import table_of
 
 #: Share of the skill on its own gripper above which a model counts as transferred.
 TRANSFERRED_SKILL = 0.5
+FOLD_COLUMNS = {
+    "other": "Other gripper",
+    "grasps": "Calibration grasps",
+    "fold": "Fold",
+    "metric": "Metric",
+    "value": "Value",
+    "chance": "Chance",
+    "home": "At home",
+    "recordings": "Recordings",
+}
 
 
 def measure(inputs: Inputs, settings: CrossGripperSettings, model: str) -> Outcome:
@@ -38,7 +48,8 @@ def measure(inputs: Inputs, settings: CrossGripperSettings, model: str) -> Outco
         seed=inputs.seed,
         period=inputs.task_settings.period_deg,
     )
-    scores, rows = [], []
+    scores = []
+    rows = []
     for name in settings.test_on:
         for point in points[name]:
             fold = f"fold {point.fold}"
@@ -46,18 +57,25 @@ def measure(inputs: Inputs, settings: CrossGripperSettings, model: str) -> Outco
                 part = part_columns(elsewhere(name), inputs.dataset)
                 key = ScoreKey(model, *part, grasps=point.grasps)
                 scores.append(ScoreRow(metric, fold, value, key))
-                row = {"other": name, "grasps": point.grasps, "fold": point.fold, "metric": metric}
-                row |= {"value": value, "chance": point.chance[metric]}
-                rows.append(row | {"home": point.home.get(metric), "recordings": point.recordings})
+                rows.append(
+                    {
+                        "other": name,
+                        "grasps": point.grasps,
+                        "fold": point.fold,
+                        "metric": metric,
+                        "value": value,
+                        "chance": point.chance[metric],
+                        "home": point.home.get(metric),
+                        "recordings": point.recordings,
+                    }
+                )
             for metric, value in point.home.items():
                 part = part_columns(GROUPED, inputs.dataset)
                 key = ScoreKey(model, *part, condition=f"grasps of {name}")
                 scores.append(ScoreRow(metric, fold, value, key))
-    columns = {"other": "Other gripper", "grasps": "Calibration grasps", "fold": "Fold"}
-    columns |= {"metric": "Metric", "value": "Value", "chance": "Chance", "home": "At home"}
-    columns |= {"recordings": "Recordings"}
     title = "On another gripper"
-    return Outcome((score_table(scores, title), table_of("folds", title, rows, **columns)))
+    folds = table_of("folds", title, rows, **FOLD_COLUMNS)
+    return Outcome((score_table(scores, title), folds))
 
 
 GRIPPERS_PLOT = Plot(
@@ -85,8 +103,11 @@ def plots(results: TaskResults) -> list[Plot]:
 
 
 def _first_label(results: TaskResults) -> str:
-    named = [result.label for result in results.results if result.model == PAPER_MODEL]
-    return (named or [results.results[0].label])[0]
+    """Return the label of the paper's model, or without it of the first model."""
+    for result in results.results:
+        if result.model == PAPER_MODEL:
+            return result.label
+    return results.results[0].label
 
 
 def finding(results: TaskResults) -> str:

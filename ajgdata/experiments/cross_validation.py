@@ -1,7 +1,7 @@
 """Cross-validation: the error of models on held-out grasps of a task.
 
-`measure` makes the tables. Figures, rows and the comparison with the paper are made of them in
-`cross_validation_results`.
+`measure` returns the tables. `cross_validation_results` makes figures and rows from them, and
+`cross_validation_paper` the comparison with the paper.
 """
 
 from __future__ import annotations
@@ -251,19 +251,21 @@ def evaluate_controls(
 
 def measure(inputs: Inputs, settings: CrossValidationSettings, model: str) -> Outcome:
     """Return errors, predictions and cost of `model` on the folds of a task."""
-    splits, data = evaluate(inputs, model, settings.test_on, settings.compare_random)
+    own = evaluate(inputs, model, settings.test_on, settings.compare_random)
     controls, unmeasured = evaluate_controls(inputs, model, settings)
-    splits, data = {**splits, **controls.splits}, {**data, **controls.data}
+    splits = {**own.splits, **controls.splits}
+    data = {**own.data, **controls.data}
     parts: dict[str, CrossValidation | Tested] = {}
     for split, folds in splits.items():
-        parts |= {split: folds, **folds.extra_tests}
+        parts[split] = folds
+        parts.update(folds.extra_tests)
     scores: list[ScoreRow] = []
     for part, result in parts.items():
         key = ScoreKey(model, *part_columns(part, inputs.dataset))
         scores += fold_scores(result.scores, key)
         interval = estimate_score(result, data[part].group, seed=inputs.seed).interval
         scores += _interval_rows(inputs, interval, key)
-    for split, folds in splits.items():  # empty if a model learned from all recordings
+    for split, folds in splits.items():  # `thinned` is empty if a model used all recordings
         for name, counts in zip(TRAINED_ON, zip(*folds.thinned, strict=True), strict=False):
             count = float(np.mean(counts))
             scores.append(ScoreRow(name, "mean", count, _cost_key(model, split, inputs)))
@@ -308,7 +310,7 @@ def design_of(inputs: Inputs, data: TaskData) -> Design:
 
 
 def _cost_key(model: str, part: str, inputs: Inputs) -> ScoreKey:
-    """Return the key of what training on a part cost; a placebo is named by its data set."""
+    """Return the key of the cost of training on a part. A placebo has its data set in the key."""
     columns = part_columns(part, inputs.dataset)
     is_placebo = columns.target_values == PLACEBO_VALUES
     return ScoreKey(model, columns.split, columns.test_set if is_placebo else "")
@@ -323,7 +325,8 @@ def _overall_scores(
 ) -> Iterator[ScoreRow]:
     """Yield rows of scores of known and withheld recordings together, for the parts of a split."""
     result = splits[parts.training]
-    known, withheld = result.predictions, result.extra_tests[parts.withheld].predictions
+    known = result.predictions
+    withheld = result.extra_tests[parts.withheld].predictions
     chance = overall_chance(known, withheld, inputs.task_settings.period_deg)
     key = ScoreKey(model, *part_columns(parts.overall, inputs.dataset))
     for metric, values in overall(known, withheld, inputs.task_settings.period_deg).items():
@@ -345,7 +348,7 @@ def _overall_scores(
 
 
 def _interval_rows(inputs: Inputs, interval: Interval, key: ScoreKey) -> Iterator[ScoreRow]:
-    """Yield the ends of the interval over grasps of the metric that is read first."""
+    """Yield the ends of the interval over grasps of the first metric of the task."""
     metric = METRICS[inputs.task_settings.kind][0]
     for end, value in zip(GRASP_INTERVAL, interval, strict=True):
         yield ScoreRow(metric, end, value, key)
@@ -353,7 +356,8 @@ def _interval_rows(inputs: Inputs, interval: Interval, key: ScoreKey) -> Iterato
 
 def _rows(data: TaskData, part: PartColumns, predictions: Predictions) -> Iterator[dict[str, Any]]:
     """Yield a row of `PREDICTION_TITLES` per predicted recording."""
-    row, probability = predictions.row, predictions.probability
+    row = predictions.row
+    probability = predictions.probability
     columns = {
         "recording": data.name[row],
         "fold": predictions.fold,

@@ -30,10 +30,11 @@ from ajgdata.types.registry import BASELINE, PAPER_MODEL
 
 #: Row of the paper on a task of many models: its number is that of the baseline.
 BASELINES = "baselines"
-#: Metrics of rows without a number: a model fails on data that it was not trained on.
+#: Metrics of published statements without a number: a model fails on data of another kind.
 FAILS = ("limit", "lesson")
 #: Row of the paper that also counts the classes with at least this accuracy.
-COUNTED, MIN_ACCURACY = "ycb", 0.9
+COUNTED = "ycb"
+MIN_ACCURACY = 0.9
 
 
 def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
@@ -66,10 +67,13 @@ def _compared(
         text += f"; {count} of {len(shares)} classes at 90 % or more"
     mirror = model.mirror_errors(part)
     if mirror is not None:
-        nearer, share = with_unit(number(mirror.nearer_error), paper.unit), 100 * mirror.share
-        text += f"; {nearer} to the nearer of angle and mirror image"
-        text += f" ({number(share)} % are nearer to the image)"
-    published, chance = paper.value, model.chance(part)
+        nearer = with_unit(number(mirror.nearer_error), paper.unit)
+        text += (
+            f"; {nearer} to the nearer of angle and mirror image"
+            f" ({number(100 * mirror.share)} % are nearer to the image)"
+        )
+    published = paper.value
+    chance = model.chance(part)
     if paper.text == NEAR_CHANCE:
         published = model.task.scale * chance
     verdict: PaperVerdict = "inconclusive"
@@ -78,7 +82,9 @@ def _compared(
         scale = model.task.scale
         verdict, remark = judged(paper, model.estimate(part), published / scale, scale=scale)
     split = split_name(model, part)
-    label = ", ".join(filter(None, (paper.row, split))) if split else ""
+    label = ""
+    if split:
+        label = f"{paper.row}, {split}" if paper.row else split
     return model.task.compared(
         paper,
         text,
@@ -95,7 +101,7 @@ def _compared(
 
 
 def split_name(model: ModelResult, part: str) -> str:
-    """Return the split of known values, if the paper is compared with both splits: "" else."""
+    """Return the split of known values if the paper is compared with both splits, else ""."""
     papers = dict(model.parts)
     if part not in (GROUPED, RANDOM) or not (papers.get(GROUPED) and papers.get(RANDOM)):
         return ""
@@ -103,23 +109,33 @@ def split_name(model: ModelResult, part: str) -> str:
 
 
 def _failing(paper: PaperFigure, model: ModelResult, part: str, lookup: Lookup) -> PaperComparison:
-    """Return a model where it was trained and where it fails, and whether silence flags it."""
-    score, scale = model.score(part), model.task.scale
+    """Return the score of a model on its own data and on a part where it fails.
+
+    The text also has whether the test on silence flags the model.
+    """
+    score = model.score(part)
+    scale = model.task.scale
     verdicts = {holds(Score(model.error(part) - model.error(), model.score().sd))}
     text = f"{model.shown(model.score())} where it was trained, {model.shown(score)} elsewhere"
-    if flags := _flags(model, lookup):
+    flags = _flags(model, lookup)
+    if flags:
         verdicts.add("agrees" if any(flags) else "disagrees")
         text += f"; from silence {'flagged' if any(flags) else 'not flagged'}"
     ours = mark_of("ours", model.with_interval(part), scale)
     marks = ours, mark_of("chance", Score(model.chance(), 0.0), scale)
     return model.task.compared(
-        paper, text, model.label, together(verdicts), cost=model.cost, marks=marks,
+        paper,
+        text,
+        model.label,
+        together(verdicts),
+        cost=model.cost,
+        marks=marks,
         shown_unit=model.task.shown_unit,
-    )  # fmt: skip
+    )
 
 
 def _flags(model: ModelResult, lookup: Lookup) -> list[bool]:
-    """Return whether the test on silence flags the model, for each data set that it is asked."""
+    """Return whether the test on silence flags the model, for each tested data set."""
     task = model.task.dataset, model.task.task
     results = lookup("shortcut", *task)
     if results is None or (results.dataset, results.task) != task:

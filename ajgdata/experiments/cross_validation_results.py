@@ -72,7 +72,8 @@ SPLIT_OF_PART = {GROUPED: GROUPED, RANDOM: RANDOM, SESSIONS: SESSION_SPLIT}
 #: Heading of the placebo in the table of results.
 PLACEBO_HEADING = "placebo: one object under several names"
 #: Share from which two classes count as confused, and the number of pairs that are listed.
-CONFUSED, MAX_CONFUSED = 0.1, 3
+CONFUSED = 0.1
+MAX_CONFUSED = 3
 SHORTEST_S = 1e-3  #: shorter times are drawn as this on a logarithmic axis
 
 
@@ -139,7 +140,7 @@ class ModelResult:
         return placebo(self.task.settings.placebo or self.task.dataset, split)
 
     def estimate(self, part: str = GROUPED) -> Estimate:
-        """Return the metric that is read first with its interval, chance and perfect value."""
+        """Return the first metric of the task with its interval, chance and perfect value."""
         score = self.score(part).mean
         return Estimate(score, self.interval(part), self.chance(part), self.perfect)
 
@@ -152,7 +153,8 @@ class ModelResult:
         own = self._placebo_of(part)
         if own is None:
             return None
-        estimate, chance = self.estimate(own), self.chance(part)
+        estimate = self.estimate(own)
+        chance = self.chance(part)
         value, interval, _, _ = estimate.at_chance(chance)
         sd = estimate.skill_factor(chance) * self.score(own).sd
         return Score(value, sd, (), *interval)
@@ -171,7 +173,7 @@ class ModelResult:
 
     @property
     def perfect(self) -> float:
-        """Return the best possible value of the metric that is read first."""
+        """Return the best possible value of the first metric of the task."""
         return 0.0 if self.task.task_settings.kind == "regression" else 1.0
 
     def error(self, part: str = GROUPED) -> float:
@@ -206,7 +208,8 @@ class ModelResult:
         Predictions of a target with a period are given at the repetition nearest to the truth.
         """
         table = self.result.tables["predictions"].where(**self._columns(part))
-        true, predicted = np.array(table.column("y_true")), np.array(table.column("y_pred"))
+        true = np.array(table.column("y_true"))
+        predicted = np.array(table.column("y_pred"))
         if self.task.task_settings.period_deg:
             predicted = true + wrapped(predicted - true, self.task.task_settings.period_deg)
         return true, predicted
@@ -288,7 +291,8 @@ def class_shares(results: TaskResults) -> Table:
 
 def numbers(results: TaskResults) -> Table:
     """Return true and predicted values of each model; `mean` is that of the known true values."""
-    parts, rows = {"known values": GROUPED, "withheld values": WITHHELD}, []
+    parts = {"known values": GROUPED, "withheld values": WITHHELD}
+    rows = []
     for model in models_of(results) if results.task_settings.kind == "regression" else ():
         mean = float(model.predictions()[0].mean())
         for values, part in parts.items():
@@ -308,9 +312,12 @@ def run_times(results: TaskResults) -> Table:
     """Return error and training time of each model and fold; none of a single model."""
     models = models_of(results) if len(results.results) > 1 else []
     rows = [
-        {"model": model.label, "train_cpu_s": max(model.cost.train_cpu_s, SHORTEST_S)}
-        | {"error": results.scale * abs(value - model.perfect)}
-        | {"chance": results.scale * abs(model.chance() - model.perfect)}
+        {
+            "model": model.label,
+            "train_cpu_s": max(model.cost.train_cpu_s, SHORTEST_S),
+            "error": results.scale * abs(value - model.perfect),
+            "chance": results.scale * abs(model.chance() - model.perfect),
+        }
         for model in models
         for value in model.folds()
     ]
@@ -454,9 +461,10 @@ def controls(model: ModelResult, part: str = GROUPED) -> str:
 
 
 def summary(results: TaskResults) -> str:
-    """Return what was evaluated, and which model is best, in two sentences."""
+    """Return two sentences: the evaluated recordings, and the best model."""
     models = models_of(results)
-    top, counts = best_of(models), models[0].result.about["parts"][GROUPED]
+    top = best_of(models)
+    counts = models[0].result.about["parts"][GROUPED]
     task = results.task_settings
     unit = f" in {task.unit}" if task.unit else ""
     return (
@@ -469,7 +477,7 @@ def summary(results: TaskResults) -> str:
 
 
 def placement_sentence(results: TaskResults, model: ModelResult) -> str:
-    """Return what the design of a classification cannot distinguish, next to its scores."""
+    """Return the problem of the design of a classification, with the scores of its controls."""
     design = design_of(results)
     if design is None or not design.problem:
         return ""
@@ -479,19 +487,21 @@ def placement_sentence(results: TaskResults, model: ModelResult) -> str:
 
 
 def unmeasured_sentence(results: TaskResults) -> str:
-    """Return which controls could not be measured, with the reason."""
+    """Return a sentence with the controls that could not be measured, and the reasons."""
     reasons = {
         f"{name}: {reason}": None
         for result in results.results
         for name, reason in result.about.get("unmeasured", {}).items()
     }
-    return f" Not measured: {'; '.join(reasons)}." if reasons else ""
+    if not reasons:
+        return ""
+    return f" Not measured: {'; '.join(reasons)}."
 
 
 def design_of(results: TaskResults) -> Design | None:
-    """Return the design of the recordings of a classification that is split by grasp.
+    """Return the design of the recordings of a classification with a grouped split by grasp.
 
-    None for a regression, and for a task that holds out sessions, or groups of a label.
+    Return None for a regression, and for a task that holds out sessions or groups of a label.
     """
     stored = results.results[0].about.get("design")
     task = results.task_settings
@@ -500,10 +510,10 @@ def design_of(results: TaskResults) -> Design | None:
 
 
 def advice(results: TaskResults) -> Iterator[str]:
-    """Yield what to record next: what the design lacks, then the classes that are confused most.
+    """Yield the next recordings to make: for the design, then for the most confused classes.
 
-    More grasps are no advice if the score in held-out sessions is below that of held-out grasps:
-    the model then recognises placements or sessions.
+    If the score in held-out sessions is below that of held-out grasps, the model recognises
+    placements or sessions. Then more grasps do not help, and more sessions are proposed.
     """
     design = design_of(results)
     if design is not None and design.problem:
@@ -533,16 +543,18 @@ def falls(model: ModelResult, sessions: Score) -> bool:
 
 
 def marks_of(models: Sequence[ModelResult], first: ModelResult, part: str) -> tuple[Mark, ...]:
-    """Return a model, the best of the others and chance on a part of a task, as they are drawn."""
+    """Return the marks of a part of a task: a model, the best other model, chance and controls."""
     scale = first.task.scale
     marks = [mark_of("ours", first.with_interval(part), scale)]
-    if compared := [m for m in models if m.result.model != first.result.model and m.has(part)]:
+    compared = [m for m in models if m.result.model != first.result.model and m.has(part)]
+    if compared:
         best = min(compared, key=lambda model: model.error(part))
         marks.append(mark_of("baseline", best.with_interval(part), scale))
     chance = first.chance(part)
     if math.isfinite(chance):
         marks.append(mark_of("chance", Score(chance, 0.0), scale))
-    sessions, level = first.in_sessions(part), first.placebo(part)
+    sessions = first.in_sessions(part)
+    level = first.placebo(part)
     if sessions is not None:
         marks.append(mark_of("sessions", sessions, scale))
     if level is not None:

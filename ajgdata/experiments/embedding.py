@@ -1,4 +1,4 @@
-"""Shared by the experiments on embeddings: their data, scores of runs, and names of spaces."""
+"""Data, scores of runs, and names of spaces for all experiments on embeddings."""
 
 from __future__ import annotations
 
@@ -24,14 +24,15 @@ SPACES = {"latent": "latent", "raw": "raw features", "pca": "PCA", "umap": "UMAP
 def trained(inputs: Inputs, settings: Embedding) -> tuple[EmbeddingData, Latents]:
     """Return the recordings of objects, and their latents in the same order.
 
-    Raises ValueError, with the reason, where nothing could be trained, and DataError for latents
-    of other recordings.
+    Raises ValueError with the reason if no encoder was trained, and DataError for latents of other
+    recordings.
     """
     if inputs.latents is None:
         raise ValueError("no encoder was trained for it")
     if "skipped" in inputs.latents.attrs:
         raise NotPossibleError(str(inputs.latents.attrs["skipped"]))
-    data, latents = embedding_data(inputs.store, settings), inputs.latents
+    data = embedding_data(inputs.store, settings)
+    latents = inputs.latents
     if not np.array_equal(data.column("recording"), latents.columns["recording"].values):
         where = f"latents of {inputs.task} of {inputs.dataset}"
         raise DataError(where, "belong to other features", "delete them and run again")
@@ -41,7 +42,7 @@ def trained(inputs: Inputs, settings: Embedding) -> tuple[EmbeddingData, Latents
 def run_scores(
     metric: str, values: Sequence[float], key: ScoreKey, chance: float | None = None
 ) -> Iterator[ScoreRow]:
-    """Yield the scores of runs: each, mean and sd, and chance if it is known."""
+    """Yield the score of each run, mean and sd, and chance if it is known."""
     score = score_of(values)
     statistics = {f"run {run}": value for run, value in enumerate(score.per_fold)}
     statistics["mean"] = score.mean
@@ -75,5 +76,5 @@ def scores_by(table: Table, keys: Sequence[str], key: str) -> dict[tuple[Any, ..
 
 
 def with_space_titles(table: Table) -> Table:
-    """Return a table whose column `space` holds what spaces are called in legends."""
+    """Return a table with the names of spaces for people in its column `space`."""
     return replace(table, rows=tuple(row | {"space": SPACES[row["space"]]} for row in table.rows))

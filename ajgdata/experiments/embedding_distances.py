@@ -35,14 +35,15 @@ from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 
 TITLE = "Embedding: distances"
-#: What the paper says of its categories: these lie together, this one is spread widely.
-CLOSE_CATEGORIES, SPREAD_CATEGORY = ("spherical", "cylindrical"), "other"
+#: Categories that lie close together in the paper, and the category that is spread widely.
+CLOSE_CATEGORIES = ("spherical", "cylindrical")
+SPREAD_CATEGORY = "other"
 
 
 def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     """Return mean distances of validation pairs of different grasps, in the latent and raw.
 
-    Distances are in units of the space. Raises ValueError where nothing could be trained.
+    Distances are in units of the space. Raises ValueError if no encoder could be trained.
     """
     data, latents = trained(inputs, settings)
     category = data.column(settings.category or settings.target).astype(str)
@@ -52,13 +53,23 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     for space, runs in spaces:
         for run, (points, _train, test) in enumerate(runs):
             matrix = mean_distances(points[test], category[test], names, data.grasp[test])
-            rows += [
-                {"space": space, "first": names[i], "second": names[j]}
-                | {"run": run, "distance": matrix[i, j]}
-                for i, j in zip(*np.triu_indices(len(names)), strict=True)
-            ]
-    columns = {"space": "Space", "first": "First", "second": "Second"}
-    columns |= {"run": "Run", "distance": "Distance"}
+            for i, j in zip(*np.triu_indices(len(names)), strict=True):
+                rows.append(
+                    {
+                        "space": space,
+                        "first": names[i],
+                        "second": names[j],
+                        "run": run,
+                        "distance": matrix[i, j],
+                    }
+                )
+    columns = {
+        "space": "Space",
+        "first": "First",
+        "second": "Second",
+        "run": "Run",
+        "distance": "Distance",
+    }
     categories = table_of("categories", TITLE, rows, **columns)
     return Outcome(
         (score_table(_scores(categories, settings), TITLE), categories),
@@ -71,25 +82,33 @@ def _scores(categories: Table, settings: Embedding) -> Iterator[ScoreRow]:
     keys = ("space", "first", "second")
     for (space, first, second), score in scores_by(categories, keys, "distance").items():
         known = score_of(np.array(score.per_fold)[np.isfinite(score.per_fold)])
-        statistics = {"mean": known.mean, "sd": known.sd}
-        statistics |= {f"run {run}": value for run, value in enumerate(score.per_fold)}
+        statistics = {
+            "mean": known.mean,
+            "sd": known.sd,
+            **{f"run {run}": value for run, value in enumerate(score.per_fold)},
+        }
         key = space_key(space, settings, f"{first} to {second}")
         for statistic, value in statistics.items():
             yield ScoreRow("distance", statistic, value, key)
 
 
 class CategoryDistances(NamedTuple):
-    """Distances (runs,) within a category, and by how much its distance to the others is larger,
-    their mean."""
+    """Distances of a category in each run.
+
+    `within` (runs,) is the mean distance within the category. `gaps` (runs,) is the mean distance
+    to other categories minus `within`.
+    """
 
     within: np.ndarray
     gaps: np.ndarray
 
     @property
     def gap(self) -> Score | None:
-        """Return mean and sd of `gaps` over the runs that have both; None for fewer than two."""
+        """Return mean and sd of the finite `gaps`; None if fewer than two runs have one."""
         gaps = self.gaps[np.isfinite(self.gaps)]
-        return Score(float(gaps.mean()), float(gaps.std(ddof=1))) if len(gaps) > 1 else None
+        if len(gaps) < 2:
+            return None
+        return Score(float(gaps.mean()), float(gaps.std(ddof=1)))
 
 
 def categories_of(results: TaskResults, space: str) -> dict[str, CategoryDistances]:

@@ -36,7 +36,7 @@ TIMES = ("fit_s", "transform_s", "query_s")
 def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     """Return the accuracy of k-NN in each space by dimension, fold and initialisation.
 
-    Raises ValueError where nothing could be trained.
+    Raises ValueError if no encoder could be trained.
     """
     data, latents = trained(inputs, settings)
     value = data.column(settings.target)
@@ -75,18 +75,22 @@ def _cost_tables(
         for row in times
         for name in TIMES
     ]
-    table = table_of(
-        "times", f"{TITLE}: times of a fold", times,
-        space="Space", dimension="Dimension", fit_s="Fitting the space, s",
-        transform_s="Placing validation points, s", query_s="k-NN, s", recordings="Recordings",
-    )  # fmt: skip
+    columns = {
+        "space": "Space",
+        "dimension": "Dimension",
+        "fit_s": "Fitting the space, s",
+        "transform_s": "Placing validation points, s",
+        "query_s": "k-NN, s",
+        "recordings": "Recordings",
+    }
+    table = table_of("times", f"{TITLE}: times of a fold", times, **columns)
     return score_table(scores, f"{TITLE}: cost"), table
 
 
 def _times(
     scored: Sequence[tuple[str, int | None, list[Any]]], spent: Any, tested: float
 ) -> Iterator[dict[str, Any]]:
-    """Yield the mean times of a fold; a latent was made by another job, which trained all."""
+    """Yield the mean times of a fold. The encoders of the latent were trained by another job."""
     for space, dimension, runs in scored:
         seconds = {name: float(np.mean([getattr(run, name) for run in runs])) for name in TIMES}
         if space == "latent":
@@ -96,10 +100,13 @@ def _times(
 
 
 def at_shown(results: TaskResults, space: str) -> tuple[Score, dict[str, Any]]:
-    """Return the validation accuracy of k-NN and the times of a fold in the dimension that the
-    settings name, `shown`; in a space without dimensions those of k-NN as it is. No score selects
-    the dimension."""
-    result, shown = results.results[0], (None, results.settings.shown)
+    """Return the validation accuracy of k-NN, and the times of a fold.
+
+    The dimension is `shown` of the settings, so no score selects it. A space such as raw features
+    has no dimension to choose.
+    """
+    result = results.results[0]
+    shown = (None, results.settings.shown)
     scores = scores_by(result.tables["knn"], ("space", "dimension"), "accuracy")
     times = result.cost["times"].where(space=space).rows
     row = next(row for row in times if row["dimension"] in shown)
@@ -107,8 +114,9 @@ def at_shown(results: TaskResults, space: str) -> tuple[Score, dict[str, Any]]:
 
 
 def by_dimension(results: TaskResults) -> Table:
-    """Return the accuracy of each run; spaces without dimensions have the same at each."""
-    result, rows = results.results[0], []
+    """Return the accuracy of each run. A space without dimensions has it at every dimension."""
+    result = results.results[0]
+    rows = []
     for row in with_space_titles(result.tables["knn"]).rows:
         known = row | {"chance": result.about["chance"]}
         own = results.settings.dimensions if row["dimension"] is None else [row["dimension"]]
@@ -128,8 +136,10 @@ def finding(results: TaskResults) -> str:
 
 
 def encoder_cost(results: TaskResults, lookup: Lookup) -> ResultCost | None:
-    """Return the cost of the encoders of the shown dimension in all folds, one network each, if
-    k-NN was measured on them; a recording is placed with others."""
+    """Return the cost of the encoders of the shown dimension: one network per fold.
+
+    Return None if k-NN was not measured on them.
+    """
     measured = lookup(NAME, results.dataset, results.task)
     if measured is None or measured.task != results.task:
         return None

@@ -27,14 +27,16 @@ from ajgdata.experiments.scores import score_table
 from ajgdata.models.scaling import raw_scaling
 from ajgdata.report.comparison import PaperComparison, holds
 from ajgdata.report.format import Caption, mean_sd, words
+from ajgdata.report.projections import projections_figure
 from ajgdata.report.report_data import Illustration
 from ajgdata.store.features import Latents
 from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 
 TITLE = "Embedding: projections"
-#: The run that is looked at.
-FOLD, INIT = 0, 0
+#: Fold and initialisation of the run that is shown.
+FOLD = 0
+INIT = 0
 #: The method of a space that has two dimensions and is shown as it is.
 PLANE = "plane"
 METHODS = {"pca": "PCA", "umap": "UMAP", PLANE: "2-D"}
@@ -95,11 +97,14 @@ def _planes(
 def _recordings(
     data: EmbeddingData, settings: Embedding, targets: Iterable[str], training: np.ndarray
 ) -> Table:
-    """Return what is known of each recording; `training` (n,) is True for training recordings."""
+    """Return the labels of each recording; `training` (n,) is True for training recordings."""
     names = [settings.instance, settings.category or settings.target]
     names += [name for name in targets if name in data.columns]
-    columns = {"recording": data.column("recording"), "training": training}
-    columns |= {name: data.column(name) for name in (*names, "session_id", settings.groups)}
+    columns = {
+        "recording": data.column("recording"),
+        "training": training,
+        **{name: data.column(name) for name in (*names, "session_id", settings.groups)},
+    }
     values = zip(*columns.values(), strict=True)
     rows = (dict(zip(columns, row, strict=True)) for row in values)
     return table_of("recordings", "Recordings", rows, **{name: words(name) for name in columns})
@@ -119,14 +124,12 @@ def _silhouettes(
 
 
 def _seven_digits(value: float) -> float:
-    """Return a float32 as JSON shows it: more than seven digits would be made up."""
+    """Return a number with seven digits, the precision of float32."""
     return float(f"{value:.7g}")
 
 
 def own_figures(results: TaskResults) -> Iterator[Illustration]:
     """Yield the figure of the recordings in the plane, one panel per space and method."""
-    from ajgdata.report.projections import projections_figure
-
     tables = results.results[0].tables
     labels = np.array(tables["recordings"].column(results.settings.instance), dtype=str)
     is_training = np.array(tables["recordings"].column("training"), dtype=bool)
@@ -152,11 +155,13 @@ def with_titles(results: TaskResults) -> Table:
 
 def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
     """Yield whether objects form clusters, by the silhouette of validation points of all runs."""
-    column, table = results.settings.instance, results.results[0].tables["silhouettes"]
+    column = results.settings.instance
+    table = results.results[0].tables["silhouettes"]
     scores = scores_by(table, ("space", "label"), "silhouette")
     if results.paper is None or ("latent", column) not in scores:
         return
-    latent, raw = scores["latent", column], scores["raw", column]
+    latent = scores["latent", column]
+    raw = scores["raw", column]
     text = (
         f"silhouette of objects {mean_sd(latent)} (raw features {mean_sd(raw)}) "
         f"in {results.settings.shown}-D"

@@ -243,7 +243,8 @@ def reasons_of(tables: Sequence[Table]) -> list[Reason]:
         if HYPOTHESIS_VERDICT in table.columns:
             for row in table.rows:
                 is_supported = row["verdict"] == "supported"
-                before, after = float(row["before"] or 0), float(row["after"] or 0)
+                before = float(row["before"] or 0)
+                after = float(row["after"] or 0)
                 change = Change(str(row["change"]), str(row["model"]), before, after, is_supported)
                 key = table.name, str(row["hypothesis"]), str(row["of"])
                 changes.setdefault(key, []).append(change)

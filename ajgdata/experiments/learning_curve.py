@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,14 +17,25 @@ from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
 from ajgdata.experiments.settings import LearningCurveSettings
 from ajgdata.report.comparison import Mark, PaperComparison
 from ajgdata.report.format import mean_sd, number, with_unit
+from ajgdata.report.marks import Point
 from ajgdata.types.table import table_of
-
-if TYPE_CHECKING:
-    from ajgdata.report.marks import Point
-
 
 #: Name of the table of correct recordings by held-out grasp.
 HELD_OUT = "held_out"
+CURVE_COLUMNS = {
+    "groups": "Training grasps per class",
+    "draw": "Draw",
+    "recordings": "Recordings",
+    "metric": "Metric",
+    "value": "Value",
+    "chance": "Chance",
+}
+GRASP_COLUMNS = {
+    "groups": "Training grasps per class",
+    "draw": "Draw",
+    "grasp": "Held-out grasp",
+    "correct": "Share of correct recordings",
+}
 
 
 def measure(inputs: Inputs, settings: LearningCurveSettings, model: str) -> Outcome:
@@ -51,26 +61,28 @@ def measure(inputs: Inputs, settings: LearningCurveSettings, model: str) -> Outc
         for metric, value in point.scores.items()
     )
     table_rows = (
-        {"groups": p.groups, "draw": p.repeat, "recordings": p.recordings, "metric": metric}
-        | {"value": value, "chance": p.chance[metric]}
-        for p in points
-        for metric, value in p.scores.items()
+        {
+            "groups": point.groups,
+            "draw": point.repeat,
+            "recordings": point.recordings,
+            "metric": metric,
+            "value": value,
+            "chance": point.chance[metric],
+        }
+        for point in points
+        for metric, value in point.scores.items()
     )
     held_out = (
-        {"groups": p.groups, "draw": p.repeat, "grasp": grasp, "correct": share}
-        for p in points
-        for grasp, share in p.correct.items()
+        {"groups": point.groups, "draw": point.repeat, "grasp": grasp, "correct": share}
+        for point in points
+        for grasp, share in point.correct.items()
     )
-    named = {"groups": "Training grasps per class", "draw": "Draw"}
-    columns = {**named, "recordings": "Recordings"}
-    columns |= {"metric": "Metric", "value": "Value", "chance": "Chance"}
-    of_grasps = {**named, "grasp": "Held-out grasp", "correct": "Share of correct recordings"}
     title = "Learning curve"
     return Outcome(
         (
             score_table(scores, title),
-            table_of("curve", title, table_rows, **columns),
-            table_of(HELD_OUT, "Held-out grasps", held_out, **of_grasps),
+            table_of("curve", title, table_rows, **CURVE_COLUMNS),
+            table_of(HELD_OUT, "Held-out grasps", held_out, **GRASP_COLUMNS),
         ),
         about={"others": {str(size): why for size, why in curve.skipped.items()}},
     )
@@ -83,7 +95,9 @@ def missing(results: TaskResults) -> str:
         for result in results.results
         for size, why in result.about.get("others", {}).items()
     ]
-    return f"Training grasps per class that failed: {'; '.join(failed)}." if failed else ""
+    if not failed:
+        return ""
+    return f"Training grasps per class that failed: {'; '.join(failed)}."
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
@@ -155,7 +169,8 @@ def advice(results: TaskResults) -> Iterator[str]:
     curve = _points(results, label)
     if len(curve) > 1:
         before, after = curve[-2:]
-        few, many = number(float(before.x)), number(float(after.x))
+        few = number(float(before.x))
+        many = number(float(after.x))
         last = with_unit(number(after.score.mean), results.shown_unit)
         values = f"{number(before.score.mean)} to {last}"
         grasps = f"With {many} instead of {few} training grasps per class"

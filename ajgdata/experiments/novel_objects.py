@@ -19,7 +19,7 @@ from ajgdata.report.format import number
 from ajgdata.types.table import table_of
 
 TITLE = "Novel objects"
-#: The detector of a trained model, which joins two of the others.
+#: The detector of a trained model, which combines two other detectors.
 GUARD = "guard"
 #: Titles of detectors, in the order of the figure.
 DETECTORS = {
@@ -48,6 +48,7 @@ def measure(inputs: Inputs, settings: NovelObjectsSettings, _: str) -> Outcome:
         )
 
     def rates(name: str, rate: float) -> dict[str, float]:
+        """Return the false-alarm rate of each detector that `name` combines."""
         return scores.guard_rates(rate) if name == GUARD else {name: rate}
 
     curve: list[dict[str, Any]] = []
@@ -64,16 +65,22 @@ def measure(inputs: Inputs, settings: NovelObjectsSettings, _: str) -> Outcome:
         detected = scores.detected(at_rate)
         flags = scores.flags(at_rate).astype(float)
         low, high = mean_interval(flags, scores.novel_object, is_share=True, seed=inputs.seed)
-        row = {"key": name, "detector": title, "detected": detected, "low": low, "high": high}
-        summary.append(row)
+        summary.append(
+            {"key": name, "detector": title, "detected": detected, "low": low, "high": high}
+        )
         key = ScoreKey("", *part_columns(GROUPED, inputs.dataset), condition=name)
         rows.append(ScoreRow("detection_rate", "pooled", detected, key))
         if name != GUARD:
             rows.append(ScoreRow("roc_area", "pooled", scores.area(name), key))
     curve += [{"detector": "chance", "rate": rate, "detected": rate} for rate in RATES]
     curve_columns = {"detector": "Detector", "rate": "False alarms", "detected": "Detected"}
-    summary_columns = {"key": "Key", "detector": "Detector", "detected": "Detected"}
-    summary_columns |= {"low": "Lower end of the 95 % interval over objects", "high": "Upper end"}
+    summary_columns = {
+        "key": "Key",
+        "detector": "Detector",
+        "detected": "Detected",
+        "low": "Lower end of the 95 % interval over objects",
+        "high": "Upper end",
+    }
     return Outcome(
         (
             score_table(rows, TITLE),

@@ -441,7 +441,8 @@ def _lowered(title: str) -> str:
 
 def value_range(values: Sequence[float], unit: str) -> str:
     """Return `40 to 95 %`: the smallest and the largest value."""
-    low, high = number(min(values)), number(max(values))
+    low = number(min(values))
+    high = number(max(values))
     return with_unit(low if low == high else f"{low} to {high}", unit)
 
 

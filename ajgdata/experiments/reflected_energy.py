@@ -42,25 +42,37 @@ def measure(inputs: Inputs, settings: ReflectedEnergySettings, _: str) -> Outcom
     scores: list[ScoreRow] = []
     classes = []
     for item in relative_energies(energy, data.value, data.group, objects, settings.reference):
-        statistics = {"mean": item.mean, "sd": item.sd}
-        statistics |= dict(zip(GRASP_INTERVAL, item.interval, strict=True))
-        statistics |= {f"mean of {name}": value for name, value in item.by_object.items()}
+        statistics = {
+            "mean": item.mean,
+            "sd": item.sd,
+            **dict(zip(GRASP_INTERVAL, item.interval, strict=True)),
+            **{f"mean of {name}": value for name, value in item.by_object.items()},
+        }
         scores += [
             ScoreRow(metric, statistic, value, ScoreKey(condition=item.label))
             for statistic, value in statistics.items()
         ]
         low, high = item.interval
-        row = {"label": item.label, "grasps": item.groups, "mean": item.mean, "sd": item.sd}
-        classes.append(row | {"low": low, "high": high})
+        classes.append(
+            {
+                "label": item.label,
+                "grasps": item.groups,
+                "mean": item.mean,
+                "sd": item.sd,
+                "low": low,
+                "high": high,
+            }
+        )
     title = "Energy by class"
     titles = {"label": "Class", "grasps": "Grasps", "mean": "Mean", "sd": "Over grasps"}
     tables = score_table(scores, title), table_of("classes", title, classes, **titles, **ENDS)
-    return Outcome(tables, about={"seed": None})  # nothing is drawn
+    return Outcome(tables, about={"seed": None})  # the measurement has no random choice
 
 
 def by_class(results: TaskResults) -> Table:
-    """Return the classes but the reference, the loudest first."""
-    table, reference = results.results[0].tables["classes"], results.settings.reference
+    """Return the classes without the reference, the loudest first."""
+    table = results.results[0].tables["classes"]
+    reference = results.settings.reference
     title = f"Energy relative to {words(reference)}"
     compared = [row | {"value": row["mean"]} for row in table.rows if row["label"] != reference]
     loudest = sorted(compared, key=lambda row: -row["mean"])
@@ -91,7 +103,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
         points = f"{number(gap.low)} to {number(gap.high)} percentage points"
         texts.append(f"{quieter} loses {points} more than {louder}")
     unnamed = [label for label in order if label != last]
-    # The paper names only the last class.
+    # The paper states a loss above `value` only for the last class.
     verdicts += [statement(Interval(-excess[label].high, -excess[label].low)) for label in unnamed]
     shared = [label for label in unnamed if label in exceeding]
     if shared:

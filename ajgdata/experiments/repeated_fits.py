@@ -28,7 +28,7 @@ from ajgdata.types.table import Table, table_of
 
 
 def measure(inputs: Inputs, settings: RepeatedFitsSettings, model: str) -> Outcome:
-    """Return the error of `model` on each data set: of each fit, the median, and the interval."""
+    """Return the error of `model` on each data set: each fit, the median, and its interval."""
     own = inputs.data()
     tests = {name: inputs.data(name) for name in settings.test_on}
     squared: dict[str, list[np.ndarray]] = {name: [] for name in tests}
@@ -57,9 +57,13 @@ def measure(inputs: Inputs, settings: RepeatedFitsSettings, model: str) -> Outco
     scores: list[ScoreRow] = []
     for name, rows in squared.items():
         error = robust_error(np.array(rows), inputs.seed)
-        statistics = {f"fit {n}": value for n, value in enumerate(error.per_fit)}
-        statistics |= {key: getattr(error, key) for key in ("median", "low", "high")}
-        statistics["chance"] = float(np.mean(chance[name]))
+        statistics = {
+            **{f"fit {number}": value for number, value in enumerate(error.per_fit)},
+            "median": error.median,
+            "low": error.low,
+            "high": error.high,
+            "chance": float(np.mean(chance[name])),
+        }
         key = ScoreKey(model, *part_columns(elsewhere(name), inputs.dataset))
         scores += [
             ScoreRow("rmse", statistic, value, key) for statistic, value in statistics.items()

@@ -1,7 +1,7 @@
-"""Shortcut: does a model hear the object, or a sound that comes with the label?
+"""Shortcut: whether a model uses a sound that depends on the label, but not on the object.
 
-The models of cross-validation are asked about recordings made with the speaker silent, which hold
-nothing of the object (see `evaluate.shortcut_test`).
+The models of cross-validation predict recordings with the speaker silent, which contain no
+information about the object (see `evaluate.shortcut_test`).
 """
 
 from __future__ import annotations
@@ -21,23 +21,27 @@ from ajgdata.report.format import number
 from ajgdata.types.table import table_of
 
 TEST_COLUMNS = {
-    "data_set": "Data set", "measure": "Measure", "value": "Dependence", "null": "By chance",
-    "permutations": "Permutations", "p": "p, uncorrected",
-}  # fmt: skip
+    "data_set": "Data set",
+    "measure": "Measure",
+    "value": "Dependence",
+    "null": "By chance",
+    "permutations": "Permutations",
+    "p": "p, uncorrected",
+}
 
 
 def measure(inputs: Inputs, settings: ShortcutSettings, model: str) -> Outcome:
-    """Return how far predictions of `model` from silence depend on the target."""
+    """Return the dependence of predictions of `model` from silence on the target."""
     evaluation = evaluate(inputs, model, settings.test_on)
     scores: list[ScoreRow] = []
     tests = []
     for name in settings.test_on:
-        p = evaluation.splits[GROUPED].extra_tests[elsewhere(name)].predictions
+        predictions = evaluation.splits[GROUPED].extra_tests[elsewhere(name)].predictions
         test = shortcut_test(
-            p.y_true,
-            p.y_pred,
-            p.fold,
-            evaluation.data[elsewhere(name)].group[p.row],
+            predictions.y_true,
+            predictions.y_pred,
+            predictions.fold,
+            evaluation.data[elsewhere(name)].group[predictions.row],
             kind=inputs.task_settings.kind,
             period=inputs.task_settings.period_deg,
             seed=inputs.seed,

@@ -31,9 +31,12 @@ from ajgdata.report.report_data import ResultRow
 from ajgdata.types.table import table_of
 
 Row = dict[str, Any]
-RUNS = 500  #: simulated runs of sorting, each with its own seed
-#: Probabilities as the model gives them, and scaled by a temperature as those of a shipped model.
-PLAIN, CALIBRATED = "plain", "calibrated"
+#: Number of simulated runs of sorting, each with its own seed.
+RUNS = 500
+#: Probabilities of the model.
+PLAIN = "plain"
+#: Probabilities that are scaled by a temperature, as in a final model.
+CALIBRATED = "calibrated"
 #: Results of a run: the column, its metric, and its title.
 RUN_METRICS = {
     "sorts": ("sorted_until_refusal", "Objects sorted until the first refusal"),
@@ -56,7 +59,7 @@ class DecisionShare:
     chance: float | None = None
 
     def chance_level(self, classes: int) -> float:
-        """Return the share of a model that knows nothing of `classes` equally frequent classes."""
+        """Return the share of a model without information on `classes` equally frequent classes."""
         return 1 / classes if self.chance is None else self.chance
 
 
@@ -98,17 +101,27 @@ def measure(inputs: Inputs, settings: SortingSettings, model: str) -> Outcome:
             for column, (metric, _) in RUN_METRICS.items():
                 value = getattr(sorted_objects, column)
                 scores.append(ScoreRow(metric, f"run {run}", value, key))
-    part = {"part": "Probabilities"}
-    bin_columns = {key: key for key in bins[0]} | {"confidence": "Probability"}
-    bin_columns |= {"accuracy": "Correct"} | part
-    decision_columns = {key: key.capitalize() for key in decided[0]} | part
-    run_columns = {"run": "Run", **{key: title for key, (_, title) in RUN_METRICS.items()}}
+    bin_columns = {
+        **{key: key for key in bins[0]},
+        "confidence": "Probability",
+        "accuracy": "Correct",
+        "part": "Probabilities",
+    }
+    decision_columns = {
+        **{key: key.capitalize() for key in decided[0]},
+        "part": "Probabilities",
+    }
+    run_columns = {
+        "part": "Probabilities",
+        "run": "Run",
+        **{key: title for key, (_, title) in RUN_METRICS.items()},
+    }
     return Outcome(
         (
             score_table(scores, "Sorting"),
             table_of("reliability", "Reliability", bins, **bin_columns),
             table_of("decisions", "Decisions", decided, **decision_columns),
-            table_of("runs", "Simulated runs", runs, **part, **run_columns),
+            table_of("runs", "Simulated runs", runs, **run_columns),
         )
     )
 
@@ -135,7 +148,7 @@ def _share_scores(key: ScoreKey, shares: DecisionShares) -> Iterator[ScoreRow]:
 
 
 def _decision_row(result: Result, part: str) -> Row:
-    """Return the row of the table `decisions` by the probabilities `part`; missing is NaN."""
+    """Return the row of the table `decisions` for the probabilities `part`; missing is NaN."""
     (row,) = result.tables["decisions"].where(part=part).rows
     return {key: np.nan if cell is None else cell for key, cell in row.items()}
 
