@@ -1,5 +1,6 @@
-# From recordings to the report. `snakemake` makes the results of the paper, and the studies of
-# error against run time, stability and omissions; `snakemake everything` makes all results.
+# The workflow, from recordings to the report. `snakemake` computes the results of the paper, and the
+# studies of error against run time, stability and omissions. `snakemake everything` computes all
+# results.
 import functools
 from pathlib import Path
 
@@ -46,36 +47,40 @@ from ajgdata.store.report_files import report_files_digest
 
 min_version("9.10")
 
-# Also correct if another Snakefile includes this one.
+# Folder of this file, also if another Snakefile includes it.
 HERE = Path(workflow.current_basedir.get_path_or_uri(secret_free=True))
-# Snakemake ignores `configfile` if a module is given a `config`.
+# The defaults are read here, because Snakemake ignores `configfile` in a module with a `config`.
 config = read_yaml(HERE / "workflow/config/default.yaml") | config
 
 try:
     validate(config, str(HERE / "workflow/schemas/config.schema.yaml"))
-except WorkflowError as error:  # one line instead of the whole schema
-    wrong = error.__context__
+except WorkflowError as error:
+    # The message of `error` contains the whole schema, that of its cause is one line.
+    cause = error.__context__
     raise SystemExit(
-        f"config{wrong.json_path[1:]}: {wrong.message}. Correct it."
+        f"config{cause.json_path[1:]}: {cause.message}. Correct it."
     ) from None
 
-PATHS = Paths(run=run_name(config["datasets"] or ()) if config["alone"] else "")
+RUN = run_name(config["datasets"] or ()) if config["alone"] else ""
+PATHS = Paths(run=RUN)
 REPORT_FILES = report_files_digest(PATHS)
 
 with errors_in_one_line():
-    # Jobs use what the main process has checked.
+    # Only the main process checks the data sets, because the processes of its jobs parse this file
+    # again.
     PLANS = Declared(plan(PATHS, config["datasets"], check=workflow.is_main_process))
     SPECS = Declared({name: item.spec for name, item in PLANS.items()})
     SESSION_FILES = session_files(PATHS, PLANS)
     STATES = feature_states(PATHS, PLANS) if workflow.is_main_process else {}
     PUBLISHED = published(PLANS, config["publish"])
-    # Tasks and embeddings, as data set and name.
+    # Tasks and embeddings as (data set, name).
     MEASURED = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
     MEASURED += [
         (name, embedding)
         for name, spec in SPECS.items()
         for embedding in spec.embeddings
     ]
+    # The part of a requested experiment that a job measures, by (data set, task, experiment, job).
     REQUESTS = Declared(
         {
             job: item.of_job(job[-1])
@@ -84,24 +89,29 @@ with errors_in_one_line():
         }
     )
     PAGES = list(STUDIES) if config["pages"] is None else config["pages"]
-    # Data set of the opening picture.
+    # Data set of the opening picture, "" if there is none.
     OPENING = subject_of(SPECS) if PAGES else ""
 
-# Results of the first target: those of the paper. If no task has a published value, these are all
-# except those that explain differences.
+
+def measurements(requests):
+    """Return the key of each measurement of requests, each once."""
+    keys = [key for request in requests.values() for key in request.keys]
+    return list(dict.fromkeys(keys))
+
+
+# The target `all` computes the results of the paper. If no task has a published value, it computes
+# all results except those that explain differences.
 PAPER = {} if config["alone"] else of_paper(SPECS, REQUESTS)
 FIRST = PAPER or without_late(REQUESTS)
-FIRST_RESULTS, RESULTS = (
-    list(dict.fromkeys(key for request in jobs.values() for key in request.keys))
-    for jobs in (FIRST, REQUESTS)
-)
-FIRST_DATASETS = list(
-    dict.fromkeys(
-        name for item in FIRST.values() for name in (item.dataset, *item.other_sets)
-    )
-    if PAPER
-    else PLANS
-)
+FIRST_RESULTS = measurements(FIRST)
+RESULTS = measurements(REQUESTS)
+FIRST_DATASETS = list(PLANS)
+if PAPER:
+    used = [
+        name for item in PAPER.values() for name in (item.dataset, *item.other_sets)
+    ]
+    FIRST_DATASETS = list(dict.fromkeys(used))
+# Data sets with final models.
 TRAINED = [
     name
     for name, spec in SPECS.items()
@@ -118,10 +128,11 @@ wildcard_constraints:
     models="[A-Za-z0-9_-]+",
 
 
+# Times of the summaries before the run.
 SUMMARIES = {path: modified_ns(path) for path in (PATHS.complete, PATHS.everything)}
 
 
-# Not called in a dry run or in the processes of jobs.
+# Neither a dry run nor the process of a job executes this.
 onstart:
     from ajgdata.pipeline.console import show_jobs
 
@@ -147,7 +158,7 @@ include: "workflow/rules/report.smk"
 include: "workflow/rules/complete.smk"
 
 
-# Each result is listed: a job that is up to date does not compute deleted inputs again.
+# Each result is listed, because Snakemake does not compute a deleted input of an up-to-date job.
 rule all:
     default_target: True
     input:

@@ -1,3 +1,4 @@
+# Sessions of all recipes.
 VIRTUAL = sorted({session for item in PLANS.values() for session in item.virtual})
 
 
@@ -5,7 +6,7 @@ rule acquire:
     input:
         before=ancient(solved_before),
     output:
-        # Kept while the job runs: recordings that are there are not made again.
+        # `update` leaves the files in place: existing recordings are not simulated again.
         session=update(PATHS.session_file("{dataset}", "{session}")),
         recordings=update(PATHS.recordings_file("{dataset}", "{session}")),
         done=touch(PATHS.acquired("{dataset}", "{session}")),

@@ -1,6 +1,6 @@
-# Input functions and parameters that several rules use.
+# Functions that return inputs and parameters of rules. Most get the wildcards of a job.
 def setting(name):
-    """One key of the configuration of a job's data set, as plain values."""
+    """Return an input function for one key of dataset.yaml, as plain values."""
     return lambda wildcards: SPECS[wildcards.dataset].model_dump(
         mode="json", include={name}
     )[name]
@@ -8,18 +8,21 @@ def setting(name):
 
 @functools.cache
 def tables_of(name):
-    """Digests of the tables of a data set's sessions. Contents decide, not times of files."""
+    """Return the digests of the tables of a data set's sessions.
+
+    Contents decide what is outdated, not times of files.
+    """
     with errors_in_one_line():
         return run_tables(PATHS, name, PLANS[name].sessions, PLANS[name].virtual)
 
 
 def session_tables(wildcards):
-    """Digests of the tables of the sessions of a job's data set."""
+    """Return the digests of the tables of the sessions of the data set."""
     return tables_of(wildcards.dataset)
 
 
 def feature_processes(wildcards):
-    """Processes for the features of a data set: few if few recordings are new.
+    """Return the number of processes for the features: few if few recordings are new.
 
     Sessions that this run records do not count.
     """
@@ -28,11 +31,12 @@ def feature_processes(wildcards):
 
 
 def features_of(*names):
-    """Digest of all that features follow from: a job that reads them is outdated if it differs.
+    """Return a digest of everything that determines the features of data sets.
 
-    It is known before the features are computed, because Snakemake may fix a parameter before a
-    run. The hashes of the features are also an input of the job: features of an older version,
-    which have none, are computed again.
+    If the digest differs, a job that reads the features is outdated. The digest does not need the
+    features, because Snakemake evaluates parameters before a run. The hashes of the features are
+    also an input of these jobs: features of an older version have no hashes, and are computed
+    again.
     """
     keys = []
     for name in names:
@@ -46,36 +50,37 @@ def features_of(*names):
 
 
 def own_features(wildcards):
-    """Digest of the features of a job's data set."""
+    """Return `features_of` the data set of a job."""
     return features_of(wildcards.dataset)
 
 
 def embedding_files(jobs):
-    """Latents and training cost of the embeddings that jobs of experiments use."""
-    embeddings = {
-        (item.dataset, item.task): None
+    """Return latents and training cost of the embeddings that jobs of experiments use."""
+    keys = dict.fromkeys(
+        (item.dataset, item.task)
         for item in jobs.values()
         if item.experiment.of_embedding
-    }
-    files = [PATHS.latents(*key) for key in embeddings]
-    return files + [PATHS.training_cost(*key) for key in embeddings]
+    )
+    latents = [PATHS.latents(*key) for key in keys]
+    costs = [PATHS.training_cost(*key) for key in keys]
+    return latents + costs
 
 
 def requested(wildcards):
-    """The experiment of a job: its parts and their settings."""
+    """Return the request of a job of an experiment, with its parts and their settings."""
     return REQUESTS[
         wildcards.dataset, wildcards.task, wildcards.experiment, wildcards.models
     ]
 
 
 def task_settings(wildcards):
-    """Settings of the task, or of the embedding, of an experiment, as plain values."""
+    """Return the settings of the task, or of the embedding, of an experiment, as plain values."""
     settings = SPECS[wildcards.dataset].task_settings(wildcards.task)
     return settings.model_dump(mode="json", exclude_unset=True)
 
 
 def other_tasks(wildcards):
-    """Settings of the other tasks that an experiment needs, by name, as plain values."""
+    """Return the settings of the other tasks that an experiment needs, by name."""
     spec = SPECS[wildcards.dataset]
     return {
         name: spec.task_settings(name).model_dump(mode="json", exclude_unset=True)
@@ -84,45 +89,51 @@ def other_tasks(wildcards):
 
 
 def trainings(wildcards):
-    """Models of each task of a data set, and the settings of their training, as plain values."""
+    """Return the final models of each task, and the settings of their training."""
     tasks = SPECS[wildcards.dataset].trainings()
     return {name: task.model_dump(mode="json") for name, task in tasks.items()}
 
 
 def solved_before(wildcards):
-    """The same session of the data set whose grasps the recipe draws: its scenes are solved once."""
-    name, session = wildcards.dataset, wildcards.session
+    """Return the same session of the data set `grasps_of` of the recipe.
+
+    The job waits for this session, so the scenes of both data sets are solved once.
+    """
+    name = wildcards.dataset
+    session = wildcards.session
     origin = SPECS[name].recipe.grasps_of
     if origin in (None, name) or origin not in PLANS:
         return []
-    return [PATHS.acquired(origin, session)] if session in PLANS[origin].virtual else []
+    if session not in PLANS[origin].virtual:
+        return []
+    return [PATHS.acquired(origin, session)]
 
 
 def recipe_of_session(wildcards):
-    """Hash of the recipe's settings for a session."""
+    """Return the hash of the recipe's settings for a session."""
     spec = SPECS[wildcards.dataset]
     return recipe_hash(spec.recipe, wildcards.session, spec.excitation)
 
 
 def embedding_settings(wildcards):
-    """Settings of an embedding that its latents follow from."""
+    """Return the settings of an embedding that determine its latents."""
     embedding = SPECS[wildcards.dataset].embeddings[wildcards.embedding]
     return embedding.model_dump(mode="json", exclude={"optional"})
 
 
 def experiment_code(wildcards):
-    """Hash of the code of an experiment."""
+    """Return the hash of the code of an experiment."""
     experiment = requested(wildcards).experiment
     return code_hash(experiment.job_type, *measuring_half(experiment.name))
 
 
 def report_code(wildcards):
-    """Hash of the code that draws the report."""
+    """Return the hash of the code that draws the report."""
     return package_hash(*own_experiment_files())
 
 
 def rendered_from(wildcards):
-    """Digest of the recipe whose scenes an experiment renders again, "" if it renders none."""
+    """Return the digest of the recipe whose scenes an experiment renders, "" if it renders none."""
     recipe = SPECS[wildcards.dataset].recipe
     if not requested(wildcards).experiment.renders or recipe is None:
         return ""
@@ -130,8 +141,10 @@ def rendered_from(wildcards):
 
 
 def encoder_files(wildcards):
-    """Latents and training cost, for the experiments on them."""
-    key = wildcards.dataset, wildcards.task
+    """Return latents and training cost, if an experiment is on an embedding."""
     if not requested(wildcards).experiment.of_embedding:
         return []
-    return [PATHS.latents(*key), PATHS.training_cost(*key)]
+    return [
+        PATHS.latents(wildcards.dataset, wildcards.task),
+        PATHS.training_cost(wildcards.dataset, wildcards.task),
+    ]

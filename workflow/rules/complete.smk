@@ -1,5 +1,5 @@
-# The last job of a target. If a task was skipped or a result could not be read, `end_run` removes
-# the summary and sets exit code 1.
+# The last job of the target `all` writes the summary. If a task was skipped or a result could not be
+# read, `end_run` removes the summary and sets exit code 1.
 rule complete:
     input:
         runs=PATHS.runs,
@@ -34,6 +34,7 @@ rule complete:
         "../scripts/run.py"
 
 
+# The last job of the target `everything`.
 use rule complete as complete_everything with:
     input:
         report=PATHS.report_on_everything,

@@ -1,3 +1,4 @@
+# Trains the encoders of one embedding.
 rule embed:
     input:
         store=PATHS.features("{dataset}"),
@@ -9,7 +10,7 @@ rule embed:
         "results/logs/embed/{dataset}.{embedding}.log",
     benchmark:
         "results/benchmarks/embed/{dataset}.{embedding}.tsv"
-    priority: 1  # of what takes longest; experiments wait for it
+    priority: 1  # the training takes long, and experiments wait for it
     conda:
         "../../environment.yml"
     params:

@@ -1,4 +1,4 @@
-# Every experiment on every task and embedding.
+# Measures one job of an experiment on a task or an embedding.
 rule experiment:
     input:
         store=PATHS.features("{dataset}"),
@@ -17,7 +17,7 @@ rule experiment:
         "results/logs/experiment/{dataset}/{task}/{experiment}.{models}.log",
     benchmark:
         "results/benchmarks/experiment/{dataset}/{task}/{experiment}.{models}.tsv"
-    # Simulations and networks take longest: begun last, the run would wait for them.
+    # Simulations and networks take longest. If they started last, the run would wait for them.
     priority:
         lambda wildcards: int(
             requested(wildcards).experiment.renders or "cnn" in wildcards.models

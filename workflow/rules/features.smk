@@ -1,9 +1,9 @@
-# All sessions of a data set in one job: it computes what changed and reuses the rest.
+# One job computes the features of all sessions of a data set. It computes new and changed recordings.
 rule features:
     input:
         lambda wildcards: SESSION_FILES[wildcards.dataset],
     output:
-        # Kept while the job runs: rows of unchanged recordings are used again.
+        # `update` leaves the files in place: rows of unchanged recordings are used again.
         store=update(PATHS.features("{dataset}")),
         quarantine=update(PATHS.quarantine("{dataset}")),
         hashes=update(PATHS.session_hashes("{dataset}")),

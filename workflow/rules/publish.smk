@@ -1,3 +1,4 @@
+# The target that writes all published data sets.
 rule publish:
     input:
         [PATHS.published_sums(name) for name in PUBLISHED],
@@ -9,7 +10,7 @@ rule publish_dataset:
         hashes=PATHS.session_hashes("{dataset}"),
         quarantine=PATHS.quarantine("{dataset}"),
     output:
-        # Kept if the job fails: a refused publishing leaves the published folder unchanged.
+        # `update` leaves the file in place: a job that fails does not change the published folder.
         sums=update(PATHS.published_sums("{dataset}")),
     log:
         "results/logs/publish/{dataset}.log",
@@ -30,7 +31,7 @@ rule publish_dataset:
         "../scripts/run.py"
 
 
-# Bundled with the package: `make sample`.
+# The sample data in the package, for `make sample`.
 rule sample:
     input:
         store=PATHS.features("{dataset}"),

@@ -1,4 +1,4 @@
-# Numbers and predictions of all results that exist. They need no report.
+# Collects the metrics and predictions of all results that exist, without the report.
 rule collect:
     input:
         tables=[PATHS.experiment(*key) for key in FIRST],
@@ -10,7 +10,7 @@ rule collect:
         str(PATHS.log("collect")),
     benchmark:
         str(PATHS.benchmark("collect"))
-    # Numbers first: a report that fails withholds none.
+    # This job is before the report, so metrics exist even if the report fails.
     priority: 2
     conda:
         "../../environment.yml"
@@ -27,6 +27,7 @@ rule collect:
         "../scripts/run.py"
 
 
+# The same tables, written again when all results exist.
 use rule collect as collect_everything with:
     input:
         metrics=PATHS.metrics_table,
@@ -42,7 +43,7 @@ use rule collect as collect_everything with:
         "Metrics and predictions of all results"
 
 
-# The report shows all results that exist. That of the first target needs those of the paper.
+# The report shows all results that exist. For the target `all`, it needs the results of the paper.
 rule report:
     input:
         stores=[PATHS.features(name) for name in FIRST_DATASETS],

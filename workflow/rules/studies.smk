@@ -1,4 +1,4 @@
-# Studies of the simulation.
+# Studies of the virtual gripper, which need no data set.
 wildcard_constraints:
     study="|".join(STUDIES),
 

@@ -1,4 +1,4 @@
-# All models of a data set in one job: what trains them is imported once.
+# One job trains all final models of a data set, so it imports heavy packages only once.
 rule train:
     input:
         store=PATHS.features("{dataset}"),
@@ -19,6 +19,6 @@ rule train:
         data=own_features,
         code=lambda wildcards: code_hash("train"),
     message:
-        "Training every model of {wildcards.dataset} on all of it"
+        "Training the final models of {wildcards.dataset}"
     script:
         "../scripts/run.py"
