@@ -92,19 +92,17 @@ with errors_in_one_line():
     # Data set of the opening picture, "" if there is none.
     OPENING = subject_of(SPECS) if PAGES else ""
 
-
-def measurements(requests):
-    """Return the key of each measurement of requests, each once."""
-    keys = [key for request in requests.values() for key in request.keys]
-    return list(dict.fromkeys(keys))
-
-
 # The target `all` computes the results of the paper. If no task has a published value, it computes
 # all results except those that explain differences.
 PAPER = {} if config["alone"] else of_paper(SPECS, REQUESTS)
 FIRST = PAPER or without_late(REQUESTS)
-FIRST_RESULTS = measurements(FIRST)
-RESULTS = measurements(REQUESTS)
+# Keys of measurements, each once.
+FIRST_RESULTS = list(
+    dict.fromkeys(key for request in FIRST.values() for key in request.keys)
+)
+RESULTS = list(
+    dict.fromkeys(key for request in REQUESTS.values() for key in request.keys)
+)
 FIRST_DATASETS = list(PLANS)
 if PAPER:
     used = [
