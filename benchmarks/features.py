@@ -40,7 +40,8 @@ from ajgdata.types import AudioSettings, FeatureSettings, Recording, Session
 
 RATE_HZ = 44_100
 SETTINGS = FeatureSettings()
-WINDOW, HOP = SETTINGS.window, SETTINGS.hop
+WINDOW = SETTINGS.window
+HOP = SETTINGS.hop
 AUDIO = AudioSettings()
 Route = Callable[[Sequence[Path]], NDArray[np.floating]]
 #: The job `features` of a data set, without Snakemake, in a process of its own. Prints its seconds.
@@ -107,7 +108,8 @@ def by_short_time_fft(paths: Sequence[Path]) -> NDArray[np.floating]:
     rows = []
     for path in paths:
         samples, _ = sf.read(path)
-        first, last = WINDOW // 2 // HOP, (len(samples) - WINDOW // 2) // HOP + 1
+        first = WINDOW // 2 // HOP
+        last = (len(samples) - WINDOW // 2) // HOP + 1
         rows.append(normalised(transformer.stft(samples, p0=first, p1=last), axis=1))
     return np.stack(rows)
 

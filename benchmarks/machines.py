@@ -60,7 +60,8 @@ AVX512 = (
 )
 CPUINFO = Path("/proc/cpuinfo")
 HAS_AVX512 = "avx512f" in CPUINFO.read_text(encoding="utf-8").split()
-HERE_RUN, AGAIN = "unchanged", "unchanged again"
+HERE_RUN = "unchanged"
+AGAIN = "unchanged again"
 FEW = ("OPENBLAS_CORETYPE=Haswell", "OMP_NUM_THREADS=1", "OMP_NUM_THREADS=4")
 WIDE = (AVX2, AVX512) if HAS_AVX512 else (AVX2,)
 VARIANTS = (HERE_RUN, AGAIN, *OLD_CPU.split(), *FEW, OLD_CPU, *WIDE)
@@ -68,7 +69,8 @@ LONG = (HERE_RUN, OLD_CPU, AVX2, AVX512)  #: variants that also have the ten rep
 PROBE = ("materials-sphere80", "baselines")
 #: Trained networks: their results depend on the order of additions.
 NETWORKS = ("cnn",)
-CNN, FITS = ("cross_validation", "cnn"), ("repeated_fits", "cnn")
+CNN = ("cross_validation", "cnn")
+FITS = ("repeated_fits", "cnn")
 #: Published value, data set, task, experiment, model, and the part and statistic of its scores.
 ROWS = (
     ("size", "size", "size", *CNN, "all mean"),
@@ -117,12 +119,21 @@ def measured(
     with tempfile.TemporaryDirectory() as folder:
         tables = Path(folder, "tables.json")
         run_experiment(
-            paths.features(dataset), dataset=dataset, task=task, experiment=experiment,
-            parts=request.part_names, settings=settings, task_settings=task_settings,
+            paths.features(dataset),
+            dataset=dataset,
+            task=task,
+            experiment=experiment,
+            parts=request.part_names,
+            settings=settings,
+            task_settings=task_settings,
             other_sets=request.other_sets,
-            audio=spec.audio, features=spec.features, paths=paths, seed=0, tables=tables,
+            audio=spec.audio,
+            features=spec.features,
+            paths=paths,
+            seed=0,
+            tables=tables,
             cost=Path(folder, "cost.json"),
-        )  # fmt: skip
+        )
         ((about, (scores, *_)),) = read_measurements(tables)
         content = tables.read_bytes()
     rows = scores.where(metric="rmse" if task_settings.kind == "regression" else "accuracy").rows
@@ -167,10 +178,12 @@ def in_process(project: Path, variant: str, names: Iterable[str]) -> dict[str, A
 def compared(row: tuple[str, ...], runs: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """Return the value of a row on this computer, and its range over variants; `runs` are results
     by variant."""
-    name, base = "/".join(row[1:5]), runs[HERE_RUN]["/".join(row[1:5])]
+    name = "/".join(row[1:5])
+    base = runs[HERE_RUN]["/".join(row[1:5])]
     results = {variant: result[name] for variant, result in runs.items() if name in result}
     values = [base["scale"] * result["values"][row[5]] for result in results.values()]
-    low, high = min(values), max(values)
+    low = min(values)
+    high = max(values)
     named = {"figure": row[0], "experiment": name, "part": row[5], "unit": base["unit"]}
     numbers = {"value": values[0], "smallest": low, "largest": high, "step": step(row, base)}
     changed = [variant for variant, result in results.items() if result["digest"] != base["digest"]]
@@ -221,7 +234,8 @@ def main(
     variant: Annotated[str, typer.Option(hidden=True)] = "",
 ) -> None:
     if variant:
-        paths, rows = Paths(project), [row for row in ROWS if row[0] in names.split(",")]
+        paths = Paths(project)
+        rows = [row for row in ROWS if row[0] in names.split(",")]
         results: dict[str, Any] = {"steps": steps(paths)}
         for key in dict.fromkeys(row[1:5] for row in rows):
             if key[2:] != FITS or variant in LONG:

@@ -89,7 +89,8 @@ def rows_of(
         expected = extrapolated(free, count)
         chosen = count > getattr(make_model(model, "classification"), "search_rows", sys.maxsize)
         if used == count and not chosen:
-            free[count], without = cost["train_s"], ""
+            free[count] = cost["train_s"]
+            without = ""
         elif expected is None or expected <= most_s:
             free[count] = apart(store, target, model, count, "free")["train_s"]
             without = f"{free[count]:.3g}"

@@ -33,10 +33,17 @@ import yaml
 ROOT = Path(__file__).resolve().parents[1]
 AJGDATA = str(Path(sys.executable).with_name("ajgdata"))
 SNAKEMAKE = (sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile"))
-PAGE, BEGIN, END = ROOT / "docs/scale.md", "<!-- benchmarks/scale.py -->", "<!-- end -->"
-SAMPLES, GRASPS = 50, 10  #: recordings per grasp, grasps per session
-RATE_HZ, NOISE = 44_100, 3e-4  #: NOISE: rms, full scale 1
-ONE_MORE, CHANGED_LABEL = "import of one more", "features after one changed label"
+PAGE = ROOT / "docs/scale.md"
+BEGIN = "<!-- benchmarks/scale.py -->"
+END = "<!-- end -->"
+#: recordings per grasp, grasps per session
+SAMPLES = 50
+GRASPS = 10
+#: NOISE: rms, full scale 1
+RATE_HZ = 44_100
+NOISE = 3e-4
+ONE_MORE = "import of one more"
+CHANGED_LABEL = "features after one changed label"
 EDGES_MM = (12, 18, 24, 30)
 DATASET = {
     "name": "scale",
@@ -70,7 +77,8 @@ def write_recordings(folder: Path, first: int, count: int, length_s: float) -> N
     clean = [gripper.record(response, sweep, chain).samples for response in responses]
     frames = round(length_s * RATE_HZ)
     for number in range(first, first + count):
-        grasp, kind = number // SAMPLES, number // SAMPLES % len(clean)
+        grasp = number // SAMPLES
+        kind = number // SAMPLES % len(clean)
         session = folder / f"s{grasp // GRASPS:04d}"
         session.mkdir(parents=True, exist_ok=True)
         noise = np.random.default_rng(number).standard_normal(frames)
@@ -111,7 +119,8 @@ def cost(project: Path, arguments: tuple[str, ...]) -> Row:
 def describe(wall_s: float, usage: resource.struct_rusage, written: int) -> Row:
     """Return the figures of a command, and the table cell that shows them."""
     cpu_s = usage.ru_utime + usage.ru_stime
-    peak_mb, written_mb = usage.ru_maxrss * 1024 / 1e6, written / 1e6
+    peak_mb = usage.ru_maxrss * 1024 / 1e6
+    written_mb = written / 1e6
     text = f"{cpu_s:.1f} s; {peak_mb:.0f}; {written_mb:.0f}"
     return {"cpu_s": cpu_s, "wall_s": wall_s, "peak_mb": peak_mb, "cost": text}
 
@@ -142,7 +151,8 @@ def commands(folder: Path, report: bool) -> dict[str, tuple[str, ...]]:
 def measure(size: int, length_s: float, report: bool) -> Iterator[Row]:
     """Yield one row per command, for `size` recordings in a temporary project."""
     with tempfile.TemporaryDirectory() as temporary:
-        folder, project = Path(temporary) / "recordings", Path(temporary) / "project"
+        folder = Path(temporary) / "recordings"
+        project = Path(temporary) / "project"
         dataset = project / "datasets/scale/dataset.yaml"
         dataset.parent.mkdir(parents=True)
         dataset.write_text(yaml.safe_dump(DATASET))

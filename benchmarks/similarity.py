@@ -19,7 +19,9 @@ import numpy as np
 from ajgdata.features import similarity
 
 FREQUENCY_HZ = np.arange(1025) * 44_100 / 2048
-COPIES, SAMPLES, OBJECTS = 50, 50, 20
+COPIES = 50
+SAMPLES = 50
+OBJECTS = 20
 DEVIATION = 0.15  #: relative, of the noise of one recording
 
 

@@ -53,7 +53,9 @@ def stream(p, ux, uy, uz, gx, gy, gz, yield_, rx, ry, rz, repeats):
             a = ux[i] - gx[i] * (rx[i] * p[i])
             b = uy[i] - gy[i] * (ry[i] * p[i])
             c = uz[i] - gz[i] * (rz[i] * p[i])
-            ux[i], uy[i], uz[i] = a, b, c
+            ux[i] = a
+            uy[i] = b
+            uz[i] = c
             p[i] -= yield_[i] * (a + b + c)
 
 

@@ -48,7 +48,8 @@ def problem(dx_mm: float) -> Problem:
     """A 20 mm cube in the default gripper, filled with nothing but air, all walls rigid."""
     spec = {"object": {"kind": "cube", "edge_mm": 20}, "numerics": {"dx_mm": dx_mm}}
     plan = build_plan(Scene.model_validate(spec))
-    air, dt = air_fluid(Air(22.0)), plan.system.dt
+    air = air_fluid(Air(22.0))
+    dt = plan.system.dt
     system = assemble(plan.cells, air, dt, dtype=np.float32, wide=wide_weight(plan.cells.h))
     live = system.mass > 0
     # Not a pulse: its edge would be denormal numbers, which are slow.
@@ -108,12 +109,15 @@ def by_devito(given: Problem) -> Route:
     for number, values in enumerate((given.yield_, *given.gains, *given.reach)):
         fixed.append(devito.Function(name=f"f{number}", grid=grid, space_order=4))
         fixed[-1].data[:] = values
-    yield_, gains, reach = fixed[0], fixed[1:4], fixed[4:]
+    yield_ = fixed[0]
+    gains = fixed[1:4]
+    reach = fixed[4:]
 
     def at(field: Any, along: Any, cells: int) -> Any:
         return field.subs({along: along + cells * along.spacing})
 
-    moves, out = [], 0
+    moves = []
+    out = 0
     for u, gain, far, along in zip((ux, uy, uz), gains, reach, (x, y, z), strict=True):
         rise = at(p, along, 1) - p - far * (at(p, along, 2) - at(p, along, -1))
         moves.append(devito.Eq(u.forward, u - gain * rise))
@@ -134,7 +138,8 @@ def by_devito(given: Problem) -> Route:
 
 def routes(given: Problem) -> tuple[dict[str, Route], list[str]]:
     """What can run here, and what cannot and why."""
-    programs, missing = {"ours (numba)": ours(given)}, []
+    programs = {"ours (numba)": ours(given)}
+    missing = []
     if shutil.which("cc"):
         programs[f"C (cc {' '.join(FLAGS[:2])})"] = by_c(given)
     else:

@@ -27,10 +27,12 @@ def write_noisy_tone(path: Path, hz: float, seed: int) -> None:
 def record_tones(paths: Paths, sessions: Sequence[str], count: int = 8) -> None:
     """Record `count` low and high tones in each session of the data set `tones`."""
     for number, session in enumerate(sessions):
-        folder, recordings = paths.session("tones", session), []
+        folder = paths.session("tones", session)
+        recordings = []
         for index in range(count):
             is_high = index % 2
-            name, file = str(index), f"audio/{index}.wav"
+            name = str(index)
+            file = f"audio/{index}.wav"
             hz = (3000 if is_high else 300) + 40 * index
             write_noisy_tone(folder / file, hz, seed=100 * number + index)
             labels = {"pitch": "high" if is_high else "low"}

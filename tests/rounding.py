@@ -6,7 +6,8 @@ of Numerical Algorithms, 2002, section 4.2); two results differ by at most twice
 """
 
 #: Unit round-off.
-U32, U64 = 2.0**-24, 2.0**-53
+U32 = 2.0**-24
+U64 = 2.0**-53
 
 
 def gamma(n: float, u: float = U32) -> float:

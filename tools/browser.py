@@ -19,12 +19,21 @@ from typing import Any, NamedTuple
 COMMANDS = {"chromium": "chromium", "chromedriver": "chromium-driver"}
 #: Nothing is looked up, and nothing of the browser's own is fetched.
 ARGUMENTS = (
-    "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
-    "--hide-scrollbars", "--no-first-run", "--disable-component-update", "--disable-sync",
-    "--disable-background-networking", "--disable-domain-reliability", "--metrics-recording-only",
-    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1", "--force-color-profile=srgb",
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-dev-shm-usage",
+    "--hide-scrollbars",
+    "--no-first-run",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-background-networking",
+    "--disable-domain-reliability",
+    "--metrics-recording-only",
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
+    "--force-color-profile=srgb",
     "--autoplay-policy=no-user-gesture-required",
-)  # fmt: skip
+)
 
 
 def missing(**modules: str) -> str:
@@ -119,7 +128,8 @@ class Browser:
         failed = []
         for entry in self.driver.get_log("performance"):
             message = json.loads(entry["message"])["message"]
-            event, given = message["method"], message["params"]
+            event = message["method"]
+            given = message["params"]
             if event == "Network.requestWillBeSent":
                 if not given["request"]["url"].startswith("data:"):
                     requested[given["requestId"]] = given["request"]["url"]

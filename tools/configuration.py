@@ -57,9 +57,17 @@ SCENES: dict[str, Model] = {
     "Variation": Variation,
 }
 UNITS = {
-    "mm": "mm", "deg": "degrees", "hz": "Hz", "pa": "Pa", "s": "s", "db": "dB", "dba": "dB(A)",
-    "m2": "m²", "m3": "m³", "c": "°C",
-}  # fmt: skip
+    "mm": "mm",
+    "deg": "degrees",
+    "hz": "Hz",
+    "pa": "Pa",
+    "s": "s",
+    "db": "dB",
+    "dba": "dB(A)",
+    "m2": "m²",
+    "m3": "m³",
+    "c": "°C",
+}
 
 
 def models_in(annotation: object) -> list[Model]:
@@ -71,7 +79,8 @@ def models_in(annotation: object) -> list[Model]:
 
 def nested(roots: Mapping[str, Model]) -> Iterator[tuple[str, Model]]:
     """Yield each model once, with the title of its section: the roots, then nested models."""
-    waiting, known = list(roots.items()), set()
+    waiting = list(roots.items())
+    known = set()
     while waiting:
         title, model = waiting.pop(0)
         if model in known:
@@ -88,7 +97,8 @@ def nested(roots: Mapping[str, Model]) -> Iterator[tuple[str, Model]]:
 
 def type_of(field: FieldInfo) -> str:
     """A type as people read it."""
-    if models := models_in(field.annotation):
+    models = models_in(field.annotation)
+    if models:
         several = "mapping of " if typing.get_origin(field.annotation) is dict else ""
         return several + " or ".join(dict.fromkeys(m.__name__ for m in models))
     return _named(field.metadata) or _type_text(field.annotation)
@@ -176,7 +186,8 @@ def workflow_table() -> list[str]:
     defaults = yaml.safe_load((ROOT / "workflow/config/default.yaml").read_text())
     rows = ["| key | default | meaning |", "|---|---|---|"]
     for key, setting in schema["properties"].items():
-        default, meaning = json.dumps(defaults[key]), " ".join(setting["description"].split())
+        default = json.dumps(defaults[key])
+        meaning = " ".join(setting["description"].split())
         rows.append(f"| `{key}` | `{default}` | {meaning} |")
     return rows
 

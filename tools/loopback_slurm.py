@@ -129,7 +129,8 @@ class Slurm:
     """A running controller and its nodes, in one folder."""
 
     def __init__(self, folder: Path, nodes: Sequence[str]) -> None:
-        self.folder, self.nodes = folder, tuple(nodes)
+        self.folder = folder
+        self.nodes = tuple(nodes)
         self.processes: dict[str, subprocess.Popen] = {}
 
     def start(self, name: str) -> None:
@@ -137,18 +138,27 @@ class Slurm:
         munge = self.folder / "munge"
         commands = {
             "munged": [
-                "munged", "--foreground", "--force", f"--key-file={munge}/munge.key",
-                f"--socket={munge}/munge.sock", f"--pid-file={munge}/munged.pid",
-                f"--log-file={munge}/munged.log", f"--seed-file={munge}/munge.seed",
+                "munged",
+                "--foreground",
+                "--force",
+                f"--key-file={munge}/munge.key",
+                f"--socket={munge}/munge.sock",
+                f"--pid-file={munge}/munged.pid",
+                f"--log-file={munge}/munged.log",
+                f"--seed-file={munge}/munge.seed",
             ],
             "slurmctld": ["slurmctld", "-D"],
-        }  # fmt: skip
+        }
         command = commands.get(name, ["slurmd", "-D", "-N", name])
         with (self.folder / f"{name}.out").open("a") as out:
             self.processes[name] = subprocess.Popen(
-                [*WITH_PARENT, *command], stdin=subprocess.DEVNULL, stdout=out, stderr=out,
-                start_new_session=True, env=os.environ | dict([MARK.decode().split("=")]),
-            )  # fmt: skip
+                [*WITH_PARENT, *command],
+                stdin=subprocess.DEVNULL,
+                stdout=out,
+                stderr=out,
+                start_new_session=True,
+                env=os.environ | dict([MARK.decode().split("=")]),
+            )
 
     def stop(self, name: str, number: int = signal.SIGTERM) -> None:
         """End one of them, and wait until it is gone."""
@@ -163,16 +173,22 @@ class Slurm:
         """Return the state of each node, in SLURM's words; nothing while the controller is away."""
         said = subprocess.run(
             ["sinfo", "--noheader", "--Node", "--format=%N %T"],
-            check=False, capture_output=True, text=True, timeout=PATIENCE_S,
-        )  # fmt: skip
+            check=False,
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
+        )
         return dict(line.split() for line in said.stdout.splitlines())
 
     def jobs(self) -> list[dict[str, str]]:
         """Return id, state, node and comment (Snakemake's rule) of every job that is remembered."""
         said = subprocess.run(
             ["squeue", "--noheader", "--states=all", "--format=%i|%T|%N|%C|%m|%k"],
-            check=True, capture_output=True, text=True, timeout=PATIENCE_S,
-        )  # fmt: skip
+            check=True,
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
+        )
         names = ("id", "state", "node", "cpus", "memory", "comment")
         return [dict(zip(names, line.split("|"), strict=True)) for line in said.stdout.splitlines()]
 

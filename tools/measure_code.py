@@ -32,7 +32,9 @@ PACKAGE = ROOT / "ajgdata"
 STEPS = ("build_feature_file", "run_experiment", "collect")
 #: Every experiment has a class of this name.
 SHARED_BY_DESIGN = "Settings"
-RECORDINGS, SECONDS, RATE_HZ = 12, 0.2, 44_100
+RECORDINGS = 12
+SECONDS = 0.2
+RATE_HZ = 44_100
 
 
 def modules() -> dict[str, ast.Module]:
@@ -98,9 +100,14 @@ def is_record(node: ast.ClassDef) -> bool:
 def code_lines(path: Path) -> int:
     """Return the number of lines with code; comments, docstrings and empty lines do not count."""
     ignored = {
-        tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT,
-        tokenize.ENCODING, tokenize.ENDMARKER,
-    }  # fmt: skip
+        tokenize.COMMENT,
+        tokenize.NL,
+        tokenize.NEWLINE,
+        tokenize.INDENT,
+        tokenize.DEDENT,
+        tokenize.ENCODING,
+        tokenize.ENDMARKER,
+    }
     with path.open("rb") as stream:
         tokens = [
             token for token in tokenize.tokenize(stream.readline) if token.type not in ignored
@@ -239,7 +246,8 @@ def write_project(project: Path) -> None:
     paths.dataset("tones").write_text(yaml.safe_dump(declared), encoding="utf-8")
     time_s = np.arange(round(SECONDS * RATE_HZ)) / RATE_HZ
     random = np.random.default_rng(0)
-    folder, recordings = paths.session("tones", "day"), []
+    folder = paths.session("tones", "day")
+    recordings = []
     for number in range(RECORDINGS):
         pitch = ("low", "high")[number % 2]
         hz = {"low": 300, "high": 3000}[pitch] + 40 * number

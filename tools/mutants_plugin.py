@@ -27,7 +27,8 @@ def set_context(context: str) -> str:
 
     before = os.environ.get("MUTANTS_TEST", "")
     os.environ["MUTANTS_TEST"] = context
-    if current := coverage.Coverage.current():
+    current = coverage.Coverage.current()
+    if current:
         current.switch_context(context)
     return before
 
@@ -38,8 +39,12 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
     context = str(len(tests) + 1)
     file = item.nodeid.partition("::")[0]
     tests[item.nodeid] = {
-        "context": context, "test": item.nodeid, "file": file, "seconds": 0.0, "passed": True,
-    }  # fmt: skip
+        "context": context,
+        "test": item.nodeid,
+        "file": file,
+        "seconds": 0.0,
+        "passed": True,
+    }
     set_context(context)
     yield
     set_context("")

@@ -28,7 +28,8 @@ from ajgdata.store.sessions import read_dataset
 #: The project of this README, wherever the results are.
 PROJECT = Paths(Path(__file__).resolve().parents[1])
 README = PROJECT.root / "README.md"
-BEGIN, END = "<!-- results -->\n", "<!-- /results -->\n"
+BEGIN = "<!-- results -->\n"
+END = "<!-- /results -->\n"
 #: Statistics of repeated fits: value, and ends of the interval.
 REPEATED = ("median", "low", "high")
 HEAD = (

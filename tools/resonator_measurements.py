@@ -50,7 +50,8 @@ Complex = NDArray[np.complexfloating]
 # Sweeps
 
 #: From 800 Hz to 10 kHz in 400 ms (journal.md of the source).
-START_HZ, RATE_HZ_S = 800.0, 9_200.0 / 0.4
+START_HZ = 800.0
+RATE_HZ_S = 9_200.0 / 0.4
 #: Lag of an undamped resonance: see the docstring of this file.
 UNDAMPED_LAG_HZ = 1.217 / np.sqrt(2 * RATE_HZ_S) * RATE_HZ_S
 #: A peak is searched this far from where theory and the undamped lag place it.
@@ -287,7 +288,8 @@ def fit_tube(spectra: Spectra, bands: int, *, fit_positions: bool = False) -> Tu
     result = least_squares(residual, start, method="lm")
     variance = 2 * result.cost / (len(result.fun) / 2)
     sd = np.sqrt(variance * np.diag(np.linalg.inv(result.jac.T @ result.jac)))
-    speed, speed_sd = 100 * result.x[bands], 100 * sd[bands]
+    speed = 100 * result.x[bands]
+    speed_sd = 100 * sd[bands]
     return TubeFit(result.x[:bands], sd[:bands], float(speed), float(speed_sd))
 
 

@@ -15,7 +15,9 @@ from ajgdata.evaluate.scatter import Scatter, within_class_scatter
 from ajgdata.store.features import FeatureRows, read_store
 
 BANDS_HZ = ((100.0, 1_000.0), (1_000.0, 10_000.0))
-DRAWS, CLASSES, GRASPS = 5, 2, 5
+DRAWS = 5
+CLASSES = 2
+GRASPS = 5
 
 
 def draws(table: FeatureRows, column: str, band_hz: tuple[float, float]) -> list[Scatter]:

@@ -15,7 +15,8 @@ ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs/images"
 #: A page is some inks and their edges: more shades are hardly seen, and cost bytes. The opening
 #: picture has a field of pressure, which needs them.
-COLOURS, OPENING_COLOURS = 32, 128
+COLOURS = 32
+OPENING_COLOURS = 128
 #: Pixels: the opening picture is as wide as a column of text, on a fine screen.
 OPENING_WIDTH = 1300
 #: All of docs/images: they travel with each clone.

@@ -127,12 +127,14 @@ def test_reported_errors_follow_from_the_predictions(key):
         for row in tables["predictions"].where(**columns).rows:
             folds.setdefault(int(row["fold"]), []).append((row["y_true"], row["y_pred"]))
         assert len(folds) == counts["folds"]
-        errors, numbers = [], about["kind"] == "regression"
+        errors = []
+        numbers = about["kind"] == "regression"
         for _, pairs in sorted(folds.items()):
             true, predicted = zip(*pairs, strict=True)
             if numbers:
                 true, predicted = (np.asarray(values, float) for values in (true, predicted))
-                if period := about["period_deg"]:  # the prediction's nearest repetition
+                period = about["period_deg"]
+                if period:  # the prediction's nearest repetition
                     predicted = predicted - period * np.round((predicted - true) / period)
                 errors.append(root_mean_squared_error(true, predicted))
             else:
@@ -228,9 +230,11 @@ def test_a_predictor_says_of_every_recording_what_the_model_says_of_its_features
     except DataError as error:
         assert "was not trained" in str(error) or "needs the played sound" in str(error)
         return
-    store, waveform = read_store(PATHS.features(dataset)), samples_of(dataset)
+    store = read_store(PATHS.features(dataset))
+    waveform = samples_of(dataset)
     rows = evenly(store.columns["recording"].values)
-    stored, rate_hz = store.feature[rows], predictor.sample_rate_hz
+    stored = store.feature[rows]
+    rate_hz = predictor.sample_rate_hz
     samples = [waveform[name] for name in store.columns["recording"].values[rows].tolist()]
     feature = np.array([predictor.feature(sound, rate_hz) for sound in samples])
     # rounding of a transform spreads over the bins: its error is a share of their sum
@@ -263,12 +267,14 @@ def evenly(rows: np.ndarray) -> np.ndarray:
 @cache
 def samples_of(dataset: str) -> dict[str, np.ndarray]:
     """Samples (n,) of the recordings that are asked about, by name."""
-    audio, samples = read_dataset(PATHS, dataset).audio, {}
+    audio = read_dataset(PATHS, dataset).audio
+    samples = {}
     rows = read_store(PATHS.features(dataset)).columns["recording"].values
     names = [name.partition("/") for name in rows[evenly(rows)].tolist()]
     for session in sorted({name[0] for name in names}):
         folder = PATHS.session(dataset, session)
-        declared, rows = read_session(folder), read_recordings(folder)[0]
+        declared = read_session(folder)
+        rows = read_recordings(folder)[0]
         by_id = {row.recording_id: row for row in rows}
         for own, _, recording in names:
             if own == session:
@@ -279,7 +285,10 @@ def samples_of(dataset: str) -> dict[str, np.ndarray]:
 
 #: Sizes of a report on everything: words in all, words of a page on an experiment, figures that are
 #: not folded, and bytes.
-MAX_WORDS, MAX_PAGE_WORDS, MAX_OPEN_FIGURES, MAX_BYTES = 25_000, 900, 110, 20_000_000
+MAX_WORDS = 25_000
+MAX_PAGE_WORDS = 900
+MAX_OPEN_FIGURES = 110
+MAX_BYTES = 20_000_000
 
 
 def body(path: Path, *, folded: bool) -> str:

@@ -31,7 +31,8 @@ signal.signal(signal.SIGTERM, signal.default_int_handler)
 
 @pytest.fixture(scope="session")
 def browser():
-    if what := browsers.missing(**PACKAGES):
+    what = browsers.missing(**PACKAGES)
+    if what:
         (pytest.fail if REQUIRED in os.environ else pytest.skip)(f"not installed: {what}")
     with browsers.browser() as instance:
         yield instance

@@ -24,7 +24,9 @@ class Written(HTMLParser):
 
     def __init__(self, html: str) -> None:
         super().__init__()
-        self.places, self.addresses, self.alternatives = set(), set(), []
+        self.places = set()
+        self.addresses = set()
+        self.alternatives = []
         self.feed(html)
 
     def handle_starttag(self, tag, attrs):
@@ -99,8 +101,16 @@ def full_report() -> Report:
     )
     page = experiment_link("size")
     comparison = PaperComparison(
-        PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", "better", ResultCost(7.6, 0.9),
-        marks=marks, page=page,
-    )  # fmt: skip
+        PAPER,
+        "size",
+        "edge",
+        "simulated",
+        "0.7 ± 0.1 mm",
+        "CNN",
+        "better",
+        ResultCost(7.6, 0.9),
+        marks=marks,
+        page=page,
+    )
     absent = PAPER.model_copy(update={"id": "x", "where": "angles", "text": "8°"})
     return dataclasses.replace(report, comparisons=(comparison,), paper=(PAPER, absent))

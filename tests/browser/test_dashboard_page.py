@@ -47,7 +47,9 @@ class Shown:
     """A run on a page: `tell` waits until it is shown."""
 
     def __init__(self, browser, served, control):
-        self.browser, self.served, self.control = browser, served, control
+        self.browser = browser
+        self.served = served
+        self.control = control
         self.n = -1
 
     def open(self, *, watching=False):
@@ -121,8 +123,11 @@ def test_probabilities_and_threshold_stand_on_the_page(shown):
     assert [bar["share"] for bar in bars] == pytest.approx(list(SURE.values()), abs=2e-3)
     assert shown.browser.run(THRESHOLD) == pytest.approx(0.6, abs=2e-3)
     assert [(bar["best"], bar["enough"]) for bar in bars] == [
-        (False, False), (False, False), (True, True), (False, False),
-    ]  # fmt: skip
+        (False, False),
+        (False, False),
+        (True, True),
+        (False, False),
+    ]
     texts = shown.texts()
     assert (texts["verdict-title"], texts["more"]) == ("screw", "75 % sure → bin B")
     assert texts["title"] == "ycb/sorting" and texts["source"] == "simulated"
@@ -276,8 +281,12 @@ def test_axe_finds_nothing(shown, axe, width, dark):
     wrong = {}
     stopped = Story().start().say("problem", text="a cable").say("drift", text="colder")
     stopped.say("stopped", reason="done", held="screw", sorts=0, seconds=1.0)
-    states = {"running": run(), "in doubt": grasp(DOUBT), "unknown": grasp(SURE, verdict="unknown"),
-              "stopped": stopped.events}  # fmt: skip
+    states = {
+        "running": run(),
+        "in doubt": grasp(DOUBT),
+        "unknown": grasp(SURE, verdict="unknown"),
+        "stopped": stopped.events,
+    }
     for name, events in states.items():
         shown.tell(events)
         shown.browser.run(axe)

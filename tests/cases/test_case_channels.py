@@ -205,9 +205,13 @@ def trained(ajgdata, src, paths):
     spec = read_dataset(paths, "mine")
     make_features(paths, "mine")
     train_model(
-        read_store(paths.features("mine")), spec.training("label"), model="knn", seed=0,
-        task="label", folder=paths.model("mine", "label", "knn"),
-    )  # fmt: skip
+        read_store(paths.features("mine")),
+        spec.training("label"),
+        model="knn",
+        seed=0,
+        task="label",
+        folder=paths.model("mine", "label", "knn"),
+    )
     return load_predictor("mine", "label", "knn", paths.root)
 
 
@@ -242,9 +246,16 @@ def test_sense_records_the_microphone_of_the_training(paths, trained, monkeypatc
 
     def sense(used, **card):
         with open_hands(
-            paths, spec, source="soundcard", card={"device": "x", **card}, robot=None, seed=0,
-            confirm=lambda text: None, rate_hz=RATE_HZ, microphone=used,
-        ):  # fmt: skip
+            paths,
+            spec,
+            source="soundcard",
+            card={"device": "x", **card},
+            robot=None,
+            seed=0,
+            confirm=lambda text: None,
+            rate_hz=RATE_HZ,
+            microphone=used,
+        ):
             pass
 
     for microphone, card in ((2, {}), (None, {}), (2, {"microphone": 4})):
@@ -275,9 +286,16 @@ def test_sense_records_the_microphone_of_the_sessions(paths, monkeypatch, key):
 
     def sense(**card):
         with open_hands(
-            paths, spec, source="soundcard", card={"device": "x", **card}, robot=None, seed=0,
-            confirm=lambda text: None, rate_hz=RATE_HZ, microphone=None,
-        ):  # fmt: skip
+            paths,
+            spec,
+            source="soundcard",
+            card={"device": "x", **card},
+            robot=None,
+            seed=0,
+            confirm=lambda text: None,
+            rate_hz=RATE_HZ,
+            microphone=None,
+        ):
             pass
 
     def recorded_with(session, number):

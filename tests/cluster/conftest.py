@@ -36,9 +36,7 @@ CUBES = {
     "description": "Two cubes on a coarse grid, for tests.",
     "licence": "CC0-1.0",
     "targets": {"edge_mm": {"kind": "regression", "unit": "mm", "description": "edge length"}},
-    "tasks": {
-        "size": {"target": "edge_mm", "folds": 2, "models": ["ridge_plain"]}
-    },
+    "tasks": {"size": {"target": "edge_mm", "folds": 2, "models": ["ridge_plain"]}},
     "recipe": {
         "seed": 1,
         "grasps_per_object": 2,
@@ -53,7 +51,7 @@ CUBES = {
             for edge in (12.0, 24.0)
         ],
     },
-}  # fmt: skip
+}
 SETTINGS = {"pages": [], "publish": ["cubes"], "quick": True}
 
 

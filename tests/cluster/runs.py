@@ -20,7 +20,8 @@ class Project:
     """A project folder, run on this machine or through SLURM."""
 
     def __init__(self, root: Path) -> None:
-        self.root, self.paths = root, Paths(root)
+        self.root = root
+        self.paths = Paths(root)
 
     def command(self, *arguments: str) -> list[str]:
         given = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
@@ -30,8 +31,12 @@ class Project:
         profile = ("--workflow-profile", str(ROOT / "profiles/default"), "--cores", "2")
         done = subprocess.run(
             self.command(*profile, *arguments),
-            check=False, cwd=self.root, capture_output=True, text=True, timeout=PATIENCE_S,
-        )  # fmt: skip
+            check=False,
+            cwd=self.root,
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
+        )
         assert done.returncode == 0, done.stdout + done.stderr
 
     def submit(self, *targets: str, more: Sequence[str] = ()) -> "Submitted":
@@ -49,9 +54,12 @@ class Submitted:
         self.log = project.root / "submitted.log"
         with self.log.open("w") as log:
             self.process = subprocess.Popen(
-                [*WITH_PARENT, *command], cwd=project.root, stdout=log, stderr=log,
+                [*WITH_PARENT, *command],
+                cwd=project.root,
+                stdout=log,
+                stderr=log,
                 stdin=subprocess.DEVNULL,
-            )  # fmt: skip
+            )
 
     def finish(self) -> str:
         """Wait for its end, which must be a good one; returns what it said."""

@@ -41,7 +41,8 @@ def test_every_grasp_of_a_recipe_is_a_scene_and_has_its_labels(name):
 
 @pytest.mark.parametrize(("name", "task"), WITHHOLDING)
 def test_withheld_values_are_spread_within_the_range(name, task):
-    settings, recipe = SPECS[name].tasks[task], SPECS[name].recipe
+    settings = SPECS[name].tasks[task]
+    recipe = SPECS[name].recipe
     values = sorted({item.targets[settings.target] for item in recipe.objects})
     assert set(settings.withhold) <= set(values)
     steps = [value in settings.withhold for value in values]
@@ -58,7 +59,8 @@ def test_withheld_values_are_spread_within_the_range(name, task):
 
 @pytest.mark.parametrize(("name", "task"), TASKS)
 def test_tasks_have_more_groups_than_folds_in_every_class(name, task):
-    settings, recipe = SPECS[name].tasks[task], SPECS[name].recipe
+    settings = SPECS[name].tasks[task]
+    recipe = SPECS[name].recipe
     assert settings.groups in ("grasp_id", "session_id")
     assert recipe.sessions * recipe.grasps_per_object >= settings.folds
 

@@ -40,11 +40,14 @@ def _branches(request: Request) -> tuple[str, bool, bool]:
 
 
 #: The first task of each experiment, and of each cross-validation with other parts.
-MEASURED = list({
-    _branches(request) if request.experiment.name == "cross_validation"
-    else request.experiment.name: request
-    for request in reversed(REQUESTS)
-}.values())  # fmt: skip
+MEASURED = list(
+    {
+        _branches(request)
+        if request.experiment.name == "cross_validation"
+        else request.experiment.name: request
+        for request in reversed(REQUESTS)
+    }.values()
+)
 STORED = sorted({name for request in MEASURED for name in (request.dataset, *request.other_sets)})
 IDS = [f"{request.dataset}-{request.task}-{request.experiment.name}" for request in MEASURED]
 HZ = np.linspace(0, 20_000, 24)
@@ -84,7 +87,8 @@ def stores(tmp_path_factory) -> dict[str, Path]:
 
 
 def write(path: Path, name: str) -> Path:
-    rows, targets = table(name), SPECS[name].targets
+    rows = table(name)
+    targets = SPECS[name].targets
     columns = {key: text_column([str(r[key]) for r in rows]) for key in ("recording", "grasp_id")}
     columns["object"] = text_column([str(r["object"]) for r in rows])
     sessions = [str(r["recording"]).partition("/")[0] for r in rows]
@@ -117,18 +121,29 @@ MODELS = {"sorting": "linear_plain"}
 
 def run(stores: dict[str, Path], request: Request, folder: Path) -> tuple[dict, dict[str, Table]]:
     """Measure an experiment on a store, and return what is stored of it."""
-    name, spec = request.experiment.name, SPECS[request.dataset]
+    name = request.experiment.name
+    spec = SPECS[request.dataset]
     settings = request.settings.model_dump(mode="json")
     settings |= SMALLER.get(name, lambda _: {})(settings)
     model = MODELS.get(name, MODEL) if isinstance(request.experiment.division, ByModel) else ""
-    tables, cost = folder / "tables.json", folder / "cost.json"
+    tables = folder / "tables.json"
+    cost = folder / "cost.json"
     run_experiment(
-        stores[request.dataset], experiment=name, parts=[model], dataset=request.dataset,
-        task=request.task, settings=settings, task_settings=spec.task_settings(request.task),
-        other_sets=list(request.other_sets), audio=spec.audio,
-        features=spec.features, paths=Paths(stores[request.dataset].parents[2]), seed=0,
-        tables=tables, cost=cost,
-    )  # fmt: skip
+        stores[request.dataset],
+        experiment=name,
+        parts=[model],
+        dataset=request.dataset,
+        task=request.task,
+        settings=settings,
+        task_settings=spec.task_settings(request.task),
+        other_sets=list(request.other_sets),
+        audio=spec.audio,
+        features=spec.features,
+        paths=Paths(stores[request.dataset].parents[2]),
+        seed=0,
+        tables=tables,
+        cost=cost,
+    )
     about, contents = read_measurements(tables)[0]
     return about, {table.name: table for table in contents}
 

@@ -48,16 +48,25 @@ SETTINGS: dict[str, dict] = {
     "sorting": {"models": ["linear_plain"]},
     "cross_gripper": {"test_on": ["whole"], "grasps": [0, 1], "models": ["knn"]},
     "reflected_energy": {"reference": "a", "band_hz": [100, 3000]},
-    "variants": {"files": {"windows": {
-        "title": "Windows", "question": "Does the window matter?", "train": "little",
-        "task": "classification", "test": ["whole"], "models": ["knn"],
-        "variants": {"own": {}, "short": {"features": {"window": 128, "hop": 64}}},
-    }}, "test_on": ["whole"]},
+    "variants": {
+        "files": {
+            "windows": {
+                "title": "Windows",
+                "question": "Does the window matter?",
+                "train": "little",
+                "task": "classification",
+                "test": ["whole"],
+                "models": ["knn"],
+                "variants": {"own": {}, "short": {"features": {"window": 128, "hop": 64}}},
+            }
+        },
+        "test_on": ["whole"],
+    },
     "shortcut": {"test_on": ["whole"], "models": ["knn"]},
     "repeated_fits": {"test_on": ["whole"], "repeats": 3, "models": ["ridge_plain"]},
     "conformal_intervals": {"models": ["linear_plain"]},
     "novel_objects": {},
-}  # fmt: skip
+}
 EMBEDDED = {"supervision": "by hand", "target": "label", "dimensions": [2], "shown": 2}
 EMBEDDED |= {"folds": 2, "inits": 1, "epochs": 1}
 
@@ -120,9 +129,12 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
     spec = read_dataset(paths, "little")
     for name, settings in spec.embeddings.items():
         train_embedding(
-            paths.features("little"), settings=settings, seed=0,
-            latents=paths.latents("little", name), cost=paths.training_cost("little", name),
-        )  # fmt: skip
+            paths.features("little"),
+            settings=settings,
+            seed=0,
+            latents=paths.latents("little", name),
+            cost=paths.training_cost("little", name),
+        )
     skipped = {}
     for item in requests_for(
         {"little": spec}, [("little", t) for t in (*spec.tasks, *spec.embeddings)]
@@ -132,15 +144,23 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
             measured = item.of_job(job[-1])
             tables = paths.experiment(*job)
             run_experiment(
-                paths.features("little"), dataset="little", task=item.task,
-                experiment=item.experiment.name, parts=measured.part_names,
+                paths.features("little"),
+                dataset="little",
+                task=item.task,
+                experiment=item.experiment.name,
+                parts=measured.part_names,
                 settings=measured.job_settings(),
                 task_settings=spec.task_settings(item.task),
-                other_sets=list(item.other_sets), rendered="x" if item.experiment.renders else "",
-                audio=AudioSettings(sample_rate_hz=RATE_HZ), features=spec.features,
-                paths=paths, encoders=encoders if item.experiment.of_embedding else [], seed=0,
-                tables=tables, cost=paths.experiment_cost(*job),
-            )  # fmt: skip
+                other_sets=list(item.other_sets),
+                rendered="x" if item.experiment.renders else "",
+                audio=AudioSettings(sample_rate_hz=RATE_HZ),
+                features=spec.features,
+                paths=paths,
+                encoders=encoders if item.experiment.of_embedding else [],
+                seed=0,
+                tables=tables,
+                cost=paths.experiment_cost(*job),
+            )
             for model, (about, _) in zip(
                 measured.part_names, read_measurements(tables), strict=True
             ):

@@ -36,7 +36,8 @@ def numbers_of(model: BaseModel, before: str = "") -> dict[str, float | None]:
     """Defaults of the numbers of a model by path, without seeds."""
     numbers: dict[str, float | None] = {}
     for key, field in type(model).model_fields.items():
-        path, value = f"{before}{key}", getattr(model, key)
+        path = f"{before}{key}"
+        value = getattr(model, key)
         if path in OTHER or key.endswith("seed"):
             continue
         kinds = {field.annotation, *typing.get_args(field.annotation)}
@@ -63,7 +64,8 @@ def test_every_physical_setting_has_one_row():
 
 @pytest.mark.parametrize("name", ROWS)
 def test_the_default_is_as_listed_and_in_the_middle_of_its_range(name):
-    (written, text, _, evidence, source), value = ROWS[name], DEFAULTS[name]
+    (written, text, _, evidence, source) = ROWS[name]
+    value = DEFAULTS[name]
     assert written == ("none" if value is None else f"{value:g}")
     assert len(source) > 5
     if text == "known":

@@ -38,7 +38,8 @@ def features() -> tuple[np.ndarray, dict[str, np.ndarray]]:
 @pytest.mark.parametrize("target", TARGETS)
 @pytest.mark.parametrize("name", MODELS)
 def test_a_model_predicts_what_it_was_given_and_repeats_itself(name, target):
-    kind, (x, y) = TARGETS[target], features()
+    kind = TARGETS[target]
+    (x, y) = features()
     model = make_model(name, kind, seed=3)
     assert (is_classifier if kind == "classification" else is_regressor)(model)
     before = x.copy()
@@ -54,7 +55,8 @@ def test_a_model_predicts_what_it_was_given_and_repeats_itself(name, target):
 @pytest.mark.parametrize("name", MODELS)
 def test_a_model_comes_back_from_disk_as_it_was(name, tmp_path, monkeypatch):
     monkeypatch.setattr("ajgdata.evaluate.in_use.CALIBRATION_FOLDS", 2)
-    (x, y), store = features(), tmp_path / "d.nc"
+    (x, y) = features()
+    store = tmp_path / "d.nc"
     grasp = [f"s/{n}" for n in range(24)]
     columns = {
         "recording": text_column(grasp),

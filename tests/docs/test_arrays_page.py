@@ -38,7 +38,8 @@ def test_each_block_prints_what_the_page_shows(page):
 def test_scores_are_those_that_the_tones_have_by_design(page):
     """24 placements: the standard error of a placebo at the chance level of 50 % is 10 %."""
     names, _ = page
-    scores, placebo = names["scores"], names["placebo_scores"]
+    scores = names["scores"]
+    placebo = names["placebo_scores"]
     assert placebo["grasp"].value > 0.9
     for split in ("placement", "session"):
         assert abs(placebo[split].value - 0.5) < 3 * 0.1

@@ -174,7 +174,8 @@ def test_own_recordings(in_project):
     assert example["rings_hz"]["wood"] == 1500  # the 64th bin
     assert example["rings_hz"]["metal"] == 6000
     assert bin_hz * 64 == 1500
-    time, samples = example["first_tenth"].time.values, example["first_tenth"].values
+    time = example["first_tenth"].time.values
+    samples = example["first_tenth"].values
     assert samples.shape == (2, 4801)
     ringing = 0.5 * np.exp(-5 * time) * np.sin(2 * np.pi * 6000 * time)
     np.testing.assert_allclose(samples[1], ringing, atol=2.0**-23)
@@ -189,7 +190,8 @@ def test_publishing(in_project):
 
 
 def test_ros2_robot():
-    example, calls = run("ros2_robot"), []
+    example = run("ros2_robot")
+    calls = []
 
     def answer(name, fields):
         calls.append((name, fields))
@@ -203,13 +205,17 @@ def test_ros2_robot():
     up = ("/gripper/press", {"position": 0.10, "max_effort": 50.0})
     off, on = (("/gripper/pump", {"data": data}) for data in (False, True))
     assert calls == [
-        up, off,
+        up,
+        off,
         ("/gripper/press", {"position": 0.0, "max_effort": 8.0}),
         on,
         up,
-        ("/gripper/press", {"position": 0.0, "max_effort": 5.0}), off, up,
-        ("/bins/A", {}), off,
-    ]  # fmt: skip
+        ("/gripper/press", {"position": 0.0, "max_effort": 5.0}),
+        off,
+        up,
+        ("/bins/A", {}),
+        off,
+    ]
     with pytest.raises(SystemExit, match=r"met nothing at 0.001 m; put the object there"):
         example["force_of"]({"position": 0.001, "effort": 0.2, "stalled": False})
 

@@ -21,7 +21,8 @@ def text(node: ast.expr) -> str:
 
 def test_messages_have_three_parts_and_plain_words():
     assert str(DataError("a.wav", "is empty", "record again")) == "a.wav: is empty. Record again."
-    problems, fixes = [], []
+    problems = []
+    fixes = []
     for path in PACKAGE.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call) and getattr(node.func, "id", "") in ERRORS:

@@ -50,9 +50,12 @@ def install(package: Path, target: Path) -> None:
 def run(*paths: Path) -> dict:
     path = os.pathsep.join(map(str, (*paths, ROOT, ROOT / "tests" / "unit")))
     done = subprocess.run(
-        [sys.executable, "-c", PROGRAM], env=os.environ | {"PYTHONPATH": path}, check=True,
-        capture_output=True, text=True,
-    )  # fmt: skip
+        [sys.executable, "-c", PROGRAM],
+        env=os.environ | {"PYTHONPATH": path},
+        check=True,
+        capture_output=True,
+        text=True,
+    )
     return json.loads(done.stdout)
 
 
@@ -100,9 +103,11 @@ def test_an_own_entry_with_a_built_in_name_is_an_error(tmp_path, noun, value):
     (about / "entry_points.txt").write_text(f"[ajgdata.{noun}s]\n{name} = {value}\n")
     done = subprocess.run(
         [sys.executable, "-c", "import ajgdata.experiments.registry"],
-        check=False, capture_output=True,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(map(str, (tmp_path, ROOT)))}, text=True,
-    )  # fmt: skip
+        check=False,
+        capture_output=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(map(str, (tmp_path, ROOT)))},
+        text=True,
+    )
     assert done.returncode == 1
     problem = f"ImportError: package clash: {noun} {name!r} exists, rename it"
     assert done.stderr.splitlines()[-1] == problem

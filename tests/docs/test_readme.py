@@ -23,8 +23,13 @@ RECORDINGS = "python docs/examples/make_takes.py recordings"
 def link_environment(prefix: str) -> list[str]:
     """Return commands that make this environment the clone's own, newer than its lock file."""
     linked = [f"ln -s '{prefix}/{name}' .venv/{name}" for name in ("bin", "lib", "pyvenv.cfg")]
-    return ["mkdir .venv", *linked, "touch -d 2000-01-01 requirements.lock pyproject.toml"
-            " tools/bootstrap.sh", "touch .venv/.test", 'export PYTHONPATH="$PWD"']  # fmt: skip
+    return [
+        "mkdir .venv",
+        *linked,
+        "touch -d 2000-01-01 requirements.lock pyproject.toml tools/bootstrap.sh",
+        "touch .venv/.test",
+        'export PYTHONPATH="$PWD"',
+    ]
 
 
 def shell_lines(block: str) -> list[str]:
@@ -60,9 +65,14 @@ def test_every_block_runs_in_an_empty_clone(tmp_path):
     changed = {"PYTHONPATH", "AJGDATA_ROOT", "VIRTUAL_ENV", "MAKEFLAGS"}
     environment = {k: v for k, v in os.environ.items() if k not in changed}
     result = subprocess.run(
-        ["bash", "-c", script()], cwd=tmp_path, env=environment | {"MPLBACKEND": "agg"},
-        check=False, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-    )  # fmt: skip
+        ["bash", "-c", script()],
+        cwd=tmp_path,
+        env=environment | {"MPLBACKEND": "agg"},
+        check=False,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
     assert result.returncode == 0, result.stdout
     expected = [line for kind, block in BLOCKS if kind == "text" for line in block.splitlines()]
     assert [line for line in expected if line not in result.stdout.splitlines()] == []

@@ -65,7 +65,10 @@ def test_three_lines_of_the_documentation_give_its_values(tmp_path):
     assert len(block.splitlines()) == 3
     size = table.loc["size", "size", "cross_validation", "grouped", "size", "training", "rmse"]
     assert size[["mean", "grasp low", "grasp high", "chance"]].tolist() == [
-        0.7249, 0.6, 0.9, 6.4163,
-    ]  # fmt: skip
+        0.7249,
+        0.6,
+        0.9,
+        6.4163,
+    ]
     noise = table.loc["size", "noise", "repeated_fits", "grouped", "size_80dba", "training", "rmse"]
     assert noise[["median", "low", "high"]].tolist() == [20.6, 17.2, 22.4]

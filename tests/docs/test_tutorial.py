@@ -27,9 +27,16 @@ TEXT = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(sh|yaml)\n(.*?)^```", TEXT, flags=re.M | re.S)
 #: What a project's folder holds before anything of one's own.
 GIVEN = (
-    "Snakefile", "workflow", "profiles", "tests", "docs", "environment.yml", "README.md", "tools",
+    "Snakefile",
+    "workflow",
+    "profiles",
+    "tests",
+    "docs",
+    "environment.yml",
+    "README.md",
+    "tools",
     "pyproject.toml",
-)  # fmt: skip
+)
 
 
 CARD = "USB Audio CODEC"
@@ -44,7 +51,8 @@ def bench(monkeypatch):
         from fake_card import FakeLine, fake_card
     finally:
         sys.path.pop(0)
-    fake, drawn = FakeLine(noise=1e-4), np.random.default_rng(0)
+    fake = FakeLine(noise=1e-4)
+    drawn = np.random.default_rng(0)
     rings = {name: 0.15 * drawn.standard_normal(64) for name in ("", *HELD)}
 
     def hold(name=""):

@@ -41,7 +41,8 @@ class Plant:
     """Blocks in, blocks out: convolution with a `response` (m,), plus noise, in 24 bits."""
 
     def __init__(self, response: np.ndarray, noise: float = 0.0) -> None:
-        self._response, self._noise = np.asarray(response, dtype=float), noise
+        self._response = np.asarray(response, dtype=float)
+        self._noise = noise
         self._state = np.zeros(len(self._response) - 1)
         self._random = np.random.default_rng(0)
         self.sound = threading.Event()  #: set while something is played

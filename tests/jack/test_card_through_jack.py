@@ -47,7 +47,8 @@ def client(name):
 @contextmanager
 def clock():
     """Yield a JACK client that controls the time, and an event: the server missed a cycle."""
-    control, missed = client("ajgdata-test"), threading.Event()
+    control = client("ajgdata-test")
+    missed = threading.Event()
     control.set_xrun_callback(lambda _: missed.set())
     try:
         control.activate()

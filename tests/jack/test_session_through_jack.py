@@ -62,14 +62,19 @@ def declare(paths, **protocol):
 def acquisition(paths, rig, *arguments):
     program = [sys.executable, "-c", COMMAND, "record", "d", "--yes"]
     return subprocess.Popen(
-        [*program, "--device", rig.settings.device, *arguments], cwd=paths.root, text=True,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-    )  # fmt: skip
+        [*program, "--device", rig.settings.device, *arguments],
+        cwd=paths.root,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
 
 
 def test_killed_at_random_moments(paths, rig):
     """Each kill takes the process that records; its child, which holds the card, ends with it."""
-    started, moments, killed = rig(RESPONSE, noise=1e-4), random.Random(0), 0
+    started = rig(RESPONSE, noise=1e-4)
+    moments = random.Random(0)
+    killed = 0
     while killed < KILLS:
         process = acquisition(paths, started)
         process.stdout.readline()  # the first grasp is announced: the card is open

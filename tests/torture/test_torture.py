@@ -31,7 +31,8 @@ def trials(name, count):
 @pytest.mark.parametrize(("name", "count"), KILLS.items())
 def test_killed_at_any_moment(deeds, place, start, name, count):
     """After a restart each file has the bytes of an undisturbed run."""
-    deed, whole = deeds[name], deeds[name].whole
+    deed = deeds[name]
+    whole = deeds[name].whole
     began = time.monotonic()
     start(deed.action, place(deed.start)).wait()
     longest = time.monotonic() - began
@@ -65,7 +66,8 @@ def check_pair(first, second, root, whole):
 
 @pytest.mark.parametrize("name", ["import", "publish", "fetch"])
 def test_two_at_once(deeds, place, start, name):
-    deed, whole = deeds[name], deeds[name].whole
+    deed = deeds[name]
+    whole = deeds[name].whole
     for generator in trials(f"two {name}", 10):
         root = place(deed.start)
         first = start(deed.action, root)
@@ -76,7 +78,8 @@ def test_two_at_once(deeds, place, start, name):
 
 @pytest.mark.parametrize("other", ["workflow", "import", "status"])
 def test_a_command_during_the_workflow(deeds, place, start, other):
-    deed, whole = deeds["workflow"], deeds["workflow"].whole
+    deed = deeds["workflow"]
+    whole = deeds["workflow"].whole
     actions = {name: deeds[name].action for name in ("workflow", "import")}
     actions["status"] = lambda root: world.run_command("status")
     for generator in trials(f"two workflow {other}", 3):
@@ -90,7 +93,8 @@ def test_a_command_during_the_workflow(deeds, place, start, other):
 @pytest.mark.parametrize("name", ["import", "publish", "fetch"])
 def test_a_full_disk(deeds, place, start, name):
     """A message says so, nothing is damaged, and the command succeeds once there is space."""
-    deed, whole = deeds[name], deeds[name].whole
+    deed = deeds[name]
+    whole = deeds[name].whole
     trial = place(deed.start)
     if world.command("mount", "-t", "tmpfs", "-o", "size=64m", "none", trial):
         pytest.skip("no file system can be mounted here")

@@ -25,7 +25,8 @@ from ajgdata.paths import Paths
 from ajgdata.store.audio import write_pcm24
 
 RATE_HZ = 44_100
-MATERIALS, TAKES = ("Ceramic", "Marble", "Wood"), 4
+MATERIALS = ("Ceramic", "Marble", "Wood")
+TAKES = 4
 SNAKEFILE = Path(__file__).resolve().parents[2] / "Snakefile"
 PATTERN = r"(?P<material>[^/]+)/(?P<clip>\d+)\.wav"
 DECLARATION = {

@@ -70,18 +70,29 @@ def task_results(
     """Results of an experiment by model, as a report gets them."""
     results = tuple(
         Result(
-            model, model_label(model, kind) if model else "", outcome.about,
-            {t.name: t for t in outcome.tables}, {t.name: t for t in outcome.cost},
+            model,
+            model_label(model, kind) if model else "",
+            outcome.about,
+            {t.name: t for t in outcome.tables},
+            {t.name: t for t in outcome.cost},
         )
         for model, outcome in outcomes.items()
-    )  # fmt: skip
+    )
     values = {
-        "experiment": name, "dataset": "size", "dataset_title": "Cube size", "task": "edge",
-        "kind": kind, "target": "edge_mm", "unit": "mm" if kind == "regression" else "",
-        "groups": "grasp_id", "folds": 5, "source": "simulated",
+        "experiment": name,
+        "dataset": "size",
+        "dataset_title": "Cube size",
+        "task": "edge",
+        "kind": kind,
+        "target": "edge_mm",
+        "unit": "mm" if kind == "regression" else "",
+        "groups": "grasp_id",
+        "folds": 5,
+        "source": "simulated",
         "settings": EXPERIMENTS[name].settings.model_validate(settings or {}),
-        "results": results, "other_sets": {n: Other(f"Gripper {n}") for n in ("b", "c")},
-    } | changes  # fmt: skip
+        "results": results,
+        "other_sets": {n: Other(f"Gripper {n}") for n in ("b", "c")},
+    } | changes
     return TaskResults(**with_task_settings(values))
 
 

@@ -52,7 +52,8 @@ def trained(model: str, question: str, features: np.ndarray):
     estimator = make_model(model, kind_of(question), 0, period_of(question))
     smaller = SMALLER.get(model, {})
     for name in estimator.get_params():
-        if (last := name.rpartition("__")[2]) in smaller:
+        last = name.rpartition("__")[2]
+        if last in smaller:
             estimator.set_params(**{name: smaller[last]})
     return estimator.fit(features, targets(question, len(features)))
 
@@ -109,7 +110,8 @@ def onnx_outputs(file, recordings):
     import onnxruntime
 
     options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads, options.log_severity_level = 1, 4
+    options.intra_op_num_threads = 1
+    options.log_severity_level = 4
     session = onnxruntime.InferenceSession(file, options, providers=["CPUExecutionProvider"])
     names = [output.name for output in session.get_outputs()]
     for samples in recordings:

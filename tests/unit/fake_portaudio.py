@@ -71,9 +71,12 @@ class _Stream:
         **_: Any,
     ) -> None:
         self.samplerate = samplerate
-        self._of, self._channels, self._callback = of, channels, callback
+        self._of = of
+        self._channels = channels
+        self._callback = callback
         self._thread = threading.Thread(target=self._run, daemon=True)
-        self._stopped, self.active = False, True
+        self._stopped = False
+        self.active = True
 
     def start(self) -> None:
         self._thread.start()

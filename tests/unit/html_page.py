@@ -10,7 +10,10 @@ class Page(HTMLParser):
 
     def __init__(self, html: str) -> None:
         super().__init__()
-        self.tags, self.rows, self.words, self._open = [], [], [], []
+        self.tags = []
+        self.rows = []
+        self.words = []
+        self._open = []
         self.feed(html)
         assert self._open == []
 

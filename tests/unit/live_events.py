@@ -17,7 +17,9 @@ class Story:
     """Events one after another, each `after` seconds later."""
 
     def __init__(self):
-        self.events, self._now, self._said = [], START, 0
+        self.events = []
+        self._now = START
+        self._said = 0
 
     def say(self, event, after=1.0, **about):
         self._now += timedelta(seconds=after)
@@ -28,10 +30,18 @@ class Story:
 
     def start(self, **about):
         given = {
-            "dataset": "ycb", "task": "sorting", "model": "cnn", "classes": CLASSES,
-            "threshold": 0.6, "bins": BINS, "device": "virtual gripper",
-            "robot": "manual", "session": "sort-01", "source": "simulated", "novelty": "",
-        }  # fmt: skip
+            "dataset": "ycb",
+            "task": "sorting",
+            "model": "cnn",
+            "classes": CLASSES,
+            "threshold": 0.6,
+            "bins": BINS,
+            "device": "virtual gripper",
+            "robot": "manual",
+            "session": "sort-01",
+            "source": "simulated",
+            "novelty": "",
+        }
         return self.say("start", **(given | about))
 
     def hear(self, probability, verdict="known", **take):
@@ -39,10 +49,18 @@ class Story:
         self.say("take", recording="r", seconds=1.0, **level)
         best = max(probability, key=probability.get)
         return self.say(
-            "prediction", recording="r", seconds=0.01, kind="classification", value=best,
-            unit="", verdict=verdict, novelty=0.4, probability=probability, interval=None,
+            "prediction",
+            recording="r",
+            seconds=0.01,
+            kind="classification",
+            value=best,
+            unit="",
+            verdict=verdict,
+            novelty=0.4,
+            probability=probability,
+            interval=None,
             remarks=[],
-        )  # fmt: skip
+        )
 
     def sort(self, number, value, truth="", sure=0.9, placed=True):
         rest = (1 - sure) / (len(CLASSES) - 1)

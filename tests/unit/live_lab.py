@@ -44,8 +44,12 @@ class Scripted:
     attended = True
 
     def __init__(self, decisions=(), confirms=None):
-        self.decisions, self.confirms = list(decisions), dict(confirms or {})
-        self.calls, self.usual_dbfs, self.announced, self.problems = [], [], [], []
+        self.decisions = list(decisions)
+        self.confirms = dict(confirms or {})
+        self.calls = []
+        self.usual_dbfs = []
+        self.announced = []
+        self.problems = []
 
     def announce(self, grasp, done, total):
         self.announced.append((grasp.name, done, total))
@@ -76,7 +80,9 @@ class Lab:
     """Acquires with a fake card; `lines` are used one an acquisition, then fresh ones."""
 
     def __init__(self, paths: Paths, monkeypatch) -> None:
-        self.paths, self.lines, self.used = paths, [], []
+        self.paths = paths
+        self.lines = []
+        self.used = []
         monkeypatch.setattr(module, "open_card", self._open)
 
     @contextmanager

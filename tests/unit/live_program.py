@@ -25,7 +25,8 @@ from ajgdata.paths import Paths
 def forks(lab: Lab) -> None:
     """Print the number of each process, and how it ended."""
     for line in sys.stdin:
-        if (process := os.fork()) == 0:
+        process = os.fork()
+        if process == 0:
             try:
                 lab.lines = [FakeLine(response(), noise=1e-4 * (1 + float(line)))]
                 lab.acquire(Scripted())

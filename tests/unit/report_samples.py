@@ -61,10 +61,13 @@ def sections() -> tuple[TaskSection, ...]:
     return (
         TaskSection("size", "edge", "Cube size · edge", "simulated", (part(sizes),)),
         TaskSection(
-            "stones", "kind", f"{SCRIPT} · kind", "recorded",
+            "stones",
+            "kind",
+            f"{SCRIPT} · kind",
+            "recorded",
             (part(kinds, figures=(), text="", summary="", page="stones"),),
         ),
-    )  # fmt: skip
+    )
 
 
 def dataset(name: str, source: str, **changes) -> DatasetSummary:

@@ -80,9 +80,12 @@ def result(
         table_of("predictions", "Predictions", predicted, **PREDICTION_TITLES),
     )
     return Result(
-        model, label, {"parts": {"grouped": counts}, "classes": list(classes)},
-        {table.name: table for table in tables}, {"scores": score_table(measured, "Cost")},
-    )  # fmt: skip
+        model,
+        label,
+        {"parts": {"grouped": counts}, "classes": list(classes)},
+        {table.name: table for table in tables},
+        {"scores": score_table(measured, "Cost")},
+    )
 
 
 def size_result(model: str = "cnn", label: str = "CNN", **changes) -> Result:
@@ -115,21 +118,36 @@ def kind_result(model: str = "cnn", label: str = "CNN", **changes) -> Result:
 def sizes(*results: Result, **changes) -> TaskResults:
     """Return a simulated regression, of a CNN unless others are given."""
     given = {
-        "experiment": "cross_validation", "dataset": "size", "dataset_title": "Cube size",
-        "task": "edge", "kind": "regression", "target": "edge_mm", "unit": "mm",
-        "groups": "grasp_id", "folds": 5, "source": "simulated", "settings": Settings(),
-        "results": results or (size_result(),), "papers": {"known": PAPER},
-    }  # fmt: skip
+        "experiment": "cross_validation",
+        "dataset": "size",
+        "dataset_title": "Cube size",
+        "task": "edge",
+        "kind": "regression",
+        "target": "edge_mm",
+        "unit": "mm",
+        "groups": "grasp_id",
+        "folds": 5,
+        "source": "simulated",
+        "settings": Settings(),
+        "results": results or (size_result(),),
+        "papers": {"known": PAPER},
+    }
     return TaskResults(**with_task_settings(given | changes))
 
 
 def kinds(*results: Result, **changes) -> TaskResults:
     """Return recorded classes, of a CNN unless others are given."""
     given = {
-        "dataset": "stones", "dataset_title": SCRIPT, "task": "kind", "kind": "classification",
-        "target": "kind", "unit": "", "source": "recorded", "papers": {},
+        "dataset": "stones",
+        "dataset_title": SCRIPT,
+        "task": "kind",
+        "kind": "classification",
+        "target": "kind",
+        "unit": "",
+        "source": "recorded",
+        "papers": {},
         "results": results or (kind_result(),),
-    }  # fmt: skip
+    }
     return sizes(**(given | changes))
 
 

@@ -24,9 +24,13 @@ from ajgdata.types.protocol import SortPlan
 CLASSES = ("ball", "cube", "rod")
 BINS = {"ball": "A", "cube": "B", "rod": "C"}
 PLAN = {
-    "dataset": "d", "task": "t", "bins": BINS, "wait_s": 0, "references": None,
+    "dataset": "d",
+    "task": "t",
+    "bins": BINS,
+    "wait_s": 0,
+    "references": None,
     "card": {"device": "fake"},
-}  # fmt: skip
+}
 SWEEP = LogSweep(length_s=0.1)
 
 
@@ -41,7 +45,9 @@ def seen(*shares, verdict="known", novelty=0.5) -> Prediction:
     return Prediction("classification", best, "", NoveltyVerdict(verdict), novelty, probability)
 
 
-BALL, CUBE, ROD = seen(0.9, 0.05, 0.05), seen(0.1, 0.8, 0.1), seen(0.02, 0.03, 0.95)
+BALL = seen(0.9, 0.05, 0.05)
+CUBE = seen(0.1, 0.8, 0.1)
+ROD = seen(0.02, 0.03, 0.95)
 UNSURE = seen(0.5, 0.3, 0.2)
 EMPTY = seen(0.9, 0.05, 0.05, verdict="nothing")
 STRANGE = seen(0.9, 0.05, 0.05, verdict="unknown", novelty=2.5)
@@ -54,7 +60,9 @@ class Scripted:
     novelty_note = "the novelty check detects only 30 % of novel objects"
 
     def __init__(self, *predictions: Prediction) -> None:
-        self.predictions, self.references, self.received = list(predictions), [], []
+        self.predictions = list(predictions)
+        self.references = []
+        self.received = []
 
     def predict(self, waveform, sample_rate_hz):
         assert sample_rate_hz == RATE_HZ
@@ -77,7 +85,8 @@ class Robot:
     """Writes down each step; `at` maps the number of a step (from 0) to what then happens."""
 
     def __init__(self, at=None) -> None:
-        self.steps, self.at = [], dict(at or {})
+        self.steps = []
+        self.at = dict(at or {})
 
     def move(self, step, **about):
         number = len(self.steps)
@@ -104,8 +113,11 @@ class Cell:
     """Runs a sorter in a folder; everything it used can be looked at afterwards."""
 
     def __init__(self, folder: Path) -> None:
-        self.folder, self.log_file = folder / "s1", folder / "events.jsonl"
-        self.control, self.robot, self.line = Control(), Robot(), FakeLine(noise=1e-4)
+        self.folder = folder / "s1"
+        self.log_file = folder / "events.jsonl"
+        self.control = Control()
+        self.robot = Robot()
+        self.line = FakeLine(noise=1e-4)
         self.sorter: Sorter | None = None
 
     @contextmanager
@@ -113,17 +125,27 @@ class Cell:
         sound = excitation_samples(SWEEP, RATE_HZ)
         with (
             live_session(
-                self.folder, DatasetSpec(name="d", excitation=SWEEP), CardSettings(device="fake"),
-                {"sort": {"target": "label"}}, {"source": "soundcard"},
+                self.folder,
+                DatasetSpec(name="d", excitation=SWEEP),
+                CardSettings(device="fake"),
+                {"sort": {"target": "label"}},
+                {"source": "soundcard"},
             ) as session,
             EventLog(self.log_file) as log,
-        ):  # fmt: skip
+        ):
             self.sorter = Sorter(
-                plan=sort_plan, senses=Scripted(*predictions), card=fake_card(self.line),
-                played=sound.astype(np.float32), robot=self.robot,
-                session=session, log=log, target="label",
-                labels=lambda name: {"label": name} if name else {}, control=self.control, **about,
-            )  # fmt: skip
+                plan=sort_plan,
+                senses=Scripted(*predictions),
+                card=fake_card(self.line),
+                played=sound.astype(np.float32),
+                robot=self.robot,
+                session=session,
+                log=log,
+                target="label",
+                labels=lambda name: {"label": name} if name else {},
+                control=self.control,
+                **about,
+            )
             yield self.sorter
 
     def run(self, sort_plan: SortPlan, *predictions: Prediction, **about):

@@ -19,10 +19,12 @@ UNPLAYABLE_HZ = 666
 class Tones:
     """A source whose grasps sound like tones; it can fail at a given take."""
 
-    sample_rate_hz, solved = 8000, 0
+    sample_rate_hz = 8000
+    solved = 0
 
     def __init__(self, fail_at=None):
-        self.fail_at, self.takes = fail_at, []
+        self.fail_at = fail_at
+        self.takes = []
 
     def excitation(self):
         return 0.5 * np.sin(np.arange(1000) ** 2 / 5000)
@@ -42,7 +44,8 @@ class Tones:
 
 
 def grasp(name, hz, samples=2):
-    placement, digest = f"placement {name}", f"digest of {hz}"
+    placement = f"placement {name}"
+    digest = f"digest of {hz}"
     return RecipeGrasp(name, placement, f"object {name}", samples, {"hz": hz}, {"hz": hz}, digest)
 
 
@@ -74,7 +77,8 @@ def test_what_a_session_holds(tmp_path):
 
 
 def test_goes_on_after_a_failure(tmp_path):
-    whole, folder = tmp_path / "whole" / "s1", tmp_path / "s1"
+    whole = tmp_path / "whole" / "s1"
+    folder = tmp_path / "s1"
     assert acquire_session(whole, Tones(), GRASPS) == (6, 0, {}, 0)
     with pytest.raises(RuntimeError, match="cable"):
         acquire_session(folder, Tones(fail_at=3), GRASPS)
@@ -97,7 +101,8 @@ def test_a_virtual_session_shrinks_with_its_recipe(tmp_path):
 
 
 def test_a_grasp_that_cannot_be_made_is_named_and_the_rest_goes_on(tmp_path):
-    folder, source = tmp_path / "s1", Tones()
+    folder = tmp_path / "s1"
+    source = Tones()
     bad = grasp("g2", UNPLAYABLE_HZ)
     all_three = [GRASPS[0], bad, GRASPS[2]]
     done = acquire_session(folder, source, all_three)
@@ -170,9 +175,7 @@ def test_several_grippers_each_with_references():
     assert session_names(recipe) == ["virtual-small-01", "virtual-coffee-01"]
     small = plan_session(recipe, "d", "virtual-small-01", "code")
     assert [g.object for g in small] == ["", "", "a", "b", "a", "b"]
-    assert [g.grasp_id for g in small[:2]] == [
-        f"virtual-small-01_empty_{n:02d}" for n in (1, 2)
-    ]  # fmt: skip
+    assert [g.grasp_id for g in small[:2]] == [f"virtual-small-01_empty_{n:02d}" for n in (1, 2)]
     for reference in small[:2]:
         assert reference.setup["object"] is None
         assert reference.targets == {}

@@ -26,10 +26,15 @@ def started(root, faults=()):
     """Start the command with a fake card; `nohup`, under which a test may run, ignores SIGHUP."""
     program = [sys.executable, str(HERE / "live_program.py"), *COMMAND]
     return subprocess.Popen(
-        program, cwd=root, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-        text=True, env=os.environ | {"FAULTS": json.dumps(faults)},
+        program,
+        cwd=root,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env=os.environ | {"FAULTS": json.dumps(faults)},
         preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL),  # noqa: PLW1509
-    )  # fmt: skip
+    )
 
 
 @pytest.fixture
@@ -52,15 +57,29 @@ def test_keep_redo_skip_quit(paths):
     said, _ = process.communicate("\nx\nr\n\n\nkeep\n\nskip\nq\n", timeout=100)
     assert process.returncode == 3
     expected = (
-        "1 of 4: cube", "press it on cube with 8 N; then Enter", "clipped",
-        "k: keep, r: redo, s: skip, q: quit?", "q: quit?", "1 of 4", r"█+·* +-\d+\.\d dBFS",
-        "2 of 4: ball", "clipped", "3 of 4: cube", r"dBFS \(usually -", "clipped", "4 of 4: ball",
-        "d/soundcard-01: 4 recorded, 1 grasps left", "skipped cube_02",
-    )  # fmt: skip
+        "1 of 4: cube",
+        "press it on cube with 8 N; then Enter",
+        "clipped",
+        "k: keep, r: redo, s: skip, q: quit?",
+        "q: quit?",
+        "1 of 4",
+        r"█+·* +-\d+\.\d dBFS",
+        "2 of 4: ball",
+        "clipped",
+        "3 of 4: cube",
+        r"dBFS \(usually -",
+        "clipped",
+        "4 of 4: ball",
+        "d/soundcard-01: 4 recorded, 1 grasps left",
+        "skipped cube_02",
+    )
     assert re.search(".*".join(expected), said, re.DOTALL), said
     assert qualities(paths) == {
-        "cube_01_1": "reject", "cube_01-2_1": "ok", "ball_01_1": "clipped", "cube_02_1": "reject",
-    }  # fmt: skip
+        "cube_01_1": "reject",
+        "cube_01-2_1": "ok",
+        "ball_01_1": "clipped",
+        "cube_02_1": "reject",
+    }
     assert read_session(paths.session("d", "soundcard-01")).acquisition.finished
 
 

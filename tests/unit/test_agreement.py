@@ -24,11 +24,16 @@ PER_CENT = {"chance": 20.0, "perfect": 100.0}  # narrow: below 20 %
 @pytest.mark.parametrize(
     ("low", "high", "verdict"),
     [
-        (2.0, 3.0, "agrees"), (2.6, 4.5, "agrees"), (0.7, 2.6, "agrees"),
-        (1.0, 3.1, "inconclusive"), (2.6, 4.7, "inconclusive"),
-        (2.7, 9.0, "worse"), (0.0, 2.5, "better"), (0.1, 0.2, "better"),
+        (2.0, 3.0, "agrees"),
+        (2.6, 4.5, "agrees"),
+        (0.7, 2.6, "agrees"),
+        (1.0, 3.1, "inconclusive"),
+        (2.6, 4.7, "inconclusive"),
+        (2.7, 9.0, "worse"),
+        (0.0, 2.5, "better"),
+        (0.1, 0.2, "better"),
     ],
-)  # fmt: skip
+)
 def test_an_error_agrees_with_the_published_one_only_by_a_narrow_interval(low, high, verdict):
     rmse = Estimate((low + high) / 2, Interval(low, high), **MM)
     assert compare_with_published(rmse, 2.6) == verdict
@@ -37,10 +42,13 @@ def test_an_error_agrees_with_the_published_one_only_by_a_narrow_interval(low, h
 @pytest.mark.parametrize(
     ("low", "high", "verdict"),
     [
-        (80, 95, "agrees"), (70, 95, "inconclusive"), (91, 100, "better"), (30, 89, "worse"),
+        (80, 95, "agrees"),
+        (70, 95, "inconclusive"),
+        (91, 100, "better"),
+        (30, 89, "worse"),
         (90, 100, "agrees"),
     ],
-)  # fmt: skip
+)
 def test_more_accuracy_is_better(low, high, verdict):
     accuracy = Estimate((low + high) / 2, Interval(low, high), **PER_CENT)
     assert compare_with_published(accuracy, 90.0) == verdict
@@ -56,11 +64,13 @@ def test_statements_hold_beyond_their_interval():
 @pytest.mark.parametrize(
     ("verdicts", "joint"),
     [
-        (["agrees", "agrees"], "agrees"), (["agrees", "disagrees"], "partly agrees"),
-        (["agrees", "inconclusive"], "partly agrees"), (["inconclusive", "disagrees"], "disagrees"),
+        (["agrees", "agrees"], "agrees"),
+        (["agrees", "disagrees"], "partly agrees"),
+        (["agrees", "inconclusive"], "partly agrees"),
+        (["inconclusive", "disagrees"], "disagrees"),
         (["inconclusive"], "inconclusive"),
     ],
-)  # fmt: skip
+)
 def test_verdicts_on_parts_become_one(verdicts, joint):
     assert together(verdicts) == joint
 
@@ -78,7 +88,8 @@ def test_better_than_chance_needs_the_whole_interval():
 def test_the_interval_of_a_difference_is_that_of_newcombe():
     """56 of 70 and 48 of 80 with Wilson intervals: Newcombe 1998, Statistics in Medicine 17, 873,
     table II, (a), method 10: 0.0524 to 0.3339."""
-    first, second = Interval(0.6918, 0.8770), Interval(0.4904, 0.7003)
+    first = Interval(0.6918, 0.8770)
+    second = Interval(0.4904, 0.7003)
     gap = difference(56 / 70, first, 48 / 80, second)
     assert gap.low == pytest.approx(0.0524, abs=1e-4)
     assert gap.high == pytest.approx(0.3339, abs=1e-4)
@@ -101,7 +112,8 @@ def test_a_published_interval_counts_in_the_verdict(ours, published, verdict):
 
 
 def test_a_lower_error_is_better_if_both_have_intervals():
-    near, far = Interval(1.9, 2.1), Interval(3.8, 4.2)
+    near = Interval(1.9, 2.1)
+    far = Interval(3.8, 4.2)
     assert compare_with_published(Estimate(2.0, near, **MM), 4.0, far) == "better"
     assert compare_with_published(Estimate(4.0, far, **MM), 2.0, near) == "worse"
 

@@ -7,7 +7,11 @@ from sklearn.neighbors import KNeighborsClassifier
 
 import ajgdata
 
-CLASSES, SESSIONS, PLACEMENTS, GRASPS, SAMPLES = 4, 3, 3, 4, 2
+CLASSES = 4
+SESSIONS = 3
+PLACEMENTS = 3
+GRASPS = 4
+SAMPLES = 2
 BINS = 30
 #: Independent units; the standard error of a score at the chance level of 25 % of 36 is 7 %.
 ALL_PLACEMENTS = CLASSES * SESSIONS * PLACEMENTS

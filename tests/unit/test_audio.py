@@ -202,7 +202,8 @@ def test_resampling_keeps_a_tone(from_hz):
     The filter is a Kaiser window of beta 5, whose ripple is 10**(-(5 / 0.1102 + 8.7) / 20) = 0.0020
     (Oppenheim & Schafer); pass band and images add up to two of it. The ends see zeros outside.
     """
-    tone_hz, to_hz = 1234.5, 44_100
+    tone_hz = 1234.5
+    to_hz = 44_100
     played = np.sin(2 * np.pi * tone_hz * np.arange(from_hz) / from_hz).astype(np.float32)
     got = resample(played, from_hz, to_hz)
     assert got.dtype == np.float32

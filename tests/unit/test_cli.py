@@ -15,9 +15,7 @@ from ajgdata.store.sessions import read_dataset
 def test_check_clean_and_not(ajgdata, project, snapshot):
     project.session()
     before = snapshot(project.root)
-    assert ajgdata("check", "d") == (
-        0, "3 recordings checked: 0 errors, 0 warnings, 0 notes\n", ""
-    )  # fmt: skip
+    assert ajgdata("check", "d") == (0, "3 recordings checked: 0 errors, 0 warnings, 0 notes\n", "")
     assert snapshot(project.root) == before
     (project.folder() / "audio" / "b.wav").unlink()
     code, out, err = ajgdata("check")

@@ -68,7 +68,8 @@ def test_cnn_changes_the_feature_by_one_offset_and_one_factor():
     x = np.random.default_rng(0).normal(5, deviation, (200, 16)).astype(np.float32)
     z = standardised("cnn", x, np.arange(200) % 2)
     assert (z.mean(), z.std()) == pytest.approx((0, 1), abs=1e-4)
-    offset, factor = x.mean(dtype=np.float64), x.std(dtype=np.float64)
+    offset = x.mean(dtype=np.float64)
+    factor = x.std(dtype=np.float64)
     np.testing.assert_allclose(z, (x - offset) / factor, atol=1e-4)
 
 
@@ -114,10 +115,12 @@ def test_the_compression_is_part_of_the_stored_network():
 
 def test_same_seed_same_weights_whatever_the_threads_and_no_trace_is_left():
     x, place = peaks(40)
-    y, threads = place > 0.5, torch.get_num_threads()
+    y = place > 0.5
+    threads = torch.get_num_threads()
     torch.manual_seed(5)
     np.random.seed(5)
-    before, numpy_before = torch.get_rng_state(), np.random.get_state()[1].copy()
+    before = torch.get_rng_state()
+    numpy_before = np.random.get_state()[1].copy()
     first = CnnClassifier(**QUICK).fit(x, y).__getstate__()["module_"]
     assert torch.equal(torch.get_rng_state(), before)
     assert np.array_equal(np.random.get_state()[1], numpy_before)

@@ -47,7 +47,9 @@ def compare(tmp_path, monkeypatch, capsys):
 
 
 def test_removed_new_and_changed_rows_are_listed(compare):
-    kept, removed, new = {}, {"statistic": "fold 0"}, {"metric": "r2"}
+    kept = {}
+    removed = {"statistic": "fold 0"}
+    new = {"metric": "r2"}
     code, rows, summary = compare([kept | {"value": "2"}, removed], [kept | {"value": "2.5"}, new])
     assert code == 3
     assert "2 rows in old, 2 in new: 1 removed, 1 new, 1 changed" in summary

@@ -29,9 +29,13 @@ from ajgdata.report.format import Score
 
 @pytest.mark.parametrize(
     ("gap", "sd", "verdict"),
-    [(1.0, 0.4, "agrees"), (1.0, 0.6, "inconclusive"), (-1.0, 0.4, "disagrees"),
-     (1.0, float("nan"), "inconclusive")],
-)  # fmt: skip
+    [
+        (1.0, 0.4, "agrees"),
+        (1.0, 0.6, "inconclusive"),
+        (-1.0, 0.4, "disagrees"),
+        (1.0, float("nan"), "inconclusive"),
+    ],
+)
 def test_a_statement_holds_beyond_two_standard_deviations(gap, sd, verdict):
     assert holds(Score(gap, sd)) == verdict
 
@@ -39,13 +43,16 @@ def test_a_statement_holds_beyond_two_standard_deviations(gap, sd, verdict):
 @pytest.mark.parametrize(
     ("interval", "spread", "verdict", "remark"),
     [
-        ((2.7, 3.3), 0.0, "worse", ""), ((2.7, 3.3), 0.09, "worse", ""),
+        ((2.7, 3.3), 0.0, "worse", ""),
+        ((2.7, 3.3), 0.09, "worse", ""),
         ((2.7, 3.3), 0.2, "inconclusive", UNSTABLE),  # 2.5 to 3.1 contains 2.6
-        ((1.9, 2.5), 0.2, "inconclusive", UNSTABLE), ((1.9, 2.5), 0.09, "better", ""),
-        ((2.5, 3.1), 0.09, "agrees", ""), ((2.5, 3.1), 0.2, "inconclusive", UNSTABLE),
+        ((1.9, 2.5), 0.2, "inconclusive", UNSTABLE),
+        ((1.9, 2.5), 0.09, "better", ""),
+        ((2.5, 3.1), 0.09, "agrees", ""),
+        ((2.5, 3.1), 0.2, "inconclusive", UNSTABLE),
         ((1.0, 4.0), 0.2, "inconclusive", ""),  # too wide on every machine
     ],
-)  # fmt: skip
+)
 def test_a_verdict_that_another_machine_would_change_is_inconclusive(
     interval, spread, verdict, remark
 ):
@@ -134,13 +141,17 @@ def row(agrees: str, paper=PAPER, dataset="size", **changes) -> PaperComparison:
 
 
 def test_reasons_must_be_supported_and_point_to_the_paper():
-    up, down, vague = reason(1.0, 2.0), reason(1.0, 0.5), reason(1.0, 2.1, supported=False)
+    up = reason(1.0, 2.0)
+    down = reason(1.0, 0.5)
+    vague = reason(1.0, 2.1, supported=False)
     reasons = (up, down, vague)
     high = (Mark("ours", 9.0, 8.0, 10.0),)  # the paper: 2.6 mm
     for agrees, marks, why in (
-        ("better", LOW, [up]), ("worse", high, [down]), ("inconclusive", LOW, [up]),
+        ("better", LOW, [up]),
+        ("worse", high, [down]),
+        ("inconclusive", LOW, [up]),
         ("inconclusive", high, [down]),
-    ):  # fmt: skip
+    ):
         entry = row(agrees, reasons=reasons, marks=marks)
         assert (entry.differs, entry.why) == (True, why)
     assert not row("agrees", reasons=reasons).differs
@@ -158,11 +169,14 @@ def test_a_reason_can_be_about_one_split():
 
 
 def test_rows_stand_in_the_paper_s_order_one_a_figure_and_data_set():
-    first, second = paper_figure("a", 1.0), paper_figure("b", 2.0)
+    first = paper_figure("a", 1.0)
+    second = paper_figure("b", 2.0)
     given = ((second, "size"), (first, "d"), (first, "d"), (first, "e"))
     verdicts = ("agrees", "agrees", "worse", "agrees")
     rows = [row(verdict, *pair) for verdict, pair in zip(verdicts, given, strict=True)]
     ordered = in_papers_order(rows, (first, second))
     assert [(r.paper.id, r.dataset, r.agrees) for r in ordered] == [
-        ("a", "d", "agrees"), ("a", "e", "agrees"), ("b", "size", "agrees"),
-    ]  # fmt: skip
+        ("a", "d", "agrees"),
+        ("a", "e", "agrees"),
+        ("b", "size", "agrees"),
+    ]

@@ -49,10 +49,13 @@ def lines_of(records, stream=None) -> list[str]:
 def test_a_line_per_finished_job_with_its_message_and_duration():
     records = [
         record(None, msg="Select jobs to execute..."),
-        started(3, 0, "Measuring size"), started(4, 1, dataset="d", task="t"),
-        finished(4, 42), progress(1),
-        finished(3, 180), progress(2),
-    ]  # fmt: skip
+        started(3, 0, "Measuring size"),
+        started(4, 1, dataset="d", task="t"),
+        finished(4, 42),
+        progress(1),
+        finished(3, 180),
+        progress(2),
+    ]
     assert lines_of(records) == [
         "at   1/12      41 s  rule d t",
         "at   2/12   3.0 min  Measuring size",
@@ -70,9 +73,13 @@ def test_jobs_of_a_group_are_counted_one_by_one_and_the_last_line_has_the_time_o
 
 def test_a_failed_job_has_one_line_with_its_log():
     failed = record(
-        LogEvent.JOB_ERROR, level=logging.ERROR, msg="Error in rule", jobid=3, log=["a.log"],
+        LogEvent.JOB_ERROR,
+        level=logging.ERROR,
+        msg="Error in rule",
+        jobid=3,
+        log=["a.log"],
         aux_logs=["slurm.log"],
-    )  # fmt: skip
+    )
     repeated = record(LogEvent.ERROR, level=logging.ERROR, msg="x", exception="RuleException")
     other = record(LogEvent.ERROR, level=logging.ERROR, msg="[a] lost", exception="OSError")
     warning = record(None, level=logging.WARNING, msg="slow")
@@ -85,7 +92,8 @@ def test_a_failed_job_has_one_line_with_its_log():
 
 def test_only_a_terminal_has_a_bar_and_long_lines_are_not_broken():
     records = [started(1, 0, "m" * 200), finished(1, 1), progress(1)]
-    plain, terminal = lines_of(records), lines_of(records, Terminal())
+    plain = lines_of(records)
+    terminal = lines_of(records, Terminal())
     assert plain == [f"at   1/12       1 s  {'m' * 200}"]
     assert "1 of 12" in "".join(terminal) and plain[0] in "".join(terminal)
 
@@ -95,7 +103,8 @@ def test_the_log_file_and_verbose_runs_keep_all_messages(tmp_path, level, is_rep
     stream = io.StringIO()
     logger = logging.Logger("snakemake", level)
     with (tmp_path / "log").open("w"):
-        usual, file = logging.StreamHandler(stream), logging.FileHandler(tmp_path / "log")
+        usual = logging.StreamHandler(stream)
+        file = logging.FileHandler(tmp_path / "log")
         usual.addFilter(lambda record: record.levelno != logging.WARNING)
         logger.addHandler(usual)
         logger.addHandler(file)

@@ -10,7 +10,9 @@ from ajgdata.evaluate.task_data import TaskData
 from ajgdata.experiments.registry import EXPERIMENTS
 from ajgdata.types import NotPossibleError
 
-CLASSES, GRASPS, SAMPLES = 4, 6, 2
+CLASSES = 4
+GRASPS = 6
+SAMPLES = 2
 
 
 def gripper(shift: int, names: str = "g", seed: int = 0) -> TaskData:
@@ -52,7 +54,8 @@ def test_too_many_calibration_grasps_name_the_setting():
 
 
 def test_other_grippers_share_a_training_and_have_the_points_that_each_has_alone():
-    own, peers = gripper(0), {"near": gripper(3, seed=1), "far": gripper(8, seed=2)}
+    own = gripper(0)
+    peers = {"near": gripper(3, seed=1), "far": gripper(8, seed=2)}
     settings = {"kind": "classification", "model": "linear_plain", "sizes": (0, 1), "folds": 6}
     together = cross_gripper(own, peers, **settings)
     assert together == {name: points_of(own, other, sizes=(0, 1)) for name, other in peers.items()}

@@ -41,9 +41,16 @@ def store(**columns) -> FeatureRows:
 
 def inputs(**changes) -> Inputs:
     given = {
-        "dataset": "d", "task": "t", "target": "edge_mm", "kind": "regression", "unit": "mm",
-        "groups": "grasp_id", "folds": 3, "seed": 0, "store": store(),
-    }  # fmt: skip
+        "dataset": "d",
+        "task": "t",
+        "target": "edge_mm",
+        "kind": "regression",
+        "unit": "mm",
+        "groups": "grasp_id",
+        "folds": 3,
+        "seed": 0,
+        "store": store(),
+    }
     return Inputs(**with_task_settings(given | changes))
 
 
@@ -91,8 +98,11 @@ def test_regression():
     for first in range(4, 40, 4):  # the four recordings of a grasp share their fold
         assert len({folds[f"s/{n:02d}"] for n in range(first, first + 4)}) == 1
     assert {r["metric"] for r in cost["scores"].rows} == {
-        "train_s", "train_cpu_s", "inference_s_per_recording", "latency_s",
-    }  # fmt: skip
+        "train_s",
+        "train_cpu_s",
+        "inference_s_per_recording",
+        "latency_s",
+    }
 
 
 def test_classification_beside_a_random_split():

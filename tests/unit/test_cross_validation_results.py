@@ -59,8 +59,11 @@ def test_rows_of_a_task_stand_beside_the_paper_with_the_best_marked():
     papers = {"known": PAPER, "known_by_recording": PAPER}
     cnn, knn, recording = EXPERIMENT.rows(dataclasses.replace(results, papers=papers))
     assert (cnn.label, cnn.metric, cnn.value, cnn.chance) == (
-        "CNN", "RMSE", "2.20 ± 0.30 mm", "8.2 mm",
-    )  # fmt: skip
+        "CNN",
+        "RMSE",
+        "2.20 ± 0.30 mm",
+        "8.2 mm",
+    )
     assert (cnn.train_cpu_s, cnn.prediction_ms) == ("3.2", "0.21")
     assert (knn.train_cpu_s, knn.prediction_ms) == ("0", "0.05")
     assert (knn.value, knn.paper, cnn.paper) == ("4.00 ± 0.40 mm", PAPER, PAPER)
@@ -97,9 +100,12 @@ def test_a_result_that_is_not_better_than_chance_says_so():
     }
     names = {"unknown": paper_figure("unknown", 8.0, unit="°")}
     task = sizes(
-        size_result(parts=parts), unit="°", papers=names,
-        settings=Settings(test_on=("a", "b")), other_sets={"a": Other("A"), "b": Other("B")},
-    )  # fmt: skip
+        size_result(parts=parts),
+        unit="°",
+        papers=names,
+        settings=Settings(test_on=("a", "b")),
+        other_sets={"a": Other("A"), "b": Other("B")},
+    )
     _, withheld, near, better = EXPERIMENT.rows(task)
     assert withheld.value == "54.0 ± 5.0°, not better than chance"
     assert near.value == "35.0 ± 5.0°, not better than chance"
@@ -138,8 +144,9 @@ def test_known_values_stand_beside_the_paper_by_grasp_and_by_recording_and_each_
     task = sizes(size_result(parts=random_split()), papers=papers)
     grasp, recording = comparisons(task)
     assert [(row.split, row.label) for row in (grasp, recording)] == [
-        ("grouped split", "grouped split"), ("random split", "random split"),
-    ]  # fmt: skip
+        ("grouped split", "grouped split"),
+        ("random split", "random split"),
+    ]
     # 2.2 ± 0.3 and 1.1 ± 0.2 mm beside 1.2 mm.
     assert (grasp.agrees, recording.agrees) == ("worse", "agrees")
 
@@ -153,9 +160,11 @@ def test_classes_are_compared_in_per_cent_and_a_figure_without_a_number_is_told_
 @pytest.mark.parametrize(
     ("there", "flagged", "agrees"),
     [
-        (20.0, True, "agrees"), (20.0, False, "partly agrees"), (2.4, None, "inconclusive"),
+        (20.0, True, "agrees"),
+        (20.0, False, "partly agrees"),
+        (2.4, None, "inconclusive"),
     ],
-)  # fmt: skip
+)
 def test_a_lesson_is_learned_where_a_model_fails_and_silence_says_why(there, flagged, agrees):
     """At home 2.2 ± 0.3 mm: 2.4 is no failure."""
 
@@ -165,9 +174,11 @@ def test_a_lesson_is_learned_where_a_model_fails_and_silence_says_why(there, fla
     paper = paper_figure("lesson", None, metric="lesson")
     parts = {"on:bar": ({"rmse": Score(there, 1.0)}, 9.0)}
     task = sizes(
-        size_result(parts=parts), papers={"bar": paper}, settings=Settings(test_on=("bar",)),
+        size_result(parts=parts),
+        papers={"bar": paper},
+        settings=Settings(test_on=("bar",)),
         other_sets={"bar": Other("Bar turned")},
-    )  # fmt: skip
+    )
     (row,) = comparisons(task, lookup)
     assert row.agrees == agrees
     assert row.result.startswith("2.20 ± 0.30 mm where it was trained, ")
@@ -234,8 +245,11 @@ def test_the_error_of_each_model_is_drawn_over_its_training_time():
     sizes_task, kinds_task = two_tasks()
     rows = run_times(sizes_task).rows
     assert [(row["model"], row["train_cpu_s"], row["error"]) for row in rows] == [
-        ("CNN", 3.2, 1.9), ("CNN", 3.2, 2.5), ("k-NN", 1e-3, 3.6), ("k-NN", 1e-3, 4.4),
-    ]  # fmt: skip
+        ("CNN", 3.2, 1.9),
+        ("CNN", 3.2, 2.5),
+        ("k-NN", 1e-3, 3.6),
+        ("k-NN", 1e-3, 4.4),
+    ]
     assert run_times(kinds_task).rows == ()  # of one model
     accurate = kinds(kind_result(), kind_result("knn", "k-NN"))
     assert run_times(accurate).column("error") == pytest.approx([35, 25, 35, 25])

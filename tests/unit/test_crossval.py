@@ -53,18 +53,24 @@ def test_a_model_learns_the_obvious_and_repeats_itself():
     x, y, groups = spectra()
     first, second = (
         cross_validate(
-            x, np.array(["a", "b"])[y], groups, kind="classification", model="linear", folds=3,
+            x,
+            np.array(["a", "b"])[y],
+            groups,
+            kind="classification",
+            model="linear",
+            folds=3,
             seed=4,
         )
         for _ in range(2)
-    )  # fmt: skip
+    )
     assert first.scores.mean == {"accuracy": 1, "balanced_accuracy": 1, "macro_f1": 1}
     assert first.scores.sd == {"accuracy": 0, "balanced_accuracy": 0, "macro_f1": 0}
     assert first.scores.chance["accuracy"] == pytest.approx(0.5, abs=0.05)
     assert first.scores.classes == ("a", "b")
     assert same(first.scores, second.scores)
     assert first.predictions.y_pred.tobytes() == second.predictions.y_pred.tobytes()
-    p, q = first.predictions.probability, second.predictions.probability
+    p = first.predictions.probability
+    q = second.predictions.probability
     assert p.tobytes() == q.tobytes()
     assert ((p > 0.5) & (p <= 1)).all()
 

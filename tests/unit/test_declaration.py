@@ -73,13 +73,22 @@ def test_stores_that_do_not_compare_are_refused_when_they_are_read(tmp_path):
     settings = EXPERIMENTS["cross_validation"].settings(models=["ridge"], test_on=["b"])
     with pytest.raises(DataError, match="do not compare") as caught:
         run_experiment(
-            Paths(tmp_path).features("a"), experiment="cross_validation", parts=["ridge"],
-            dataset="a", task="t", settings=settings.model_dump(mode="json"), other_sets=["b"],
+            Paths(tmp_path).features("a"),
+            experiment="cross_validation",
+            parts=["ridge"],
+            dataset="a",
+            task="t",
+            settings=settings.model_dump(mode="json"),
+            other_sets=["b"],
             task_settings=TaskSettings(
                 target="object", kind="classification", unit="", groups="grasp_id", folds=3
             ),
-            audio=AudioSettings(), features=FeatureSettings(), paths=Paths(tmp_path), seed=0,
-            tables=tmp_path / "t.json", cost=tmp_path / "c.json",
-        )  # fmt: skip
+            audio=AudioSettings(),
+            features=FeatureSettings(),
+            paths=Paths(tmp_path),
+            seed=0,
+            tables=tmp_path / "t.json",
+            cost=tmp_path / "c.json",
+        )
     assert str(Paths(tmp_path).features("b")) in caught.value.where
     assert "48000" in str(caught.value)

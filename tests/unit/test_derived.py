@@ -19,11 +19,15 @@ BASE = {
         "scene": {"medium": {"kind": "metal"}, "grasp": {"force_n": 6}},
         "objects": [
             {"name": "a", "shape": "cube_10p0", "targets": {"edge_mm": 10}},
-            {"name": "b", "shape": "cube_20p7", "targets": {"edge_mm": 20.7},
-             "grasp": {"angle_deg": 9}},
+            {
+                "name": "b",
+                "shape": "cube_20p7",
+                "targets": {"edge_mm": 20.7},
+                "grasp": {"angle_deg": 9},
+            },
         ],
     },
-}  # fmt: skip
+}
 LOUD = {"name": "loud", "from": "base", "recipe": {"signal": {"external_noise_dba": 80}}}
 
 
@@ -42,7 +46,8 @@ def declare(paths, content):
 
 
 def test_a_derived_data_set_makes_the_same_grasps_and_takes_over_all_but_the_tasks(paths):
-    base, loud = read_dataset(paths, "base"), read_dataset(paths, "loud")
+    base = read_dataset(paths, "base")
+    loud = read_dataset(paths, "loud")
     assert (loud.licence, loud.targets, loud.tasks) == (base.licence, base.targets, {})
     assert loud.recipe.signal == {"external_noise_dba": 80}
     assert loud.recipe.scene == base.recipe.scene

@@ -14,7 +14,8 @@ HAS_GPU = torch.cuda.is_available()
 needs_gpu = pytest.mark.skipif(not HAS_GPU, reason="PyTorch finds no GPU on this computer")
 without_gpu = pytest.mark.skipif(HAS_GPU, reason="this computer has a GPU")
 ROWS = np.random.default_rng(0).random((40, 64), np.float32)
-LABEL, GRASP = np.arange(40) // 10, np.arange(40) // 2
+LABEL = np.arange(40) // 10
+GRASP = np.arange(40) // 2
 SETTINGS = Embedding(
     supervision="objects", target="object", epochs=2, batch_instances=4, batch_recordings=4
 )

@@ -26,17 +26,27 @@ from ajgdata.store.features import (
 )
 from ajgdata.types import Embedding
 
-BINS, THINGS, GRASPS = 48, 6, 6
+BINS = 48
+THINGS = 6
+GRASPS = 6
 SETTINGS = Embedding(
-    supervision="by hand", target="kind", dimensions=(2, 3), shown=3, folds=2, inits=2, epochs=2,
-)  # fmt: skip
+    supervision="by hand",
+    target="kind",
+    dimensions=(2, 3),
+    shown=3,
+    folds=2,
+    inits=2,
+    epochs=2,
+)
 KINDS = {"kind": "classification", "pose": "regression"}
 
 
 def shard() -> FeatureRows:
     """Two recordings of each grasp: a peak says which thing, a level which grasp."""
-    rng, bins = np.random.default_rng(0), np.arange(BINS)
-    rows, names = [], []
+    rng = np.random.default_rng(0)
+    bins = np.arange(BINS)
+    rows = []
+    names = []
     for session in ("s1", "s2"):
         for thing in range(THINGS):
             for grasp in range(GRASPS):
@@ -50,10 +60,12 @@ def shard() -> FeatureRows:
     session, thing, kind, grasp, pose = zip(*names, strict=True)
     columns = {
         "recording": text_column([f"r{n:04d}" for n in range(len(rows))]),
-        "session_id": text_column(session), "object": text_column(thing),
-        "kind": text_column(kind), "grasp_id": text_column(grasp),
+        "session_id": text_column(session),
+        "object": text_column(thing),
+        "kind": text_column(kind),
+        "grasp_id": text_column(grasp),
         "pose": FeatureColumn(np.array(pose)),
-    }  # fmt: skip
+    }
     feature = np.array(rows, np.float32)
     return FeatureRows(feature, bins * 21.5, columns, {"source": "simulated", "data_set": "toy"})
 
@@ -78,9 +90,16 @@ def without_umap(monkeypatch):
 def measured(folder: Path, name: str) -> Outcome:
     """The outcome of an experiment on a folder's store and latents."""
     given = {
-        "dataset": "toy", "task": "e", "target": "kind", "kind": "classification", "unit": "",
-        "groups": SETTINGS.groups, "folds": SETTINGS.folds, "seed": 0, "kinds": KINDS,
-    }  # fmt: skip
+        "dataset": "toy",
+        "task": "e",
+        "target": "kind",
+        "kind": "classification",
+        "unit": "",
+        "groups": SETTINGS.groups,
+        "folds": SETTINGS.folds,
+        "seed": 0,
+        "kinds": KINDS,
+    }
     given |= {"store": read_store(folder / "store.nc"), "training_cost": read(folder, "cost")}
     given["latents"] = read_latents(folder / "latents.nc")
     return load_experiment(name).measure(Inputs(**with_task_settings(given)), SETTINGS, "")
@@ -104,7 +123,8 @@ def read(folder: Path, name: str) -> dict:
 
 
 def train(folder: Path, rows: FeatureRows) -> Latents:
-    store, path = folder / "store.nc", folder / "latents.nc"
+    store = folder / "store.nc"
+    path = folder / "latents.nc"
     write_store(store, rows)
     train_embedding(store, settings=SETTINGS, seed=0, latents=path, cost=folder / "cost.json")
     return read_latents(path)
@@ -114,9 +134,11 @@ def test_latents_of_every_recording_by_every_network(output):
     latents = read_latents(output / "latents.nc")
     rows = 2 * THINGS * GRASPS * 2
     assert {d: z.shape for d, z in latents.latent.items()} == {
-        2: (2, 2, rows, 2), 3: (2, 2, rows, 3),
-    }  # fmt: skip
-    grasp, thing = latents.columns["grasp_id"].values, latents.columns["object"].values
+        2: (2, 2, rows, 2),
+        3: (2, 2, rows, 3),
+    }
+    grasp = latents.columns["grasp_id"].values
+    thing = latents.columns["object"].values
     for fold in range(2):  # no grasp on both sides, every thing on both
         new = latents.validation_fold == fold
         assert not set(grasp[new]) & set(grasp[~new])
@@ -128,7 +150,8 @@ def test_latents_of_every_recording_by_every_network(output):
 
 def test_classes_are_not_looked_at(output, tmp_path):
     """Class labels, and every other column but the log's, may say anything: nothing changes."""
-    plain, rng = shard(), np.random.default_rng(5)
+    plain = shard()
+    rng = np.random.default_rng(5)
     columns = {
         name: FeatureColumn(rng.permutation(column.values))
         if name not in ("recording", "object", "grasp_id")
@@ -167,7 +190,8 @@ def test_neighbours_and_what_they_cost(output):
     times = table(result, "times")
     assert [(row["space"], row["dimension"]) for row in times.rows] == list(scores)
     assert result.about["chance"] == 0.5
-    values, raw = of_scores(result), scores["raw", None].mean
+    values = of_scores(result)
+    raw = scores["raw", None].mean
     assert raw == scores["pca", 3].mean == scores["umap", 3].mean == 1.0
     for (space, dimension), score in scores.items():
         named = (space, dimension, "", "accuracy")
@@ -186,15 +210,18 @@ def test_neighbours_and_what_they_cost(output):
 
 @pytest.mark.usefixtures("without_umap")
 def test_projections_are_of_one_run_and_know_their_recordings(output):
-    result, latents = measured(output, "embedding_projections"), read_latents(output / "latents.nc")
-    recordings, points = table(result, "recordings"), table(result, "points")
+    result = measured(output, "embedding_projections")
+    latents = read_latents(output / "latents.nc")
+    recordings = table(result, "recordings")
+    points = table(result, "points")
     assert recordings.column("recording") == latents.columns["recording"].values.tolist()
     assert recordings.column("training") == (latents.validation_fold != 0).tolist()
     flat = points.where(space="latent", method="plane")
     plane = np.column_stack([flat.numbers("x"), flat.numbers("y")])
     np.testing.assert_allclose(plane, latents.latent[2][0, 0], rtol=1e-6)
     # a plane keeps part of the variance; of training points around their mean
-    pca, rows = points.where(space="latent", method="pca"), latents.validation_fold != 0
+    pca = points.where(space="latent", method="pca")
+    rows = latents.validation_fold != 0
     plane = np.column_stack([pca.numbers("x"), pca.numbers("y")])[rows]
     assert plane.mean(axis=0) == pytest.approx(0, abs=1e-6)
     share = plane.var(axis=0).sum() / latents.latent[3][0, 0][rows].var(axis=0).sum()

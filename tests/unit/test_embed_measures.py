@@ -12,7 +12,8 @@ from ajgdata.store.features import Latents
 
 def test_mean_distances_by_hand():
     space = np.array([[0.0], [3.0], [4.0], [10.0]])
-    label, names = np.array(["x", "x", "x", "y"]), np.array(["x", "y"])
+    label = np.array(["x", "x", "x", "y"])
+    names = np.array(["x", "y"])
     grasp = np.array([1, 2, 2, 3])
     distances = mean_distances(space, label, names, grasp)
     assert distances[0, 0] == (3 + 4) / 2  # not between the second and third: one grasp

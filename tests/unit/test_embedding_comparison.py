@@ -28,10 +28,16 @@ def results(name, paper, tables=(), cost=(), **about):
     """Results of an experiment on embeddings with 2 and 4 dimensions."""
     stored = [{table.name: table for table in some} for some in (tables, cost)]
     return TaskResults(
-        name, "d", "Things", "poses", TASK, "simulated",
-        Embedding.model_validate(SETTINGS), (Result("", "", about, *stored),),
+        name,
+        "d",
+        "Things",
+        "poses",
+        TASK,
+        "simulated",
+        Embedding.model_validate(SETTINGS),
+        (Result("", "", about, *stored),),
         papers={name: paper} if paper else {},
-    )  # fmt: skip
+    )
 
 
 def knn(latent=(0.45, 0.65), paper=None) -> TaskResults:

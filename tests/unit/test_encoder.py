@@ -15,7 +15,9 @@ from ajgdata.embed.encoder import (
 from ajgdata.models.cnn import Descent
 from ajgdata.types import Embedding
 
-THINGS, GRASPS, BINS = 4, 6, 96
+THINGS = 4
+GRASPS = 6
+BINS = 96
 SETTINGS = Embedding(
     supervision="objects", target="object", epochs=30, batch_instances=4, batch_recordings=4
 )
@@ -38,9 +40,13 @@ def test_things_come_apart_and_grasps_together(spectra):
     features, thing, grasp = spectra
     new = grasp % GRASPS == GRASPS - 1  # the last grasp of each thing is not trained on
     (encoder,) = train_encoders(
-        features[~new], thing[~new], grasp[~new],
-        dimensions=(2,), settings=SETTINGS, seed=0,
-    )  # fmt: skip
+        features[~new],
+        thing[~new],
+        grasp[~new],
+        dimensions=(2,),
+        settings=SETTINGS,
+        seed=0,
+    )
     latent = encoder.encode(features)
     apart = np.linalg.norm(latent[:, None] - latent[None], axis=-1)
     same = thing[:, None] == thing[None]
@@ -77,7 +83,8 @@ def test_networks_side_by_side_are_each_what_they_were(spectra):
 
 
 def test_nothing_to_learn_is_said():
-    thing, grasp = np.array([0, 1, 1]), np.array([0, 1, 1])
+    thing = np.array([0, 1, 1])
+    grasp = np.array([0, 1, 1])
     ask = {"instances": 2, "recordings": 2, "epochs": 1, "generator": np.random.default_rng(0)}
     with pytest.raises(ValueError, match="no object was grasped twice"):
         draw_batches(thing, grasp, **ask)

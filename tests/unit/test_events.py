@@ -37,8 +37,11 @@ def test_a_sort_is_counted_by_bin_truth_and_time():
     assert state.seconds == len(story.events) - 1.0
     last = state.grasps[-1]
     assert (last.value, last.probability, last.outcome, last.truth) == (
-        "screw", 0.7, "screw", "marker",
-    )  # fmt: skip
+        "screw",
+        0.7,
+        "screw",
+        "marker",
+    )
 
 
 def undecided(truth, action):

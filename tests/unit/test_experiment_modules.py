@@ -61,9 +61,11 @@ def test_how_many_grasps_reach_the_papers_accuracy(value, reached, says, agrees)
     held_out = table_of("held_out", "h", shares, **{key: key for key in shares[0]})
     paper = PAPER.model_copy(update={"value": value, "reached": reached})
     results = task_results(
-        "learning_curve", {"knn": Outcome((table, held_out))}, papers={"learning_curve": paper},
+        "learning_curve",
+        {"knn": Outcome((table, held_out))},
+        papers={"learning_curve": paper},
         settings={"groups": [1, 4, 16], "repeats": 3},
-    )  # fmt: skip
+    )
     (row,) = load_experiment("learning_curve").paper_comparison(results, nothing)
     assert (row.result, row.agrees, row.model) == (says, agrees, "k-NN")
     (advice,) = load_experiment("learning_curve").advice(results)
@@ -84,9 +86,10 @@ def sorting_results(accepted, correct, **changes):
         | {"accepted": a[0], "accepted low": a[1], "accepted high": a[2]}
         | {"correct": c[0], "correct low": c[1], "correct high": c[2]}
         for part, a, c in (
-            (CALIBRATED, accepted, correct), (PLAIN, (1.0, 0.95, 1.0), (0.5, 0.4, 0.6)),
+            (CALIBRATED, accepted, correct),
+            (PLAIN, (1.0, 0.95, 1.0), (0.5, 0.4, 0.6)),
         )
-    ]  # fmt: skip
+    ]
     runs = [
         {"part": part, "run": n, "sorts": n, "errors": 0}
         for part in (PLAIN, CALIBRATED)
@@ -197,9 +200,11 @@ def test_more_than_80_per_cent_is_lost_if_the_interval_of_coffee_is_beyond(ends,
     classes = [
         {"label": label, "grasps": 4, "mean": mean, "sd": 0.05, "low": low, "high": high}
         for label, mean, (low, high) in (
-            ("air", 1.0, (1.0, 1.0)), ("coffee", 0.1, ends), ("steel_balls", 0.5, (0.4, 0.6)),
+            ("air", 1.0, (1.0, 1.0)),
+            ("coffee", 0.1, ends),
+            ("steel_balls", 0.5, (0.4, 0.6)),
         )
-    ]  # fmt: skip
+    ]
     results = task_results(
         "reflected_energy",
         {"": Outcome((table_of("classes", "c", classes, **{key: key for key in classes[0]}),))},
@@ -263,9 +268,12 @@ def test_a_model_on_another_gripper_against_calibration_grasps():
     ]
     outcome = Outcome((table_of("folds", "f", rows, **{key: key for key in rows[0]}),))
     results = task_results(
-        "cross_gripper", {"knn": outcome}, kind="regression",
-        settings={"test_on": ["b", "c"], "grasps": [0, 4]}, papers={"cross_gripper": PAPER},
-    )  # fmt: skip
+        "cross_gripper",
+        {"knn": outcome},
+        kind="regression",
+        settings={"test_on": ["b", "c"], "grasps": [0, 4]},
+        papers={"cross_gripper": PAPER},
+    )
     (illustration,) = load_experiment("cross_gripper").figures(results)
     left, _ = draw(illustration).axes
     np.testing.assert_allclose(left.containers[0].lines[0].get_xydata(), [[0, 8], [4, 2]])
@@ -319,7 +327,9 @@ def test_what_is_evaluated_is_the_interval_that_is_shipped():
     inputs = small_inputs("regression")
     outcome = measured("conformal_intervals", inputs, "linear_plain", coverages=[0.9])
     data = inputs.data()
-    x, y, group = data.feature, data.value, data.group
+    x = data.feature
+    y = data.value
+    group = data.group
     for fold, (train, test) in enumerate(grouped_folds(y, group, "regression", 5, 0)):
         shipped = calibration(
             x[train], y[train], group[train], group[train], model="linear_plain", kind="regression"
@@ -350,9 +360,11 @@ def test_intervals_are_quantiles_of_residuals_by_grasp(monkeypatch):
         assert rows.numbers("coverage").tolist() == coverages
         assert rows.numbers("width").tolist() == [26, 36, math.inf]
     of_angles = measured(
-        "conformal_intervals", small_inputs("regression", period_deg=40.0), "linear_plain",
+        "conformal_intervals",
+        small_inputs("regression", period_deg=40.0),
+        "linear_plain",
         coverages=coverages,
-    )  # fmt: skip
+    )
     # no angle is further than half a period from another
     assert of_angles.tables[1].where(fold=0).numbers("width").tolist() == [26, 36, 40]
     assert of_angles.tables[1].where(coverage=0.97).numbers("held").tolist() == [1] * 5

@@ -19,10 +19,17 @@ from ajgdata.store.metrics import KEYS
 from ajgdata.store.tables import write_tables
 from ajgdata.types import DatasetSpec, TaskSettings
 
-TASK = TaskSettings.model_validate({
-    "target": "object", "kind": "classification", "unit": "", "groups": "grasp_id", "folds": 5,
-    "withhold": [], "period_deg": None,
-})  # fmt: skip
+TASK = TaskSettings.model_validate(
+    {
+        "target": "object",
+        "kind": "classification",
+        "unit": "",
+        "groups": "grasp_id",
+        "folds": 5,
+        "withhold": [],
+        "period_deg": None,
+    }
+)
 DECLARATION = {
     "name": "d",
     "targets": {"object": {"kind": "classification"}},
@@ -43,13 +50,20 @@ def run(paths: Paths, request: Request, **changes) -> None:
     for job in request.jobs:
         *_, experiment, models = job
         values = {
-            "dataset": "d", "task": "t", "experiment": experiment,
+            "dataset": "d",
+            "task": "t",
+            "experiment": experiment,
             "parts": request.of_job(models).part_names,
-            "task_settings": TASK, "settings": request.settings.model_dump(mode="json"),
+            "task_settings": TASK,
+            "settings": request.settings.model_dump(mode="json"),
             "other_sets": [],
-            "audio": SPEC.audio, "features": SPEC.features, "paths": paths, "seed": 3,
-            "tables": paths.experiment(*job), "cost": paths.experiment_cost(*job),
-        } | changes  # fmt: skip
+            "audio": SPEC.audio,
+            "features": SPEC.features,
+            "paths": paths,
+            "seed": 3,
+            "tables": paths.experiment(*job),
+            "cost": paths.experiment_cost(*job),
+        } | changes
         run_experiment(paths.features("d"), **values)
 
 

@@ -20,9 +20,14 @@ def read(path) -> list[dict[str, str]]:
 
 def test_numbers_keep_every_digit_and_columns_their_units(tmp_path):
     table = table_of(
-        "t", "t", [{"model": "a, b", "width": THIRD, "low_hz": 1e-30, "on": None}],
-        model="Model", width="Width, mm", low_hz="Low, Hz", on="On",
-    )  # fmt: skip
+        "t",
+        "t",
+        [{"model": "a, b", "width": THIRD, "low_hz": 1e-30, "on": None}],
+        model="Model",
+        width="Width, mm",
+        low_hz="Low, Hz",
+        on="On",
+    )
     write_csv(tmp_path / "t.csv", table)
     (row,) = read(tmp_path / "t.csv")
     assert list(row) == ["model", "width (mm)", "low_hz", "on"]

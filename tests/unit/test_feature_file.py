@@ -50,7 +50,8 @@ def test_one_recording_more_is_one_computed(project):
 def test_a_damaged_file_is_computed_again(project):
     project.session()
     project.build()
-    before, path = project.store(), project.paths.features("d")
+    before = project.store()
+    path = project.paths.features("d")
     content = bytearray(path.read_bytes())
     content[content.index(before.feature[1].tobytes())] ^= 1
     path.write_bytes(content)
@@ -117,9 +118,14 @@ def test_broken_recordings_are_findings(project):
     assert project.build() == (7, 0)
     findings = {f.recording_id: f for f in project.quarantine() if f.code != "no_sha256"}
     assert {name: f.code for name, f in findings.items()} == {
-        "a": "empty", "b": "truncated", "c": "silent", "d": "other_rate", "e": "too_short",
-        "f": "damaged", "g": "missing",
-    }  # fmt: skip
+        "a": "empty",
+        "b": "truncated",
+        "c": "silent",
+        "d": "other_rate",
+        "e": "too_short",
+        "f": "damaged",
+        "g": "missing",
+    }
     assert all(f.level == "error" and f.fix and f.session_id == "s1" for f in findings.values())
     store = project.store()
     assert store.columns["recording"].values.tolist() == ["s1/h"]
@@ -184,8 +190,10 @@ def test_values_and_names(two):
     assert columns["sample"] == [0, 1, 2, 0, 1]
     assert columns["edge_mm"] == [500, 750, 1000, 610, 1210]
     assert store.columns["edge_mm"].attrs == {
-        "units": "mm", "long_name": "edge length", "role": "target"
-    }  # fmt: skip
+        "units": "mm",
+        "long_name": "edge length",
+        "role": "target",
+    }
     names = [("a", "s1"), ("b", "s1"), ("c", "s1"), ("a", "s2"), ("d", "s2")]
     spectra = [expected(two, *name) for name in names]
     np.testing.assert_array_equal(store.feature, spectra)

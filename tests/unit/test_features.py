@@ -20,9 +20,14 @@ def reference(samples, settings):
     """Frames' transforms (bins, frames) in float64, by scipy.signal."""
     window = scipy.signal.get_window(settings.window_shape, settings.window)
     _, _, values = scipy.signal.stft(
-        samples.astype(np.float64), 1.0, window, settings.window,
-        settings.window - settings.hop, boundary=None, padded=False,
-    )  # fmt: skip
+        samples.astype(np.float64),
+        1.0,
+        window,
+        settings.window,
+        settings.window - settings.hop,
+        boundary=None,
+        padded=False,
+    )
     return values * window.sum()
 
 

@@ -49,7 +49,8 @@ class Handler(http.server.SimpleHTTPRequestHandler):
 def server(tree):
     handler = partial(Handler, directory=str(tree.root))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as host:
-        host.requests, host.cut = [], {}
+        host.requests = []
+        host.cut = {}
         thread = threading.Thread(target=host.serve_forever, args=(0.02,))
         thread.start()
         yield host
@@ -73,7 +74,8 @@ def test_the_same_features_on_another_machine(world, server, elsewhere):
 def test_sessions_and_sounds_come_back(world, tree, elsewhere):
     fetch(elsewhere.paths, str(tree.root))
     for session in ("s1", "s2"):
-        here, there = elsewhere.folder(session), world[0].folder(session)
+        here = elsewhere.folder(session)
+        there = world[0].folder(session)
         assert read_session(here) == read_session(there)
         assert (here / "excitation.wav").read_bytes() == (there / "excitation.wav").read_bytes()
     kept = elsewhere.paths.fetched_sums("d").parent
@@ -195,9 +197,10 @@ ATTACKS = {
         "audio_root leaves the folder",
     ),
     "declaration: of a file elsewhere": (
-        edit_text("dataset.yaml", "title:", "from: secret\ntitle:"), "is derived from another",
+        edit_text("dataset.yaml", "title:", "from: secret\ntitle:"),
+        "is derived from another",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", ATTACKS)

@@ -25,9 +25,13 @@ NOBODY = {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_NOSYSTEM": "1"} | {
 
 def git(folder: Path, *words: str) -> str:
     done = subprocess.run(
-        ["git", *words], cwd=folder, env=os.environ | NOBODY, check=True, capture_output=True,
+        ["git", *words],
+        cwd=folder,
+        env=os.environ | NOBODY,
+        check=True,
+        capture_output=True,
         text=True,
-    )  # fmt: skip
+    )
     return done.stdout.strip()
 
 
@@ -73,10 +77,14 @@ def paths(tmp_path, monkeypatch):
     folders = Paths(tmp_path / "project")
     folders.dataset("hits").parent.mkdir(parents=True)
     declared = {
-        "name": "hits", "licence": "none stated", "url": ADDRESS,
-        "audio": {"sample_rate_hz": 8000}, "targets": {"label": {"kind": "classification"}},
-        "tasks": {"label": {"target": "label"}}, "imports": {"pattern": "starter-kit"},
-    }  # fmt: skip
+        "name": "hits",
+        "licence": "none stated",
+        "url": ADDRESS,
+        "audio": {"sample_rate_hz": 8000},
+        "targets": {"label": {"kind": "classification"}},
+        "tasks": {"label": {"target": "label"}},
+        "imports": {"pattern": "starter-kit"},
+    }
     folders.dataset("hits").write_text(yaml.safe_dump(declared))
     return folders
 
@@ -113,8 +121,10 @@ def fetched_from(paths, monkeypatch):
 
     def fetch_from(address: str):
         for name, value in (
-            ("COUNT", "1"), ("KEY_0", f"url.{address}/.insteadOf"), ("VALUE_0", HOST),
-        ):  # fmt: skip
+            ("COUNT", "1"),
+            ("KEY_0", f"url.{address}/.insteadOf"),
+            ("VALUE_0", HOST),
+        ):
             monkeypatch.setenv(f"GIT_CONFIG_{name}", value)
         return fetch_source(paths, "hits")
 
@@ -172,9 +182,11 @@ def test_what_is_not_there_is_said_in_a_line(paths, mirror, files, fetched_from,
 @pytest.mark.parametrize(
     "wrong",
     [
-        {"into": "../x"}, {"folder": ".git"}, {"commit": "abc"},
+        {"into": "../x"},
+        {"folder": ".git"},
+        {"commit": "abc"},
     ],
-)  # fmt: skip
+)
 def test_a_part_stays_inside_and_names_its_commit(wrong):
     part = {"commit": "0" * 40, **wrong}
     origin = {"repository": ADDRESS, "parts": [part]}

@@ -23,8 +23,10 @@ def groups(names, choice=0):
 def test_label_grasp_and_sample_are_guessed():
     form = name_form([Path(name) for name in [*GRASPS, "notes final.wav"]])
     assert [(field.value_type, len(field.values)) for field in form.fields] == [
-        ("text", 2), ("number", 3), ("text", 2)
-    ]  # fmt: skip
+        ("text", 2),
+        ("number", 3),
+        ("text", 2),
+    ]
     assert form.other_files == (Path("notes final.wav"),)
     rows = groups([*GRASPS, "notes final.wav"])
     assert len(rows) == 12

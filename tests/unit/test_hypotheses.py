@@ -85,7 +85,8 @@ def test_nuisances_scale_what_differs_between_grasps_and_nothing_else():
 
 def test_variants_are_evaluations_of_the_same_grasps(tmp_path):
     """Joined data sets, a split by recording, one recording per grasp, a band, another model."""
-    paths, store = Paths(tmp_path), small_store()
+    paths = Paths(tmp_path)
+    store = small_store()
     settings = settings_text(AudioSettings(), FeatureSettings())
     store = replace(store, attrs={**store.attrs, "settings": settings})
     store = take_rows(store, np.argsort(store.columns["recording"].values))
@@ -147,7 +148,8 @@ def test_variants_are_evaluations_of_the_same_grasps(tmp_path):
 
 def test_the_report_has_a_page_on_causes(tmp_path):
     """Files with hypotheses are on this page, and other files on the page of their task."""
-    paths, store = Paths(tmp_path), small_store()
+    paths = Paths(tmp_path)
+    store = small_store()
     attrs = {"settings": settings_text(AudioSettings(), FeatureSettings()), "inputs_sha256": ""}
     attrs |= software()
     columns = {"session_id": text_column(["s1"] * len(store.feature))}
@@ -328,11 +330,16 @@ def test_the_smallest_change_is_the_title_of_the_grid():
     rows = [
         {"task": task, "x": x, "series": jig, "error": error, "sd": 1.0, "chance": 40.0}
         for task, x, jig, error in (
-            ("plain", 0, 0, 39), ("plain", 0, 10, 15), ("plain", 15, 0, 12), ("plain", 15, 10, 9),
-            ("circle", 0, 0, 35), ("circle", 0, 10, 30), ("circle", 15, 0, 30),
+            ("plain", 0, 0, 39),
+            ("plain", 0, 10, 15),
+            ("plain", 15, 0, 12),
+            ("plain", 15, 10, 9),
+            ("circle", 0, 0, 35),
+            ("circle", 0, 10, 30),
+            ("circle", 15, 0, 30),
             ("circle", 15, 10, 25),
         )
-    ]  # fmt: skip
+    ]
     table = table_of("breaking_mirror", "Grid", rows, **columns | {"x": "misfit (mm)"})
     assert smallest_changes(table) == (
         "Below half of the chance level: plain with jig 10 mm (15°); circle with no change"

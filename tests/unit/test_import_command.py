@@ -81,7 +81,8 @@ def test_a_grasp_number_counts_within_its_object(ajgdata, folder, rows):
     assert code == 0
     assert len(set(grasps(rows()).values())) == 4
     for prefix in ("box_g1", "box_g2", "ball_g1", "ball_g2"):
-        first, second = rows()[f"{prefix}_a"], rows()[f"{prefix}_b"]
+        first = rows()[f"{prefix}_a"]
+        second = rows()[f"{prefix}_b"]
         assert first["grasp_id"] == second["grasp_id"]
         assert (first["sample"], second["sample"]) == ("0", "1")
     assert "samples per grasp     2 (4 grasps)" in out

@@ -133,8 +133,10 @@ def test_targets_are_declared_by_what_the_cells_hold(paths, tmp_path):
     run(paths, folder, settings=settings, targets=["mass (g)", "form", "few"])
     targets = read_dataset(paths, "d").targets
     assert {name: t.kind for name, t in targets.items()} == {
-        "mass_g": "regression", "form": "classification", "few": "classification"
-    }  # fmt: skip
+        "mass_g": "regression",
+        "form": "classification",
+        "few": "classification",
+    }
     assert targets["mass_g"].missing == ("NaN",)
 
 

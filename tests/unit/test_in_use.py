@@ -39,7 +39,8 @@ def test_residuals_of_a_constant_prediction_give_the_half_width():
 
 
 def test_what_cannot_be_calibrated_says_why():
-    features, y = spectra(np.arange(8)), np.arange(8.0)
+    features = spectra(np.arange(8))
+    y = np.arange(8.0)
     few = calibration(features, y, np.arange(8), np.arange(8), model="ridge", kind="regression")
     assert few.half_width is None
     assert few.coverage is None
@@ -81,7 +82,8 @@ def test_nothing_is_what_is_nearer_to_a_reference():
 
 def test_false_alarms_come_as_often_as_stated():
     generator = np.random.default_rng(3)
-    flagged, rate = [], 0.1
+    flagged = []
+    rate = 0.1
     for _ in range(20):
         grasp = np.repeat(np.arange(60), 2)
         features = spectra(np.repeat(generator.uniform(1, 4, 60), 2), generator, bins=12)
@@ -212,13 +214,19 @@ def test_a_model_in_use_stores_the_rates_of_its_own_guard():
     generator = np.random.default_rng(7)
     features, objects, grasp = clusters(5, 16, generator, spread=0.05)
     result = calibration(
-        features, objects, grasp, grasp, model="linear_plain", kind="classification",
+        features,
+        objects,
+        grasp,
+        grasp,
+        model="linear_plain",
+        kind="classification",
         objects=objects,
-    )  # fmt: skip
+    )
     limits = alarm(features, grasp, grasp, objects=objects, false_alarm=0.05)
     assert (result.novelty_threshold, result.relative_threshold) == (
-        limits.threshold, limits.relative_threshold,
-    )  # fmt: skip
+        limits.threshold,
+        limits.relative_threshold,
+    )
     expected = novel_scores(features, grasp, grasp, objects).detection_rate(0.05)
     assert result.detection_rate == expected
     assert result.false_alarm == result.false_alarm_stated == 0.05
@@ -227,7 +235,8 @@ def test_a_model_in_use_stores_the_rates_of_its_own_guard():
 def test_the_area_under_the_curve_of_two_normal_scores():
     """Scores N(0, 1) and N(1, 1): the area is the normal distribution function at 1 / sqrt(2)."""
     generator = np.random.default_rng(8)
-    known, novel = generator.normal(size=20_000), generator.normal(1, 1, 20_000)
+    known = generator.normal(size=20_000)
+    novel = generator.normal(1, 1, 20_000)
     groups = np.arange(20_000)
     scores = NovelScores(
         {"a": known, "b": 0 * known}, {"a": novel, "b": 0 * novel}, groups, groups, groups

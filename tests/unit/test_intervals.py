@@ -38,12 +38,16 @@ def test_the_statistic_is_the_mean_over_folds():
 
 def test_a_grasp_that_all_folds_predict_is_drawn_once_for_all():
     """Five folds that predict the same: no narrower than one fold alone."""
-    error, grasp = np.random.default_rng(5).normal(size=40), np.arange(40)
+    error = np.random.default_rng(5).normal(size=40)
+    grasp = np.arange(40)
     single = metric_interval(np.zeros(40), error, np.zeros(40, int), grasp, kind="regression")
     five = metric_interval(
-        np.zeros(200), np.tile(error, 5), np.repeat(range(5), 40), np.tile(grasp, 5),
+        np.zeros(200),
+        np.tile(error, 5),
+        np.repeat(range(5), 40),
+        np.tile(grasp, 5),
         kind="regression",
-    )  # fmt: skip
+    )
     assert five == pytest.approx(single, rel=1e-12)
 
 
@@ -100,7 +104,8 @@ def test_an_error_without_variance_has_no_interval():
 
 def test_few_grasps_have_no_interval_of_an_error_and_an_exact_one_of_a_share():
     """Two withheld grasps: a bootstrap has three distinct resamples."""
-    generator, fold = np.random.default_rng(8), np.zeros(9, int)
+    generator = np.random.default_rng(8)
+    fold = np.zeros(9, int)
     nine = metric_interval(np.zeros(9), generator.normal(size=9), fold, fold, kind="regression")
     assert not nine.is_defined
     right = np.array([1, 1, 1, 1, 1, 1, 0, 0, 0])

@@ -31,7 +31,8 @@ def test_rows_are_left_out_of_the_largest_groups_first(most):
 
 
 def test_every_class_of_a_session_loses_as_many():
-    session, y = np.repeat(np.arange(4), 2500), np.tile(np.repeat(np.arange(20), 125), 4)
+    session = np.repeat(np.arange(4), 2500)
+    y = np.tile(np.repeat(np.arange(20), 125), 4)
     rows = thinned(session, 5000, y)
     kept = np.bincount(session[rows] * 20 + y[rows], minlength=80)
     assert kept.min() == 62 and kept.max() == 63  # 5000 / 80 is 62.5

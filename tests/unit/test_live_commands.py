@@ -37,17 +37,25 @@ DECLARATION = {
         "scene": {"numerics": {"dx_mm": 6, "max_time_s": 0.004}},
         "vary": {"angle_deg": [-5, 5]},
         "objects": [
-            {"name": "cube", "shape": {"kind": "cube", "edge_mm": 34},
-             "targets": {"label": "box", "mass_g": 30.5}},
+            {
+                "name": "cube",
+                "shape": {"kind": "cube", "edge_mm": 34},
+                "targets": {"label": "box", "mass_g": 30.5},
+            },
             {"name": "screw", "shape": "screw", "targets": {"label": "rod"}},
         ],
     },
-}  # fmt: skip
+}
 PLAN = {
-    "dataset": "d", "task": "what", "model": "linear", "bins": {"box": "A", "rod": "B"},
-    "source": "virtual", "objects": ["cube", "screw"], "wait_s": 0,
+    "dataset": "d",
+    "task": "what",
+    "model": "linear",
+    "bins": {"box": "A", "rod": "B"},
+    "source": "virtual",
+    "objects": ["cube", "screw"],
+    "wait_s": 0,
     "references": {"every": 10},
-}  # fmt: skip
+}
 RUNNER = CliRunner()
 
 
@@ -79,9 +87,13 @@ def trained(tmp_path_factory):
     shard = FeatureRows(np.array(features, np.float32), frequency_hz, columns, attrs)
     write_store(paths.features("d"), shard)
     train_model(
-        read_store(paths.features("d")), spec.training("what"), model="linear", seed=0,
-        task="what", folder=paths.model("d", "what", "linear"),
-    )  # fmt: skip
+        read_store(paths.features("d")),
+        spec.training("what"),
+        model="linear",
+        seed=0,
+        task="what",
+        folder=paths.model("d", "what", "linear"),
+    )
     return paths
 
 

@@ -102,9 +102,11 @@ def evaluated(tmp_path_factory):
     project.declare(targets=TARGETS, tasks=TASKS)
     sessions = [f"s{n}" for n in range(4)]
     for number, session in enumerate(sessions):
-        rows, folder = [], project.folder(session) / "audio"
+        rows = []
+        folder = project.folder(session) / "audio"
         for index in range(6):
-            name, hz = f"r{index}", 500.0 + 100 * (index // 2) + number
+            name = f"r{index}"
+            hz = 500.0 + 100 * (index // 2) + number
             rows.append(
                 Recording(
                     recording_id=name,
@@ -114,7 +116,7 @@ def evaluated(tmp_path_factory):
                     object="ab"[index // 2 % 2],
                     labels={"edge_mm": str(500 + 100 * (index // 2))},
                 )
-            )  # fmt: skip
+            )
         project.write(rows, session)
     targets = ajgdata.load_dataset("d", project.root).spec.targets
     project.build(*sessions, targets=targets)
@@ -125,9 +127,12 @@ def evaluated(tmp_path_factory):
 def test_splits_are_the_folds_of_the_evaluation(evaluated, task, seed):
     loaded = ajgdata.load_dataset("d", evaluated.root)
     inputs = Inputs(
-        "d", task, loaded.spec.task_settings(task), seed=seed,
+        "d",
+        task,
+        loaded.spec.task_settings(task),
+        seed=seed,
         store=read_store(evaluated.paths.features("d")),
-    )  # fmt: skip
+    )
     outcome = cross_validation.measure(inputs, CrossValidationSettings(), "knn")
     (predictions,) = (table for table in outcome.tables if table.name == "predictions")
     folds = predictions.where(split="grouped", target_values="training").split_by("fold")

@@ -32,10 +32,17 @@ def test_the_range_is_over_all_variants_that_were_measured():
     runs |= {"C=1": result("c", 0.78125), "D=1": {"steps": {}}}
     row = compared(ROW, runs)
     assert row == {
-        "figure": "ycb", "experiment": NAME, "part": "grouped mean", "unit": "%",
-        "value": 77.5, "smallest": 76.25, "largest": 78.125, "step": 100 / 640,
-        "variants": 3, "changed_by": ["A=1", "C=1"],
-    }  # fmt: skip
+        "figure": "ycb",
+        "experiment": NAME,
+        "part": "grouped mean",
+        "unit": "%",
+        "value": 77.5,
+        "smallest": 76.25,
+        "largest": 78.125,
+        "step": 100 / 640,
+        "variants": 3,
+        "changed_by": ["A=1", "C=1"],
+    }
     (row,) = with_spreads({"rows": [row], "other_machines": []})["rows"]
     line = f"| ycb (%), `{NAME}`, grouped mean | 77.5 | 76.25 | 78.12 | 1.875 | 2 of 3 |"
     assert markdown({"rows": [row]}).splitlines()[2:] == [line]

@@ -16,7 +16,9 @@ def test_regression():
 
 
 def test_a_weight_of_two_counts_as_a_row_given_twice():
-    y_true, y_pred, weight = np.array([1.0, 2, 6]), np.array([2.0, 2, 5]), np.array([1, 3, 2])
+    y_true = np.array([1.0, 2, 6])
+    y_pred = np.array([2.0, 2, 5])
+    weight = np.array([1, 3, 2])
     twice = metrics.regression(np.repeat(y_true, weight), np.repeat(y_pred, weight))
     assert metrics.regression(y_true, y_pred, weight=weight) == pytest.approx(twice)
 

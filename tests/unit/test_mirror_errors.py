@@ -66,7 +66,8 @@ def test_errors_without_a_mirror_image_do_not_support_it():
 
 
 def test_errors_of_a_period_are_the_shortest_way_round():
-    true, predicted = np.array([1.0, 1.0]), np.array([179.0, 179.0])
+    true = np.array([1.0, 1.0])
+    predicted = np.array([179.0, 179.0])
     assert mirror_errors(true, predicted, np.zeros(2), 45.0, period=180.0).error == 2
     assert mirror_errors(true, predicted, np.zeros(2), 45.0).error == 178
 

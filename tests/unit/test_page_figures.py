@@ -533,7 +533,8 @@ def embedding(name: str, about=None, **tables: list[dict]) -> TaskResults:
 
 def test_an_ellipse_has_the_axes_of_the_covariance():
     # x has the variance 4 and y the variance 1, turned by 30 degrees
-    x, y = np.array([-2, 2, 0, 0]), np.array([0, 0, -1, 1])
+    x = np.array([-2, 2, 0, 0])
+    y = np.array([0, 0, -1, 1])
     points = np.stack([x, y], 1) * math.sqrt(3 / 2)  # sample variances: 4 and 1
     turn = np.radians(30)
     matrix = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])

@@ -23,7 +23,8 @@ def test_the_interval_is_the_corrected_one():
 
 
 def test_unpaired_variances_add():
-    before, after = np.array(FIVE), np.array(FIVE[::-1]) + 0.1
+    before = np.array(FIVE)
+    after = np.array(FIVE[::-1]) + 0.1
     result = paired_fold_test(before, after, metric="", paired=False)
     variance = before.var(ddof=1) + after.var(ddof=1)
     reach = student.ppf(0.975, 4) * np.sqrt(0.45 * variance)

@@ -152,7 +152,8 @@ def test_a_scene_that_cannot_be_is_said_before_anything_is_written(tmp_path, cha
 
 
 def test_a_session_follows_from_its_part_of_the_recipe(tmp_path):
-    paths, spec = Paths(tmp_path), {"recipe": {**RECIPE, "variants": {"a": {}, "b": {}}}}
+    paths = Paths(tmp_path)
+    spec = {"recipe": {**RECIPE, "variants": {"a": {}, "b": {}}}}
 
     def hashes(**changes):
         declare(paths, "made", **{**spec, **changes})
@@ -166,7 +167,8 @@ def test_a_session_follows_from_its_part_of_the_recipe(tmp_path):
     thick = {"a": {}, "b": {"gripper": "thick-membrane"}}
     changed = hashes(recipe={**RECIPE, "variants": thick})
     assert {name for name in first if changed[name] != first[name]} == {
-        "virtual-b-01", "virtual-b-02",
-    }  # fmt: skip
+        "virtual-b-01",
+        "virtual-b-02",
+    }
     for change in ({"recipe": {**spec["recipe"], "seed": 9}}, {"excitation": {"kind": "mls"}}):
         assert not set(hashes(**change).values()) & set(first.values())

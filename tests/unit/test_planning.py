@@ -26,9 +26,12 @@ from ajgdata.paths import Paths
 from ajgdata.store.features import FeatureRows, text_column, write_store
 from ajgdata.store.metrics import PREDICTION_COLUMNS, read_predictions, write_predictions
 
-SESSION, OBJECT = DesignLevel.SESSION, DesignLevel.OBJECT
-IN_SESSION, PLACEMENT = DesignLevel.OBJECT_IN_SESSION, DesignLevel.PLACEMENT
-GRASP, RECORDING = DesignLevel.GRASP, DesignLevel.RECORDING
+SESSION = DesignLevel.SESSION
+OBJECT = DesignLevel.OBJECT
+IN_SESSION = DesignLevel.OBJECT_IN_SESSION
+PLACEMENT = DesignLevel.PLACEMENT
+GRASP = DesignLevel.GRASP
+RECORDING = DesignLevel.RECORDING
 #: Standard deviations of the simulated levels.
 SD = {SESSION: 3.0, IN_SESSION: 2.0, PLACEMENT: 2.5, GRASP: 1.5, RECORDING: 1.0, OBJECT: 4.0}
 TIMES = DesignTimes(session=30, placement=1, grasp=0.5)
@@ -66,8 +69,12 @@ def test_balanced_components_are_those_of_the_analysis_of_variance():
     def mean(*axes):
         return cells.mean(axis=axes, keepdims=True)
 
-    whole, session, in_session = mean(0, 1, 2, 3, 4), mean(1, 2, 3, 4), mean(2, 3, 4)
-    objects, placement, grasp = mean(0, 2, 3, 4), mean(3, 4), mean(4)
+    whole = mean(0, 1, 2, 3, 4)
+    session = mean(1, 2, 3, 4)
+    in_session = mean(2, 3, 4)
+    objects = mean(0, 2, 3, 4)
+    placement = mean(3, 4)
+    grasp = mean(4)
     squares = {
         SESSION: mean_square(session - whole, 2),
         OBJECT: mean_square(objects - whole, 3),
@@ -257,10 +264,12 @@ def write_run(project, *, sessions=3, is_correct=None, placements=True, **target
     rows = []
     for name, (session, held, placement, grasp, recording) in zip(names, numbers, strict=True):
         if target["kind"] == "regression":
-            y_true, y_pred = 10 * held, 10 * held + (1 if placement else 3)
+            y_true = 10 * held
+            y_pred = 10 * held + (1 if placement else 3)
         else:
             is_right = is_correct(session, held, placement, grasp, recording)
-            y_true, y_pred = f"o{held}", f"o{held if is_right else 1 - held}"
+            y_true = f"o{held}"
+            y_pred = f"o{held if is_right else 1 - held}"
         rows.append(common | {"recording": name, "y_true": y_true, "y_pred": y_pred})
     withheld = common | {"recording": names[0], "target_values": "withheld", "y_true": "x"}
     elsewhere = common | {"recording": "t1/x", "test_set": "e", "y_true": "x", "y_pred": "y"}

@@ -106,9 +106,14 @@ def test_the_metric_of_the_task_is_selected_and_shown_in_its_unit_only_if_declar
 def test_shares_are_shown_in_per_cent_where_it_is_declared(percent, place, value, units, ideal):
     rows = [{"stated": 0.5, "held": 0.4, "low": 0.3, "high": 0.45}]
     plot = of_table(
-        rows, x="stated", value="held", series=(), interval=("low", "high"), percent=percent,
+        rows,
+        x="stated",
+        value="held",
+        series=(),
+        interval=("low", "high"),
+        percent=percent,
         ideal=ideal,
-    )  # fmt: skip
+    )
     (point,) = plot.points
     factor = value / 0.4
     assert (point.x, point.score.mean) == pytest.approx((place, value))

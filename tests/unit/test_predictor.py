@@ -39,16 +39,25 @@ def sound(hz: float, generator: np.random.Generator, samples: int) -> np.ndarray
 
 def record(project, session, generator):
     """Twelve grasps of three tones, two recordings of each, and two of nothing."""
-    rows, folder = [], project.folder(session) / "audio"
+    rows = []
+    folder = project.folder(session) / "audio"
     for n in range(26):
-        name, grasp = f"r{n:02d}", n // 2
+        name = f"r{n:02d}"
+        grasp = n // 2
         hz = 0 if grasp == 12 else 500.0 + 250 * (grasp % 3)
         at = hz * (1 + 0.01 * generator.standard_normal())
         write_pcm24(folder / f"{name}.wav", sound(at, generator, 2000 + 7 * n), RATE_HZ)
         labels = {"edge_mm": str(hz) if hz else ""}
-        rows.append(Recording(recording_id=name, file=f"audio/{name}.wav", grasp_id=f"g{grasp}",
-                              sample=n % 2, object="abc"[grasp % 3] if hz else "",
-                              labels=labels))  # fmt: skip
+        rows.append(
+            Recording(
+                recording_id=name,
+                file=f"audio/{name}.wav",
+                grasp_id=f"g{grasp}",
+                sample=n % 2,
+                object="abc"[grasp % 3] if hz else "",
+                labels=labels,
+            )
+        )
     project.write(rows, session)
 
 
@@ -66,9 +75,13 @@ def trained(tmp_path_factory):
         for task, model in (("size", "knn"), ("what", "linear"), ("what", "svm")):
             spec = ajgdata.load_dataset("d", project.root).spec
             train_model(
-                read_store(project.paths.features("d")), spec.training(task), model=model, seed=0,
-                task=task, folder=project.paths.model("d", task, model),
-            )  # fmt: skip
+                read_store(project.paths.features("d")),
+                spec.training(task),
+                model=model,
+                seed=0,
+                task=task,
+                folder=project.paths.model("d", task, model),
+            )
     return project
 
 
@@ -200,7 +213,8 @@ def test_what_the_workflow_refuses_is_refused_in_its_words(trained, tmp_path, sa
 def test_another_rate_or_channel_is_refused_but_in_files_that_the_data_set_converts(
     trained, tmp_path
 ):
-    predictor, path = load(trained, "what", "linear"), tmp_path / "x.wav"
+    predictor = load(trained, "what", "linear")
+    path = tmp_path / "x.wav"
     waveform = np.stack([tone(500, 3001), tone(900, 3001)], axis=1).astype(np.float32)
     soundfile.write(path, waveform, 12_000, subtype="FLOAT")
     with pytest.raises(DataError, match="sampled at 12000 Hz, not 8000 Hz"):

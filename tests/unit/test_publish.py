@@ -46,7 +46,8 @@ def test_recordings_are_the_originals_byte_for_byte(world):
 
 def test_both_descriptions_say_what_was_declared(world):
     tree = world[1]
-    croissant, package = read_json(tree / tree.CROISSANT), read_json(tree / tree.DATAPACKAGE)
+    croissant = read_json(tree / tree.CROISSANT)
+    package = read_json(tree / tree.DATAPACKAGE)
     assert croissant["creator"] == {"@type": "sc:Person", "name": "A. Nobody"}
     assert croissant["datePublished"] == commit_date()
     assert croissant["license"] == package["licenses"][0]["path"]
@@ -99,7 +100,10 @@ def test_the_examples_of_the_card_run(tree):
     offline = {"HF_HUB_OFFLINE": "1", "HF_DATASETS_OFFLINE": "1"}
     done = subprocess.run(
         [sys.executable, "-c", "\n".join([*code, valid])],
-        cwd=tree.root, env={**os.environ, **offline, **caches},
-        check=False, capture_output=True, text=True,
-    )  # fmt: skip
+        cwd=tree.root,
+        env={**os.environ, **offline, **caches},
+        check=False,
+        capture_output=True,
+        text=True,
+    )
     assert len(code) == 5 and done.returncode == 0, done.stderr

@@ -36,7 +36,8 @@ def test_the_interval_is_that_of_a_ratio_of_means_over_groups():
     means = np.r_[
         1 + 0.2 * generator.standard_normal(60), 0.1 + 0.04 * generator.standard_normal(60)
     ]
-    label, group = np.repeat(["air", "coffee"], 60), np.arange(120)
+    label = np.repeat(["air", "coffee"], 60)
+    group = np.arange(120)
     air, coffee = relative_energies(means, label, group, np.full(120, "a"), "air")
     low, high = coffee.interval
     assert low < coffee.mean < high
@@ -53,9 +54,11 @@ def test_the_interval_is_that_of_a_ratio_of_means_over_groups():
 def test_half_the_amplitude_is_a_quarter_of_the_energy_and_the_band_selects():
     """Sines within and outside the band; Hann leaks below 1e-9 of its power 20 bins away."""
     time = np.arange(44_100) / 44_100
-    low, high = np.sin(2 * np.pi * 1_000 * time), np.sin(2 * np.pi * 9_000 * time)
+    low = np.sin(2 * np.pi * 1_000 * time)
+    high = np.sin(2 * np.pi * 9_000 * time)
     spectra = [spectrum(s, 44_100, POWER) for s in (low + high, 0.5 * low + high, low)]
-    power, frequency = np.stack(spectra), np.fft.rfftfreq(2048, 1 / 44_100)
+    power = np.stack(spectra)
+    frequency = np.fft.rfftfreq(2048, 1 / 44_100)
     loud, half, alone = band_energy(power, frequency, (500, 2_000))
     assert half / loud == pytest.approx(0.25, rel=1e-6)
     assert alone / loud == pytest.approx(1, rel=1e-6)
@@ -64,6 +67,7 @@ def test_half_the_amplitude_is_a_quarter_of_the_energy_and_the_band_selects():
 
 
 def test_a_missing_reference_is_said():
-    energy, label = np.array([4.0, 1.0]), np.array(["air", "coffee"])
+    energy = np.array([4.0, 1.0])
+    label = np.array(["air", "coffee"])
     with pytest.raises(ValueError, match="no energy of 'air' to compare with on 'b'"):
         relative_energies(energy, label, np.array(["g0", "g1"]), np.array(["a", "b"]), "air")

@@ -14,7 +14,8 @@ from ajgdata.report.comparison import UNSTABLE, PaperFigure
 
 def test_recordings_of_a_grasp_count_together_and_angles_go_the_shortest_way_round():
     rows = np.array([3, 0, 1, 2])
-    true, predicted = np.array([0.0, 10, 10, 10]), np.array([176.0, 13, 9, 12])
+    true = np.array([0.0, 10, 10, 10])
+    predicted = np.array([176.0, 13, 9, 12])
     held_out = Predictions(rows, np.zeros(4, int), true, predicted, None)
     grasp = np.array(["b", "b", "a", "c"])  # of rows 0 to 3
     assert grasp_errors(held_out, grasp, period=180).tolist() == [4, (9 + 1) / 2, 16]
@@ -25,7 +26,8 @@ def test_recordings_of_a_grasp_count_together_and_angles_go_the_shortest_way_rou
 def test_the_interval_over_grasps_is_that_of_normal_errors():
     """The mean square of n normal errors has the standard deviation σ² √(2 / n), its root half of
     that: 1.96 of these on both sides. Fits that are all the same add nothing."""
-    n, sigma = 4_000, 3.0
+    n = 4_000
+    sigma = 3.0
     squared = np.square(np.random.default_rng(0).normal(0, sigma, n))
     error = robust_error(np.tile(squared, (5, 1)))
     reach = 1.96 * sigma / np.sqrt(2 * n)
@@ -70,7 +72,8 @@ def test_fits_differ_by_their_seed_and_the_paper_s_value_is_compared_with_their_
         assert rows.where(statistic="median").numbers("value")[0] == np.median(each)
         assert outcome.about == {"counts": {"b": [30, 60]}}
     # one cross-validation with the task's own seed is the first fit
-    own, tested = inputs.data(), inputs.data("b")
+    own = inputs.data()
+    tested = inputs.data("b")
     extra = {"b": tested}
     once = cross_validate(
         own.feature,

@@ -78,7 +78,8 @@ def test_markdown_cannot_bring_in_what_runs(text):
 
 @pytest.mark.slow
 def test_an_installed_package_holds_what_pages_are_made_of(tmp_path):
-    source, target = tmp_path / "source", tmp_path / "target"
+    source = tmp_path / "source"
+    target = tmp_path / "target"
     source.mkdir()
     for name in ("ajgdata", "reports", "pyproject.toml", "setup.py", "README.md", "LICENSE"):
         (source / name).symlink_to(ROOT / name)

@@ -88,25 +88,43 @@ def test_each_task_says_simulated_or_recorded_and_has_the_published_value(pages)
     page = Page(pages["experiments/size.html"])
     assert page.row(["Cube size · edge"])[-1] == "simulated"
     assert page.row(["CNN", "RMSE"]) == [
-        "CNN", "RMSE", "2.20 ± 0.30 mm", "8.2 mm", "3.2", "0.21",
-        "RMSE 2.6 mm overall", "cubes; arXiv 2603.00351",
-    ]  # fmt: skip
+        "CNN",
+        "RMSE",
+        "2.20 ± 0.30 mm",
+        "8.2 mm",
+        "3.2",
+        "0.21",
+        "RMSE 2.6 mm overall",
+        "cubes; arXiv 2603.00351",
+    ]
     assert page.row(["k-NN", "RMSE"]) == [
-        "k-NN", "RMSE", "4.00 ± 0.40 mm", "8.2 mm", "3.2", "0.21",
-    ]  # fmt: skip
+        "k-NN",
+        "RMSE",
+        "4.00 ± 0.40 mm",
+        "8.2 mm",
+        "3.2",
+        "0.21",
+    ]
     page = Page(pages["experiments/stones.html"])
     assert page.row([f"{SCRIPT} · kind"])[-1] == "recorded"
 
 
 COMPARED = PaperComparison(
-    PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", "better", ResultCost(7.6, 0.9),
+    PAPER,
+    "size",
+    "edge",
+    "simulated",
+    "0.7 ± 0.1 mm",
+    "CNN",
+    "better",
+    ResultCost(7.6, 0.9),
     marks=(
         mark_of("ours", Score(0.7, 0.1)),
         mark_of("baseline", Score(0.9, 0.2)),
         mark_of("chance", Score(5.2, 0.0)),
     ),
     page="experiments/size.html",
-)  # fmt: skip
+)
 
 
 def test_results_are_compared_with_published_values_and_have_a_cost():
@@ -205,7 +223,9 @@ def test_a_cause_has_the_evidence_and_names_of_its_results_and_supported_ones_co
         change = Change("no scatter", "CNN", before, 2 * before, supported)
         return Reason(("size",), claim, "causes.html#x", (change,))
 
-    noise, first, second = reason("noise", 1, False), reason("scatter", 0.7), reason("scatter", 0.8)
+    noise = reason("noise", 1, False)
+    first = reason("scatter", 0.7)
+    second = reason("scatter", 0.8)
     rows = (
         dataclasses.replace(COMPARED, reasons=(noise, first)),
         dataclasses.replace(COMPARED, reasons=(noise, second), label="grouped"),
@@ -214,7 +234,8 @@ def test_a_cause_has_the_evidence_and_names_of_its_results_and_supported_ones_co
     html = render(report)["experiments/size.html"]
     section = html[html.index('id="why"') : html.index('id="details"')]
     items = [re.sub(r"<[^>]+>", "", item) for item in re.findall(r"<li>(.*?)</li>", section)]
-    name, other = rows[0].name, rows[1].name
+    name = rows[0].name
+    other = rows[1].name
     assert items == [
         f"Supported ({name}): scatter: no scatter (CNN 0.7 → 1.4).",
         f"Supported ({other}): scatter: no scatter (CNN 0.8 → 1.6).",

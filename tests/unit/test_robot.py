@@ -15,7 +15,8 @@ PLACE = RobotGrasp("cube_01", "cube", 1, 8.0)
 
 class Logging:
     def __init__(self, fails=""):
-        self.steps, self.fails = [], fails
+        self.steps = []
+        self.fails = fails
 
     def move(self, step, **about):
         self.steps.append((step, about))
@@ -25,7 +26,8 @@ class Logging:
 
 
 def test_the_paper_s_sequence_senses_at_ambient_pressure():
-    robot, forces = Logging(), []
+    robot = Logging()
+    forces = []
 
     def sense(force):
         robot.steps.append(("sense", {}))
@@ -33,9 +35,14 @@ def test_the_paper_s_sequence_senses_at_ambient_pressure():
 
     grasp_once(robot, PLACE, PAPER_SEQUENCE, 2.0, sense)
     assert robot.steps == [
-        ("loosen", {}), ("approach", vars(PLACE)), ("hold", {"seconds": 2.0}), ("sense", {}),
-        ("jam", {}), ("lift", {}), ("release", {}),
-    ]  # fmt: skip
+        ("loosen", {}),
+        ("approach", vars(PLACE)),
+        ("hold", {"seconds": 2.0}),
+        ("sense", {}),
+        ("jam", {}),
+        ("lift", {}),
+        ("release", {}),
+    ]
     assert forces == [7.5]
 
 
@@ -57,18 +64,30 @@ def command(tmp_path: Path, program: str = PROGRAM, **settings):
 
 
 def test_a_program_gets_every_step(tmp_path):
-    robot, forces = command(tmp_path), []
+    robot = command(tmp_path)
+    forces = []
     grasp_once(robot, PLACE, PAPER_SEQUENCE, 1.5, forces.append)
     robot.move("place", bin="A")
     robot.move("halt", held="cube")
     assert forces == [7.75]
     steps = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
     assert [step["step"] for step in steps] == [
-        "loosen", "approach", "hold", "jam", "lift", "release", "place", "halt"
-    ]  # fmt: skip
+        "loosen",
+        "approach",
+        "hold",
+        "jam",
+        "lift",
+        "release",
+        "place",
+        "halt",
+    ]
     assert steps[1] == {
-        "step": "approach", "grasp_id": "cube_01", "object": "cube", "number": 1, "force_n": 8.0
-    }  # fmt: skip
+        "step": "approach",
+        "grasp_id": "cube_01",
+        "object": "cube",
+        "number": 1,
+        "force_n": 8.0,
+    }
     assert (steps[2]["seconds"], steps[-2]["bin"], steps[-1]["held"]) == (1.5, "A", "cube")
 
 

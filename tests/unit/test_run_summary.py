@@ -98,7 +98,8 @@ def test_a_run_that_skipped_a_task_ends_with_a_line_and_reports_it_again(paths, 
 
 def test_a_requested_result_that_cannot_be_read_changes_the_exit_code(paths):
     """A result of another target is only listed."""
-    own, other = paths.study("accuracy"), paths.study("verification")
+    own = paths.study("accuracy")
+    other = paths.study("verification")
     errors = {str(file): f"{file}: format 2 is of an earlier version" for file in (own, other)}
     write_bytes(paths.runs, json_bytes(read_json(paths.runs) | {"unreadable": errors}))
     lines = summary(paths, optional=["d/t"], files=[own])
@@ -121,8 +122,14 @@ def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path)
     (tmp_path / "Snakefile").touch()
     assert split_arguments(["a", "b", "--cores", "2"]) == (["a", "b"], ["--cores", "2"])
     assert command(paths, ["a", "b"], ["-n"]) == [
-        "snakemake", "-n", "--config", "datasets=[a,b]", "alone=True", "pages=[]", "publish=[]"
-    ]  # fmt: skip
+        "snakemake",
+        "-n",
+        "--config",
+        "datasets=[a,b]",
+        "alone=True",
+        "pages=[]",
+        "publish=[]",
+    ]
     assert command(paths, [], ["--config", "quick=True"])[1:] == ["--config", "quick=True"]
     for given in (["--config", "quick=True"], ["--config=quick=True"], ["-C", "quick=True"]):
         with pytest.raises(DataError, match="Call snakemake with your own --config"):
@@ -137,7 +144,8 @@ def test_a_run_of_some_data_sets_is_named_after_them(tmp_path):
     similar = [*many[:-1], "another"]
     assert run_name(many) != run_name(similar)
     assert len(run_name(many)) < 100 and run_name(many).startswith("data_set_0+19~")
-    whole, alone = Paths(tmp_path), Paths(tmp_path, "a+b")
+    whole = Paths(tmp_path)
+    alone = Paths(tmp_path, "a+b")
     together = ("report", "runs", "metrics_table", "predictions")
     for name in (*together, "complete", "opening"):
         own = getattr(alone, name).relative_to(tmp_path / "results/runs/a+b")

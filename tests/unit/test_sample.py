@@ -35,9 +35,13 @@ def test_the_sample_needs_no_project(tmp_path):
     code = "import ajgdata; print(ajgdata.tutorial.load_features('ycb').sizes['frequency'])"
     environment = {key: text for key, text in os.environ.items() if key != "AJGDATA_ROOT"}
     done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, env=environment, check=True,
-        capture_output=True, text=True,
-    )  # fmt: skip
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=environment,
+        check=True,
+        capture_output=True,
+        text=True,
+    )
     assert done.stdout == "1025\n"
     assert not list(tmp_path.iterdir())
 

@@ -31,6 +31,7 @@ def test_parts_that_the_object_does_not_have_are_not_named():
     steel = Scene.model_validate(
         {"object": {"kind": "cube", "edge_mm": 20, "material": "steel"}, "numerics": COARSE}
     )
-    plan, full = build_plan(steel), build_plan(complete(steel))
+    plan = build_plan(steel)
+    full = build_plan(complete(steel))
     solved = {part.name for part in full.parts if part.is_solved}
     assert set(omitted_physics(plan, full)) <= solved

@@ -62,9 +62,12 @@ def silence(**flagged: bool) -> TaskResults:
         tables = {"silence": table_of("silence", "", rows, **TEST_COLUMNS)}
         results.append(Result(model, model, {"folds": 2}, tables, {}))
     return sizes(
-        results=tuple(results), experiment="shortcut", papers={},
-        settings=ShortcutSettings(test_on=("quiet",)), other_sets={"quiet": Other("Silence")},
-    )  # fmt: skip
+        results=tuple(results),
+        experiment="shortcut",
+        papers={},
+        settings=ShortcutSettings(test_on=("quiet",)),
+        other_sets={"quiet": Other("Silence")},
+    )
 
 
 def test_a_model_that_knows_the_answer_in_silence_is_shown_as_flagged():
@@ -74,6 +77,7 @@ def test_a_model_that_knows_the_answer_in_silence_is_shown_as_flagged():
 
 
 def test_p_is_corrected_for_all_tests_on_the_page():
-    here, there = silence(cnn=True), silence(cnn=True, knn=False)
+    here = silence(cnn=True)
+    there = silence(cnn=True, knn=False)
     (test,) = silence_tests(dataclasses.replace(here, same_page=(here, there)))
     assert test[0] is here.results[0] and test[1]["p"] == pytest.approx(0.003)

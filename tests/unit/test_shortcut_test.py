@@ -24,7 +24,8 @@ def shortcut(predicted, y=ANGLE, kind="regression", period=None, seed=0, permuta
 @pytest.mark.parametrize("period", [None, 180.0])
 def test_a_trace_of_the_truth_is_flagged_wherever_the_predictions_lie(period):
     """Each fold's model is off by something else, and answers in its own sense."""
-    offset, sense = 40.0 * FOLD, np.where(FOLD % 2, -1e-3, 1e-3)
+    offset = 40.0 * FOLD
+    sense = np.where(FOLD % 2, -1e-3, 1e-3)
     tilt = ANGLE if period is None else 90 * np.sin(2 * np.pi * ANGLE / 180)
     result = shortcut(offset + sense * tilt, period=period)
     assert result.p == 1 / 200 < FLAG_LEVEL

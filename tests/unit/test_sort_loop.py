@@ -66,8 +66,9 @@ def test_nothing_held_waits_for_something(cell):
     assert cell.robot.names == [*waited, *ONE_SORT]
     rows = read_recordings(cell.folder)[0]
     assert [(r.object, r.labels["reference"], r.quality) for r in rows] == [
-        ("", "empty", "ok"), ("ball", "", "ok")
-    ]  # fmt: skip
+        ("", "empty", "ok"),
+        ("ball", "", "ok"),
+    ]
 
 
 def test_what_nobody_named_is_neither_a_reference_nor_trained_on(cell):
@@ -85,8 +86,10 @@ def test_a_known_object_is_labelled_and_its_mistakes_count(cell):
     assert (len(done.placed), done.mistakes, done.rows) == (3, 1, (1, 1))
     rows = read_recordings(cell.folder)[0]
     assert [(r.object, r.labels["label"], r.labels["predicted"]) for r in rows] == [
-        ("ball", "ball", "ball"), ("cube", "cube", "rod"), ("rod", "rod", "rod")
-    ]  # fmt: skip
+        ("ball", "ball", "ball"),
+        ("cube", "cube", "rod"),
+        ("rod", "rod", "rod"),
+    ]
 
 
 def test_references_come_first_and_every_few_grasps(cell):
@@ -134,9 +137,14 @@ def test_arrivals_in_random_order_are_the_same_for_one_seed():
 
 
 HELD = {  # by step of the second sort, when it is interrupted in the middle
-    "loosen": "", "approach": "cube", "hold": "cube", "jam": "cube", "lift": "cube",
-    "place": "cube", "release": "",
-}  # fmt: skip
+    "loosen": "",
+    "approach": "cube",
+    "hold": "cube",
+    "jam": "cube",
+    "lift": "cube",
+    "place": "cube",
+    "release": "",
+}
 
 
 @pytest.mark.parametrize("step, ends", [*((step, fails) for step in HELD), ("jam", interrupts)])

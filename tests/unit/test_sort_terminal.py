@@ -11,17 +11,25 @@ from ajgdata.live.steps import Control
 from ajgdata.live.terminal import SortTerminal
 
 START = {
-    "n": 0, "time": "2026-01-02T03:04:05+00:00", "event": "start", "dataset": "d",
-    "task": "t", "model": "cnn", "device": "fake", "classes": CLASSES,
-    "threshold": 0.6, "source": "recorded",
-}  # fmt: skip
+    "n": 0,
+    "time": "2026-01-02T03:04:05+00:00",
+    "event": "start",
+    "dataset": "d",
+    "task": "t",
+    "model": "cnn",
+    "device": "fake",
+    "classes": CLASSES,
+    "threshold": 0.6,
+    "source": "recorded",
+}
 
 
 class Person:
     """A terminal at which `lines` are typed, and which then is gone."""
 
     def __init__(self, monkeypatch, *lines):
-        self.shown, self.control = io.StringIO(), Control()
+        self.shown = io.StringIO()
+        self.control = Control()
         console = Console(file=self.shown, width=24, emoji=False, highlight=False)
         self.terminal = SortTerminal(console, self.control)
         self.terminal.tell(START)

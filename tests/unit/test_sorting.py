@@ -38,7 +38,8 @@ def test_the_temperature_by_which_probabilities_are_too_sharp_is_found(t):
     log_p, label = overconfident(5000, t)
     # the score of log T has standard deviation about 1 / sqrt(0.4 n) for such logits: 2 %
     assert temperature(log_p, label) == pytest.approx(t, rel=0.08)
-    p, right = np.exp(log_p), None
+    p = np.exp(log_p)
+    right = None
     scaled = with_temperature(p, temperature(log_p, label))
     np.testing.assert_array_equal(scaled.argmax(axis=1), p.argmax(axis=1))
     np.testing.assert_allclose(scaled.sum(axis=1), 1)
@@ -82,7 +83,8 @@ def test_calibration_holds_groups_out_twice():
         np.testing.assert_array_equal(result.scaled[test], scaled)
         # grasps of such spread are near chance; logistic regression separates its own perfectly
         assert shipped.temperature > 1
-    sharp, flat = result.plain.max(axis=1), result.scaled.max(axis=1)
+    sharp = result.plain.max(axis=1)
+    flat = result.scaled.max(axis=1)
     assert (flat <= sharp + 1e-12).all()
     with pytest.raises(ValueError, match="model 'svm' has no probabilities"):
         calibrated(x, y, group, model="svm", folds=3)
@@ -101,7 +103,8 @@ def test_a_run_ends_with_the_first_refusal():
 
 
 def test_errors_are_counted_and_end_no_run():
-    p, label = np.array([[0.9, 0.1], [0.8, 0.2]]), np.array([0, 1])
+    p = np.array([[0.9, 0.1], [0.8, 0.2]])
+    label = np.array([0, 1])
     run = run_of(decisions(p, 0.6), label, stream(label, 0))
     assert run.sorts == LONGEST_RUN
     assert abs(run.errors - 500) < 3 * math.sqrt(250)

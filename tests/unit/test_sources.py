@@ -25,43 +25,70 @@ SCAN = "acoustic_sensing_starter_kit/data/collected_data_runs"
 LAYOUTS = {
     "active_rp": (
         [f"{KIT}/{name}" for name in ("0_sweep.wav", "1_desk.wav", "2_metal.wav")],
-        {"session1": 2, "session2": 2}, "label", {"desk", "metal"},
+        {"session1": 2, "session2": 2},
+        "label",
+        {"desk", "metal"},
     ),
     "esc10": (
         ["001 - Dog bark/1-100032-A.ogg", "010 - Fire crackling/5-17808-B.ogg"],
-        {"esc10": 2}, "label", {"Dog bark", "Fire crackling"},
+        {"esc10": 2},
+        "label",
+        {"Dog bark", "Fire crackling"},
     ),
     "knock_material": (
-        ["Data/processed/train/Wood/1.wav", "Data/processed/test/Marble/100.wav",
-         "Data/raw/Wood/1.wav"],
-        {"knock_material": 2}, "material", {"Wood", "Marble"},
+        [
+            "Data/processed/train/Wood/1.wav",
+            "Data/processed/test/Marble/100.wav",
+            "Data/raw/Wood/1.wav",
+        ],
+        {"knock_material": 2},
+        "material",
+        {"Wood", "Marble"},
     ),
     "stone_impact": (
         ["audio/0_raw_sound/S01_1_ini.wav", "audio/0_raw_sound/S25_2_ini.wav"],
-        {"stone_impact": 2}, "form", {"pl", "pt"},
+        {"stone_impact": 2},
+        "form",
+        {"pl", "pt"},
     ),
     "soft_finger_contact": (
         [f"{FINGER}_029/0_sweep.wav", f"{FINGER}_029/100_none.wav", f"{FINGER}_032/17_tip.wav"],
-        {"finger_029_no_stand": 1, "finger_032_no_stand": 1}, "contact", {"none", "tip"},
+        {"finger_029_no_stand": 1, "finger_032_no_stand": 1},
+        "contact",
+        {"none", "tip"},
     ),
     "soft_finger_position": (
-        [f"{PLACES}/0_sweep.wav", f"{PLACES}/1_none.wav",
-         f"data/20260117_{REGRESSION}_037/17_7.5.wav"],
-        {"finger_030": 1, "finger_037": 1}, "position", {"none", "7.5"},
+        [
+            f"{PLACES}/0_sweep.wav",
+            f"{PLACES}/1_none.wav",
+            f"data/20260117_{REGRESSION}_037/17_7.5.wav",
+        ],
+        {"finger_030": 1, "finger_037": 1},
+        "position",
+        {"none", "7.5"},
     ),
     "soft_finger_touch": (
-        [f"{BATCH}_1/data/10_finger blank.wav", f"{BATCH}_1/data/1_finger tip.wav",
-         f"{BATCH}_2/data/0_long_sweep.wav", f"{BATCH}_2/data/32_finger bottom.wav"],
-        {"batch_1": 2, "batch_2": 1}, "contact", {"blank", "tip", "bottom"},
+        [
+            f"{BATCH}_1/data/10_finger blank.wav",
+            f"{BATCH}_1/data/1_finger tip.wav",
+            f"{BATCH}_2/data/0_long_sweep.wav",
+            f"{BATCH}_2/data/32_finger bottom.wav",
+        ],
+        {"batch_1": 2, "batch_2": 1},
+        "contact",
+        {"blank", "tip", "bottom"},
     ),
     "franka_contact": (
-        [f"{SCAN}_2026_01_15_workspace_1_pure_no_contact/data/1_no_contact.wav",
-         f"{SCAN}_2026_01_27_hold_out_dataset_relabeled/data/1022_edge.wav",
-         f"{SCAN}_2026_01_27_hold_out_dataset_relabeled/data/1022_contact.wav"],
-        {"workspace_1_empty": 1, "workspace_4_square": 2}, "contact",
+        [
+            f"{SCAN}_2026_01_15_workspace_1_pure_no_contact/data/1_no_contact.wav",
+            f"{SCAN}_2026_01_27_hold_out_dataset_relabeled/data/1022_edge.wav",
+            f"{SCAN}_2026_01_27_hold_out_dataset_relabeled/data/1022_contact.wav",
+        ],
+        {"workspace_1_empty": 1, "workspace_4_square": 2},
+        "contact",
         {"no_contact", "edge", "contact"},
     ),
-}  # fmt: skip
+}
 STONES = (
     "sound_sample_name_simple,sample_name,form,mass_ini,f1_ini\n"
     "S01_1,S01,pl,1500.5,900.1\nS25_2,S25,pt,0.00,0.00\n"
@@ -70,7 +97,8 @@ STONES = (
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_source_says_what_a_declaration_does_not(name):
-    source, spec = read_source(PATHS, name), read_dataset(PATHS, name)
+    source = read_source(PATHS, name)
+    spec = read_dataset(PATHS, name)
     assert spec.url == source.origin.repository
     assert spec.licence != "not stated"  # one of the known ones, or that there is none
     assert source.republish == (spec.licence != "none stated")
@@ -82,7 +110,8 @@ def test_a_source_says_what_a_declaration_does_not(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_its_files_give_sessions_and_labels(name, tmp_path):
     files, sessions, column, labels = LAYOUTS[name]
-    source, spec = read_source(PATHS, name), read_dataset(PATHS, name)
+    source = read_source(PATHS, name)
+    spec = read_dataset(PATHS, name)
     folder = tmp_path / name
     for part in source.origin.parts:
         for file in files:

@@ -72,9 +72,12 @@ def test_a_model_of_a_repeating_target_comes_back_whole(store):
     settings = settings_of("edge_mm", period_deg=8.0)
     train_model(read_store(store), settings, model="knn", seed=3, folder=folder)
     loaded, about = read_model(folder)
-    shard, known = read_store(store), slice(0, 23)
-    x, y, grasp = (c[known] for c in (shard.feature, shard.columns["edge_mm"].values,
-                                      shard.columns["grasp_id"].values))  # fmt: skip
+    shard = read_store(store)
+    known = slice(0, 23)
+    x, y, grasp = (
+        c[known]
+        for c in (shard.feature, shard.columns["edge_mm"].values, shard.columns["grasp_id"].values)
+    )
     fitted = fit_model(make_model("knn", "regression", 3, 8.0), x, y, grasp)
     assert about.get("tuning") == search_result(fitted)[1]
     assert type(loaded) is type(search_result(fitted)[0])
@@ -109,8 +112,9 @@ def test_a_model_of_some_classes_knows_no_others(store):
     two, facts = read_model(store.parent / "two")
     assert two.classes_.tolist() == facts["classes"] == ["a", "c"]
     assert facts["recordings"] == 18
-    x, y, grasp = (c[kinds != "b"] for c in (shard.feature, kinds,
-                                             shard.columns["grasp_id"].values))  # fmt: skip
+    x, y, grasp = (
+        c[kinds != "b"] for c in (shard.feature, kinds, shard.columns["grasp_id"].values)
+    )
     fitted = fit_model(make_model("linear", "classification"), x, y, grasp)
     np.testing.assert_array_equal(
         two.predict_proba(shard.feature), fitted.predict_proba(shard.feature)
@@ -151,7 +155,8 @@ def test_tasks_with_equal_settings_share_a_training(store, monkeypatch):
 def test_references_are_recordings_without_object_and_without_label(store, target):
     """Of four recordings, one each has an object and a label, only one of the two, and neither."""
     whole = read_store(store)
-    objects, labels = whole.columns["object"].values, whole.columns[target].values
+    objects = whole.columns["object"].values
+    labels = whole.columns[target].values
     objects[[2, 23]] = ""  # 2 has a label; 23 has none: the empty gripper
     labels[22] = np.nan if target == "edge_mm" else ""  # its object is known
     columns = {**whole.columns, "object": text_column(objects), target: FeatureColumn(labels)}

@@ -57,7 +57,8 @@ def test_one_scale_keeps_the_proportions_of_bins():
 @pytest.mark.parametrize("rows", [60, LARGE + 40])
 def test_inner_folds_see_no_row_of_the_outer_test_part_and_divide_no_group(rows):
     x = np.arange(rows, dtype=float)[:, None] + np.zeros((1, 3))
-    groups, y = np.arange(rows) // 4, np.arange(rows) // 4 % 2
+    groups = np.arange(rows) // 4
+    y = np.arange(rows) // 4 % 2
     Spy.seen.clear()
     cross_validate(
         x, y, groups, kind="classification", model=Tuned([("a", Spy()), ("b", Spy())]), folds=3

@@ -32,18 +32,22 @@ from ajgdata.types.variants import Variants
 
 EXPERIMENT = load_experiment("variants")
 EDGE = TaskSettings(target="edge_mm", kind="regression", unit="mm", groups="grasp_id", folds=3)
-AUDIO, RATE = AudioSettings(), 44_100
+AUDIO = AudioSettings()
+RATE = 44_100
 RECIPE = {
     "grasps_per_object": 3,
     "samples_per_grasp": 2,
     "scene": {"numerics": {"dx_mm": 6, "max_time_s": 0.006}},
     "vary": {"angle_deg": [-10, 10]},
     "objects": [
-        {"name": f"cube_{edge}", "shape": {"kind": "cube", "edge_mm": edge},
-         "targets": {"edge_mm": edge}}
+        {
+            "name": f"cube_{edge}",
+            "shape": {"kind": "cube", "edge_mm": edge},
+            "targets": {"edge_mm": edge},
+        }
         for edge in (12, 28)
     ],
-}  # fmt: skip
+}
 
 
 @pytest.fixture
@@ -63,9 +67,14 @@ def recorded(project) -> Inputs:
     attrs = {"data_set": "d", "source": "simulated", "git_commit": "", "settings": "{}"}
     shard = FeatureRows(feature, np.fft.rfftfreq(2048, 1 / RATE), columns, attrs)
     return Inputs(
-        "d", "t", EDGE, 0, shard, audio=AUDIO,
+        "d",
+        "t",
+        EDGE,
+        0,
+        shard,
+        audio=AUDIO,
         render=renderer(project.paths, "d"),
-    )  # fmt: skip
+    )
 
 
 SOUNDS = VariantsSettings(
@@ -86,7 +95,8 @@ SOUNDS = VariantsSettings(
 
 def test_other_sounds_are_played_in_the_same_scenes(recorded):
     outcome = measure(recorded, SOUNDS, "sounds")
-    scores, data = outcome.tables[0], recorded.data()
+    scores = outcome.tables[0]
+    data = recorded.data()
     own = cross_validate(
         data.feature,
         data.value,
@@ -149,14 +159,21 @@ def echoes(project) -> Inputs:
     attrs = {"data_set": "d", "source": "simulated", "settings": "{}"}
     store = FeatureRows(np.ones((24, 129), np.float32), np.arange(129.0), columns, attrs)
     return Inputs(
-        "d", "t", EDGE, 0, store, audio=SMALL_AUDIO,
-        features=FEATURES, recordings=RecordingReader(project.paths, {"d": SMALL_AUDIO}),
-    )  # fmt: skip
+        "d",
+        "t",
+        EDGE,
+        0,
+        store,
+        audio=SMALL_AUDIO,
+        features=FEATURES,
+        recordings=RecordingReader(project.paths, {"d": SMALL_AUDIO}),
+    )
 
 
 def test_the_errors_are_those_of_features_made_alone(echoes):
     outcome = measure(echoes, QUANTITIES, "quantities")
-    data, recordings = echoes.data(), echoes.recordings
+    data = echoes.data()
+    recordings = echoes.recordings
     for variant in QUANTITIES.files["quantities"].all_variants:
         own = variant.change.feature_settings(FEATURES)
         samples = recordings.samples("d", NAMES, 256)
@@ -233,15 +250,19 @@ def test_a_folder_of_an_earlier_version_is_refused(project, name):
 def test_changes_are_combined():
     """Values of keys, changes by label, and changes of all variants."""
     content = {
-        "title": "T", "question": "Q?", "train": "d", "task": "t",
-        "axis": "shift", "panel": "label",
+        "title": "T",
+        "question": "Q?",
+        "train": "d",
+        "task": "t",
+        "axis": "shift",
+        "panel": "label",
         "shared": {"grasps": {"sessions": 2, "scene": {"gripper": {"a": 1}}}},
         "vary": {
             "label": {"one": {"task": "t"}, "two": {"task": "u"}},
             "shift": {0: {}, 2.5: {"grasps": {"scene": {"gripper": {"b": 2}}}}},
             "model": ["knn", "cnn"],
         },
-    }  # fmt: skip
+    }
     file = Variants.model_validate(content)
     stored = Variants.model_validate_json(file.model_dump_json())
     assert [v.change for v in stored.all_variants] == [v.change for v in file.all_variants]
@@ -281,14 +302,16 @@ def compared(axis="", **values: tuple[float, ...]) -> TaskResults:
 @pytest.mark.parametrize(
     ("values", "title"),
     [
-        ({"a": (1, 3), "b": (3, 3), "c": (4, 6)},
-         "k-NN: RMSE 2 mm with a, 3 to 5 mm with other variants"),
+        (
+            {"a": (1, 3), "b": (3, 3), "c": (4, 6)},
+            "k-NN: RMSE 2 mm with a, 3 to 5 mm with other variants",
+        ),
         ({"a": (1, 3), "b": (3, 3)}, "k-NN: RMSE 2 mm with a, 3 mm with b"),
         ({"b": (3, 3), "c": (4, 6)}, "RMSE: 3 to 5 mm in 2 cases"),
         ({"a": (1, 3)}, "k-NN, a: RMSE 2 mm"),
     ],
     ids=["all", "two", "without the reference", "the reference only"],
-)  # fmt: skip
+)
 def test_the_title_has_the_reference_and_the_range_of_the_variants(values, title):
     (figure,) = EXPERIMENT.figures(compared(**values))
     assert figure.title == title

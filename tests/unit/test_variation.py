@@ -71,7 +71,8 @@ def test_what_the_recipe_says_itself_is_not_drawn():
 
 def test_grasps_that_come_later_change_none_that_came_before():
     rounds = VARIED | {"order": "rounds"}
-    before, after = planned(rounds), planned(rounds | {"grasps_per_object": 5})
+    before = planned(rounds)
+    after = planned(rounds | {"grasps_per_object": 5})
     assert len(after) > len(before)
     assert after[: len(before)] == before
     # What comes before changes the bed of all that follows, and nothing else of them.

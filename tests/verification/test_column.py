@@ -35,7 +35,8 @@ def test_a_slender_block_yields_as_a_rod():
 
 
 def test_a_half_space_yields_as_under_a_uniform_load():
-    radius, height = 5e-3, 0.5
+    radius = 5e-3
+    height = 0.5
     body = Body(FOAM, height, partial(_full, 1e3), 1e3, np.pi * radius**2)
     exact = 16 * (1 - FOAM.poisson**2) / (3 * np.pi * FOAM.young_pa * np.pi * radius)
     # The ground, a hundred radii away, takes off what lies below: a / (a + s H).

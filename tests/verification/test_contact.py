@@ -18,7 +18,8 @@ from ajgdata.gripper.objects import MATERIALS, Material
 
 PLASTIC = MATERIALS["plastic"]
 PACK = Pack(6e-3, 0.40, PLASTIC)
-TENSION, MASS = 43.0, 0.3
+TENSION = 43.0
+MASS = 0.3
 
 
 def hertz_stiffness(force: float, radius: float, modulus: float) -> float:
@@ -27,7 +28,9 @@ def hertz_stiffness(force: float, radius: float, modulus: float) -> float:
 
 
 def test_a_thick_layer_is_a_half_space_and_a_thin_one_a_squeezed_film():
-    force, radius, young = 0.1, 3e-3, 1.5e6
+    force = 0.1
+    radius = 3e-3
+    young = 1.5e6
     half_space = hertz_stiffness(force, radius, plane_modulus(young, 0.5))
     for thickness, tolerance in ((1.0, 1e-3), (10.0, 1e-4)):
         # χ = √(Rδ)/h is 6e-4 and 6e-5 here, and the first correction 1.133 χ times 4/3 or less.
@@ -49,7 +52,8 @@ def test_a_disc_of_pressure_sinks_by_loves_mean():
         return 4 / np.pi * (np.arccos(r / 2) - r / 2 * np.sqrt(1 - r * r / 4))
 
     mean_inverse = quad(density_over_distance, 0, 2)[0]
-    modulus, radius = 3e9, 2e-4
+    modulus = 3e9
+    radius = 2e-4
     assert spread_compliance(modulus, radius) == pytest.approx(
         mean_inverse / (np.pi * modulus * radius), rel=1e-9
     )
@@ -67,7 +71,8 @@ def mindlin_ratio(poisson: float) -> float:
 
 def test_walton_is_the_mean_field_of_hertz_and_mindlin_contacts():
     # (1-φ) C F/(π d²) = P; K = (1-φ) C kₙ/(3π d), G = (1-φ) C (kₙ + 3/2 kₜ)/(5π d).
-    pack, stress = Pack(6e-3, 0.40, PLASTIC, 5.3), 3_500.0
+    pack = Pack(6e-3, 0.40, PLASTIC, 5.3)
+    stress = 3_500.0
     filled = 0.6 * 5.3
     force = stress * np.pi * pack.diameter**2 / filled
     modulus = contact_modulus(PLASTIC, PLASTIC)
@@ -89,7 +94,8 @@ def test_without_latex_the_seat_is_hertz():
 
 def test_the_span_has_the_stiffness_of_its_closed_form():
     # ⟨w⟩ = p R²/8T ((4 ln(1/s) - 3 + 4s² - s⁴)) for s = b/R.
-    span, seats = pinned(200.0, PACK, TENSION, MASS), PACK.seats_per_m2
+    span = pinned(200.0, PACK, TENSION, MASS)
+    seats = PACK.seats_per_m2
     square = 1 / (np.pi * seats)
     s = np.sqrt(200.0 / seats * 3e-3 / (2 * np.pi * TENSION) / square)
     mean = square / (8 * TENSION) * (-4 * np.log(s) - 3 + 4 * s**2 - s**4)

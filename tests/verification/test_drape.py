@@ -53,7 +53,8 @@ def post(reach, at):
 
 
 def test_round_a_post_it_is_the_axisymmetric_membrane():
-    top, edge = 3e-3, 10e-3
+    top = 3e-3
+    edge = 10e-3
     height = bridged(wall(top, away - edge), STEP, RADIUS)
 
     def exact(edge):

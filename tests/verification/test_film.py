@@ -12,7 +12,8 @@ AIR = Air(22.0)
 
 
 def test_a_thin_film_is_isothermal_and_a_thick_one_adiabatic():
-    thin, thick = film_spring(1e-6, AIR), film_spring(0.1, AIR)
+    thin = film_spring(1e-6, AIR)
+    thick = film_spring(0.1, AIR)
     assert thin.stiffness_n_m3 * 1e-6 == pytest.approx(AIR.pressure_pa, rel=1e-3)
     # What is left of the boundary layers, (γ-1)√2 δ/h with δ = 37 µm at 5 kHz: 2e-4.
     assert thick.stiffness_n_m3 * 0.1 == pytest.approx(1.4 * AIR.pressure_pa, rel=5e-4)

@@ -11,7 +11,8 @@ from ajgdata.studies.accuracy import decibels, run
 RIM_M = 0.05
 CUBE = {"kind": "cube", "edge_mm": 20}
 #: Grids (mm) of the convergence, and of the reference.
-GRIDS_MM, FINEST_MM = (5.2, 4.2, 3.3, 2.75), 2.0
+GRIDS_MM = (5.2, 4.2, 3.3, 2.75)
+FINEST_MM = 2.0
 
 
 def scene(dx_mm: float) -> Scene:
@@ -44,7 +45,8 @@ def test_the_edge_has_the_same_stiffness_and_area_on_each_grid():
     assert 5e-3 < edge.width_m < 20e-3
     for dx_mm in GRIDS_MM:
         plan = build_plan(scene(dx_mm))
-        walls, dt = plan.system.walls, plan.system.dt
+        walls = plan.system.walls
+        dt = plan.system.dt
         stiffness = np.asarray(walls.half_spring, float) * 2 / dt
         expected = 12 * scene(dx_mm).gripper.tension_n_m / edge.width_m**2  # a strip that sags
         bare = np.isclose(stiffness, expected, rtol=1e-5)

@@ -20,7 +20,8 @@ def test_slow_sound_from_outside_is_as_loud_inside_as_the_circuit_says():
     table's. The air of 90 mm adds (ωL/c)²/6, 1 %; the response is cut 50 dB down."""
     scene = Scene.model_validate({"object": None, "medium": {"kind": "air"}})
     plan = build_plan(scene)
-    membrane, air = scene.gripper.membrane, plan.air
+    membrane = scene.gripper.membrane
+    air = plan.air
     iw = 2j * np.pi * np.array([1, 2, 3]) * RATE / 2 / (TRANSFER_BINS - 1)
     yields = plan.membrane.area.sum() / (
         membrane.resistance_pa_s_m + iw * membrane.mass_kg_m2 + membrane.stiffness_n_m3 / iw
@@ -49,7 +50,8 @@ def test_two_spots_hear_sound_from_all_directions_as_theory_says():
 
 def test_a_patch_moves_as_its_mass_spring_and_resistance():
     """A force that goes from 0 to 1 N and stays: its spectrum is known, and so is v/F."""
-    step, motion = 1 / RATE, np.array([[0.3, 450.0, 1e5]])
+    step = 1 / RATE
+    motion = np.array([[0.3, 450.0, 1e5]])
     push = np.ones((1, 3_000))
     velocity = patch_velocity(push, motion, step)[0]
     omega = np.pi * RATE * np.linspace(0, 1, TRANSFER_BINS)[1:]

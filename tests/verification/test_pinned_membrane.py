@@ -16,7 +16,8 @@ CUBE = {"kind": "cube", "edge_mm": 25}
 def _lumped(system: System) -> np.ndarray:
     """Pressure per volume velocity at HERTZ of a cavity that is smaller than any wave: its
     compliance beside that of all its walls."""
-    walls, half = system.walls, system.dt / 2
+    walls = system.walls
+    half = system.dt / 2
     admittance, inertia, spring, coupling = (
         np.asarray(part, float)
         for part in (walls.admittance, walls.inertia, walls.half_spring, walls.coupling)

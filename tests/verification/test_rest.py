@@ -15,7 +15,8 @@ from ajgdata.gripper.object_library import OBJECTS
 from ajgdata.gripper.objects import MATERIALS, Support
 from ajgdata.gripper.rest import lies_on_rim, pad_stiffness, rest_on, rim_of
 
-RUBBER, STEEL = MATERIALS["rubber"], MATERIALS["steel"]
+RUBBER = MATERIALS["rubber"]
+STEEL = MATERIALS["steel"]
 CUP = Support(kind="concave")
 BALL = OBJECTS["sphere80_metal"].shape
 
@@ -62,7 +63,8 @@ def test_each_layer_of_air_takes_up_what_evenly_compressed_grains_leave_it():
     cell, weight = mode_weights(where, cells, np.array([[1.0, 1.0, 0.5, 0.0]]))
     taken = np.zeros(cells.shape)
     np.add.at(taken.reshape(-1), cell, weight[0])
-    low, column = cells.z[:, None] - cells.h / 2, where.column
+    low = cells.z[:, None] - cells.h / 2
+    column = where.column
     within = (low > where.floor) & (low + cells.h < where.surface)
     within &= np.arange(len(cells.z))[:, None] > where.lowest
     share = where.area * cells.h / (where.surface - where.floor)

@@ -14,7 +14,8 @@ def test_both_modes_of_a_degree_are_the_roots_of_junger_and_feit(thickness):
     """Without bending, at 1 nm, the roots are those of Lamb. Ω² = ω²a²ρ(1-ν²)/E."""
     material = MATERIALS["plastic"]
     modes = shell_modes(RADIUS, thickness, material)
-    nu, bend = material.poisson, thickness**2 / (12 * RADIUS**2)
+    nu = material.poisson
+    bend = thickness**2 / (12 * RADIUS**2)
     squares = (
         modes.omega_squared * RADIUS**2 * material.density_kg_m3 * (1 - nu**2) / material.young_pa
     )
@@ -37,7 +38,8 @@ def test_both_modes_of_a_degree_are_the_roots_of_junger_and_feit(thickness):
 
 def test_under_pressure_from_all_sides_it_shrinks_as_a_vessel_does():
     """w = p a² (1-ν)/(2 E h): only the breathing mode is pressed, and it holds all of the mass."""
-    material, thickness = MATERIALS["aluminium"], 1e-3
+    material = MATERIALS["aluminium"]
+    thickness = 1e-3
     modes = shell_modes(RADIUS, thickness, material)
     nodes, weights = np.polynomial.legendre.leggauss(DEGREES + 2)
     shapes = modes.at(nodes)

@@ -29,7 +29,8 @@ def test_two_poles_fit_the_reflection_and_fewer_do_worse(packing, errors):
 
 
 def test_jca_has_its_two_limits():
-    slow, fast = np.array([2 * np.pi * 1e-3]), np.array([2 * np.pi * 1e9])
+    slow = np.array([2 * np.pi * 1e-3])
+    fast = np.array([2 * np.pi * 1e9])
     k0 = 0.4**3 * 0.006**2 / (180 * 0.6**2)
     rho, c = PLASTIC.jca(slow, AIR)
     assert rho.imag[0] * slow[0] == pytest.approx(-AIR.viscosity / k0, rel=1e-4)

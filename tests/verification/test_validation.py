@@ -42,7 +42,8 @@ needs_recordings = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"needs {FOLDE
 
 def dispersion(frequency_hz, h):
     """Relative error of a wave along an axis of the grid."""
-    phase, weight = 2 * np.pi * frequency_hz / AIR.sound_speed * h, wide_weight(h)
+    phase = 2 * np.pi * frequency_hz / AIR.sound_speed * h
+    weight = wide_weight(h)
     difference = 2 * (1 + 3 * weight) * np.sin(phase / 2) - 2 * weight * np.sin(3 * phase / 2)
     return abs(difference / phase - 1)
 
@@ -68,7 +69,8 @@ def test_resonances_of_a_simulated_tube(length):
 
 @pytest.mark.parametrize("h", [6e-3, H])
 def test_attenuation_in_a_simulated_tube(h):
-    frequency_hz, width = np.array([200.0, 800.0, 1_600.0]), 0.1
+    frequency_hz = np.array([200.0, 800.0, 1_600.0])
+    width = 0.1
     exact = lossy_tube_attenuation(frequency_hz, width, 4e-3, AIR)
     # In each corner cell, two walls h long act as their vector sum; the width is sampled at h/4.
     corners = (2 - np.sqrt(2)) * h / width
@@ -107,7 +109,8 @@ def test_tables_of_the_study():
 def test_fundamental_is_that_of_all_measured_modes():
     (tube,) = (t for t in measured_resonators().tubes.tubes if t.length_mm == 300)
     hertz = tube_frequencies(0.3, max(tube.modes), H)
-    low, high = min(hertz / np.arange(1, 9)), max(hertz / np.arange(1, 9))
+    low = min(hertz / np.arange(1, 9))
+    high = max(hertz / np.arange(1, 9))
     ratio = float(fundamental_ratio(tube, H)) * tube_fundamental_hz(0.3, AIR)
     assert low <= ratio <= high
 
@@ -150,7 +153,8 @@ def test_sphere_and_tubes_are_derived_from_the_recordings():
 @needs_recordings
 @pytest.mark.slow
 def test_attenuation_is_derived_from_the_recordings():
-    derived, stored = impedance_tube(FOLDER / "impedance_tube"), measured_resonators()
+    derived = impedance_tube(FOLDER / "impedance_tube")
+    stored = measured_resonators()
     assert derived.ratio.value == pytest.approx(stored.impedance_tube.ratio.value, abs=0.01)
     for new, old in zip(derived.bands, stored.impedance_tube.bands, strict=True):
         assert new.attenuation_np_m.value == pytest.approx(old.attenuation_np_m.value, rel=0.01)

@@ -10,7 +10,8 @@ from ajgdata.gripper.solver_plan import ACCURATE_HZ, wide_weight
 
 def test_waves_along_an_axis_are_right_where_the_weight_says():
     for h in (4.2e-3, 2e-3):
-        w, half = wide_weight(h), np.pi * ACCURATE_HZ / 343.2 * h
+        w = wide_weight(h)
+        half = np.pi * ACCURATE_HZ / 343.2 * h
         symbol = (1 + 3 * w) * np.sin(half) - w * np.sin(3 * half)
         # 343.2 m/s is the speed of sound at 20 °C, known to 0.1 m/s.
         assert symbol == pytest.approx(half, rel=1e-4)
@@ -19,7 +20,8 @@ def test_waves_along_an_axis_are_right_where_the_weight_says():
 
 def _oscillator(hertz: float, factor: int, pulse: np.ndarray, steps: int) -> np.ndarray:
     """p' = q - ω² U, U' = p - 300 U, marched as the solver does."""
-    dt, omega = 1 / (SAMPLE_RATE_HZ * factor), 2 * np.pi * hertz
+    dt = 1 / (SAMPLE_RATE_HZ * factor)
+    omega = 2 * np.pi * hertz
     decay = np.exp(-300 * dt)
     p = u = 0.0
     out = np.empty(steps)
@@ -41,7 +43,8 @@ def test_the_dispersion_of_the_time_step_is_undone(hertz):
         marched = _oscillator(hertz, factor, pulse, 2_000 * factor)
         late = undisperse(marched, factor, latency)
         sounds[factor] = late[latency:][:1_500], marched[latency * factor :: factor][:1_500]
-    (right, plain), (fine, _) = sounds[4], sounds[64]
+    (right, plain) = sounds[4]
+    (fine, _) = sounds[64]
     size = np.linalg.norm(fine)
     # What is left is the loss, which is damped as at ω' (1 + (ωΔt)²/8) and not at ω.
     step = 2 * np.pi * hertz / (4 * SAMPLE_RATE_HZ)

@@ -104,7 +104,8 @@ class Project:
     """A project folder and what Snakemake would do in it, with the Snakefile in `workflow`."""
 
     def __init__(self, root: Path, workflow: Path = ROOT) -> None:
-        self.root, self.paths = root, Paths(root)
+        self.root = root
+        self.paths = Paths(root)
         self.workflow = workflow
         if not (settings := root / "settings.yaml").exists():
             settings.write_text(yaml.safe_dump(SETTINGS))

@@ -38,7 +38,8 @@ def test_a_run_fails_if_it_cannot_determine_what_is_out_of_date(relabelled):
     relabelled.folder("day1").chmod(0)
     lines = failed_run(relabelled)
     relabelled.folder("day1").chmod(0o755)
-    start, problem = "data/tones/sessions/day1/", ": Permission denied. Change its permissions"
+    start = "data/tones/sessions/day1/"
+    problem = ": Permission denied. Change its permissions"
     matches = [text for text in lines if text.startswith(start) and problem in text]
     assert len(matches) == 1, lines
 

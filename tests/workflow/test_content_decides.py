@@ -13,7 +13,8 @@ from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE
 
 END = ("results/report/index.html", "results/metrics.csv")
 TASKS = {"experiment": 1, "collect": 1, "report": 1}
-OLD_S, FUTURE_S = 1e9, 4e9
+OLD_S = 1e9
+FUTURE_S = 4e9
 
 
 def relabel(project: Project) -> None:

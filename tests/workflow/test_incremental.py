@@ -57,7 +57,8 @@ def accept_edited_recording(project):
 
 
 def add_session(project):
-    day1, day3 = project.folder("day1"), project.folder("day3")
+    day1 = project.folder("day1")
+    day3 = project.folder("day3")
     (day3 / "audio").mkdir(parents=True)
     write_noisy_tone(day3 / "audio/0.wav", 555, seed=9)
     (day3 / "session.yaml").write_text("session_id: day3\nsource: import\n")

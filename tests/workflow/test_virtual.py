@@ -124,7 +124,8 @@ def test_a_dry_run_pays_for_no_compiler(simulation):
 
 def test_the_opening_picture_is_of_a_task_that_tells_objects(simulation):
     """It waits for the predictions; without pages, and without such a task, there is none."""
-    pages, path = ("--config", "pages=['accuracy']"), simulation.paths.dataset("made")
+    pages = ("--config", "pages=['accuracy']")
+    path = simulation.paths.dataset("made")
     declared = yaml.safe_load(path.read_text())
     declared["targets"]["object"] = {"kind": "classification"}
     declared["tasks"] = {"edge": {"target": "edge_mm", "models": ["knn"], "folds": 2}}

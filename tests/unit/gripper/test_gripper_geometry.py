@@ -27,7 +27,8 @@ SHAPES = [
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_the_gripper_sinks_until_force_and_stiffness_agree_and_grains_keep_their_volume(shape):
-    result, free = grasp_cavity(_scene(shape)), grasp_cavity(_scene(None))
+    result = grasp_cavity(_scene(shape))
+    free = grasp_cavity(_scene(None))
     # 8 N / 4e5 N/m3; brentq stops within 1 nm of height over the rim's area.
     assert result.displaced_m3 == pytest.approx(2e-5, abs=1e-9 * np.pi * 0.05**2)
     volumes = [
@@ -112,7 +113,8 @@ def test_what_does_not_fit_is_refused(shape, grasp, gripper, named):
 def test_random_fields_live_in_space_and_have_their_statistics():
     field = RandomField(3, "packing", 3, 0.005)
     x = np.linspace(-0.2, 0.2, 81)
-    coarse, fine = field.on_axes(x[::4], x[::4], x[::2]), field.on_axes(x[::4], x[::4], x)
+    coarse = field.on_axes(x[::4], x[::4], x[::2])
+    fine = field.on_axes(x[::4], x[::4], x)
     assert np.allclose(coarse, fine[:, :, ::2], atol=1e-12)
     ensemble = np.array(
         [

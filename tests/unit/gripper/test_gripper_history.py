@@ -8,8 +8,11 @@ from ajgdata.gripper.random_fields import normals
 from ajgdata.gripper.scene import History, Scene, actual_scene
 
 CALM = {
-    "roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0,
-}  # fmt: skip
+    "roughness_mm": 0,
+    "slope_deg": 0,
+    "packing": 0,
+    "force": 0,
+}
 NUMBERS = 6
 
 
@@ -22,15 +25,19 @@ def scene(**changes) -> Scene:
 def test_numbers_of_a_history_keep_their_variance_and_forget_by_their_memory(memory, start, beds):
     """Of n numbers, 10 a bed: a variance of 1 errs by √(2/n), a correlation by √(1/n)
     at most; 5 of these. What is cut off changes either by less than 0.001."""
-    drawn = np.array(
-        [
+    drawn = (
+        np.array(
             [
-                normals(0, "slope", 10, History(seed=seed, number=start + n, memory=memory))
-                for n in range(NUMBERS)
+                [
+                    normals(0, "slope", 10, History(seed=seed, number=start + n, memory=memory))
+                    for n in range(NUMBERS)
+                ]
+                for seed in range(beds)
             ]
-            for seed in range(beds)
-        ]
-    ).transpose(1, 0, 2).reshape(NUMBERS, -1)  # fmt: skip
+        )
+        .transpose(1, 0, 2)
+        .reshape(NUMBERS, -1)
+    )
     count = drawn.shape[1]
     assert np.mean(drawn**2, axis=1) == pytest.approx(1, abs=5 * np.sqrt(2 / count) + 1e-3)
     for lag in range(1, NUMBERS):
@@ -69,6 +76,7 @@ def test_what_came_out_otherwise_is_as_if_it_had_been_meant():
         grasp={"offset_x_mm": 3.5, "offset_y_mm": -0.75, "angle_deg": 8},
     )
     assert actual_scene(came_out) == actual_scene(meant) == meant
-    result, expected = grasp_cavity(came_out), grasp_cavity(meant)
+    result = grasp_cavity(came_out)
+    expected = grasp_cavity(meant)
     assert np.array_equal(result.floor, expected.floor)
     assert np.array_equal(result.surface, expected.surface)

@@ -12,7 +12,8 @@ from ajgdata.gripper.scene import GRAINS
 def test_the_fitted_attenuation_is_within_a_tenth(kind, temperature_c):
     """Before its relative error was fitted, it was .61 to .76 at 300–1000 Hz in coarse grains."""
     diameter_mm, porosity = GRAINS[kind]
-    air, packing = Air(temperature_c), Packing(diameter_mm * 1e-3, porosity)
+    air = Air(temperature_c)
+    packing = Packing(diameter_mm * 1e-3, porosity)
     omega = 2 * np.pi * np.geomspace(150, 15_000, 100)
     wavenumber, impedance = wave(*packing.jca(omega, air), omega)
     fitted, fitted_impedance = wave(*fit_fluid(packing, air).response(omega), omega)

@@ -16,7 +16,8 @@ def plan():
 
 
 def test_a_film_is_the_marched_field_whatever_the_chunks(plan):
-    film, fine = pressure_frames(plan, every=6, frames=5), pressure_frames(plan, every=1, frames=30)
+    film = pressure_frames(plan, every=6, frames=5)
+    fine = pressure_frames(plan, every=1, frames=30)
     np.testing.assert_array_equal(film.frames, fine.frames[5::6])
     np.testing.assert_allclose(film.times_s, fine.times_s[5::6])
     state = at_rest(plan.system)

@@ -44,7 +44,8 @@ def compound(*parts, **keys):
     ],
 )
 def test_volumes_are_those_of_the_textbook(given, size, volume, hollow):
-    solid, shell = shape(given), shape(given | {"shell_mm": 1.0})
+    solid = shape(given)
+    shell = shape(given | {"shell_mm": 1.0})
     assert solid.size_mm == pytest.approx(size)
     assert solid.volume_mm3 == pytest.approx(volume)
     assert shell.volume_mm3 == pytest.approx(volume - hollow)
