@@ -1,1 +1,1 @@
-"""Contrastive embeddings: recordings of one thing lie together, however it was grasped."""
+"""Contrastive embeddings: recordings of one object are near each other, also in other grasps."""

@@ -18,7 +18,7 @@ from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import FunctionTransformer
 from threadpoolctl import threadpool_limits
 
-from ajgdata.embed.projections import REDUCERS, ReducerName, make_reducer, reducible
+from ajgdata.embed.projections import REDUCERS, ReducerName, is_reducible, make_reducer
 from ajgdata.evaluate.embedding_data import EmbeddingData, runs_of
 from ajgdata.models.baselines import NEIGHBOURS
 from ajgdata.models.scaling import raw_scaling
@@ -129,7 +129,7 @@ def scores_by_space(
     for reducer in REDUCERS:
         warm_up(reducer)
         for dimension in dimensions:
-            if reducible(dimension, fewest):
+            if is_reducible(dimension, fewest):
                 space = partial(reduced_space, reducer, dimension, seed)
                 yield (
                     reducer,

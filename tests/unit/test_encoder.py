@@ -76,7 +76,7 @@ def test_networks_side_by_side_are_each_what_they_were(spectra):
             torch.testing.assert_close(part, own.grad, rtol=1e-3, atol=1e-5)
     descent.step(loss)
     expected = [x.detach() for x in together.eval()(z)]  # by what it saw of means and variances
-    together.give_back()
+    together.write_back()
     for network, latent in zip(networks, expected, strict=True):
         result = network.eval().trunk(z).detach()
         torch.testing.assert_close(result, latent, rtol=1e-5, atol=1e-5)
