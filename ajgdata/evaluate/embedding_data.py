@@ -1,4 +1,4 @@
-"""Recordings of an embedding as arrays, its folds, and the training of its encoders."""
+"""Recordings of an embedding as arrays, their folds, and the training of the encoders."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class EmbeddingData:
-    """Recordings of things, and all that the acquisition log says of them.
+    """Recordings of objects, with their labels from the acquisition log.
 
-    `feature` (n, f); `instance`, `grasp` and `group` (n,) are labels as text; `columns` all that
-    the store holds, of length n. `available` is how many there were, where these are some of them,
-    else 0.
+    `feature` (n, f). `instance`, `grasp` and `group` (n,) are the names of objects, grasps and
+    groups of folds. `columns` are all columns of the feature file, each with n values.
+    `available`: number of recordings before thinning; 0 if not thinned.
     """
 
     feature: np.ndarray
@@ -36,57 +36,55 @@ class EmbeddingData:
 
     @property
     def thinned(self) -> dict[str, int]:
-        """Return of how many recordings these are some, as `available`; nothing if of all."""
+        """Return the numbers of recordings after and before thinning; empty if not thinned."""
         if not self.available:
             return {}
         return {"recordings": len(self.feature), "available": self.available}
 
     def column(self, name: str) -> np.ndarray:
-        """Return one column (n,). Raises ValueError if it is missing."""
+        """Return one column (n,). Raises NotPossibleError if it is missing."""
         if name not in self.columns:
             raise NotPossibleError(f"there is no column {name!r}: add it to recordings.csv")
         return self.columns[name].values
 
     @property
-    def separated(self) -> bool:
-        """Return whether folds by `group` always part things: validation is of unseen ones."""
-        pairs = {*zip(self.group.tolist(), self.instance.tolist(), strict=True)}
+    def holds_out_objects(self) -> bool:
+        """Return whether folds by `group` hold out complete objects: each has one group."""
+        pairs = set(zip(self.group.tolist(), self.instance.tolist(), strict=True))
         return len(pairs) == len(np.unique(self.instance))
 
 
-class EmbeddingRun(NamedTuple):
-    """One network, or one fold of the raw features: points (n, d), rows trained on, rows tested."""
-
-    points: np.ndarray
-    train: np.ndarray
-    test: np.ndarray
-
-
 def embedding_data(table: FeatureRows, settings: Embedding) -> EmbeddingData:
-    """Return the recordings of which the log says what they are of; an empty gripper is no thing.
+    """Return the recordings of `table` with names of object, grasp and group.
 
-    Of more than `most_recordings` as many of every grasp as can be. Raises
-    ValueError for a column that is missing, and where fewer than two things are left.
+    Recordings of the empty gripper have no object, so they are excluded. If there are more than
+    `settings.most_recordings`, a subset is used, with equal numbers of all grasps as far as
+    possible. Raises NotPossibleError for a missing column, and for fewer than two objects.
     """
     names = (settings.instance, "grasp_id", settings.groups)
     for name in names:
         if name not in table.columns:
             raise NotPossibleError(f"there is no column {name!r}: add it to recordings.csv")
-    text = [table.columns[name].values.astype(str) for name in names]
-    known = np.all([~np.isin(column, ["", "nan"]) for column in text], axis=0)
-    if not known.any():
+    labels = [table.columns[name].values.astype(str) for name in names]
+    is_named = np.all([~np.isin(column, ["", "nan"]) for column in labels], axis=0)
+    if not is_named.any():
         raise NotPossibleError(f"no recording has {', '.join(dict.fromkeys(names))}")
-    rows = np.flatnonzero(known)
-    count, limit = len(rows), settings.most_recordings
-    if count > limit:
-        rows = rows[thinned(text[1][rows], limit, text[0][rows])]
-    columns = {n: FeatureColumn(c.values[rows], c.attrs) for n, c in table.columns.items()}
-    instance, grasp, group = (column[rows] for column in text)
+    rows = np.flatnonzero(is_named)
+    limit = settings.most_recordings
+    available = 0
+    if len(rows) > limit:
+        available = len(rows)
+        instance, grasp, _ = (column[rows] for column in labels)
+        rows = rows[thinned(grasp, limit, instance)]
+    instance, grasp, group = (column[rows] for column in labels)
     if len(np.unique(instance)) < 2:
         raise NotPossibleError(
             f"all recordings are of one object, {str(instance[0])!r}: two are needed"
         )
-    available = count if count > limit else 0
+    columns = {
+        name: FeatureColumn(column.values[rows], column.attrs)
+        for name, column in table.columns.items()
+    }
     return EmbeddingData(table.feature[rows], instance, grasp, group, columns, available)
 
 
@@ -97,7 +95,7 @@ def train_on(
     dimensions: Sequence[int],
     seeds: Sequence[int],
 ) -> list[Encoder]:
-    """Return encoders of `dimensions`, trained on the rows `train`."""
+    """Return encoders of `dimensions`, trained on the rows `train`, with one seed from `seeds`."""
     from ajgdata.embed.encoder import train_encoders
 
     return train_encoders(
@@ -111,13 +109,17 @@ def train_on(
 
 
 def validation_folds(data: EmbeddingData, settings: Embedding, seed: int) -> Folds:
-    """Return folds by group; every thing in all of them, unless its recordings are one group."""
-    kind: Kind = "regression" if data.separated else "classification"
+    """Return the folds by group.
+
+    They hold out complete objects if each object has one group. Otherwise each training part has
+    all objects.
+    """
+    kind: Kind = "regression" if data.holds_out_objects else "classification"
     folds = min(settings.folds, len(np.unique(data.group)))
     return grouped_folds(data.instance, data.group, kind, folds, seed)
 
 
-def fold_of(folds: Folds) -> np.ndarray:
+def fold_numbers(folds: Folds) -> np.ndarray:
     """Return the number (n,) of the fold that tests each row."""
     number = np.empty(sum(len(test) for _, test in folds), np.int32)
     for fold, (_, test) in enumerate(folds):
@@ -125,23 +127,41 @@ def fold_of(folds: Folds) -> np.ndarray:
     return number
 
 
-def runs_of(latent: np.ndarray, fold: np.ndarray) -> Iterator[EmbeddingRun]:
-    """Yield the runs of latents (fold, init, n, d), of which `fold` (n,) says which tests a row."""
-    for number, of_fold in enumerate(latent):
-        for points in of_fold:
-            yield EmbeddingRun(
-                points, np.flatnonzero(fold != number), np.flatnonzero(fold == number)
-            )
+class EmbeddingRun(NamedTuple):
+    """Points (n, d) of all rows, and the row numbers of the training part and of the test part.
+
+    The points are embeddings by one encoder, or raw features with the scaling of one fold.
+    """
+
+    points: np.ndarray
+    train: np.ndarray
+    test: np.ndarray
+
+
+def embedding_runs(latent: np.ndarray, fold: np.ndarray) -> Iterator[EmbeddingRun]:
+    """Yield the runs of embeddings (folds, initialisations, n, d).
+
+    `fold` (n,) is the number of the fold that tests each row.
+    """
+    for number, initialisations in enumerate(latent):
+        for points in initialisations:
+            train = np.flatnonzero(fold != number)
+            test = np.flatnonzero(fold == number)
+            yield EmbeddingRun(points, train, test)
 
 
 def runs_by_space(
     data: EmbeddingData, latent: np.ndarray, fold: np.ndarray
 ) -> Iterator[tuple[str, list[EmbeddingRun]]]:
-    """Yield the runs of the latent, then of the raw features, which have one for each fold."""
-    yield "latent", list(runs_of(latent, fold))
+    """Yield "latent" with the runs of embeddings, then "raw" with one run of features per fold.
+
+    See `embedding_runs` for `latent` and `fold`.
+    """
+    yield "latent", list(embedding_runs(latent, fold))
     runs = []
     for number in range(len(latent)):
-        train, test = np.flatnonzero(fold != number), np.flatnonzero(fold == number)
+        train = np.flatnonzero(fold != number)
+        test = np.flatnonzero(fold == number)
         scaling = raw_scaling().fit(data.feature[train])
         runs.append(EmbeddingRun(scaling.transform(data.feature), train, test))
     yield "raw", runs

@@ -1,7 +1,7 @@
-"""Is a recording like any that was trained on? Two distances, and their alarm.
+"""Detection of novel objects (out-of-distribution detection).
 
-Features are compressed and standardised as the baselines do, z = (asinh(x / scale) - mean) / std.
-A recording is novel if one of two distances is too large:
+Features x are compressed and standardised as for the baselines: points z = (asinh(x / scale) -
+mean) / std. A recording is novel if one of two distances is too large:
 
 - *nearest*: the distance |z - g| to the nearest grasp g, the mean of its recordings. It detects
   changes of the gripper.
@@ -10,8 +10,8 @@ A recording is novel if one of two distances is too large:
   within objects, the second with the variance of all recordings. It detects objects that are
   between known objects (Ren et al. 2021, arXiv 2106.09022, use the difference of both squares).
 
-The thresholds are conformal quantiles of the distances of grasps that were held out, so they hold
-for new grasps of known objects, at a stated rate. `docs/predicting.md` compares the detectors.
+The thresholds are conformal quantiles of the distances of held-out grasps. A stated share of new
+grasps of known objects therefore exceeds them. `docs/predicting.md` compares the detectors.
 """
 
 from __future__ import annotations
@@ -33,39 +33,46 @@ from ajgdata.models import fit_named_model
 from ajgdata.models.scaling import Compress
 from ajgdata.types import NotPossibleError
 
-#: Points nearer than this are the same: they are of order one, and float32 when they are stored.
+#: Distance of equal points. Coordinates of points are near 1, and stored points are float32.
 EQUAL = 1e-6
-#: Folds that are held out to find a threshold: nothing is trained, so many folds cost little.
+#: Number of folds for the thresholds. Many folds take little time, because nothing is trained.
 THRESHOLD_FOLDS = 10
-#: Share of the groups of known objects that are held out together with some objects: 1 / 5.
+#: Number of folds of the groups of known objects. One fold is held out together with some objects.
 GROUP_FOLDS = 5
-#: Recordings of novel objects from which a detection rate is computed, over all folds.
+#: Largest number of recordings of novel objects for a detection rate, over all folds.
 MAX_TESTED = 2_000
-#: Recordings from which principal components and covariances are computed.
+#: Largest number of recordings for principal components and covariances.
 MAX_FITTED = 5_000
-#: Principal components, at most half the number of grasps. Of 16 objects, 160 components detect as
-#: many novel objects as 80 (area under the ROC curve .78 and .77), 20 components fewer (.72).
+#: Largest number of principal components (at most half the number of grasps). For 16 objects, the
+#: area under the ROC curve is 0.72 with 20 components, 0.77 with 80, and 0.78 with 160.
 MAX_COMPONENTS = 80
-#: Smallest variance within objects, relative to the largest: below it is rounding.
+#: Smallest variance within objects, relative to the largest. Smaller variances are rounding.
 MIN_VARIANCE = 1e-6
-#: Detectors, by name: the first two are those of a guard, the others are compared with them.
-NEAREST, RELATIVE = "nearest", "relative"
-MAHALANOBIS, RECONSTRUCTION = "mahalanobis", "reconstruction"
-ENERGY, PROBABILITY = "energy", "probability"
+#: Names of the detectors of a guard.
+NEAREST = "nearest"
+RELATIVE = "relative"
+#: Names of the detectors that are compared with a guard.
+MAHALANOBIS = "mahalanobis"
+RECONSTRUCTION = "reconstruction"
+ENERGY = "energy"
+PROBABILITY = "probability"
 
 
 @dataclass(frozen=True, eq=False)
 class NoveltyGuard:
-    """Grasps and objects that a model knows, and how far from them is too far.
+    """Grasps and objects of the training recordings, and thresholds of the distances to them.
 
-    `grasps` (g, f) and `references` (r, f), recordings of an empty gripper, are points z (see
-    above); `mean` and `std` (f,), `scale` a number. Principal components of points are
-    p = (z - `centre`) `components`^T with `centre` (f,) and `components` (k, f); `total` (k,) is
-    their standard deviation. p `within`, with `within` (k, k), has the unit covariance within
-    objects, whose means are `objects` (c, k). k is 0 if there is no relative distance. All are
-    float32, as they are stored.
+    Points are z = (asinh(x / `scale`) - `mean`) / `std` of features x (f,), with `scale` () and
+    `mean` and `std` (f,). `grasps` (g, f) and `references` (r, f) are points of grasps and of
+    recordings of the empty gripper.
 
-    `threshold` and `relative_threshold` are the limits of both distances, or None.
+    The relative distance uses principal components p = (z - `centre`) `components`^T, with `centre`
+    (f,) and `components` (k, f). `total` (k,) is their standard deviation. The vectors p `within`,
+    with `within` (k, k), have the unit covariance within objects, and `objects` (c, k) are their
+    means by object. k is 0 if there is no relative distance. All arrays are float32, as they are
+    stored.
+
+    `threshold` and `relative_threshold` are the limits of the two distances, or None.
     """
 
     grasps: np.ndarray
@@ -91,12 +98,15 @@ class NoveltyGuard:
 
     @classmethod
     def absent(cls, bins: int) -> Self:
-        """Return the guard of a model that has none: it checks nothing."""
-        return cls._space(np.zeros(bins), np.ones(bins), np.ones(()))
+        """Return a guard without grasps and thresholds, for a model whose features are not checked.
+
+        `bins` is the number of features.
+        """
+        return cls._with_scaling(np.zeros(bins), np.ones(bins), np.ones(()))
 
     @classmethod
-    def _space(cls, mean: np.ndarray, std: np.ndarray, scale: np.ndarray) -> Self:
-        """Return a guard that knows how to compute points, and nothing else."""
+    def _with_scaling(cls, mean: np.ndarray, std: np.ndarray, scale: np.ndarray) -> Self:
+        """Return a guard with the scaling of points, but without grasps and thresholds."""
         bins = len(mean)
         return cls(
             grasps=np.empty((0, bins), np.float32),
@@ -112,21 +122,22 @@ class NoveltyGuard:
         )
 
     @classmethod
-    def of(cls, features: np.ndarray, grasp: np.ndarray, objects: np.ndarray | None = None) -> Self:
-        """Return a guard without thresholds or references.
+    def from_grasps(
+        cls, features: np.ndarray, grasp: np.ndarray, objects: np.ndarray | None = None
+    ) -> Self:
+        """Return a guard without thresholds and references, from features (n, f).
 
-        It knows features (n, f) of grasps named `grasp` (n,), of objects named `objects` (n,).
-        Without objects, with a single one, or with fewer than two grasps per object, it has no
-        relative distance.
+        `grasp` (n,) and `objects` (n,) are the names of grasps and objects. The guard has no
+        relative distance without `objects`, with one object, or with fewer than two grasps per
+        object.
         """
         compress = Compress().fit(features)
         # the scaler leaves bins unchanged that have the same value in all recordings
         scaler = StandardScaler().fit(compress.transform(features))
-        guard = cls._space(scaler.mean_, scaler.scale_, np.asarray(compress.scale_))
+        guard = cls._with_scaling(scaler.mean_, scaler.scale_, np.asarray(compress.scale_))
         points = guard.points(features)
-        names, inverse = np.unique(grasp, return_inverse=True)
-        grasps = _means(points, inverse).astype(np.float32)
-        guard = replace(guard, grasps=grasps)
+        names, number = np.unique(grasp, return_inverse=True)
+        guard = replace(guard, grasps=_means(points, number).astype(np.float32))
         if objects is None:
             return guard
         count = len(np.unique(objects))
@@ -134,19 +145,23 @@ class NoveltyGuard:
             return guard
         return guard._with_objects(points, objects, len(names) // 2)
 
-    def _with_objects(self, points: np.ndarray, objects: np.ndarray, components: int) -> Self:
-        """Return the same with a relative distance, from points (n, f) of `objects` (n,)."""
+    def _with_objects(self, points: np.ndarray, objects: np.ndarray, max_components: int) -> Self:
+        """Return the guard with a relative distance, from points (n, f) of `objects` (n,).
+
+        If the points do not vary within objects, the guard is returned without this distance.
+        """
         step = max(1, len(points) // MAX_FITTED)
-        points, objects = points[::step], objects[::step]
-        count = min(components, MAX_COMPONENTS, *points.shape)
+        points = points[::step]
+        objects = objects[::step]
+        count = min(max_components, MAX_COMPONENTS, *points.shape)
         pca = PCA(count, svd_solver="randomized", random_state=0)
         coordinates = pca.fit_transform(points)
         total = coordinates.std(axis=0)
         varies = total > EQUAL
         coordinates = coordinates[:, varies]
-        _, inverse = np.unique(objects, return_inverse=True)
-        means = _means(coordinates, inverse)
-        residual = coordinates - means[inverse]
+        _, number = np.unique(objects, return_inverse=True)
+        means = _means(coordinates, number)
+        residual = coordinates - means[number]
         if not varies.any() or np.square(residual).mean() < EQUAL:
             return self
         covariance = LedoitWolf(assume_centered=True).fit(residual).covariance_
@@ -162,7 +177,7 @@ class NoveltyGuard:
         )
 
     def points(self, features: np.ndarray) -> np.ndarray:
-        """Return features (m, f) as points z (m, f), float64."""
+        """Return the points z (m, f), float64, of features (m, f)."""
         compressed = np.arcsinh(np.asarray(features, np.float64) / self.scale)
         return (compressed - self.mean) / self.std
 
@@ -189,15 +204,18 @@ class NoveltyGuard:
         coordinates = centred @ self.components.T.astype(float)
         to_object = cdist(coordinates @ self.within, self.objects).min(axis=1)
         to_centre = np.linalg.norm(coordinates / self.total, axis=1)
-        left = np.square(centred).sum(axis=1) - np.square(coordinates).sum(axis=1)
-        return scores | {
-            RELATIVE: to_object / np.maximum(to_centre, EQUAL),
-            MAHALANOBIS: to_object,
-            RECONSTRUCTION: np.sqrt(np.maximum(left, 0)),
-        }
+        squared_error = np.square(centred).sum(axis=1) - np.square(coordinates).sum(axis=1)
+        scores[RELATIVE] = to_object / np.maximum(to_centre, EQUAL)
+        scores[MAHALANOBIS] = to_object
+        scores[RECONSTRUCTION] = np.sqrt(np.maximum(squared_error, 0))
+        return scores
 
     def novelty(self, features: np.ndarray) -> np.ndarray:
-        """Return the larger distance (m,), each in units of its threshold; NaN without them."""
+        """Return the novelty (m,) of features (m, f): a recording is novel if it exceeds 1.
+
+        This is the larger of the two distances, each divided by its threshold; NaN without a
+        threshold.
+        """
         if not self.can_check:
             return np.full(len(features), np.nan)
         scores = self.scores(features)
@@ -208,18 +226,18 @@ class NoveltyGuard:
 
     @property
     def can_check(self) -> bool:
-        """Return whether novel objects can be detected: grasps and a threshold are known."""
+        """Return whether novel objects can be detected, which needs grasps and a threshold."""
         return bool(self.threshold) and len(self.grasps) > 0
 
-    def is_nothing(self, features: np.ndarray) -> np.ndarray:
-        """Return whether features (m, f) are nearer to a reference than to any grasp: (m,)."""
+    def is_empty_gripper(self, features: np.ndarray) -> np.ndarray:
+        """Return whether features (m, f) are nearer to a reference than to any grasp, as (m,)."""
         if not len(self.references) or not len(self.grasps):
             return np.zeros(len(features), bool)
         points = self.points(features)
         return cdist(points, self.references).min(axis=1) < self._nearest(points)
 
     def with_references(self, features: np.ndarray) -> Self:
-        """Return the same with features (r, f) of further recordings of an empty gripper."""
+        """Return the guard with additional references: features (r, f) of the empty gripper."""
         extra = np.asarray(features, np.float32)
         if extra.ndim != 2 or extra.shape[1] != len(self.mean):
             raise ValueError(f"references need shape (r, {len(self.mean)}), not {extra.shape}")
@@ -238,7 +256,7 @@ def _means(rows: np.ndarray, number: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Alarm:
-    """Thresholds of both distances; None: that distance is not used.
+    """Thresholds of both distances. The relative distance is not used if its threshold is None.
 
     `false_alarm` is the largest share of new grasps of known objects that the guard flags.
     """
@@ -257,17 +275,17 @@ def alarm(
     false_alarm: float = 0.05,
     seed: int = 0,
 ) -> Alarm:
-    """Return the distances that new grasps exceed in a share of up to `false_alarm`.
+    """Return the thresholds that a share of up to `false_alarm` of new grasps exceeds.
 
-    `features` (n, f), their `grasp` (n,), `objects` (n,), and the `groups` (n,) that are held out
-    together. Folds have no classes to keep: a group is held out whether or not there are others
-    like it. Raises NotPossibleError for a single group, and if held-out grasps lie on known ones.
+    `features` (n, f), their `grasp` (n,) and `objects` (n,). Folds hold out complete `groups` (n,),
+    also the only group of an object. With few groups, the share is larger (see `Alarm`). Raises
+    NotPossibleError for a single group, and if held-out grasps have the features of known grasps.
     """
     count = len(np.unique(groups))
     if count < 2:
         raise NotPossibleError("one group only: none is left to hold out")
     scores = held_out_scores(features, grasp, groups, objects=objects, seed=seed)
-    rate = _possible(false_alarm, count)
+    rate = _possible_rate(false_alarm, count)
     relative = scores.get(RELATIVE)
     if relative is None or not can_share(rate, count):
         relative_threshold = None
@@ -282,8 +300,13 @@ def alarm(
     return Alarm(threshold, relative_threshold, rate)
 
 
+def _possible_rate(false_alarm: float, groups: int) -> float:
+    """Return `false_alarm`, or the smallest rate that a quantile over this many groups can have."""
+    return max(false_alarm, 1 / (groups + 1))
+
+
 def can_share(false_alarm: float, groups: int) -> bool:
-    """Return whether each of two distances can have half of the false alarms."""
+    """Return whether half of the rate of false alarms is possible for this number of groups."""
     return false_alarm / 2 >= 1 / (groups + 1)
 
 
@@ -295,44 +318,42 @@ def held_out_scores(
     objects: np.ndarray | None = None,
     seed: int,
 ) -> dict[str, np.ndarray]:
-    """Return the scores (n,) of each recording by a guard that knows the other folds.
+    """Return the scores (n,) of each recording by a guard from the other folds, by detector.
 
-    Detectors that are missing in a fold are left out.
+    Detectors that are missing in a fold are omitted.
     """
-    folds = min(THRESHOLD_FOLDS, len(np.unique(groups)))
-    held_out: dict[str, list[np.ndarray]] = {}
-    rows = []
-    parts = list(grouped_folds(np.zeros(len(features)), groups, "regression", folds, seed))
-    for known, held in parts:
-        own = None if objects is None else objects[known]
-        guard = NoveltyGuard.of(features[known], grasp[known], own)
-        rows.append(held)
-        for name, score in guard.scores(features[held]).items():
-            held_out.setdefault(name, []).append(score)
-    order = np.argsort(np.concatenate(rows))
+    fold_count = min(THRESHOLD_FOLDS, len(np.unique(groups)))
+    # Folds of a regression are not stratified, so they also hold out the only group of an object.
+    folds = grouped_folds(np.zeros(len(features)), groups, "regression", fold_count, seed)
+    by_detector: dict[str, list[np.ndarray]] = {}
+    for known, held_out in folds:
+        known_objects = None if objects is None else objects[known]
+        guard = NoveltyGuard.from_grasps(features[known], grasp[known], known_objects)
+        for name, score in guard.scores(features[held_out]).items():
+            by_detector.setdefault(name, []).append(score)
+    order = np.argsort(np.concatenate([held_out for _, held_out in folds]))
     return {
         name: np.concatenate(scores)[order]
-        for name, scores in held_out.items()
-        if len(scores) == len(parts)
+        for name, scores in by_detector.items()
+        if len(scores) == len(folds)
     }
 
 
-def threshold_at(held_out: np.ndarray, groups: np.ndarray, false_alarm: float) -> float:
-    """Return what held-out values (n,) exceed in up to a share `false_alarm` of the groups."""
-    share = 1 - _possible(false_alarm, len(np.unique(groups)))
-    return float(weighted_quantile(held_out[:, None], grasp_weights(groups), share)[0])
+def threshold_at(scores: np.ndarray, groups: np.ndarray, false_alarm: float) -> float:
+    """Return the value that the held-out scores (n,) of up to a share of groups (n,) exceed.
 
-
-def _possible(false_alarm: float, groups: int) -> float:
-    return max(false_alarm, 1 / (groups + 1))
+    The share is `false_alarm`, or more if there are few groups.
+    """
+    share = 1 - _possible_rate(false_alarm, len(np.unique(groups)))
+    return float(weighted_quantile(scores[:, None], grasp_weights(groups), share)[0])
 
 
 @dataclass(frozen=True, eq=False)
 class NovelScores:
     """Scores of held-out grasps of known objects, and of novel objects, by detector.
 
-    `known` has arrays (m,) of recordings in `known_group` (m,); `novel` has arrays (n,) of
-    recordings of the grasps `novel_grasp` (n,) of the objects `novel_object` (n,).
+    `known` has the scores (m,) of recordings in the groups `known_group` (m,). `novel` has the
+    scores (n,) of recordings of the grasps `novel_grasp` (n,) of the objects `novel_object` (n,).
     """
 
     known: Mapping[str, np.ndarray]
@@ -342,9 +363,9 @@ class NovelScores:
     novel_object: np.ndarray
 
     def flags(self, detectors: Mapping[str, float]) -> np.ndarray:
-        """Return which recordings of novel objects (n,) one of some detectors flags.
+        """Return which recordings of novel objects (n,) at least one of the detectors flags.
 
-        `detectors` has the false-alarm rate of each by name.
+        `detectors` has the rate of false alarms of each detector by name.
         """
         flags = np.zeros(len(self.novel_grasp), bool)
         for name, rate in detectors.items():
@@ -352,14 +373,14 @@ class NovelScores:
         return flags
 
     def detected(self, detectors: Mapping[str, float]) -> float:
-        """Return the share of grasps of novel objects that one of some detectors flags."""
+        """Return the share of grasps of novel objects that at least one of the detectors flags."""
         weights = grasp_weights(self.novel_grasp)
         return float(np.average(self.flags(detectors), weights=weights))
 
     def guard_rates(self, false_alarm: float) -> dict[str, float]:
-        """Return the false-alarm rates of the detectors of a guard."""
+        """Return the rates of false alarms of the detectors of a guard by name."""
         count = len(np.unique(self.known_group))
-        rate = _possible(false_alarm, count)
+        rate = _possible_rate(false_alarm, count)
         if RELATIVE in self.known and can_share(rate, count):
             return {NEAREST: rate / 2, RELATIVE: rate / 2}
         return {NEAREST: rate}
@@ -371,22 +392,23 @@ class NovelScores:
     def area(self, detector: str) -> float:
         """Return the area under the ROC curve of a detector: 0.5 is chance, 1 is perfect.
 
-        It is the probability that a novel recording has a larger score than a known one.
+        It is the probability that a novel recording has a larger score than a known recording.
         """
-        known, novel = np.sort(self.known[detector]), self.novel[detector]
+        known = np.sort(self.known[detector])
+        novel = self.novel[detector]
         below = np.searchsorted(known, novel, side="left")
         equal = np.searchsorted(known, novel, side="right") - below
         return float(np.mean(below + equal / 2) / len(known))
 
 
 def classifier_scores(model: Any, features: np.ndarray) -> dict[str, np.ndarray]:
-    """Return two scores (m,) of features (m, f) by the class scores s of a fitted classifier.
+    """Return two scores (m,) of features (m, f), from the class scores s of a fitted classifier.
 
     They are the energy -log(sum(exp(s))) (Liu et al. 2020, arXiv 2010.03759) and the negative
     largest probability (Hendrycks & Gimpel 2017, arXiv 1610.02136).
     """
     scores = model.decision_function(features)
-    if scores.ndim == 1:  # of two classes, that of the second
+    if scores.ndim == 1:  # for two classes, only the score of the second
         scores = np.column_stack([np.zeros(len(scores)), scores])
     probability = softmax(scores, axis=1)
     return {ENERGY: -logsumexp(scores, axis=1), PROBABILITY: -probability.max(axis=1)}
@@ -401,35 +423,43 @@ def novel_scores(
     classifier: str = "",
     seed: int = 0,
 ) -> NovelScores:
-    """Return scores of objects that were held out, and of held-out groups of the other objects.
+    """Return scores of held-out objects, and of held-out groups of the other objects.
 
     `features` (n, f), their `grasp` (n,), `groups` (n,) and `objects` (n,). With more than
-    THRESHOLD_FOLDS objects, several are held out at a time. Each fold also holds out a fifth of
-    the groups of its known objects, as a reference. `classifier` names a model with class scores,
-    which is trained on the objects for two further detectors (see `classifier_scores`). Raises
-    NotPossibleError for fewer than two objects or groups.
+    THRESHOLD_FOLDS objects, a fold holds out several objects. It also holds out a fifth of the
+    groups of the other, known objects. `classifier` is the name of a model with class scores; it is
+    trained on the objects for two more detectors (see `classifier_scores`). Raises NotPossibleError
+    for fewer than two objects or groups.
     """
-    count = len(np.unique(objects))
-    if count < 2:
+    object_count = len(np.unique(objects))
+    if object_count < 2:
         raise NotPossibleError("one object only: none is left to hold out")
-    folds, random = min(THRESHOLD_FOLDS, count), np.random.default_rng(seed)
-    known_scores: dict[str, list[np.ndarray]] = {}
-    novel: dict[str, list[np.ndarray]] = {}
-    known_rows, novel_rows = [], []
-    none = np.zeros(len(features))
-    parts = grouped_folds(none, objects, "regression", folds, seed)
-    for fold, (known, held) in enumerate(parts):
+    fold_count = min(THRESHOLD_FOLDS, object_count)
+    random = np.random.default_rng(seed)
+    known_by_detector: dict[str, list[np.ndarray]] = {}
+    novel_by_detector: dict[str, list[np.ndarray]] = {}
+    known_rows = []
+    novel_rows = []
+    no_classes = np.zeros(len(features))
+    folds = grouped_folds(no_classes, objects, "regression", fold_count, seed)
+    for fold, (known, held_out) in enumerate(folds):
         group_count = len(np.unique(groups[known]))
         if group_count < 2:
             raise NotPossibleError("one group only: none is left to hold out")
-        group_folds = min(GROUP_FOLDS, group_count)
-        splits = list(grouped_folds(none[known], groups[known], "regression", group_folds, seed))
-        train, test = splits[fold % group_folds]
-        train, test = known[train], known[test]
-        chosen = random.permutation(held)[: MAX_TESTED // folds]
-        tested = features[np.concatenate([test, chosen])]
-        guard = NoveltyGuard.of(features[train], grasp[train], objects[train])
-        held_out = guard.scores(tested)
+        group_folds = grouped_folds(
+            no_classes[known],
+            groups[known],
+            "regression",
+            min(GROUP_FOLDS, group_count),
+            seed,
+        )
+        train_part, test_part = group_folds[fold % len(group_folds)]
+        train = known[train_part]
+        test = known[test_part]
+        novel = random.permutation(held_out)[: MAX_TESTED // fold_count]
+        tested = features[np.concatenate([test, novel])]
+        guard = NoveltyGuard.from_grasps(features[train], grasp[train], objects[train])
+        scores = guard.scores(tested)
         if classifier and len(np.unique(objects[train])) > 1:
             fitted = fit_named_model(
                 classifier,
@@ -439,16 +469,17 @@ def novel_scores(
                 groups[train],
                 seed=seed,
             )
-            held_out |= classifier_scores(fitted, tested)
-        for name, score in held_out.items():
-            known_scores.setdefault(name, []).append(score[: len(test)])
-            novel.setdefault(name, []).append(score[len(test) :])
+            scores.update(classifier_scores(fitted, tested))
+        for name, score in scores.items():
+            known_by_detector.setdefault(name, []).append(score[: len(test)])
+            novel_by_detector.setdefault(name, []).append(score[len(test) :])
         known_rows.append(test)
-        novel_rows.append(chosen)
-    complete = [name for name, scores in novel.items() if len(scores) == folds]
+        novel_rows.append(novel)
+    # detectors that have scores in all folds
+    complete = [name for name, parts in novel_by_detector.items() if len(parts) == fold_count]
     return NovelScores(
-        known={name: np.concatenate(known_scores[name]) for name in complete},
-        novel={name: np.concatenate(novel[name]) for name in complete},
+        known={name: np.concatenate(known_by_detector[name]) for name in complete},
+        novel={name: np.concatenate(novel_by_detector[name]) for name in complete},
         known_group=groups[np.concatenate(known_rows)],
         novel_grasp=grasp[np.concatenate(novel_rows)],
         novel_object=objects[np.concatenate(novel_rows)],

@@ -172,7 +172,7 @@ class Predictor:
         features = np.asarray(features, np.float32)
         if features.ndim != 2 or features.shape[1] != len(self.guard.mean):
             raise ValueError(f"need features (m, {len(self.guard.mean)}), not {features.shape}")
-        nothing = self.guard.is_nothing(features)
+        nothing = self.guard.is_empty_gripper(features)
         novelty: list[float | None] = [None] * len(features)
         detection_rate = None
         if self.guard.can_check:

@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from ajgdata.evaluate.embedding_data import (
     EmbeddingData,
     embedding_data,
-    fold_of,
+    fold_numbers,
     train_on,
     validation_folds,
 )
@@ -182,7 +182,9 @@ def _guard_arrays(
     values = table.columns[target].values
     missing = ~np.isfinite(values) if kind == "regression" else values == ""
     empty = missing & (table.columns["object"].values == "")
-    guard = NoveltyGuard.of(data.feature, grasp, objects).with_references(table.feature[empty])
+    guard = NoveltyGuard.from_grasps(data.feature, grasp, objects).with_references(
+        table.feature[empty]
+    )
     names = [field.name for field in dataclasses.fields(guard)]
     return {name: getattr(guard, name) for name in names if not name.endswith("threshold")}
 
@@ -221,7 +223,7 @@ def train_embedding(
         "cpu_s": time.process_time() - start_cpu_s - sum(encoding_s),
         "encode_s_per_recording": float(np.median(encoding_s)) / len(data.feature),
     }
-    write_latents(latents, Latents(latent, fold_of(folds), data.columns, attrs))
+    write_latents(latents, Latents(latent, fold_numbers(folds), data.columns, attrs))
     write_bytes(cost, json_bytes(spent))
 
 

@@ -67,7 +67,7 @@ def test_completion_lists_the_public_names_and_imports_nothing():
 def test_descriptions_state_sizes_and_no_arrays():
     generator = np.random.default_rng(0)
     grasps = np.arange(12) // 2
-    guard = NoveltyGuard.of(generator.uniform(1, 2, (12, 500)).astype(np.float32), grasps)
+    guard = NoveltyGuard.from_grasps(generator.uniform(1, 2, (12, 500)).astype(np.float32), grasps)
     assert repr(guard) == "<NoveltyGuard: 6 grasps, 0 references, 500 bins, no threshold>"
     x = np.zeros((12, 500), np.float32)
     part = Part(x, np.zeros(12), grasps, grasps.astype(str), ())

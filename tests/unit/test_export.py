@@ -32,7 +32,7 @@ SOUNDS = tones()
 X = features_of(SOUNDS)
 CLASSES = trained("cnn", "classes", X)
 NUMBER = trained("cnn", "number", X)
-GUARD = NoveltyGuard.of(X, np.arange(32) // 2)
+GUARD = NoveltyGuard.from_grasps(X, np.arange(32) // 2)
 
 
 def in_torch(predictor, sounds=SOUNDS):
@@ -116,7 +116,7 @@ def test_onnx_runtime_and_the_package(tmp_path):
 @pytest.mark.parametrize("references", [0, 1])
 @pytest.mark.parametrize("rate", [0.4, 0.9])
 def test_novelty_and_verdict(references, rate):
-    guard = NoveltyGuard.of(X[:24], np.arange(24) // 2)
+    guard = NoveltyGuard.from_grasps(X[:24], np.arange(24) // 2)
     if references:
         guard = guard.with_references(X[[30]])
     threshold = float(np.quantile(replace(guard, threshold=1.0).novelty(X), 0.75))
@@ -130,7 +130,7 @@ def test_novelty_and_verdict(references, rate):
 
 
 def test_the_relative_distance_is_exported():
-    guard = NoveltyGuard.of(X[:24], np.arange(24) // 2, np.repeat(np.arange(3), 8))
+    guard = NoveltyGuard.from_grasps(X[:24], np.arange(24) // 2, np.repeat(np.arange(3), 8))
     assert guard.has_objects
     relative = float(np.quantile(guard.scores(X)[RELATIVE], 0.5))
     limits = {"novelty_threshold": 1e6, "relative_threshold": relative}

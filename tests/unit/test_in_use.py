@@ -58,7 +58,7 @@ def test_what_cannot_be_calibrated_says_why():
 
 def test_a_guard_measures_from_the_means_of_grasps():
     features = spectra([1, 1, 3, 3])
-    guard = NoveltyGuard.of(features, np.array(["p", "p", "q", "q"]))
+    guard = NoveltyGuard.from_grasps(features, np.array(["p", "p", "q", "q"]))
     points = guard.points(features)
     np.testing.assert_allclose(points.mean(axis=0), 0, atol=1e-4)  # float32 means and deviations
     np.testing.assert_allclose(points.std(axis=0), 1, atol=1e-4)
@@ -69,10 +69,10 @@ def test_a_guard_measures_from_the_means_of_grasps():
 
 
 def test_nothing_is_what_is_nearer_to_a_reference():
-    guard = NoveltyGuard.of(spectra([1, 1, 3, 3]), np.array(["p", "p", "q", "q"]))
-    assert not guard.is_nothing(spectra([9])).any()
+    guard = NoveltyGuard.from_grasps(spectra([1, 1, 3, 3]), np.array(["p", "p", "q", "q"]))
+    assert not guard.is_empty_gripper(spectra([9])).any()
     empty = guard.with_references(spectra([9, 9]))
-    assert empty.is_nothing(spectra([9, 1, 3, 8])).tolist() == [True, False, False, True]
+    assert empty.is_empty_gripper(spectra([9, 1, 3, 8])).tolist() == [True, False, False, True]
     assert len(empty.with_references(spectra([7])).references) == 3
     with pytest.raises(ValueError, match=r"references need shape \(r, 40\)"):
         guard.with_references(np.zeros(40))
@@ -90,7 +90,7 @@ def test_false_alarms_come_as_often_as_stated():
         known = grasp < 40
         result = alarm(features[known], grasp[known], grasp[known], false_alarm=rate)
         assert result.false_alarm == rate
-        away = NoveltyGuard.of(features[known], grasp[known]).distance(features[~known])
+        away = NoveltyGuard.from_grasps(features[known], grasp[known]).distance(features[~known])
         flagged.append((away > result.threshold).mean())
     # of 20 worlds of 40 and 20 grasps each: sd of the mean <= sqrt(.1 * .9 * (1/40 + 1/20) / 20)
     assert np.mean(flagged) < rate + 3 * np.sqrt(0.09 * 0.075 / 20)
@@ -135,14 +135,14 @@ def test_the_relative_distance_detects_objects_between_the_known_ones():
     detected; a grasp of a known object is at 0 relative distance of its own mean."""
     generator = np.random.default_rng(3)
     features, objects, grasp = clusters(12, 20, generator, spread=0.05)
-    guard = NoveltyGuard.of(features, grasp, objects)
+    guard = NoveltyGuard.from_grasps(features, grasp, objects)
     middle = np.exp(np.log(features).mean(axis=0))[None]
     own = guard.scores(features)[RELATIVE]
     assert guard.scores(middle)[RELATIVE] > 3 * own.max()
     assert guard.has_objects and len(guard.objects) == 12
-    assert not NoveltyGuard.of(features, grasp).has_objects
-    assert not NoveltyGuard.of(features, grasp, np.full(len(grasp), "one")).has_objects
-    assert not NoveltyGuard.of(
+    assert not NoveltyGuard.from_grasps(features, grasp).has_objects
+    assert not NoveltyGuard.from_grasps(features, grasp, np.full(len(grasp), "one")).has_objects
+    assert not NoveltyGuard.from_grasps(
         features, grasp, grasp.astype(str)
     ).has_objects  # one grasp per object
 
@@ -152,7 +152,7 @@ def test_distances_of_a_guard_are_those_of_mahalanobis():
     recordings have unit variance around the centre."""
     generator = np.random.default_rng(4)
     features, objects, grasp = clusters(4, 200, generator, spread=0.2, bins=6)
-    guard = NoveltyGuard.of(features, grasp, objects)
+    guard = NoveltyGuard.from_grasps(features, grasp, objects)
     coordinates = (guard.points(features) - guard.centre) @ guard.components.T
     assert len(guard.components) == 6  # as many as bins
     np.testing.assert_allclose((coordinates / guard.total).std(axis=0), 1, rtol=1e-4)
@@ -178,7 +178,7 @@ def test_two_distances_share_the_false_alarms_if_there_are_enough_groups():
 def test_a_recording_is_novel_if_one_distance_is_too_large():
     generator = np.random.default_rng(6)
     features, objects, grasp = clusters(4, 20, generator, spread=0.1)
-    guard = NoveltyGuard.of(features, grasp, objects)
+    guard = NoveltyGuard.from_grasps(features, grasp, objects)
     scores = guard.scores(features[:3])
     limits = replace(guard, threshold=2.0, relative_threshold=0.5)
     expected = np.maximum(scores[NEAREST] / 2, scores[RELATIVE] / 0.5)
