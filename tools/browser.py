@@ -1,4 +1,4 @@
-"""Debian's Chromium, driven by Selenium: pages as people see them, for screenshots and tests."""
+"""Control Debian's Chromium with Selenium: pages as people see them, for screenshots and tests."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 #: Debian package by command.
 COMMANDS = {"chromium": "chromium", "chromedriver": "chromium-driver"}
-#: Nothing is looked up, and nothing of the browser's own is fetched.
+#: Arguments of Chromium. It resolves no host names, and downloads nothing for itself.
 ARGUMENTS = (
     "--headless=new",
     "--no-sandbox",
@@ -37,27 +37,30 @@ ARGUMENTS = (
 
 
 def missing(**modules: str) -> str:
-    """Return what has to be installed before a browser can be started; empty if nothing.
+    """Return the commands that install what a browser needs; "" if everything is installed.
 
-    `modules` are further Python packages that are needed, by module.
+    `modules` are other required Python packages, by module.
     """
-    needed = {"selenium": "selenium", **modules}
+    required = {"selenium": "selenium", **modules}
     debian = [package for command, package in COMMANDS.items() if not shutil.which(command)]
-    python = [package for name, package in needed.items() if not importlib.util.find_spec(name)]
-    parts = [f"apt-get install {' '.join(debian)}"] if debian else []
-    parts += [f"{sys.executable} -m pip install {' '.join(python)}"] if python else []
-    return "; ".join(parts)
+    python = [package for name, package in required.items() if not importlib.util.find_spec(name)]
+    commands = []
+    if debian:
+        commands.append(f"apt-get install {' '.join(debian)}")
+    if python:
+        commands.append(f"{sys.executable} -m pip install {' '.join(python)}")
+    return "; ".join(commands)
 
 
 class Traffic(NamedTuple):
-    """Requested addresses, and those that failed with the reason."""
+    """The requests of a page."""
 
-    requested: list[str]
-    failed: list[str]
+    requested: list[str]  #: addresses
+    failed: list[str]  #: addresses of failed requests with the reason
 
 
 class Browser:
-    """One window. Its size is that of the page, not of the frame around it."""
+    """One window of the browser. Its size is the size of the page, without the window frame."""
 
     def __init__(self) -> None:
         from selenium import webdriver
@@ -78,43 +81,44 @@ class Browser:
         self.driver.quit()
 
     def do(self, command: str, **parameters: Any) -> dict[str, Any]:
-        """Give a command of the DevTools protocol."""
+        """Execute a command of the DevTools protocol, and return its result."""
         return dict(self.driver.execute_cdp_cmd(command, parameters))
 
     def window(self, width: int, height: int = 900, *, scale: float = 1) -> None:
-        """Set the size of the page in CSS pixels, and how many pixels of the screen one takes."""
+        """Set the size of the page in CSS pixels, and the screen pixels per CSS pixel."""
         size = {"width": width, "height": height, "deviceScaleFactor": scale}
         self.do("Emulation.setDeviceMetricsOverride", **size, mobile=False)
 
     def medium(self, *, dark: bool = False, printed: bool = False) -> None:
-        """Choose the style of a page; nothing moves in any."""
-        wanted = {
-            "prefers-color-scheme": "dark" if dark else "light",
-            "prefers-reduced-motion": "reduce",
-        }
-        features = [{"name": name, "value": value} for name, value in wanted.items()]
-        medium = "print" if printed else ""  # the window's own; "screen" would hold for a PDF, too
+        """Choose the style of a page: light or dark, screen or print, always without motion."""
+        features = [
+            {"name": "prefers-color-scheme", "value": "dark" if dark else "light"},
+            {"name": "prefers-reduced-motion", "value": "reduce"},
+        ]
+        # "" is the default of the window; "screen" would also apply to a PDF.
+        medium = "print" if printed else ""
         self.do("Emulation.setEmulatedMedia", media=medium, features=features)
 
     def scripts(self, *, on: bool) -> None:
-        """Say if scripts of pages run; ours do always."""
+        """Enable or disable the scripts of pages; `run` always works."""
         self.do("Emulation.setScriptExecutionDisabled", value=not on)
 
     def open(self, address: str) -> None:
-        """Go to a page, and wait until all of it is there."""
-        self.driver.get("about:blank")  # a mere change of #anchor would load nothing
+        """Open a page, and wait until it is loaded."""
+        # Without the empty page, an address that differs only in its #anchor would load nothing.
+        self.driver.get("about:blank")
         self.driver.get(address)
 
-    def run(self, script: str, *given: Any) -> Any:
-        """Return what a script, the body of a function, returns."""
-        return self.driver.execute_script(script, *given)
+    def run(self, script: str, *arguments: Any) -> Any:
+        """Run a script, which is the body of a function, and return its result."""
+        return self.driver.execute_script(script, *arguments)
 
     def picture(self) -> bytes:
-        """Return what is in the window as PNG."""
+        """Return a screenshot of the window as PNG."""
         return base64.b64decode(self.do("Page.captureScreenshot", format="png")["data"])
 
     def pdf(self) -> bytes:
-        """Return the page as it is printed on A4, or on the sheets that its style asks for."""
+        """Return the page as PDF, on A4 or the paper size of its style sheet."""
         size = {"paperWidth": 8.27, "paperHeight": 11.69, "preferCSSPageSize": True}
         return base64.b64decode(self.do("Page.printToPDF", **size)["data"])
 
@@ -129,20 +133,20 @@ class Browser:
         for entry in self.driver.get_log("performance"):
             message = json.loads(entry["message"])["message"]
             event = message["method"]
-            given = message["params"]
+            params = message["params"]
             if event == "Network.requestWillBeSent":
-                if not given["request"]["url"].startswith("data:"):
-                    requested[given["requestId"]] = given["request"]["url"]
-            elif event == "Network.loadingFailed" and not given.get("canceled"):
-                failed.append(f"{requested.get(given['requestId'], '?')}: {given['errorText']}")
-            elif event == "Network.responseReceived" and given["response"]["status"] >= 400:
-                failed.append(f"{given['response']['url']}: {given['response']['status']}")
+                if not params["request"]["url"].startswith("data:"):
+                    requested[params["requestId"]] = params["request"]["url"]
+            elif event == "Network.loadingFailed" and not params.get("canceled"):
+                failed.append(f"{requested.get(params['requestId'], '?')}: {params['errorText']}")
+            elif event == "Network.responseReceived" and params["response"]["status"] >= 400:
+                failed.append(f"{params['response']['url']}: {params['response']['status']}")
         return Traffic(list(requested.values()), failed)
 
 
 @contextmanager
 def browser() -> Iterator[Browser]:
-    """Start a browser, and end it."""
+    """Start a browser for the block, and end it."""
     window = Browser()
     try:
         yield window
@@ -151,13 +155,15 @@ def browser() -> Iterator[Browser]:
 
 
 class _Quiet(SimpleHTTPRequestHandler):
+    """A handler that logs nothing."""
+
     def log_message(self, format: str, *args: Any) -> None:
-        """Say nothing."""
+        """Ignore the message."""
 
 
 @contextmanager
 def served(folder: Path) -> Iterator[str]:
-    """Serve a folder on this machine alone, as long as the context lasts; yield its address."""
+    """Serve a folder to this computer during the block, and yield the address."""
     handler = partial(_Quiet, directory=str(folder))
     with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         thread = Thread(target=server.serve_forever, daemon=True)

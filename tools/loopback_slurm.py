@@ -1,10 +1,10 @@
-"""A throw-away SLURM on this machine: a controller and nodes on the loopback, for tests and timing.
+"""Start a temporary SLURM on this computer for tests and timing: a controller and several nodes.
 
-Needs root, Linux, and Debian's slurmctld, slurmd, slurm-client and munge. It has no accounting
-database. The nodes share the machine: each believes in CPUs and memory of its own, so that jobs
-spread as on a cluster; nobody else can use it, as munge's key is made for it and thrown away.
-If the process that started it is killed, its daemons end with it, and the next start removes the
-rest.
+Needs root, Linux, and Debian's slurmctld, slurmd, slurm-client and munge. There is no accounting
+database. The nodes share the computer, but each node has its own CPUs and memory in the
+configuration, so jobs are distributed as on a cluster. Other users cannot submit jobs, because the
+key of munge is new and temporary. If the process that started SLURM is killed, the daemons end too,
+and the next start removes the remaining files.
 """
 
 from __future__ import annotations
@@ -22,16 +22,18 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "squeue", "scontrol", "setpriv")
-#: Prefix of a command that ends when its parent process ends, for whatever reason.
+#: Prefix of a command that ends when its parent process ends for any reason.
 WITH_PARENT = ("setpriv", "--pdeathsig", "TERM")
-#: In the environment of all daemons and jobs of a loopback SLURM, but not of a job's watcher.
+#: Environment variable of all daemons and jobs of a loopback SLURM, except the watchers of jobs.
 MARK = b"SLURM_CLUSTER_NAME=loopback"
+#: Beginning of the command line of a job's watcher.
 WATCHER = b"slurmstepd: ["
-#: Where every program of SLURM looks: the executor passes no SLURM_CONF on to its jobs.
+#: Default configuration of all programs of SLURM. SLURM_CONF cannot name another file, because the
+#: executor does not pass it on to its jobs.
 CONFIGURATION = Path("/etc/slurm/slurm.conf")
-#: States of jobs that are over.
+#: States of finished jobs.
 ENDED = {"COMPLETED", "FAILED", "CANCELLED", "NODE_FAIL", "OUT_OF_MEMORY", "TIMEOUT"}
-#: Seconds after which a program that should have answered is given up.
+#: Time limit for an answer of a program.
 PATIENCE_S = 300.0
 
 HEADER = "# Written by tools/loopback_slurm.py, which locks this file while it is in use.\n"
@@ -60,9 +62,9 @@ SlurmdParameters=config_overrides
 SchedulerParameters=sched_interval=1,batch_sched_delay=0,bf_interval=1
 MinJobAge=3600
 KillWait=2
-# A node of a busy machine may answer late.
+# A node of a busy computer may answer late.
 SlurmdTimeout=300
-# Memory is watched, not walled in: a job is killed when a look at it finds too much.
+# Memory is not limited. It is measured every second, and a job with too much memory is killed.
 JobAcctGatherType=jobacct_gather/linux
 JobAcctGatherFrequency=task=1
 JobAcctGatherParams=OverMemoryKill
@@ -76,7 +78,7 @@ PARTITION = "PartitionName=main Nodes=ALL Default=YES MaxTime=INFINITE State=UP\
 
 
 def free_ports(number: int) -> list[int]:
-    """Return ports of the loopback that nobody listens on."""
+    """Return unused ports of the loopback interface."""
     with ExitStack() as stack:
         sockets = [stack.enter_context(socket.socket()) for _ in range(number)]
         for item in sockets:
@@ -85,7 +87,7 @@ def free_ports(number: int) -> list[int]:
 
 
 def missing() -> str:
-    """Return in words why it cannot be started here; "" if it can."""
+    """Return the reason why SLURM cannot be started on this computer; "" if it can."""
     absent = [name for name in PROGRAMS if shutil.which(name) is None]
     if absent:
         return f"no {', '.join(absent)} here (Debian: slurmctld slurmd slurm-client munge)"
@@ -97,7 +99,7 @@ def missing() -> str:
 
 
 def _is_abandoned() -> bool:
-    """Return True if the configuration belongs to a loopback SLURM whose owner was killed."""
+    """Return whether the configuration is that of a loopback SLURM whose owner was killed."""
     with CONFIGURATION.open() as file:
         if file.readline() != HEADER:
             return False
@@ -109,7 +111,7 @@ def _is_abandoned() -> bool:
 
 
 def processes() -> list[int]:
-    """Return the daemons, watchers and jobs of all loopback SLURMs on this machine."""
+    """Return the process ids of daemons, watchers and jobs of all loopback SLURMs."""
     marked = []
     for folder in Path("/proc").glob("[0-9]*"):
         with suppress(OSError):  # the process has ended
@@ -120,13 +122,14 @@ def processes() -> list[int]:
 
 
 def _kill_processes() -> None:
+    """Kill the processes of all loopback SLURMs."""
     for pid in processes():
         with suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)
 
 
 class Slurm:
-    """A running controller and its nodes, in one folder."""
+    """A running controller and its nodes. All their files are in `folder`."""
 
     def __init__(self, folder: Path, nodes: Sequence[str]) -> None:
         self.folder = folder
@@ -134,10 +137,10 @@ class Slurm:
         self.processes: dict[str, subprocess.Popen] = {}
 
     def start(self, name: str) -> None:
-        """Start munge, the controller or a node, in the foreground, as a child of this process."""
+        """Start `munged`, `slurmctld` or a node as a child of this process, in the foreground."""
         munge = self.folder / "munge"
-        commands = {
-            "munged": [
+        if name == "munged":
+            command = [
                 "munged",
                 "--foreground",
                 "--force",
@@ -146,10 +149,12 @@ class Slurm:
                 f"--pid-file={munge}/munged.pid",
                 f"--log-file={munge}/munged.log",
                 f"--seed-file={munge}/munge.seed",
-            ],
-            "slurmctld": ["slurmctld", "-D"],
-        }
-        command = commands.get(name, ["slurmd", "-D", "-N", name])
+            ]
+        elif name == "slurmctld":
+            command = ["slurmctld", "-D"]
+        else:
+            command = ["slurmd", "-D", "-N", name]
+        variable, value = MARK.decode().split("=")
         with (self.folder / f"{name}.out").open("a") as out:
             self.processes[name] = subprocess.Popen(
                 [*WITH_PARENT, *command],
@@ -157,11 +162,11 @@ class Slurm:
                 stdout=out,
                 stderr=out,
                 start_new_session=True,
-                env=os.environ | dict([MARK.decode().split("=")]),
+                env={**os.environ, variable: value},
             )
 
     def stop(self, name: str, number: int = signal.SIGTERM) -> None:
-        """End one of them, and wait until it is gone."""
+        """End a daemon with a signal, and wait for its end."""
         process = self.processes.pop(name)
         process.send_signal(number)
         with suppress(subprocess.TimeoutExpired):
@@ -170,19 +175,19 @@ class Slurm:
         process.wait()
 
     def states(self) -> dict[str, str]:
-        """Return the state of each node, in SLURM's words; nothing while the controller is away."""
-        said = subprocess.run(
+        """Return the state of each node by name; empty if the controller does not answer."""
+        process = subprocess.run(
             ["sinfo", "--noheader", "--Node", "--format=%N %T"],
             check=False,
             capture_output=True,
             text=True,
             timeout=PATIENCE_S,
         )
-        return dict(line.split() for line in said.stdout.splitlines())
+        return dict(line.split() for line in process.stdout.splitlines())
 
     def jobs(self) -> list[dict[str, str]]:
-        """Return id, state, node and comment (Snakemake's rule) of every job that is remembered."""
-        said = subprocess.run(
+        """Return the properties of each job. The comment is the rule of Snakemake."""
+        process = subprocess.run(
             ["squeue", "--noheader", "--states=all", "--format=%i|%T|%N|%C|%m|%k"],
             check=True,
             capture_output=True,
@@ -190,25 +195,29 @@ class Slurm:
             timeout=PATIENCE_S,
         )
         names = ("id", "state", "node", "cpus", "memory", "comment")
-        return [dict(zip(names, line.split("|"), strict=True)) for line in said.stdout.splitlines()]
+        lines = process.stdout.splitlines()
+        return [dict(zip(names, line.split("|"), strict=True)) for line in lines]
 
     def active(self) -> list[dict[str, str]]:
-        """Return the jobs that wait, run or end."""
+        """Return the jobs that have not finished."""
         return [job for job in self.jobs() if job["state"] not in ENDED]
 
     def control(self, *arguments: str) -> None:
-        """Call `scontrol`."""
+        """Run `scontrol`. Raises CalledProcessError if it fails."""
         subprocess.run(
             ["scontrol", *arguments], check=True, capture_output=True, timeout=PATIENCE_S
         )
 
 
-def wait_until(true: Callable[[], object], what: str, patience_s: float = PATIENCE_S) -> None:
-    """Return when a condition holds; raises TimeoutError, which says for what it waited."""
+def wait_until(condition: Callable[[], object], name: str, patience_s: float = PATIENCE_S) -> None:
+    """Wait until `condition` returns a true value.
+
+    Raises TimeoutError with the `name` of the condition.
+    """
     end = time.monotonic() + patience_s
-    while not true():
+    while not condition():
         if time.monotonic() > end:
-            raise TimeoutError(f"{what}: not within {patience_s:g} s")
+            raise TimeoutError(f"{name}: not within {patience_s:g} s")
         time.sleep(0.2)
 
 
@@ -216,7 +225,10 @@ def wait_until(true: Callable[[], object], what: str, patience_s: float = PATIEN
 def loopback_slurm(
     folder: Path, *, nodes: int = 2, cpus: int = 2, memory_mb: int = 4_000
 ) -> Iterator[Slurm]:
-    """Run a SLURM of some nodes in a new folder; everything is taken down at the end."""
+    """Run a SLURM during the block, with its files in a new folder; all processes end with it.
+
+    `cpus` and `memory_mb` are those of one node.
+    """
     names = [f"node{n + 1}" for n in range(nodes)]
     munge = folder / "munge"
     munge.mkdir(parents=True, mode=0o700)
@@ -249,10 +261,10 @@ def _configuration(folder: Path, names: Sequence[str], cpus: int, memory_mb: int
 
 @contextmanager
 def _configured(folder: Path, text: str) -> Iterator[None]:
-    """Let every program of SLURM use a configuration; remove what a killed owner left."""
-    is_made = not CONFIGURATION.parent.exists()
+    """Install a configuration for all programs of SLURM during the block."""
+    is_new_folder = not CONFIGURATION.parent.exists()
     CONFIGURATION.parent.mkdir(exist_ok=True)
-    if CONFIGURATION.is_symlink():
+    if CONFIGURATION.is_symlink():  # from a process that was killed
         CONFIGURATION.unlink()
         _kill_processes()
     with (folder / "slurm.conf").open("w") as file:
@@ -264,7 +276,7 @@ def _configured(folder: Path, text: str) -> Iterator[None]:
             yield
         finally:
             CONFIGURATION.unlink()
-            if is_made:
+            if is_new_folder:
                 CONFIGURATION.parent.rmdir()
 
 

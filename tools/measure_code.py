@@ -3,8 +3,8 @@
     python -m tools.measure_code            figures of the sources
     python -m tools.measure_code --trace    also the files that one recording passes (a minute)
 
-`--trace` runs the workflow on a small data set of noisy tones, and notes in each job which files of
-the package have functions that are called between the recording and `metrics.csv`.
+`--trace` runs the workflow on a small data set of noisy tones. In each job, it records the files of
+the package whose functions are called between the recording and `metrics.csv`.
 """
 
 from __future__ import annotations
@@ -28,12 +28,13 @@ from scipy.sparse.csgraph import connected_components
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "ajgdata"
-#: Functions of jobs on the way of a recording: its feature, a measurement, the joined table.
+#: Functions of the jobs between a recording and `metrics.csv`.
 STEPS = ("build_feature_file", "run_experiment", "collect")
-#: Every experiment has a class of this name.
+#: Name that the settings of each experiment have.
 SHARED_BY_DESIGN = "Settings"
+# The small data set.
 RECORDINGS = 12
-SECONDS = 0.2
+SECONDS = 0.2  #: length of a recording
 RATE_HZ = 44_100
 
 
@@ -84,7 +85,7 @@ def import_circles(trees: dict[str, ast.Module]) -> list[list[str]]:
 
 
 def shared_class_names(trees: dict[str, ast.Module]) -> list[str]:
-    """Return the names that two or more classes of the package have, except `SHARED_BY_DESIGN`."""
+    """Return the names of two or more classes, except `SHARED_BY_DESIGN`."""
     nodes = (node for tree in trees.values() for node in ast.walk(tree))
     names = Counter(node.name for node in nodes if isinstance(node, ast.ClassDef))
     return sorted(name for name, count in names.items() if count > 1 and name != SHARED_BY_DESIGN)
@@ -207,8 +208,10 @@ sys.setprofile(profile)
 
 
 def traced_files() -> dict[str, list[str]]:
-    """Return the files of the package that a recording passes, by step, from a run of the workflow
-    on a small data set."""
+    """Return the files of the package that a recording passes, by step.
+
+    Runs the workflow on a small data set.
+    """
     with tempfile.TemporaryDirectory() as text:
         folder = Path(text)
         notes = folder / "notes"

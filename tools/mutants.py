@@ -39,6 +39,7 @@ BUDGET_S = 240
 #: Quantile of the normal distribution for intervals of 95 %.
 Z = 1.96
 
+#: Operator that replaces another operator.
 SWAPS: dict[type, type] = {
     ast.Lt: ast.LtE,
     ast.LtE: ast.Lt,
@@ -62,7 +63,7 @@ SWAPS: dict[type, type] = {
     ast.BitAnd: ast.BitOr,
     ast.BitOr: ast.BitAnd,
 }
-#: Type annotations do not run.
+#: Fields of type annotations, which are not executed.
 NOT_EXECUTED = ("annotation", "returns")
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
 
@@ -90,15 +91,16 @@ class Mutant:
         return text
 
     def _put(self, node: ast.AST) -> None:
+        """Set the place of the change to a node."""
         if self.index is None:
             setattr(self.parent, self.field, node)
         else:
             getattr(self.parent, self.field)[self.index] = node
 
     def __str__(self) -> str:
-        before = ast.unparse(self.old)
-        after = ast.unparse(self.new)
-        return f"{self.file}:{self.line}: {shorten(before)}  ->  {shorten(after)}"
+        before = shorten(ast.unparse(self.old))
+        after = shorten(ast.unparse(self.new))
+        return f"{self.file}:{self.line}: {before}  ->  {after}"
 
 
 def shorten(code: str, length: int = 150) -> str:
@@ -184,8 +186,18 @@ def mutants(path: Path, root: Path) -> Iterator[Mutant]:
                 if field in ("test", "ifs"):
                     replacements.append((child.lineno, ast.UnaryOp(ast.Not(), child)))
                 for line, new in replacements:
-                    place = file, line, first_line, outside
-                    yield Mutant(*place, tree, parent, field, index, child, new)
+                    yield Mutant(
+                        file=file,
+                        line=line,
+                        statement=first_line,
+                        at_import=outside,
+                        tree=tree,
+                        parent=parent,
+                        field=field,
+                        index=index,
+                        old=child,
+                        new=new,
+                    )
                 yield from below(child, first_line, outside)
 
     yield from below(tree, 1, at_import=True)
@@ -285,7 +297,9 @@ class Selection:
         in_functions = {name for names in lines.values() if "" not in names for name in names}
 
         def rank(context: str) -> int:
-            return 0 if context in contexts else 1 if context in in_functions else 2
+            if context in contexts:
+                return 0
+            return 1 if context in in_functions else 2
 
         ordered = sorted(self.tests, key=lambda name: (rank(name), self.tests[name]["seconds"]))
         if "" not in contexts and contexts & self.tests.keys():

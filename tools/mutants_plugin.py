@@ -1,4 +1,4 @@
-"""The part of `tools/mutants.py` that runs inside pytest: record tests, or select them.
+"""The part of `tools/mutants.py` that runs inside pytest: it records tests, or selects them.
 
 `MUTANTS_RECORD` names the file to write: number, name, time and outcome of each test. The number is
 the context under which coverage stores the lines, also in processes that the test starts. Fixtures
@@ -28,7 +28,7 @@ def set_context(context: str) -> str:
     before = os.environ.get("MUTANTS_TEST", "")
     os.environ["MUTANTS_TEST"] = context
     current = coverage.Coverage.current()
-    if current:
+    if current is not None:
         current.switch_context(context)
     return before
 
@@ -62,7 +62,7 @@ def pytest_fixture_setup(fixturedef: Any) -> Iterator[None]:
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    """Note the time and the outcome of a test."""
+    """Record the time and the outcome of a test."""
     test = tests[report.nodeid]
     test["seconds"] += report.duration
     test["passed"] = test["passed"] and report.outcome == "passed"
@@ -78,7 +78,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_sessionfinish() -> None:
-    """Write the record."""
+    """Write the record of all tests."""
     if "MUTANTS_RECORD" in os.environ:
         text = json.dumps(list(tests.values()), indent=1)
         Path(os.environ["MUTANTS_RECORD"]).write_text(text, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""`python -m tools.readme_table [--results DIR]`: the README's table of results."""
+"""`python -m tools.readme_table [--results DIR]`: write the table of results into the README."""
 
 from __future__ import annotations
 
@@ -25,9 +25,10 @@ from ajgdata.store.files import write_if_changed
 from ajgdata.store.metrics import read_metrics
 from ajgdata.store.sessions import read_dataset
 
-#: The project of this README, wherever the results are.
+#: The project of this README. `--results` can be a folder of another project.
 PROJECT = Paths(Path(__file__).resolve().parents[1])
 README = PROJECT.root / "README.md"
+# Markers before and after the table.
 BEGIN = "<!-- results -->\n"
 END = "<!-- /results -->\n"
 #: Statistics of repeated fits: value, and ends of the interval.
@@ -44,17 +45,14 @@ HEAD = (
 
 
 class Row(NamedTuple):
-    """Scores of the CNN on a task, which `query` selects, and the name of the published value.
-
-    `sessions` selects the scores with held-out sessions.
-    """
+    """A row of the table: scores of the CNN on a task, and a published value."""
 
     title: str
     dataset: str
     task: str
-    query: str
-    paper: str
-    sessions: str = ""
+    query: str  #: condition on the rows of metrics.csv with the scores
+    paper: str  #: name of the published value
+    sessions: str = ""  #: condition on the rows with the scores of held-out sessions
 
 
 _CROSS_VALIDATION = "experiment == 'cross_validation' and split == 'grouped'"
@@ -96,7 +94,7 @@ ROWS = (
 
 
 class Values(NamedTuple):
-    """A score of the CNN; `scale` times its numbers are in `unit`."""
+    """A score of the CNN. Its numbers, multiplied by `scale`, have the unit `unit`."""
 
     score: Estimate
     unit: str
@@ -109,10 +107,11 @@ class Values(NamedTuple):
 
 
 def readme_table(metrics: Path) -> str:
-    """Return the table for a `metrics.csv`, and the run that it comes from."""
+    """Return the table for a `metrics.csv`, with the commit of the run and the hash of the file."""
     numbers = read_metrics(metrics)
     paper = published_values(PROJECT)
-    lines = [HEAD, ("---",) * len(HEAD), *(_cells(row, numbers, paper[row.paper]) for row in ROWS)]
+    lines = [HEAD, tuple("---" for _ in HEAD)]
+    lines += [_cells(row, numbers, paper[row.paper]) for row in ROWS]
     table = "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
     commits = ", ".join(sorted({commit[:10] for commit in numbers["commit"]}))
     digest = hashlib.sha256(metrics.read_bytes()).hexdigest()[:10]
@@ -121,9 +120,10 @@ def readme_table(metrics: Path) -> str:
 
 
 def _machines(metrics: pd.DataFrame, paper: Mapping[str, PaperFigure]) -> str:
-    """Return the difference of each value between computers as a line, as the verdicts use it.
+    """Return a line with the difference of each value between computers.
 
-    Empty if no difference was measured (`reports/machine_spread.yaml`).
+    The verdicts use these differences. Returns "" if none was measured
+    (`reports/machine_spread.yaml`).
     """
     differences = []
     for row in ROWS:
@@ -172,7 +172,10 @@ def _values(row: Row, metrics: pd.DataFrame, query: str) -> Values | None:
     spec = read_dataset(PROJECT, row.dataset)
     target = spec.targets[spec.tasks[row.task].target]
     is_class = target.kind == "classification"
-    metric, unit, scale = ("accuracy", "%", 100) if is_class else ("rmse", target.unit, 1)
+    if is_class:
+        metric, unit, scale = "accuracy", "%", 100
+    else:
+        metric, unit, scale = "rmse", target.unit, 1
     task = f"dataset == '{row.dataset}' and task == '{row.task}' and model == 'cnn'"
     scores = metrics.query(f"{task} and metric == '{metric}' and {query}")
     values = scores.set_index("statistic")["value"]
@@ -186,7 +189,7 @@ def _values(row: Row, metrics: pd.DataFrame, query: str) -> Values | None:
 
 
 def written(text: str) -> str:
-    """Return what is between the markers of the README."""
+    """Return the text between the markers of the README."""
     return text.split(BEGIN)[1].split(END, maxsplit=1)[0]
 
 

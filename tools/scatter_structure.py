@@ -1,7 +1,8 @@
-"""`python -m tools.scatter_structure FILE:COLUMN ...`: scatter between grasps, by feature file.
+"""`python -m tools.scatter_structure FILE:COLUMN ...`: print the scatter between grasps.
 
-COLUMN has the classes. Each session gives five draws of two classes with five grasps each, one
-recording per grasp, so that data sets of different size compare. Printed: median, lowest, highest.
+FILE is a feature file, and COLUMN contains the classes. In each session, two classes and up to five
+grasps of each class are drawn five times, with one recording per grasp, so data sets of different
+sizes are comparable. Prints the median, lowest and highest value of the draws.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ from ajgdata.evaluate.scatter import Scatter, within_class_scatter
 from ajgdata.store.features import FeatureRows, read_store
 
 BANDS_HZ = ((100.0, 1_000.0), (1_000.0, 10_000.0))
-DRAWS = 5
-CLASSES = 2
-GRASPS = 5
+DRAWS = 5  #: per session
+CLASSES = 2  #: per draw
+GRASPS = 5  #: per class
 
 
 def draws(table: FeatureRows, column: str, band_hz: tuple[float, float]) -> list[Scatter]:
@@ -35,11 +36,11 @@ def draws(table: FeatureRows, column: str, band_hz: tuple[float, float]) -> list
             chosen = generator.choice(np.unique(classes), CLASSES, replace=False)
             rows = []
             for name in chosen:
-                own = np.flatnonzero((classes == name) & (sessions == session))
-                first = own[np.unique(grasps[own], return_index=True)[1]]
-                rows.append(first[:GRASPS])
-            both = np.concatenate(rows)
-            scatters.append(within_class_scatter(level_db[both], classes[both]))
+                rows_of_class = np.flatnonzero((classes == name) & (sessions == session))
+                _, first = np.unique(grasps[rows_of_class], return_index=True)
+                rows.append(rows_of_class[first[:GRASPS]])
+            drawn = np.concatenate(rows)
+            scatters.append(within_class_scatter(level_db[drawn], classes[drawn]))
     return scatters
 
 
@@ -49,7 +50,7 @@ def summary(values: list[float]) -> str:
 
 
 def main() -> None:
-    """Print a line for each feature file and band."""
+    """Print one line per feature file and band."""
     for argument in sys.argv[1:]:
         file, _, column = argument.rpartition(":")
         table = read_store(Path(file))

@@ -1,4 +1,4 @@
-"""`python -m tools.screenshots [--report DIR]`: the first screen of a report into docs/images."""
+"""`python -m tools.screenshots [--report DIR]`: write pictures of a report to docs/images."""
 
 from __future__ import annotations
 
@@ -7,25 +7,24 @@ import io
 import sys
 from pathlib import Path
 
+from PIL import Image
+
 from ajgdata.paths import Paths
 from ajgdata.store.files import write_if_changed
 from tools.browser import browser, missing
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs/images"
-#: A page is some inks and their edges: more shades are hardly seen, and cost bytes. The opening
-#: picture has a field of pressure, which needs them.
-COLOURS = 32
-OPENING_COLOURS = 128
-#: Pixels: the opening picture is as wide as a column of text, on a fine screen.
+# Numbers of colours: few colours give small files.
+COLOURS = 32  #: a page has few colours and their edges
+OPENING_COLOURS = 128  #: the opening picture shows a pressure field, which has many shades
+#: Largest width of the opening picture in pixels: a column of text on a high-resolution screen.
 OPENING_WIDTH = 1300
-#: All of docs/images: they travel with each clone.
+#: Largest size of all files in docs/images, because each clone downloads them.
 MAX_BYTES = 400_000
-
-
-#: Width and height of the first page of a report, CSS pixels.
+#: Width and height of the first screen of a report in CSS pixels.
 SCREEN = (1300, 1450)
-#: Numbers that docs/reading-the-report.md explains, at the parts of the page.
+#: Script that adds numbers to the parts of the page. docs/reading-the-report.md explains them.
 NUMBERS = """
 ['header img', '.answer', '.forest', '.cards', 'footer'].forEach((part, i) => {
   const box = document.querySelector(part).getBoundingClientRect()
@@ -49,31 +48,36 @@ def screenshot(page: Path) -> bytes:
 
 
 def small(png: bytes, colours: int = COLOURS, width: int = 0) -> bytes:
-    """Return a picture in few colours, a quarter of the bytes, and so wide at most (0: as is)."""
-    from PIL import Image
+    """Return a picture with few colours, which has a quarter of the bytes.
 
-    with Image.open(io.BytesIO(png)) as whole:
-        picture = whole.convert("RGB")
+    A picture that is wider than `width` pixels is scaled down; 0 keeps its size.
+    """
+    with Image.open(io.BytesIO(png)) as original:
+        picture = original.convert("RGB")
     if 0 < width < picture.width:
         picture = picture.resize((width, round(picture.height * width / picture.width)))
-    rare_too = Image.Quantize.MAXCOVERAGE  # a badge is few pixels
-    few = picture.quantize(colours, rare_too, dither=Image.Dither.NONE)
+    # This method also keeps rare colours, for example that of a badge.
+    method = Image.Quantize.MAXCOVERAGE
+    quantized = picture.quantize(colours, method, dither=Image.Dither.NONE)
     stream = io.BytesIO()
-    few.save(stream, format="PNG", optimize=True)
+    quantized.save(stream, format="PNG", optimize=True)
     return stream.getvalue()
 
 
 def write_screenshots(page: Path) -> None:
-    """Write a report's opening picture and its first screen to docs/images; say what is missing if
-    that cannot be."""
-    drawn = page.parent / Paths().opening.relative_to(Paths().report.parent)
-    opening = drawn.with_suffix(".png")
+    """Write the opening picture and the first screen of a report to docs/images.
+
+    Without a report or a browser, prints what is missing and leaves the screenshot unchanged.
+    """
+    opening_file = page.parent / Paths().opening.relative_to(Paths().report.parent)
+    opening = opening_file.with_suffix(".png")
     if opening.is_file():
         _write("opening", small(opening.read_bytes(), OPENING_COLOURS, OPENING_WIDTH))
+    install_commands = missing()
     if not page.is_file():
-        print(f"screenshots: left as they were, there is no {page}")
-    elif what := missing():
-        print(f"screenshots: left as they were, not installed: {what}")
+        print(f"screenshots: unchanged, there is no {page}")
+    elif install_commands:
+        print(f"screenshots: unchanged, not installed: {install_commands}")
     else:
         _write("report", screenshot(page))
     size = sum(file.stat().st_size for file in IMAGES.iterdir())
@@ -82,6 +86,7 @@ def write_screenshots(page: Path) -> None:
 
 
 def _write(name: str, png: bytes) -> None:
+    """Write a picture to docs/images if it has changed."""
     if write_if_changed(IMAGES / f"{name}.png", png):
         print(f"wrote docs/images/{name}.png ({len(png) / 1000:.0f} kB)")
 
