@@ -18,7 +18,7 @@ from ajgdata.evaluate.agreement import (
     placebo_test,
 )
 from ajgdata.paths import Paths
-from ajgdata.pipeline.report import published_values
+from ajgdata.pipeline.report_content import published_values
 from ajgdata.report.comparison import NEAR_CHANCE, PaperFigure, judged
 from ajgdata.report.format import DASH, number, with_unit
 from ajgdata.store.files import write_if_changed

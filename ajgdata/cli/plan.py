@@ -55,9 +55,10 @@ def plan(
 ) -> None:
     """Plan the numbers of sessions, placements and grasps.
 
-    Uses the held-out predictions of the last run to estimate how their score varies between
-    sessions, objects, placements and grasps. Prints the fastest recording with an interval of this
-    width. The default times are assumptions. Exit code 3 if the data give no plan.
+    Uses held-out predictions to estimate how their score varies between sessions, objects,
+    placements and grasps. They are those of the run of all data sets, or else of the only run with
+    this data set. Prints the fastest recording with an interval of this width. The default times
+    are assumptions. Exit code 3 if the data give no plan.
     """
     from ajgdata.evaluate.planning import (
         DesignTimes,

@@ -1,4 +1,4 @@
-"""Held-out scores of the last run with the labels of their recordings, to plan a data set."""
+"""Held-out scores of a run with the labels of their recordings, to plan a data set."""
 
 from __future__ import annotations
 
@@ -44,11 +44,13 @@ class Pilot(NamedTuple):
 def read_pilot(
     paths: Paths, dataset: str, task: str, model: str, split: str | None = None
 ) -> Pilot:
-    """Return the scores of the last run of a data set, for its recordings with training values.
+    """Return the held-out scores of a data set, for its recordings with training values.
 
-    Without a `split`, they are those of held-out sessions, or else of the task's own split. The
-    score of a recording that several folds predicted is the mean over these folds. Raises DataError
-    if there is no such data set or task, and if there are no predictions.
+    The predictions are those of the run of all data sets, or else of the only run with this data
+    set. Without a `split`, they are those of held-out sessions, or else of the task's own split.
+    The score of a recording that several folds predicted is the mean over these folds. Raises
+    DataError if there is no such data set or task, without predictions, and if several runs of
+    selected data sets have predictions.
     """
     spec = read_dataset(paths, dataset)
     if task not in spec.tasks:
@@ -58,12 +60,14 @@ def read_pilot(
     target = spec.targets[settings.target]
     is_class = target.kind == "classification"
 
-    file, rows = _last_predictions(paths, dataset)
-    split = split or _default_split(rows, task, model)
-    rows = _predictions_of(rows, file, task, model, split)
-    columns = ("y_true", "y_pred")
+    file, all_rows = _predictions_of_run(paths, dataset)
+    if not split:
+        splits = {row["split"] for row in all_rows if (row["task"], row["model"]) == (task, model)}
+        split = SESSION_SPLIT if SESSION_SPLIT in splits else GROUPED
+    rows = _predictions_of_split(all_rows, file, task, model, split)
     value_type = str if is_class else float
-    y_true, y_pred = (np.array([value_type(row[name]) for row in rows]) for name in columns)
+    y_true = np.array([value_type(row["y_true"]) for row in rows])
+    y_pred = np.array([value_type(row["y_pred"]) for row in rows])
     scores = recording_scores(y_true, y_pred, target.kind, settings.period_deg)
     names, first, member = np.unique(
         [row["recording"] for row in rows], return_index=True, return_inverse=True
@@ -91,25 +95,40 @@ def read_pilot(
     )
 
 
-def _last_predictions(paths: Paths, dataset: str) -> tuple[Path, list[dict[str, str]]]:
-    """Return the newest file with predictions for a data set, and its rows for this data set."""
-    of_runs = paths.results.glob(f"runs/*/{paths.predictions.name}")
-    files = [file for file in (paths.predictions, *of_runs) if file.is_file()]
-    for file in sorted(files, key=lambda file: file.stat().st_mtime_ns, reverse=True):
-        rows = [row for row in read_predictions(file) if row["dataset"] == dataset]
+def _predictions_of_run(paths: Paths, dataset: str) -> tuple[Path, list[dict[str, str]]]:
+    """Return the file with predictions for a data set, and its rows for this data set.
+
+    The file is that of the run of all data sets, or else of a run of selected data sets. Raises
+    DataError if no run has predictions for the data set, or if several runs of selected data sets
+    have some.
+    """
+    all_rows = _rows_of(paths.predictions, dataset)
+    if all_rows:
+        return paths.predictions, all_rows
+    selected = {}
+    for file in sorted(paths.results.glob(f"runs/*/{paths.predictions.name}")):
+        rows = _rows_of(file, dataset)
         if rows:
-            return file, rows
-    problem = f"there are no predictions for {dataset}"
-    raise DataError(paths.predictions, problem, f"run `ajgdata run {dataset}` first")
+            selected[file] = rows
+    if not selected:
+        problem = f"there are no predictions for {dataset}"
+        raise DataError(paths.predictions, problem, f"run `ajgdata run {dataset}` first")
+    if len(selected) > 1:
+        runs = ", ".join(file.parent.name for file in selected)
+        problem = f"several runs have predictions for {dataset}: {runs}"
+        fix = "run `snakemake` for all data sets, or delete the folders of outdated runs"
+        raise DataError(paths.results / "runs", problem, fix)
+    return next(iter(selected.items()))
 
 
-def _default_split(rows: Sequence[dict[str, str]], task: str, model: str) -> str:
-    """Return the split by session if a model of a task was tested by it, else the grouped split."""
-    splits = {row["split"] for row in rows if (row["task"], row["model"]) == (task, model)}
-    return SESSION_SPLIT if SESSION_SPLIT in splits else GROUPED
+def _rows_of(file: Path, dataset: str) -> list[dict[str, str]]:
+    """Return the rows of a data set in a file of predictions; none if there is no file."""
+    if not file.is_file():
+        return []
+    return [row for row in read_predictions(file) if row["dataset"] == dataset]
 
 
-def _predictions_of(
+def _predictions_of_split(
     rows: Sequence[dict[str, str]], file: Path, task: str, model: str, split: str
 ) -> list[dict[str, str]]:
     """Return the rows of a task, model and split.
@@ -148,10 +167,10 @@ def _read_labels(
             problem = f"has no recording {missing[0]!r}, which the run predicted"
             raise DataError(file, problem, f"run `ajgdata run {dataset}` again")
         rows = [row_of[name] for name in recordings.tolist()]
-        labels = {
-            name: features[name].values[rows].astype(str)
-            if name in features.coords
-            else np.full(len(rows), "")
-            for name in columns
-        }
+        labels = {}
+        for name in columns:
+            if name in features.coords:
+                labels[name] = features[name].values[rows].astype(str)
+            else:
+                labels[name] = np.full(len(rows), "")
         return labels, str(features.attrs["source"])

@@ -44,8 +44,11 @@ class Published:
 
 @dataclass(frozen=True)
 class _Contents:
-    """What is published: features, and recordings with their files by `<session>/<recording_id>`,
-    in the order of the feature file."""
+    """Content of a published data set: features, sessions by name, and recordings.
+
+    `recordings` has each recording with its file, by `<session>/<recording_id>`, in the order of
+    the feature file.
+    """
 
     store: FeatureRows
     sessions: Mapping[str, Session]
@@ -74,10 +77,13 @@ def publish(
     >>> sorted(path.name for path in Path("tree/size").iterdir())[:3]
     ['LICENSE', 'README.md', 'SHA256SUMS']
     """
-    out = _checked_target(Path(out))
+    out = Path(out)
+    _check_target(out)
     spec = read_dataset(paths, dataset)
     features = store or paths.features(dataset)
-    _check_results(dataset, features, paths.quarantine(dataset))
+    for path in (features, paths.quarantine(dataset)):
+        if not path.is_file():
+            raise DataError(path, "does not exist yet", f"run `ajgdata run {dataset}` first")
     features_sha256 = file_sha256(features)
     contents = _contents(paths, spec, features)
     check_up_to_date(paths, spec, session_names(spec.recipe))
@@ -97,15 +103,15 @@ def publish(
         _write_audio(tree, table, contents)
         left_out, is_unlicensed = _describe(tree, paths, spec, table, contents)
         _write(tree, tree.SUMS, archive.checksums_bytes(folder))
-        size = sum(p.stat().st_size for p in folder.rglob("*") if p.is_file())
+        size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
     return Published(out, len(table.rows), size, left_out, is_unlicensed)
 
 
-def _check_results(dataset: str, *needed: Path) -> None:
-    """Raise DataError for a result of a data set that does not exist."""
-    for path in needed:
-        if not path.is_file():
-            raise DataError(path, "does not exist yet", f"run `ajgdata run {dataset}` first")
+def _check_target(out: Path) -> None:
+    """Raise DataError unless the folder `out` is free, or a published data set, complete or not."""
+    is_empty = not out.exists() or (out.is_dir() and not any(out.iterdir()))
+    if not is_empty and not (out / Tree.CROISSANT).is_file():
+        raise DataError(out, "is not a published data set", "name another folder")
 
 
 def declaration_bytes(spec: DatasetSpec) -> bytes:
@@ -116,18 +122,11 @@ def declaration_bytes(spec: DatasetSpec) -> bytes:
     return yaml_bytes({FORMAT_KEY: DATASET_FORMAT.version, **content})
 
 
-def _checked_target(out: Path) -> Path:
-    """Return `out`. Raises DataError unless it is free or a published data set, whole or not."""
-    if out.is_file() or (
-        out.is_dir() and any(out.iterdir()) and not (out / Tree.CROISSANT).is_file()
-    ):
-        raise DataError(out, "is not a published data set", "name another folder")
-    return out
-
-
 def _contents(paths: Paths, spec: DatasetSpec, features: Path) -> _Contents:
-    """Return the sessions and recordings of a feature file. Raises DataError if it has no
-    recordings, or differs from the tables of the sessions."""
+    """Return the sessions and recordings of a feature file.
+
+    Raises DataError if it has no recordings, or differs from the tables of the sessions.
+    """
     store = read_store(features)
     tables = read_session_tables(paths, spec)
     check_equal(features, spec, store, read_findings(paths.quarantine(spec.name)), tables)
@@ -147,18 +146,18 @@ def _contents(paths: Paths, spec: DatasetSpec, features: Path) -> _Contents:
 
 
 def _write(tree: Tree, name: str, content: bytes) -> None:
+    """Write a file of a published data set, and its folder if it is new."""
     path = tree / name
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(content)
 
 
 def _write_audio(tree: Tree, table: PublishedTable, contents: _Contents) -> None:
-    """Copy every recording, once as a file and once into the archive, in one reading."""
+    """Copy every recording into a file and into the archive; it is read once."""
+    names = tracked(list(contents.recordings), "copying")
     with ZipFile(tree / tree.ARCHIVE, "w") as packed:
-        for row, name in zip(
-            table.rows, tracked(list(contents.recordings), "copying"), strict=True
-        ):
-            path = contents.recordings[name][1]
+        for row, name in zip(table.rows, names, strict=True):
+            _, path = contents.recordings[name]
             try:
                 content = path.read_bytes()
             except OSError as error:
@@ -183,7 +182,8 @@ def _write_sessions(
     """
     for name, session in contents.sessions.items():
         changed: dict[str, Any] = {"audio_root": None}
-        if played := session.excitation:
+        played = session.excitation
+        if played:
             source = inside(paths.session(dataset, name), played.file)
             target = Tree.excitation(name, source.suffix.lower())
             if file_sha256(source) != played.sha256:
@@ -199,15 +199,14 @@ def _write_sessions(
                 recording, _ = contents.recordings[row["recording"]]
                 update = {"file": file, "sha256": row["sha256"]}
                 recordings.append(recording.model_copy(update=update))
-        write_session(
-            (tree / tree.session(name)).parent, session.model_copy(update=changed), recordings
-        )
+        folder = (tree / tree.session(name)).parent
+        write_session(folder, session.model_copy(update=changed), recordings)
 
 
 def _describe(
     tree: Tree, paths: Paths, spec: DatasetSpec, table: PublishedTable, contents: _Contents
 ) -> tuple[int, bool]:
-    """Write the description, metadata and figures; return the last fields of `Published`."""
+    """Write description, metadata and figure; return `left_out` and `is_unlicensed`."""
     from ajgdata.report.canvas import draw, encode
     from ajgdata.report.figures import spectra_figure
 
@@ -223,22 +222,24 @@ def _describe(
     _write(tree, tree.CROISSANT, json_bytes(croissant(about, table, hashes, sizes)))
     _write(tree, tree.DATAPACKAGE, json_bytes(datapackage(about, table, hashes, sizes)))
     _write(tree, tree.LICENCE, card.licence_text(about).encode())
-    facts = _provenance(spec, contents.store, grippers)
+    facts = _provenance(spec, contents.store.attrs, grippers)
     text = card.render_card(about, about_data, table, sizes, facts, paths)
     _write(tree, tree.README, text.encode())
     return about_data.n_left_out, about.is_unlicensed
 
 
-def _provenance(spec: DatasetSpec, store: FeatureRows, grippers: Sequence[str]) -> dict[str, str]:
-    """Return the software, settings and grippers of a published data set, by topic."""
-    attrs = store.attrs
-    programs = {"published by": software(), "features computed by": attrs}
-    facts = {"simulated or recorded": attrs["source"], "gripper": ", ".join(grippers)}
-    facts |= {
-        topic: f"ajgdata {program['ajgdata_version']}, commit {program['git_commit'] or '–'}"
-        for topic, program in programs.items()
-    }
-    facts |= {
+def _provenance(
+    spec: DatasetSpec, attrs: Mapping[str, Any], grippers: Sequence[str]
+) -> dict[str, str]:
+    """Return the software, settings and grippers of a published data set, by topic.
+
+    `attrs` are the attributes of its feature file.
+    """
+    facts = {
+        "simulated or recorded": attrs["source"],
+        "gripper": ", ".join(grippers),
+        "published by": _program(software()),
+        "features computed by": _program(attrs),
         "digest of dataset.yaml": settings_digest(spec),
         "digest of the feature settings": attrs["settings_digest"],
         "digest of the recordings": attrs["inputs_sha256"],
@@ -246,3 +247,8 @@ def _provenance(spec: DatasetSpec, store: FeatureRows, grippers: Sequence[str]) 
     if spec.recipe:
         facts["digest of the code of the virtual gripper"] = code_hash("gripper")
     return {topic: str(text) for topic, text in facts.items()}
+
+
+def _program(about: Mapping[str, Any]) -> str:
+    """Return version and commit of ajgdata in a provenance."""
+    return f"ajgdata {about['ajgdata_version']}, commit {about['git_commit'] or '–'}"

@@ -5,37 +5,39 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-#: The summary of a run that skipped tasks, or could not read recordings or requested results, ends
-#: with a line that begins with this.
+#: Beginning of the last line of a summary if the run skipped tasks, or could not read recordings or
+#: requested results.
 INCOMPLETE = "incomplete:"
 
 
 def end_run(summaries: Mapping[Path, int], changed: Iterable[str] = ()) -> None:
-    """Print the summary that this run wrote, if any; `summaries` are possible ones with their time
-    before the run.
+    """Print the summary that this run wrote, and exit with code 1 if the run is incomplete.
 
-    A run that skipped tasks, or could not read recordings, ends with one line and exit code 1. Its
-    summary is removed, so that the next run reports them again. A run during which tables of data
-    sets changed ends with exit code 1 and one line for each data set (`changed`); the next run
-    computes its results again.
+    `summaries` are the possible files of the summary, with the time at which each was written
+    before the run (see `modified_ns`). If the run skipped tasks or could not read recordings, the
+    last line of its summary reports it. This summary is removed, so the next run reports it again.
+
+    `changed` has one line for each data set whose tables changed during the run. The exit code is
+    then 1, too, and the next run computes its results again.
     """
-    last = ""
-    for summary, before in summaries.items():
-        if modified_ns(summary) in (0, before):
+    incomplete = ""
+    for summary, before_ns in summaries.items():
+        if modified_ns(summary) in (0, before_ns):
             continue
         text = summary.read_text(encoding="utf-8")
-        *_, line = text.splitlines()
-        if line.startswith(INCOMPLETE):
-            text, last = text.removesuffix(f"{line}\n"), line
+        last_line = text.splitlines()[-1]
+        if last_line.startswith(INCOMPLETE):
+            incomplete = last_line
+            text = text.removesuffix(f"{last_line}\n")
             summary.unlink()
         print(f"\n{text}", end="", flush=True)
     lines = [f"{INCOMPLETE} {line}" for line in changed]
-    if last:
-        lines.append(last)
+    if incomplete:
+        lines.append(incomplete)
     if lines:
         raise SystemExit("\n".join(lines))
 
 
 def modified_ns(path: Path) -> int:
-    """Return when a file was written, in ns; 0 if it does not exist."""
+    """Return the time at which a file was written, in ns; 0 if it does not exist."""
     return path.stat().st_mtime_ns if path.is_file() else 0

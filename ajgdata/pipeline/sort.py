@@ -1,4 +1,4 @@
-"""Plan of sorting -> a sorter with everything opened: model, sound card, robot, session, log."""
+"""Open what a sorting plan needs: model, sound card, robot, session and log."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from ajgdata.store.sessions import check_one_source, list_sessions, read_dataset
 from ajgdata.types import DataError, DatasetSpec
 from ajgdata.types.protocol import NOTHING, SortPlan
 
+#: Name of the session of a sorting run, with its number.
 _NAME = re.compile(r"sort-(\d+)")
 
 
@@ -26,9 +27,9 @@ _NAME = re.compile(r"sort-(\d+)")
 def open_run(
     paths: Paths, plan: SortPlan, *, confirm: Confirm, control: Control, listen: Listener
 ) -> Iterator[Sorter]:
-    """Open all that a plan needs, and close it at the end, whatever ends it.
+    """Open all that a plan needs, yield the sorter, and close everything at the end.
 
-    `confirm` asks the person, `listen` receives every event. Raises DataError for a plan that
+    `confirm` asks the person, and `listen` receives every event. Raises DataError for a plan that
     cannot be followed, before anything moves.
     """
     spec = read_dataset(paths, plan.dataset)
@@ -36,27 +37,39 @@ def open_run(
     sessions = list_sessions(paths, spec.name)
     check_one_source(paths, spec, sessions, adding=plan.source == VIRTUAL)
     session = _next_name(paths, spec.name)
-    folder, log_file = paths.session(spec.name, session), paths.events(spec.name, session)
+    folder = paths.session(spec.name, session)
     target = spec.tasks[plan.task].target
     # Settings of the robot may contain hosts and tokens.
     settings = plan.model_dump(mode="json", exclude={"robot", "card"})
     setup = {"sort": {**settings, "target": target}}
     with (
         open_hands(
-            paths, spec, source=plan.source, card=plan.card, robot=plan.robot, seed=plan.seed,
-            confirm=confirm, rate_hz=predictor.sample_rate_hz,
+            paths,
+            spec,
+            source=plan.source,
+            card=plan.card,
+            robot=plan.robot,
+            seed=plan.seed,
+            confirm=confirm,
+            rate_hz=predictor.sample_rate_hz,
             microphone=predictor.audio.microphone,
         ) as (robot, card, gripper),
         live_session(folder, spec, card.settings, setup, gripper) as live,
-        EventLog(log_file) as log,
-    ):  # fmt: skip
+        EventLog(paths.events(spec.name, session)) as log,
+    ):
         log.listen(listen)
-        played = stored_excitation(folder, card.settings.sample_rate_hz)
         sorter = Sorter(
-            plan=plan, senses=predictor, card=card, played=played, robot=robot, session=live,
-            log=log, target=target, labels=lambda name: labels_of(spec, target, name),
+            plan=plan,
+            senses=predictor,
+            card=card,
+            played=stored_excitation(folder, card.settings.sample_rate_hz),
+            robot=robot,
+            session=live,
+            log=log,
+            target=target,
+            labels=lambda name: labels_of(spec, target, name),
             control=control,
-        )  # fmt: skip
+        )
         try:
             yield sorter
         finally:
@@ -64,8 +77,11 @@ def open_run(
 
 
 def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:
-    """Return the model of a plan. DataError for one that cannot sort, and for bins that are not
-    those of its classes."""
+    """Return the model of a plan.
+
+    Raises DataError for a model that cannot sort, for bins that do not match its classes, and for
+    objects whose class is unknown.
+    """
     where = f"plan for {spec.name}"
     if plan.task not in spec.tasks:
         known = ", ".join(spec.tasks) or "none"
@@ -76,9 +92,11 @@ def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:
         fix = "sort by a task of classes, with a model such as cnn or linear"
         raise DataError(where, f"{plan.task}, {plan.model} gives no probabilities", fix)
     classes = list(predictor.classes)
-    if missing := [label for label in classes if label not in plan.bins]:
+    missing = [label for label in classes if label not in plan.bins]
+    if missing:
         raise DataError(where, f"bins: no bin for {missing[0]}", "name a bin for each class")
-    if unknown := [label for label in plan.bins if label not in classes]:
+    unknown = [label for label in plan.bins if label not in classes]
+    if unknown:
         problem = f"bins: {unknown[0]} is not a class of the model"
         raise DataError(where, problem, f"use its classes: {', '.join(classes)}")
     target = spec.tasks[plan.task].target
@@ -90,18 +108,24 @@ def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:
 
 
 def _next_name(paths: Paths, dataset: str) -> str:
+    """Return the name of the next sorting session: its number is higher than all existing ones.
+
+    A run that recorded no session may have left its events.
+    """
     live = paths.events(dataset, "x").parent.parent
-    names = [*list_sessions(paths, dataset), *(p.name for p in live.glob("*"))]
-    numbers = [int(match[1]) for name in names if (match := _NAME.fullmatch(name))]
+    names = [*list_sessions(paths, dataset), *(folder.name for folder in live.glob("*"))]
+    matches = [_NAME.fullmatch(name) for name in names]
+    numbers = [int(match[1]) for match in matches if match]
     return f"sort-{max(numbers, default=0) + 1:02d}"
 
 
 def labels_of(spec: DatasetSpec, target: str, name: str) -> dict[str, float | str]:
-    """Return the targets of an object by recipe or protocol; {} if they do not give its class."""
+    """Return the targets of an object in recipe or protocol; {} if they do not give its class."""
     sources = [source for source in (spec.recipe, spec.protocol) if source]
     objects = {item.name: item.targets for source in sources for item in source.objects}
     targets = {**objects.get(name, {}), "object": name}
     if targets.get(target) is None:
         return {}
     targets[target] = str(targets[target])
-    return {key: targets[key] for key in sorted(targets) if key != "object"}  # has its own column
+    # The object has its own column.
+    return {key: targets[key] for key in sorted(targets) if key != "object"}

@@ -39,7 +39,7 @@ def write_results(path):
 
 def test_five_results_next_to_the_published_values(tmp_path, monkeypatch):
     spread = {"size-known": 0.1}  # mm
-    monkeypatch.setattr("ajgdata.pipeline.report.read_machine_spread", lambda paths: spread)
+    monkeypatch.setattr("ajgdata.pipeline.report_content.read_machine_spread", lambda paths: spread)
     write_results(tmp_path / "metrics.csv")
     lines = readme_table(tmp_path / "metrics.csv").splitlines()
     assert lines[3:5] == [

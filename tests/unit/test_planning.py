@@ -22,7 +22,7 @@ from ajgdata.evaluate.planning import (
     spread_designs,
     variance_components,
 )
-from ajgdata.paths import Paths
+from ajgdata.paths import Paths, run_name
 from ajgdata.store.features import FeatureRows, text_column, write_store
 from ajgdata.store.metrics import PREDICTION_COLUMNS, read_predictions, write_predictions
 
@@ -377,18 +377,44 @@ def test_mistakes_are_one_line(ajgdata, project):
         assert_one_line(err, message)
 
 
-def test_the_last_run_of_the_data_set_counts(ajgdata, project):
+def write_predicted_correctly(project, *datasets):
+    """Write the predictions of a run of selected data sets. They are those of the run of all data
+    sets, but each of them is correct; return the file."""
+    rows = [
+        {**{k: v for k, v in row.items() if k != "format"}, "y_pred": row["y_true"]}
+        for row in read_predictions(project.paths.predictions)
+    ]
+    file = Paths(project.root, run_name(datasets)).predictions
+    write_predictions(file, rows)
+    return file
+
+
+def test_the_run_of_all_data_sets_counts_first_whatever_its_time(ajgdata, project):
     write_run(project, is_correct=is_second_placement_wrong)
-    rows = read_predictions(project.paths.predictions)
-    later = Paths(project.root, "d").predictions
-    for row in rows:
-        row["y_pred"] = row["y_true"]
-    write_predictions(later, [{k: v for k, v in row.items() if k != "format"} for row in rows])
-    write_predictions(Paths(project.root, "e").predictions, [])
-    for number, file in enumerate((project.paths.predictions, later)):
+    selected = write_predicted_correctly(project, "d")
+    for number, file in enumerate((project.paths.predictions, selected)):
         os.utime(file, (number, number))
     out = ajgdata(*PLAN, 5)[1]
-    assert out.startswith("accuracy 100.0 %") and str(later) in out
+    assert out.startswith("accuracy 75.0 %") and str(project.paths.predictions) in out
+
+
+def test_the_only_run_of_the_data_set_counts_without_one_of_all(ajgdata, project):
+    write_run(project, is_correct=is_second_placement_wrong)
+    selected = write_predicted_correctly(project, "d")
+    write_predictions(project.paths.predictions, [])
+    write_predictions(Paths(project.root, "e").predictions, [])
+    out = ajgdata(*PLAN, 5)[1]
+    assert out.startswith("accuracy 100.0 %") and str(selected) in out
+
+
+def test_several_runs_of_the_data_set_are_ambiguous(ajgdata, project):
+    write_run(project, is_correct=is_second_placement_wrong)
+    write_predicted_correctly(project, "d")
+    write_predicted_correctly(project, "d", "e")
+    project.paths.predictions.unlink()
+    code, out, err = ajgdata(*PLAN, 5)
+    assert (code, out) == (1, "")
+    assert_one_line(err, "several runs have predictions for d: d, d+e. ")
 
 
 def test_predictions_without_a_label_are_outdated(ajgdata, project):

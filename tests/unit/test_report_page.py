@@ -10,7 +10,7 @@ from html_page import Page
 from report_samples import PAPER, SCRIPT, illustration, sample_report
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.site import COMPARISON, section_of
+from ajgdata.pipeline.experiment_pages import COMPARISON, section_of
 from ajgdata.report.comparison import Change, PaperComparison, Reason, ResultCost, mark_of
 from ajgdata.report.forest import paper_rows, place
 from ajgdata.report.format import Score
