@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath
 
 import pytest
 from html_page import Page
-from report_samples import PAPER, SCRIPT, illustration, sample_report
+from report_samples import PAPER, SCRIPT, dataset, illustration, sample_report
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiment_pages import COMPARISON, section_of
@@ -150,6 +150,19 @@ def test_a_page_prints_the_limits_of_its_comparison_with_the_paper():
     own = " ".join(Page(render(compared)["experiments/size.html"]).words)
     assert "This comparison is not blind." in own and "noise_per_bin" in own
     assert "not blind" not in render(compared)["experiments/stones.html"]
+
+
+def test_the_first_page_counts_the_recordings_of_each_source():
+    datasets = [
+        dataset("a", "simulated", n_recordings=1000),
+        dataset("b", "simulated", n_recordings=500),
+        dataset("c", "recorded", n_recordings=20),
+    ]
+    report = dataclasses.replace(sample_report(), datasets=tuple(datasets))
+    assert report.recordings_by_source == {"simulated": 1500, "recorded": 20}
+    words = " ".join(Page(render(report)["index.html"]).words)
+    assert "1,500 recordings" in words
+    assert "20 recordings" in words
 
 
 def test_the_first_page_has_one_row_per_result_and_the_same_count_as_the_page_of_the_paper():

@@ -26,6 +26,12 @@ def recipe(**keys):
     return {"recipe": RECIPE | keys}
 
 
+def embedding(**keys):
+    """Return a declaration of the embedding `e`; the data set has the target `edge_mm`."""
+    settings = {"supervision": "Which objects are equal.", "target": "edge_mm"}
+    return {"embeddings": {"e": settings | keys}}
+
+
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
@@ -39,6 +45,8 @@ def recipe(**keys):
         ({"targets": {"e": {"unit": "mm"}}}, "targets.e.kind is missing. Add targets.e.kind"),
         ({"targets": {"file": {"kind": "regression"}}}, "target file has the name of a standard"),
         ({"tasks": {"t": {"target": "nope"}}}, "task t: target 'nope' is not among the targets"),
+        (embedding(target="nope"), "embedding e: 'nope' is not among the targets"),
+        (embedding(), "embedding e: 'edge_mm' is a number, not a class"),
         (
             {"imports": {"pattern": "x", "table": "y", "file": "z"}},
             "give pattern or table, not both",

@@ -15,7 +15,8 @@ def test_errors_are_relative_and_levels_are_decibels():
 
 
 def test_bands_are_parts_of_the_spectrum():
-    """A bin of 44.1 kHz over 2,048 samples is 21.5 Hz wide."""
+    """A bin of 44.1 kHz over 2,048 samples is 21.5 Hz wide. The bands have no gap."""
+    assert [low for low, _ in BANDS_KHZ[1:]] == [high for _, high in BANDS_KHZ[:-1]]
     bands = list(in_bands(np.arange(1025.0)).values())
     for (low, high), band in zip(BANDS_KHZ, bands, strict=True):
         hertz = band * 44_100 / 2048
