@@ -205,7 +205,7 @@ def run_task(paths, dataset, other, tmp_path, models=("linear",)):
     run_experiment(
         paths.features(dataset),
         experiment="cross_validation",
-        models=models,
+        parts=models,
         dataset=dataset,
         task=task,
         settings={"models": [*models], "test_on": [other]},
