@@ -40,9 +40,14 @@ def planned(project: Project, *targets: str) -> dict[str, int]:
     ("file", "old", "new", "jobs"),
     [
         ("store/scan.py", '"""', '"""Edited. ', REPORT),
-        ("features/spectrum.py", "_BLOCK = 65_536  #", "_BLOCK = 65_536  # edited:", REPORT),
+        ("features/spectrum.py", "_BLOCK = 65_536", "_BLOCK = 65_536  # edited", REPORT),
         ("types/protocol.py", 'description="', 'description="edited: ', REPORT),
-        ("store/audio.py", '"the file is empty", _AGAIN', '"is empty", _AGAIN', REPORT),
+        (
+            "store/audio.py",
+            '"the file is empty", _RECORD_AGAIN',
+            '"is empty", _RECORD_AGAIN',
+            REPORT,
+        ),
         ("experiments/learning_curve.py", "more and more training", "ever more training", REPORT),
         ("features/spectrum.py", '"hann": (0.5, 0.5)', '"hann": (0.6, 0.4)', AFTER_FEATURES),
         (
