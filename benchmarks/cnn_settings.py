@@ -1,12 +1,12 @@
-"""Settings of the CNN on inner folds: error and training time, one changed setting at a time.
+"""Measure error and training time of the CNN on inner folds, with one changed setting at a time.
 
     python benchmarks/cnn_settings.py results/features/ycb.nc [--target object] [--model cnn]
         [--base dropout=0.2] [--values epochs=5,20]
 
 The inner folds are four folds by grasp of the training part of the first outer fold, so no row of
-that fold's test part is used. Each setting is trained from three initial weights. The error is the
-share of wrong classes. Its standard deviation is over the twelve fits. The difference from the
-reference, which has the defaults and `--base`, is paired: its standard error is over grasps.
+the test part is used. Each setting is trained from three initial weights. The error is the share of
+wrong classes, and its standard deviation is over the twelve fits. The reference has the defaults
+and `--base`. The difference from the reference is paired, with a standard error over grasps.
 """
 
 import ast
@@ -29,7 +29,7 @@ from ajgdata.store.features import read_store
 OUTER_FOLDS = 5
 INNER_FOLDS = 4
 SEEDS = (0, 1, 2)
-#: Values of a setting besides its default.
+#: Tested values of each setting, in addition to the default.
 VALUES: dict[str, Sequence[Any]] = {
     "dropout": (0.0, 0.2, 0.7),
     "weight_decay": (0.0, 0.01, 0.03, 0.3, 1.0),
@@ -44,10 +44,10 @@ VALUES: dict[str, Sequence[Any]] = {
 
 @dataclass(frozen=True)
 class InnerResult:
-    """Errors of one setting: `fits` (folds * seeds,), `grasps` (grasps,), and CPU time of a fit."""
+    """Errors of one setting, and the CPU time of one fit."""
 
-    fits: np.ndarray
-    grasps: np.ndarray
+    fits: np.ndarray  #: error of each fit (folds * seeds,)
+    grasps: np.ndarray  #: error of each grasp (grasps,), mean over seeds
     train_s: float
 
     def row(self, reference: "InnerResult") -> str:
@@ -73,28 +73,33 @@ def inner_result(data: TaskData, model: str, settings: dict[str, Any]) -> InnerR
     folds = grouped_folds(data.value, data.group, "classification", INNER_FOLDS, seed=0)
     wrong = np.zeros((len(SEEDS), len(data.value)))
     fits = []
-    begun = time.process_time()
+    start = time.process_time()
     for number, seed in enumerate(SEEDS):
         unfitted = make_model(model, "classification", seed).set_params(**settings)
         for train, test in folds:
             fitted = clone(unfitted).fit(data.feature[train], data.value[train])
             wrong[number, test] = fitted.predict(data.feature[test]) != data.value[test]
             fits.append(wrong[number, test].mean())
-    spent = time.process_time() - begun
+    total_s = time.process_time() - start
     by_recording = wrong.mean(axis=0)
     grasps = [by_recording[data.group == grasp].mean() for grasp in np.unique(data.group)]
-    return InnerResult(np.array(fits), np.array(grasps), spent / len(fits))
+    return InnerResult(np.array(fits), np.array(grasps), total_s / len(fits))
 
 
 def changes(values: Sequence[str]) -> Iterator[tuple[str, Any]]:
-    """Yield a setting and a value of it for each text `setting=value,value`, or all of `VALUES`."""
+    """Yield each setting with each value of texts `setting=value,value`; of `VALUES` for no text.
+
+    >>> list(changes(["epochs=5,20"]))
+    [('epochs', 5), ('epochs', 20)]
+    """
     if not values:
         for setting, candidates in VALUES.items():
-            yield from ((setting, value) for value in candidates)
+            for value in candidates:
+                yield setting, value
     for text in values:
         setting, _, listed = text.partition("=")
-        parsed = ast.literal_eval(f"[{listed}]")
-        yield from ((setting, value) for value in parsed)
+        for value in ast.literal_eval(f"[{listed}]"):
+            yield setting, value
 
 
 def main(
@@ -104,6 +109,7 @@ def main(
     base: Annotated[list[str] | None, typer.Option(help="setting=value of all rows")] = None,
     values: Annotated[list[str] | None, typer.Option(help="setting=value,value")] = None,
 ) -> None:
+    """Print one row per setting and value, separated by tabs."""
     data = training_part(store, target)
     with threadpool_limits(limits=1):
         common = dict(changes(base)) if base else {}

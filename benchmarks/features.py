@@ -1,9 +1,9 @@
-"""Time of reading a recording and computing its feature, compared with the usual ways of doing so.
+"""Measure the time of reading a recording and computing its feature, for several libraries.
 
-Run `python benchmarks/features.py` (librosa: `pip install -e .[bench]`). The recordings are made
-up (noisy sweeps through random resonances, seeded): this measures time, and that all routes agree,
-nothing else. The last table measures the job `features` of the workflow. Repeats are interleaved,
-so that a busy machine disturbs all routes alike.
+Run `python benchmarks/features.py` (librosa: `pip install -e .[bench]`). The recordings are
+synthetic: noisy sweeps through random resonances, with a fixed seed. All routes must give the same
+features. The last table measures the job `features` of the workflow. Repeats are interleaved, so
+other processes on the computer influence all routes equally.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ WINDOW = SETTINGS.window
 HOP = SETTINGS.hop
 AUDIO = AudioSettings()
 Route = Callable[[Sequence[Path]], NDArray[np.floating]]
-#: The job `features` of a data set, without Snakemake, in a process of its own. Prints its seconds.
+#: Program that runs the job `features` of a data set without Snakemake, and prints its seconds.
 JOB = """
 import sys, time
 from pathlib import Path
@@ -64,34 +64,37 @@ print(time.perf_counter() - start)
 """
 
 
-def ours_one(path: Path) -> NDArray[np.float32]:
-    return spectrum(read_audio(path, AUDIO).samples, RATE_HZ, SETTINGS)
+def by_ajgdata(paths: Sequence[Path]) -> NDArray[np.floating]:
+    """Return the features (recordings, bins) as the workflow computes them."""
+    if not paths:
+        return np.empty((0, 0))
+    features = [spectrum(read_audio(path, AUDIO).samples, RATE_HZ, SETTINGS) for path in paths]
+    return np.stack(features)
 
 
-def ours(paths: Sequence[Path]) -> NDArray[np.floating]:
-    return np.stack([ours_one(path) for path in paths]) if paths else np.empty((0, 0))
-
-
-def ours_two_threads(paths: Sequence[Path]) -> NDArray[np.floating]:
+def by_two_threads(paths: Sequence[Path]) -> NDArray[np.floating]:
+    """Return the features; each thread computes one half."""
     half = len(paths) // 2
     with ThreadPoolExecutor(2) as pool:
-        return np.concatenate(list(pool.map(ours, (paths[:half], paths[half:]))))
+        return np.concatenate(list(pool.map(by_ajgdata, (paths[:half], paths[half:]))))
 
 
 @functools.cache
 def processes() -> ProcessPoolExecutor:
-    """Two processes, started once."""
+    """Return two processes that have already started."""
     pool = ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn"))
-    list(pool.map(ours, [[], []]))
+    list(pool.map(by_ajgdata, [[], []]))
     return pool
 
 
-def ours_two_processes(paths: Sequence[Path]) -> NDArray[np.floating]:
+def by_two_processes(paths: Sequence[Path]) -> NDArray[np.floating]:
+    """Return the features; each process computes one half."""
     half = len(paths) // 2
-    return np.concatenate(list(processes().map(ours, (paths[:half], paths[half:]))))
+    return np.concatenate(list(processes().map(by_ajgdata, (paths[:half], paths[half:]))))
 
 
 def by_scipy_stft(paths: Sequence[Path]) -> NDArray[np.floating]:
+    """Return the features with `scipy.signal.stft`."""
     rows = []
     for path in paths:
         samples, _ = sf.read(path)
@@ -103,6 +106,7 @@ def by_scipy_stft(paths: Sequence[Path]) -> NDArray[np.floating]:
 
 
 def by_short_time_fft(paths: Sequence[Path]) -> NDArray[np.floating]:
+    """Return the features with `scipy.signal.ShortTimeFFT`."""
     window = scipy.signal.get_window("hann", WINDOW)
     transformer = scipy.signal.ShortTimeFFT(window, HOP, RATE_HZ)
     rows = []
@@ -115,6 +119,7 @@ def by_short_time_fft(paths: Sequence[Path]) -> NDArray[np.floating]:
 
 
 def by_librosa(paths: Sequence[Path]) -> NDArray[np.floating]:
+    """Return the features with librosa."""
     import librosa
 
     rows = []
@@ -126,15 +131,17 @@ def by_librosa(paths: Sequence[Path]) -> NDArray[np.floating]:
 
 
 def normalised(transform: NDArray[np.complexfloating], axis: int) -> NDArray[np.floating]:
+    """Return the sum of magnitudes along the time axis, divided by the sum over all bins."""
     summed = np.abs(transform).sum(axis=axis)
     return summed / summed.sum()
 
 
 def routes() -> dict[str, Route]:
+    """Return the functions of all installed libraries by name."""
     available: dict[str, Route] = {
-        "ours, 1 thread": ours,
-        "ours, 2 threads": ours_two_threads,
-        "ours, 2 processes": ours_two_processes,
+        "ajgdata, 1 thread": by_ajgdata,
+        "ajgdata, 2 threads": by_two_threads,
+        "ajgdata, 2 processes": by_two_processes,
     }
     if importlib.util.find_spec("librosa"):
         available["librosa.load + librosa.stft"] = by_librosa
@@ -144,7 +151,7 @@ def routes() -> dict[str, Route]:
 
 
 def make_recordings(folder: Path, count: int, subtype: str) -> list[Path]:
-    """One-second sweeps through four random resonances each, with noise."""
+    """Write one-second recordings: noisy sweeps, each through four random resonances."""
     rng = np.random.default_rng(0)
     time_s = np.arange(RATE_HZ) / RATE_HZ
     sweep = scipy.signal.chirp(time_s, 20, 1, 20_000, method="logarithmic")
@@ -160,7 +167,10 @@ def make_recordings(folder: Path, count: int, subtype: str) -> list[Path]:
 
 
 def check_agreement(paths: Sequence[Path]) -> float:
-    """Largest difference between routes relative to the largest bin; float32 allows 1e-5."""
+    """Return the largest difference between routes, relative to the largest bin of a recording.
+
+    The limit of 1e-5 allows for the rounding of float32.
+    """
     expected = by_scipy_stft(paths)
     worst = 0.0
     for name, route in routes().items():
@@ -171,11 +181,11 @@ def check_agreement(paths: Sequence[Path]) -> float:
 
 
 def timed(paths: Sequence[Path], repeats: int) -> dict[str, NDArray[np.floating]]:
-    """Wall seconds (repeats,) of each route, interleaved."""
-    chosen = routes()
-    seconds = {name: np.empty(repeats) for name in chosen}
+    """Return the wall times (repeats,) of each route in seconds, from interleaved runs."""
+    functions = routes()
+    seconds = {name: np.empty(repeats) for name in functions}
     for repeat in range(repeats):
-        for name, route in chosen.items():
+        for name, route in functions.items():
             start = perf_counter()
             route(paths)
             seconds[name][repeat] = perf_counter() - start
@@ -183,36 +193,40 @@ def timed(paths: Sequence[Path], repeats: int) -> dict[str, NDArray[np.floating]
 
 
 def compare(console: Console, paths: Sequence[Path], title: str, repeats: int) -> None:
-    """Print medians; ratios are medians of the ratios within each repeat."""
+    """Print the median time of each route, and its ratios to the routes of ajgdata.
+
+    A ratio is the median of the ratios within each repeat.
+    """
     seconds = timed(paths, repeats)
     table = Table(title=f"{title}: {len(paths)} recordings of one second, {repeats} repeats")
     table.add_column("route", no_wrap=True)
     table.add_column("ms per recording", justify="right")
-    ours_first = [name for name in seconds if name.startswith("ours")]
-    for name in ours_first:
+    references = [name for name in seconds if name.startswith("ajgdata")]
+    for name in references:
         table.add_column(f"/ {name}", justify="right")
     for name, values in seconds.items():
-        ratios = [np.median(values / seconds[reference]) for reference in ours_first]
+        ratios = [np.median(values / seconds[reference]) for reference in references]
         each_ms = 1e3 * np.median(values) / len(paths)
-        table.add_row(name, *(f"{cell:.2f}" for cell in (each_ms, *ratios)))
+        table.add_row(name, f"{each_ms:.2f}", *(f"{ratio:.2f}" for ratio in ratios))
     console.print(table)
 
 
 def growth(console: Console, paths: Sequence[Path]) -> None:
-    table = Table(title="ours, 1 thread, as the work grows")
+    """Print the time of ajgdata for different numbers of recordings."""
+    table = Table(title="ajgdata, 1 thread, by number of recordings")
     for heading in ("recordings", "seconds", "ms per recording"):
         table.add_column(heading, justify="right")
     for count in (100, 300, 1000):
-        some = list(itertools.islice(itertools.cycle(paths), count))
+        repeated = list(itertools.islice(itertools.cycle(paths), count))
         start = perf_counter()
-        ours(some)
+        by_ajgdata(repeated)
         seconds = perf_counter() - start
         table.add_row(str(count), f"{seconds:.2f}", f"{1e3 * seconds / count:.2f}")
     console.print(table)
 
 
 def write_dataset(root: Path, files: Sequence[Path]) -> None:
-    """Write a data set `d` with one session of recordings, which stay where they are."""
+    """Write a data set `d` with one session, which refers to the files in their folder."""
     rows = [
         Recording(
             recording_id=file.stem,
@@ -253,6 +267,7 @@ def feature_files(console: Console, folder: Path, count: int, repeats: int) -> N
 
 
 def main() -> None:
+    """Measure all routes and the job, and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-n", "--recordings", type=int, default=300)
     parser.add_argument("--job", type=int, default=4000, help="recordings of the job, 0: none")
@@ -261,7 +276,7 @@ def main() -> None:
     console = Console(width=110)
     console.print(
         f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}: "
-        "two threads or processes gain only what other programs leave free"
+        "other programs can slow down two threads or processes"
     )
     with tempfile.TemporaryDirectory() as folder:
         for subtype in ("PCM_24", "PCM_16"):

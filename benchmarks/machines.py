@@ -1,14 +1,15 @@
-"""How results differ between computers: published comparisons with other CPU kernels.
+"""Measure how results differ between computers: published comparisons with other CPU kernels.
 
     python benchmarks/machines.py [--project DIR]
 
 Measures ROWS from the feature files of a project, in one process per variant. A variant sets
 environment variables: kernels of torch, oneDNN, OpenBLAS, numpy and numba as on CPUs with SSE, AVX2
-or AVX-512, or numbers of threads. Variants with AVX-512 are measured on CPUs that have it. All
-variants are measured on the rows PROBE, and only those that change a byte
-there, of a simulated recording or of a feature also on the other rows. Two unchanged runs must give
-the same bytes. Writes `reports/machine_spread.yaml`, which the verdicts use, and prints the table
-of docs/reproducibility.md. About 30 CPU minutes.
+or AVX-512, or numbers of threads. Variants with AVX-512 are measured only on CPUs with AVX-512.
+
+All variants are measured on the rows PROBE. A variant is also measured on the other rows if it
+changes a byte of these results, of a simulated recording or of a feature. Two unchanged runs must
+give the same bytes. Writes `reports/machine_spread.yaml`, which the verdicts use, and prints the
+table of docs/reproducibility.md. About 30 CPU minutes.
 
 The spread of a row is the largest of three differences: the range over variants; the difference
 that was measured on another computer (`other_machines`, which a person writes); and for a trained
@@ -26,7 +27,7 @@ import tempfile
 from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import typer
@@ -66,26 +67,52 @@ FEW = ("OPENBLAS_CORETYPE=Haswell", "OMP_NUM_THREADS=1", "OMP_NUM_THREADS=4")
 WIDE = (AVX2, AVX512) if HAS_AVX512 else (AVX2,)
 VARIANTS = (HERE_RUN, AGAIN, *OLD_CPU.split(), *FEW, OLD_CPU, *WIDE)
 LONG = (HERE_RUN, OLD_CPU, AVX2, AVX512)  #: variants that also have the ten repeated fits
+#: Published values that all variants are measured for.
 PROBE = ("materials-sphere80", "baselines")
-#: Trained networks: their results depend on the order of additions.
+#: Models whose results depend on the order of additions.
 NETWORKS = ("cnn",)
-CNN = ("cross_validation", "cnn")
-FITS = ("repeated_fits", "cnn")
-#: Published value, data set, task, experiment, model, and the part and statistic of its scores.
+REPEATED_FITS = "repeated_fits"
+
+
+class MeasurementId(NamedTuple):
+    """The result of an experiment with one model."""
+
+    dataset: str
+    task: str
+    experiment: str
+    model: str
+
+
+class MeasuredRow(NamedTuple):
+    """A row of the table: a published value, and the result that is compared with it."""
+
+    figure: str  #: name of the published value
+    dataset: str
+    task: str
+    score: str  #: test recordings (see `_part`) and statistic of the score
+    model: str = "cnn"
+    experiment: str = CROSS_VALIDATION
+
+    @property
+    def measurement(self) -> MeasurementId:
+        """The result that contains the score."""
+        return MeasurementId(self.dataset, self.task, self.experiment, self.model)
+
+
 ROWS = (
-    ("size", "size", "size", *CNN, "all mean"),
-    ("size-known", "size", "size", *CNN, "grouped mean"),
-    ("size-known", "size", "size", *CNN, "random mean"),
-    ("size-unknown", "size", "size", *CNN, "withheld mean"),
-    ("noise", "size", "noise", *FITS, "on size_80dba median"),
-    ("orientation", "orientation", "angle", *CNN, "withheld mean"),
-    ("orientation-known", "orientation", "angle", *CNN, "grouped mean"),
-    ("orientation-known", "orientation", "angle", *CNN, "random mean"),
-    ("materials-sphere80", "sphere80", "material", *CNN, "grouped mean"),
-    ("materials-plate", "plate", "material", *CNN, "grouped mean"),
-    ("materials-sphere30", "sphere30", "material", *CNN, "grouped mean"),
-    ("ycb", "ycb", "object", *CNN, "grouped mean"),
-    ("baselines", "ycb", "baselines", "cross_validation", "knn_plain", "grouped mean"),
+    MeasuredRow("size", "size", "size", "all mean"),
+    MeasuredRow("size-known", "size", "size", "grouped mean"),
+    MeasuredRow("size-known", "size", "size", "random mean"),
+    MeasuredRow("size-unknown", "size", "size", "withheld mean"),
+    MeasuredRow("noise", "size", "noise", "on size_80dba median", experiment=REPEATED_FITS),
+    MeasuredRow("orientation", "orientation", "angle", "withheld mean"),
+    MeasuredRow("orientation-known", "orientation", "angle", "grouped mean"),
+    MeasuredRow("orientation-known", "orientation", "angle", "random mean"),
+    MeasuredRow("materials-sphere80", "sphere80", "material", "grouped mean"),
+    MeasuredRow("materials-plate", "plate", "material", "grouped mean"),
+    MeasuredRow("materials-sphere30", "sphere30", "material", "grouped mean"),
+    MeasuredRow("ycb", "ycb", "object", "grouped mean"),
+    MeasuredRow("baselines", "ycb", "baselines", "grouped mean", model="knn_plain"),
 )
 SIMULATED = (("size", 8), ("plate", 0))  #: data set, and number of the object in its recipe
 
@@ -103,10 +130,12 @@ def steps(paths: Paths) -> dict[str, str]:
     return {step: hashlib.sha256(part).hexdigest() for step, part in content.items()}
 
 
-def measured(
-    paths: Paths, dataset: str, task: str, experiment: str, model: str, random: bool
-) -> dict[str, Any]:
-    """Return the digest of the result of an experiment, and its values by part and statistic."""
+def measured(paths: Paths, measurement: MeasurementId, *, random: bool) -> dict[str, Any]:
+    """Return the digest of the result of an experiment, and its values by part and statistic.
+
+    `random` is whether a random split is also evaluated.
+    """
+    dataset, task, experiment, model = measurement
     spec = read_dataset(paths, dataset)
     task_settings = spec.task_settings(task)
     requests = requested_experiments(spec, task)
@@ -136,17 +165,18 @@ def measured(
         )
         ((about, (scores, *_)),) = read_measurements(tables)
         content = tables.read_bytes()
-    rows = scores.where(metric="rmse" if task_settings.kind == "regression" else "accuracy").rows
-    values = {f"{_part(row, dataset)} {row['statistic']}": row["value"] for row in rows}
-    scale, unit = (1, task_settings.unit) if task_settings.kind == "regression" else (100, "%")
-    digest = hashlib.sha256(content).hexdigest()
-    counts = {part: count["recordings"] for part, count in about.get("parts", {}).items()}
+    if task_settings.kind == "regression":
+        metric, scale, unit = "rmse", 1, task_settings.unit
+    else:
+        metric, scale, unit = "accuracy", 100, "%"
+    rows = scores.where(metric=metric).rows
+    parts = about.get("parts", {})
     return {
-        "digest": digest,
-        "values": values,
+        "digest": hashlib.sha256(content).hexdigest(),
+        "values": {f"{_part(row, dataset)} {row['statistic']}": row["value"] for row in rows},
         "scale": scale,
         "unit": unit,
-        "recordings": counts,
+        "recordings": {part: count["recordings"] for part, count in parts.items()},
     }
 
 
@@ -159,58 +189,85 @@ def _part(row: dict[str, Any], dataset: str) -> str:
         return f"placebo {row['split']}"
     if row["test_set"] != dataset:
         return f"on {row['test_set']}"
-    is_training = row["target_values"] == TRAINING_VALUES
     if row["split"] == SESSION_SPLIT:
         return f"session {row['target_values']}"
-    return row["split"] if is_training else row["target_values"]
+    if row["target_values"] == TRAINING_VALUES:
+        return row["split"]
+    return row["target_values"]
 
 
-def in_process(project: Path, variant: str, names: Iterable[str]) -> dict[str, Any]:
-    """Return the results by experiment, and digests of the steps, of a process of its own."""
+def measure_variant(paths: Paths, variant: str, figures: Iterable[str]) -> dict[str, Any]:
+    """Return the results for some published values by experiment, and the digests of `steps`."""
+    rows = [row for row in ROWS if row.figure in figures]
+    results: dict[str, Any] = {"steps": steps(paths)}
+    for measurement in dict.fromkeys(row.measurement for row in rows):
+        if measurement.experiment == REPEATED_FITS and variant not in LONG:
+            continue
+        scores = [row.score for row in rows if row.measurement == measurement]
+        name = "/".join(measurement)
+        results[name] = measured(paths, measurement, random="random mean" in scores)
+    return results
+
+
+def in_process(project: Path, variant: str, figures: Iterable[str]) -> dict[str, Any]:
+    """Return the result of `measure_variant` in a new process with the variables of the variant."""
     print(f"measuring: {variant}", file=sys.stderr)
-    arguments = ["--project", str(project), "--names", ",".join(names)]
-    environment = os.environ | dict(word.split("=", 1) for word in variant.split() if "=" in word)
-    command = [sys.executable, __file__, *arguments, "--variant", variant]
-    done = subprocess.run(command, check=True, env=environment, stdout=subprocess.PIPE)
-    return json.loads(done.stdout.splitlines()[-1])
+    arguments = ["--project", str(project), "--names", ",".join(figures), "--variant", variant]
+    variables = dict(word.split("=", 1) for word in variant.split() if "=" in word)
+    process = subprocess.run(
+        [sys.executable, __file__, *arguments],
+        check=True,
+        env={**os.environ, **variables},
+        stdout=subprocess.PIPE,
+    )
+    return json.loads(process.stdout.splitlines()[-1])
 
 
-def compared(row: tuple[str, ...], runs: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """Return the value of a row on this computer, and its range over variants; `runs` are results
-    by variant."""
-    name = "/".join(row[1:5])
-    base = runs[HERE_RUN]["/".join(row[1:5])]
+def compared(row: MeasuredRow, runs: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Return the value of a row on this computer, and its range over variants.
+
+    `runs` are the results by variant.
+    """
+    name = "/".join(row.measurement)
+    base = runs[HERE_RUN][name]
     results = {variant: result[name] for variant, result in runs.items() if name in result}
-    values = [base["scale"] * result["values"][row[5]] for result in results.values()]
-    low = min(values)
-    high = max(values)
-    named = {"figure": row[0], "experiment": name, "part": row[5], "unit": base["unit"]}
-    numbers = {"value": values[0], "smallest": low, "largest": high, "step": step(row, base)}
+    values = [base["scale"] * result["values"][row.score] for result in results.values()]
     changed = [variant for variant, result in results.items() if result["digest"] != base["digest"]]
-    return {**named, **numbers, "variants": len(values) - 1, "changed_by": changed}
+    return {
+        "figure": row.figure,
+        "experiment": name,
+        "part": row.score,
+        "unit": base["unit"],
+        "value": values[0],
+        "smallest": min(values),
+        "largest": max(values),
+        "step": step(row, base),
+        "variants": len(values) - 1,
+        "changed_by": changed,
+    }
 
 
-def step(row: tuple[str, ...], result: dict[str, Any]) -> float:
+def step(row: MeasuredRow, result: dict[str, Any]) -> float:
     """Return the smallest possible difference of an accuracy of a trained network: one recording.
 
     0 for other models, which no variant changes, and for errors of numbers, which have no step.
     """
-    part = row[5].split()[0]
-    if row[4] not in NETWORKS or result["unit"] != "%":
+    if row.model not in NETWORKS or result["unit"] != "%":
         return 0.0
+    part, _, _ = row.score.partition(" ")
     return float(result["scale"] / result["recordings"][part])
 
 
 def with_spreads(content: dict[str, Any]) -> dict[str, Any]:
     """Return the content of the file with the spread of each row."""
-    elsewhere = {
+    differences = {  # on other computers
         other["figure"]: abs(other["value"] - other["compared_with"])
         for other in content["other_machines"]
     }
     rows = []
     for row in content["rows"]:
-        measured = row["largest"] - row["smallest"]
-        spread = max(measured, row["step"], elsewhere.get(row["figure"], 0.0))
+        range_of_variants = row["largest"] - row["smallest"]
+        spread = max(range_of_variants, row["step"], differences.get(row["figure"], 0.0))
         rows.append({**row, "spread": spread})
     return {**content, "rows": rows}
 
@@ -233,36 +290,36 @@ def main(
     names: Annotated[str, typer.Option(hidden=True)] = "",
     variant: Annotated[str, typer.Option(hidden=True)] = "",
 ) -> None:
+    """Measure all variants, write the file of spreads, and print the table."""
     if variant:
-        paths = Paths(project)
-        rows = [row for row in ROWS if row[0] in names.split(",")]
-        results: dict[str, Any] = {"steps": steps(paths)}
-        for key in dict.fromkeys(row[1:5] for row in rows):
-            if key[2:] != FITS or variant in LONG:
-                has_random = (*key, "random mean") in [row[1:] for row in rows]
-                results["/".join(key)] = measured(paths, *key, has_random)
-        print(json.dumps(results))
+        print(json.dumps(measure_variant(Paths(project), variant, names.split(","))))
         return
     runs = {name: in_process(project, name, PROBE) for name in VARIANTS}
-    if runs.pop(AGAIN) != (base := runs[HERE_RUN].copy()):
+    unchanged = dict(runs[HERE_RUN])
+    if runs.pop(AGAIN) != unchanged:
         raise SystemExit("two unchanged runs differ: no difference is due to a variant")
-    remaining = dict.fromkeys(row[0] for row in ROWS if row[0] not in PROBE)
+    remaining = dict.fromkeys(row.figure for row in ROWS if row.figure not in PROBE)
     for name, results in runs.items():
-        if name == HERE_RUN or results != base:
+        if name == HERE_RUN or results != unchanged:
             results.update(in_process(project, name, remaining))
     changed = {
         step: [name for name, results in runs.items() if results["steps"][step] != digest]
         for step, digest in runs[HERE_RUN]["steps"].items()
     }
-    about = CPUINFO.read_text(encoding="utf-8")
-    known = re.findall(r"^(?:cpu family|model|model name)\s*: (.*)$", about, re.MULTILINE)
-    cpu = "family {}, model {}, {}".format(*known)
-    content = {"commit": software()["git_commit"], "date": f"{datetime.now(UTC):%Y-%m-%d}"}
-    content |= {"cpu": cpu, "variants": list(VARIANTS[2:]), "steps": changed}
+    cpu_facts = CPUINFO.read_text(encoding="utf-8")
+    known = re.findall(r"^(?:cpu family|model|model name)\s*: (.*)$", cpu_facts, re.MULTILINE)
     file = HERE / "reports" / MACHINE_SPREAD_FILE
-    content["other_machines"] = read_yaml(file)["other_machines"]
-    content["rows"] = [compared(row, runs) for row in ROWS]
-    content = with_spreads(content)
+    content = with_spreads(
+        {
+            "commit": software()["git_commit"],
+            "date": f"{datetime.now(UTC):%Y-%m-%d}",
+            "cpu": "family {}, model {}, {}".format(*known),
+            "variants": list(VARIANTS[2:]),
+            "steps": changed,
+            "other_machines": read_yaml(file)["other_machines"],
+            "rows": [compared(row, runs) for row in ROWS],
+        }
+    )
     write_bytes(file, yaml_bytes(content))
     print(markdown(content))
 

@@ -1,12 +1,12 @@
-"""Cost of 500, 5,000 and 50,000 recordings, command by command.
+"""Measure time, memory and written bytes of each command for 500, 5,000 and 50,000 recordings.
 
     python benchmarks/scale.py [--size 500 ...] [--length-s 0.25] [--max-report 5000] [--write]
 
-Each size has a temporary project. Its recordings are a scale test and no evidence: four simulated
-responses, one sweep, and seeded noise; 50 recordings per grasp, 10 grasps per session. They are
+Each size has a temporary project. The recordings have no meaning: they are four simulated responses
+to one sweep, with seeded noise, 50 recordings per grasp and 10 grasps per session. They are
 imported by reference. A command is measured as a user runs it, with its start-up. CPU time and
-written bytes are those of the command and its finished child processes, memory is the peak of the
-largest process. `--write` puts the table into docs/scale.md.
+written bytes are those of the command and its finished child processes. Memory is the peak of the
+largest process. `--write` writes the table into docs/scale.md.
 """
 
 from __future__ import annotations
@@ -34,16 +34,17 @@ ROOT = Path(__file__).resolve().parents[1]
 AJGDATA = str(Path(sys.executable).with_name("ajgdata"))
 SNAKEMAKE = (sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile"))
 PAGE = ROOT / "docs/scale.md"
+# Markers before and after the table.
 BEGIN = "<!-- benchmarks/scale.py -->"
 END = "<!-- end -->"
-#: recordings per grasp, grasps per session
-SAMPLES = 50
-GRASPS = 10
-#: NOISE: rms, full scale 1
+SAMPLES = 50  #: recordings per grasp
+GRASPS = 10  #: grasps per session
 RATE_HZ = 44_100
-NOISE = 3e-4
+NOISE = 3e-4  #: rms, full scale 1
+# Commands before which the data change.
 ONE_MORE = "import of one more"
 CHANGED_LABEL = "features after one changed label"
+#: Edge lengths of the simulated cubes.
 EDGES_MM = (12, 18, 24, 30)
 DATASET = {
     "name": "scale",
@@ -59,7 +60,7 @@ Row = dict[str, object]
 
 
 def write_recordings(folder: Path, first: int, count: int, length_s: float) -> None:
-    """Write recordings number `first` to `first + count - 1`: simulated on a coarse grid."""
+    """Write the recordings number `first` to `first + count - 1`, simulated on a coarse grid."""
     import numpy as np
     import soundfile
 
@@ -87,7 +88,10 @@ def write_recordings(folder: Path, first: int, count: int, length_s: float) -> N
 
 
 def in_child(function: Callable[..., None], *arguments: object) -> None:
-    """Call a function in a child process: a command starts with the peak memory of this process."""
+    """Call a function in a child process.
+
+    This process stays small, because the peak memory of a command starts with that of its parent.
+    """
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         pool.submit(function, *arguments).result()
 
@@ -99,12 +103,12 @@ def change_label(project: Path) -> None:
 
 
 def cost(project: Path, arguments: tuple[str, ...]) -> Row:
-    """Run one command; return its CPU time, peak memory and written bytes, or its exit code."""
+    """Run one command, and return its CPU time, peak memory and written bytes, or its exit code."""
     with tempfile.TemporaryFile() as output:
-        began = time.perf_counter()
+        start = time.perf_counter()
         child = subprocess.Popen(arguments, cwd=project, stdout=output, stderr=subprocess.STDOUT)
         os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)  # keeps /proc/PID until wait4
-        wall_s = time.perf_counter() - began
+        wall_s = time.perf_counter() - start
         counters = Path(f"/proc/{child.pid}/io").read_text().splitlines()
         _, status, usage = os.wait4(child.pid, 0)
         child.returncode = os.waitstatus_to_exitcode(status)
@@ -126,26 +130,35 @@ def describe(wall_s: float, usage: resource.struct_rusage, written: int) -> Row:
 
 
 def commands(folder: Path, report: bool) -> dict[str, tuple[str, ...]]:
-    """Return the arguments of each measured command by name, in order."""
+    """Return the arguments of each measured command by name, in order.
+
+    `report` is whether models and report are measured.
+    """
     scan = (AJGDATA, "import", str(folder), "--dataset", "scale", "--reference")
     features = (*SNAKEMAKE, "results/features/scale.nc", "--config", "datasets=[scale]")
-    published = ("results/published/scale", "--name", "copy")
     run = (AJGDATA, "run", "scale")
-    return {
+    named = {
         "import": scan,
         "check": (AJGDATA, "check", "scale"),
         "features": features,
         "features, up to date": features,
-        **({"models and report": run} if report else {}),
+        "models and report": run,
         "status": (AJGDATA, "status", "scale"),
         "publish": (AJGDATA, "publish", "scale"),
-        "fetch the published folder": (AJGDATA, "fetch", *published),
+        "fetch the published folder": (
+            AJGDATA,
+            "fetch",
+            "results/published/scale",
+            "--name",
+            "copy",
+        ),
         "import again": scan,
         ONE_MORE: scan,
         "features after one new recording": features,
-        **({"models and report after one new recording": run} if report else {}),
+        "models and report after one new recording": run,
         CHANGED_LABEL: features,
     }
+    return {name: arguments for name, arguments in named.items() if report or arguments != run}
 
 
 def measure(size: int, length_s: float, report: bool) -> Iterator[Row]:
@@ -172,7 +185,8 @@ def as_markdown(rows: list[Row], length_s: float) -> str:
 
     table = pd.DataFrame(rows).pivot(index="command", columns="recordings", values="cost")
     table = table.reindex(list(dict.fromkeys(row["command"] for row in rows))).fillna("–")
-    lines = [["command", *(f"{size:,}" for size in table.columns)], ["---"] * (table.shape[1] + 1)]
+    sizes = [f"{size:,}" for size in table.columns]
+    lines = [["command", *sizes], ["---", *("---" for _ in sizes)]]
     lines += [[name, *cells] for name, cells in zip(table.index, table.to_numpy(), strict=True)]
     machine = f"{os.cpu_count()} cores ({platform.machine()})"
     title = f"Recordings of {length_s:g} s, {machine}. CPU time; peak memory, MB; written, MB:"

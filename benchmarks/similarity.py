@@ -1,11 +1,15 @@
-"""Time and memory of the comparison of fingerprints, with planted copies.
+"""Measure time and memory of the comparison of fingerprints, with planted copies.
 
     python benchmarks/similarity.py [NUMBER]
 
-Two kinds of random spectra of 1,025 bins: each recording is a grasp of its own, or 20 objects have
-grasps of 50 recordings. 50 copies with a deviation of 1 % are planted in other grasps; the last
-column is how many the search returns. A third kind has equal sounds only, and the search stops at
-its limit of pairs.
+NUMBER is the number of recordings, each a random spectrum of 1,025 bins. There are three kinds:
+
+- random: each recording is a grasp;
+- clustered: 20 objects have grasps of 50 recordings;
+- equal: all spectra are equal, and the search stops at its limit of pairs.
+
+The first two kinds contain 50 copies, with a deviation of 1 %, in other grasps. The last column is
+the number of pairs that the search returns.
 """
 
 from __future__ import annotations
@@ -22,7 +26,7 @@ FREQUENCY_HZ = np.arange(1025) * 44_100 / 2048
 COPIES = 50
 SAMPLES = 50
 OBJECTS = 20
-DEVIATION = 0.15  #: relative, of the noise of one recording
+DEVIATION = 0.15  #: relative standard deviation of the noise of a recording
 
 
 def spectra(kind: str, count: int) -> tuple[np.ndarray, list[str]]:
@@ -43,7 +47,7 @@ def spectra(kind: str, count: int) -> tuple[np.ndarray, list[str]]:
 
 
 def main() -> None:
-    """Print a table row per kind of spectra."""
+    """Print one row per kind of spectra."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 50_000
     print("kind, recordings, CPU time s, wall time s, peak memory MB, pairs")
     for kind in ("random", "clustered", "equal"):

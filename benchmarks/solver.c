@@ -1,4 +1,4 @@
-/* The solver's kernel in plain C, slab by slab as ours: what a compiler makes of it. */
+/* The solver's kernel in plain C, slab by slab as in ajgdata: the speed that a C compiler reaches. */
 #include <stddef.h>
 
 /* Four-point differences: reach is w/(1 + 3w) of each face. The velocities of slab k + 1 come before

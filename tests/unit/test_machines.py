@@ -10,6 +10,7 @@ from benchmarks.machines import (
     HERE_RUN,
     NETWORKS,
     ROWS,
+    MeasuredRow,
     compared,
     markdown,
     step,
@@ -17,7 +18,7 @@ from benchmarks.machines import (
 )
 
 PROJECT = Paths(HERE)
-ROW = ("ycb", "ycb", "object", "cross_validation", "cnn", "grouped mean")
+ROW = MeasuredRow("ycb", "ycb", "object", "grouped mean")
 NAME = "ycb/object/cross_validation/cnn"
 
 
@@ -58,7 +59,7 @@ def test_the_spread_is_the_range_one_recording_or_the_difference_to_another_comp
     assert spread(0.7625) == pytest.approx(1.25)
     assert spread(0.775) == pytest.approx(100 / 640)  # no variant changes the value
     assert spread(0.7625, value=70.0, compared_with=72.5) == pytest.approx(2.5)
-    neighbours = (*ROW[:4], "knn_plain", ROW[5])
+    neighbours = ROW._replace(model="knn_plain")
     assert step(neighbours, result("a", 0.775)[NAME]) == 0
 
 
@@ -75,6 +76,6 @@ def test_every_trained_network_has_a_spread():
 
 def test_the_page_has_the_table_of_the_last_measurement():
     content = read_yaml(HERE / "reports" / MACHINE_SPREAD_FILE)
-    assert [row["figure"] for row in content["rows"]] == [row[0] for row in ROWS]
+    assert [row["figure"] for row in content["rows"]] == [row.figure for row in ROWS]
     page = (HERE / "docs/reproducibility.md").read_text(encoding="utf-8")
     assert markdown(content) in page and content["commit"][:8] in page
