@@ -191,9 +191,9 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
     `known` is whether the data set existed before the import. Returns whether grasps or classes are
     ambiguous, or a cell of a target is not a number.
     """
-    from ajgdata.pipeline.validate import (
+    from ajgdata.pipeline.label_counts import label_counts
+    from ajgdata.pipeline.label_issues import (
         cells_without_value,
-        counts,
         impossible_tasks,
         label_issues,
         label_tables,
@@ -204,14 +204,14 @@ def show_summary(paths: Paths, spec: DatasetSpec, *, known: bool) -> bool:
     issues = label_issues(tables, spec)
     if known:
         say(f"as declared before in {file}")
-        print_facts(counts(tables, spec.targets))
+        print_facts(label_counts(tables, spec.targets))
         issues += cells_without_value(tables, spec)
     else:  # the import has already listed cells without a value
         channel = _channel(spec.audio.microphone)
         targets = ", ".join(spec.targets) or "none"
         rate = f"{spec.audio.sample_rate_hz} Hz"
         say(f"now declared in {file}: {rate}, {channel}, targets {targets}")
-        print_facts(counts(tables, spec.targets))
+        print_facts(label_counts(tables, spec.targets))
         say("models: linear and k-NN; to train the CNN too, add `cnn` to `models` of a task")
     for issue in issues:
         say(f"[yellow]warning[/yellow] {escape(issue.problem)}; {issue.fix}")

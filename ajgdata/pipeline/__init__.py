@@ -1,1 +1,1 @@
-"""Path -> path adapters, one for each rule: read, call a pure function, write."""
+"""Jobs of the workflow and work of commands: read files, call functions of values, write files."""

@@ -1,4 +1,4 @@
-"""The results that the opening picture shows. Light: Snakemake imports this."""
+"""Data set, task and result that the opening picture shows. Light: Snakemake imports this."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from ajgdata.types import CROSS_VALIDATION, DatasetSpec
 from ajgdata.types.registry import PAPER_MODEL
 
-#: Task, and its target, whose classes a picture can show.
+#: Name of the task and of its target. A picture can show its classes, which are objects.
 OBJECT = "object"
 #: Experiment and model whose predictions are shown.
 SHOWN_RESULT = (CROSS_VALIDATION, PAPER_MODEL)

@@ -1,8 +1,7 @@
-"""Data sets of a run of the workflow, with their sessions, and problems of their configs that only
-other files show.
+"""Data sets of a run of the workflow, with their sessions, and errors of their configs.
 
-Called while Snakemake parses, in every one of its processes: light imports only, and nothing is
-written.
+The errors are those that only other files show. Light: every process of Snakemake imports this
+module and calls it while it parses, so nothing is written.
 """
 
 from __future__ import annotations
@@ -46,11 +45,12 @@ class DatasetPlan:
 def plan(
     paths: Paths, only: Sequence[str] | None = None, *, check: bool = False
 ) -> dict[str, DatasetPlan]:
-    """Return data sets by name: those of `only`, else every one that has sessions or a recipe.
+    """Return the data sets of a run by name.
 
-    Data sets that a task is tested on are added. Raises DataError for a config that cannot be used,
-    and if there is nothing to run. With `check` also for `config_problems`, for simulated and
-    recorded sessions in one data set, and for scenes that the gripper cannot simulate.
+    They are those of `only`, or else all with sessions or a recipe, and the data sets on which
+    their tasks are tested. Raises DataError for an invalid config, and if there is nothing to run.
+    With `check`, it is also raised for `config_problems`, for simulated and recorded sessions in
+    one data set, and for scenes that the gripper cannot simulate.
     """
     names = list(only) if only is not None else list_datasets(paths)
     plans = {}
@@ -62,7 +62,8 @@ def plan(
         if check:
             _check(paths, spec, virtual, recorded)
         names += sorted(others - set(names))
-        if sessions := sorted({*virtual, *recorded}):
+        sessions = sorted({*virtual, *recorded})
+        if sessions:
             plans[name] = DatasetPlan(spec, virtual, tuple(sessions), frozenset(others))
         elif only is not None:
             raise DataError(paths.sessions(name), "holds no sessions", _how_to_import(name))
@@ -76,6 +77,50 @@ def plan(
     return plans
 
 
+def _how_to_import(name: str) -> str:
+    """Return the fix for a data set without sessions."""
+    return f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata record`"
+
+
+def _check(
+    paths: Paths, spec: DatasetSpec, virtual: Sequence[str], recorded: Collection[str]
+) -> None:
+    """Raise DataError for the first problem of a data set, see `plan`."""
+    problems = list(config_problems(paths, spec))
+    if problems:
+        problem, fix = problems[0]
+        suffix = f" (and {len(problems) - 1} more)" if problems[1:] else ""
+        raise DataError(paths.dataset(spec.name), problem + suffix, fix)
+    to_record = incomplete_sessions(paths, spec.name, virtual)
+    if to_record:
+        planned_grasps(paths.dataset(spec.name), spec, sorted(to_record))
+    check_one_source(paths, spec, recorded)
+
+
+def config_problems(paths: Paths, spec: DatasetSpec) -> Iterator[tuple[str, str]]:
+    """Yield the problems of a config, each with its fix.
+
+    They are test sets that do not exist or lack the target, and unknown published values.
+    """
+    known = list_datasets(paths)
+    figures = parse_paper(read_paper(paths))
+    for name, other in other_sets(paths, spec):
+        target = spec.tasks[name].target
+        if other == spec.name or other not in known:
+            problem = "the data set itself" if other == spec.name else "no such data set"
+            fix = f"correct the name; declared here: {', '.join(known)}"
+            yield f"task {name}: tested on {other!r}, {problem}", fix
+        elif read_dataset(paths, other).targets.get(target) != spec.targets[target]:
+            problem = f"task {name}: tested on {other!r}, which has no target {target!r} like this"
+            yield problem, "declare it there, or drop it"
+    for name, task in spec.tasks.items():
+        for figure in sorted(set(task.papers.values()) - set(figures)):
+            yield (
+                f"task {name}: the paper has no figure {figure!r}",
+                f"use one of {', '.join(figures)}",
+            )
+
+
 def other_sets(paths: Paths, spec: DatasetSpec) -> list[tuple[str, str]]:
     """Return each task with each other data set that its experiments need, once.
 
@@ -86,17 +131,15 @@ def other_sets(paths: Paths, spec: DatasetSpec) -> list[tuple[str, str]]:
     return list(dict.fromkeys(pairs))
 
 
-def _how_to_import(name: str) -> str:
-    return f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata record`"
-
-
 class Declared(dict[Any, Any]):
-    """What the data sets of a run declare, by key; an undeclared key ends the run with one line.
+    """Values that the data sets of a run declare, by key.
 
-    Snakemake ignores other errors if the file exists, and reports that nothing is to be done.
+    An undeclared key ends the run with one line. Snakemake ignores any other error if the requested
+    file exists, and reports that there is nothing to do.
     """
 
     def __missing__(self, key: str | tuple[str, ...]) -> None:
+        """End the run."""
         name = key if isinstance(key, str) else " ".join(key)
         raise SystemExit(
             f"{name}: not declared in the data sets of this run; remove its results, or declare it"
@@ -105,7 +148,7 @@ class Declared(dict[Any, Any]):
 
 @contextmanager
 def errors_in_one_line() -> Iterator[None]:
-    """End the run with one line for wrong data, and for a file that cannot be read."""
+    """End the run with one line if data are wrong or a file cannot be read."""
     try:
         yield
     except (DataError, OSError) as error:
@@ -113,9 +156,9 @@ def errors_in_one_line() -> Iterator[None]:
 
 
 def session_files(paths: Paths, plans: Mapping[str, DatasetPlan]) -> Declared:
-    """Return the files that the features of each data set are computed from, by its name.
+    """Return the files from which the features of each data set are computed, by its name.
 
-    Those of imported sessions are listed if they exist: the job reports missing files.
+    Files of imported sessions are listed only if they exist, because the job reports missing files.
     """
     files = Declared()
     for name, plan in plans.items():
@@ -130,43 +173,9 @@ def session_files(paths: Paths, plans: Mapping[str, DatasetPlan]) -> Declared:
 
 
 def published(plans: Collection[str], only: Sequence[str] | None) -> list[str]:
-    """Return the data sets of a run that are published: those of `only`, else all."""
-    if unknown := sorted(set(only or ()) - set(plans)):
+    """Return the data sets of a run that are published: those of `only`, or else all."""
+    unknown = sorted(set(only or ()) - set(plans))
+    if unknown:
         problem = f"publish: {unknown[0]!r} is not a data set of this run"
         raise DataError("config", problem, f"use one of {', '.join(plans)}")
     return [name for name in plans if only is None or name in only]
-
-
-def _check(
-    paths: Paths, spec: DatasetSpec, virtual: Sequence[str], recorded: Collection[str]
-) -> None:
-    """Raise DataError for the first problem of a data set, see `plan`."""
-    if problems := list(config_problems(paths, spec)):
-        problem, fix = problems[0]
-        suffix = f" (and {len(problems) - 1} more)" if problems[1:] else ""
-        raise DataError(paths.dataset(spec.name), problem + suffix, fix)
-    if to_record := incomplete_sessions(paths, spec.name, virtual):
-        planned_grasps(paths.dataset(spec.name), spec, sorted(to_record))
-    check_one_source(paths, spec, recorded)
-
-
-def config_problems(paths: Paths, spec: DatasetSpec) -> Iterator[tuple[str, str]]:
-    """Yield problems, each with its fix: other data sets that do not exist or lack the target, and
-    unknown figures of the paper."""
-    known = list_datasets(paths)
-    figures = parse_paper(read_paper(paths))
-    for name, other in other_sets(paths, spec):
-        target = spec.tasks[name].target
-        if other == spec.name or other not in known:
-            problem = "the data set itself" if other == spec.name else "no such data set"
-            fix = f"correct the name; declared here: {', '.join(known)}"
-            yield f"task {name}: tested on {other!r}, {problem}", fix
-        elif read_dataset(paths, other).targets.get(target) != spec.targets[target]:
-            problem = f"task {name}: tested on {other!r}, which has no target {target!r}"
-            yield f"{problem} like this", "declare it there, or drop it"
-    for name, task in spec.tasks.items():
-        for figure in sorted(set(task.papers.values()) - set(figures)):
-            yield (
-                f"task {name}: the paper has no figure {figure!r}",
-                f"use one of {', '.join(figures)}",
-            )

@@ -62,8 +62,8 @@ def _show_savings(session: str, grasp: RecipeGrasp) -> None:
 def renderer(paths: Paths, dataset: str) -> Render:
     """Return a function that plays sounds in the scenes of simulated recordings (see `Render`).
 
-    It uses the stored responses, the signal chain and the seeds of noise of these recordings, so
-    the sound with which they were recorded gives the same samples.
+    It uses the same responses, signal chain and seeds of noise as the recordings. The sound with
+    which a recording was made therefore gives the same samples.
     """
     spec = read_dataset(paths, dataset)
     recipe = spec.recipe

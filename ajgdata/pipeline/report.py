@@ -135,7 +135,7 @@ def _with_features(
 
 
 def _read_studies(paths: Paths, names: Sequence[str], errors: dict[Path, DataError]) -> Studies:
-    """Return the existing studies of those named.
+    """Return the named studies that exist.
 
     The errors of files that cannot be read are added to `errors`.
     """

@@ -18,7 +18,7 @@ def end_run(summaries: Mapping[Path, int], changed: Iterable[str] = ()) -> None:
     last line of its summary reports it. This summary is removed, so the next run reports it again.
 
     `changed` has one line for each data set whose tables changed during the run. The exit code is
-    then 1, too, and the next run computes its results again.
+    then also 1, and the next run computes its results again.
     """
     incomplete = ""
     for summary, before_ns in summaries.items():

@@ -51,8 +51,8 @@ def dataset_schema() -> Schema:
     """Return the JSON Schema of dataset.yaml.
 
     It accepts what the models accept, except for numbers and truth values written as text (`"5"`).
-    A data set with `from` declares only what differs from the other one. Keys that it can take over
-    are therefore not required.
+    A data set with `from` takes over the other keys of another data set. These keys are therefore
+    not required.
     """
     settings = {
         f"experiments.{name}": experiment.settings
@@ -110,12 +110,12 @@ def _add_gripper(definitions: Schema, schema_of: Schema) -> None:
     scene["gripper"] = _one_of(GRIPPERS, scene["gripper"])
     scene["object"] = _one_of(OBJECTS, scene["object"])
     recipe = definitions["Recipe"]["properties"]
-    recipe["scene"] |= schema_of["scene"]
-    recipe["signal"] |= schema_of["signal"]
+    recipe["scene"].update(schema_of["scene"])
+    recipe["signal"].update(schema_of["signal"])
     recipe["variation"]["anyOf"] = [schema_of["variation"], {"type": "null"}]
     recipe["variants"]["patternProperties"] = {NAME_PATTERN.pattern: schema_of["scene"]}
     item = definitions["RecipeObject"]["properties"]
-    item["grasp"] |= schema_of["grasp"]
+    item["grasp"].update(schema_of["grasp"])
     item["shape"]["anyOf"] = _one_of(OBJECTS, schema_of["shape"])["anyOf"]
 
 
@@ -125,7 +125,7 @@ def _one_of(names: Iterable[str], other: Schema) -> Schema:
 
 
 def _remove_titles(schema: Schema) -> None:
-    """Remove the titles that pydantic derives from names of keys: they add nothing."""
+    """Remove the titles: pydantic derives them from names of keys, so they add nothing."""
     for node in _nodes(schema):
         if isinstance(node.get("title"), str):
             del node["title"]

@@ -1,4 +1,4 @@
-"""Studies of the virtual gripper -> files of tables. Light: Snakemake imports it."""
+"""The jobs of simulation studies: names, and tables in files. Light: Snakemake imports this."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ajgdata.store.tables import write_tables
 
 #: Modules of `ajgdata.studies`, in the order of the report.
 STUDIES: tuple[str, ...] = ("verification", "validation", "stability", "accuracy", "omissions")
-#: Studies of the first target: error against run time, stability, and what is left out.
+#: Studies of the default target: stability, error against run time, and omitted parts.
 REQUESTED_STUDIES = STUDIES[2:]
 
 

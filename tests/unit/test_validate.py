@@ -4,13 +4,9 @@ import numpy as np
 from worlds import assert_one_line
 
 import ajgdata as library
-from ajgdata.pipeline.validate import (
-    counts,
-    label_tables,
-    placebo_issues,
-    placement_notes,
-    validate_dataset,
-)
+from ajgdata.pipeline.label_counts import label_counts
+from ajgdata.pipeline.label_issues import label_tables, placebo_issues, placement_notes
+from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.audio import file_sha256
 from ajgdata.types import DatasetSpec
 
@@ -88,7 +84,7 @@ def test_references_are_not_grasps(project):
     rows = project.session("s1")
     labels = {**rows[0].labels, "reference": "empty"}
     project.write([rows[0].model_copy(update={"labels": labels}), *rows[1:]])
-    facts = counts(label_tables(project.paths, "d"), {})
+    facts = label_counts(label_tables(project.paths, "d"), {})
     assert (facts["recordings"], facts["grasps"], facts["references"]) == ("2", "2", "1")
 
 
