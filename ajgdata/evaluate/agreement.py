@@ -250,7 +250,7 @@ def _verdict_on_computers(
     return verdicts.pop(), True
 
 
-def statement(gap: Interval) -> PaperVerdict:
+def statement_verdict(gap: Interval) -> PaperVerdict:
     """Return the verdict on a statement that a difference is above 0, from its 95 % interval."""
     if not gap.is_defined:
         return "inconclusive"
@@ -261,7 +261,7 @@ def statement(gap: Interval) -> PaperVerdict:
     return "inconclusive"
 
 
-def together(verdicts: Collection[PaperVerdict]) -> PaperVerdict:
+def joint_verdict(verdicts: Collection[PaperVerdict]) -> PaperVerdict:
     """Return one verdict on a statement about several objects, from the verdict on each."""
     distinct = set(verdicts)
     if len(distinct) == 1:

@@ -182,8 +182,8 @@ class CrossGripperPoint:
 
     `grasps` groups of each class of the other gripper were added to the training rows. `scores` are
     on the groups of the other gripper in the test part of this fold, and `chance` are the scores of
-    a guess for them. `home` are the scores on the same groups of the model's own gripper; empty if
-    it has no such groups, or if grasps were added.
+    a guess for them. `own_scores` are the scores on the same groups of the model's own gripper.
+    They are empty if it has no such groups, or if grasps were added.
     """
 
     grasps: int
@@ -191,7 +191,7 @@ class CrossGripperPoint:
     recordings: int  #: added recordings of the other gripper
     scores: dict[str, float]
     chance: dict[str, float]
-    home: dict[str, float]
+    own_scores: dict[str, float]
 
 
 def cross_gripper(
@@ -225,7 +225,7 @@ def cross_gripper(
         for size, fold, added, tests in _calibrations(other, sizes, folds, seed):
             tested = np.isin(own.group, tests.group)
             known = own.where(~tested).joined(added)
-            home: dict[str, float] = {}
+            own_scores: dict[str, float] = {}
             if size:
                 fitted = fit(known)
             else:
@@ -233,7 +233,7 @@ def cross_gripper(
                 if tested.any():
                     rows = own.where(tested)
                     predicted = fitted.predict(rows.feature)
-                    home = metrics.score(rows.value, predicted, kind, period)
+                    own_scores = metrics.score(rows.value, predicted, kind, period)
             predicted = fitted.predict(tests.feature)
             yield CrossGripperPoint(
                 grasps=size,
@@ -241,7 +241,7 @@ def cross_gripper(
                 recordings=len(added.value),
                 scores=metrics.score(tests.value, predicted, kind, period),
                 chance=metrics.chance(known.value, tests.value, kind, period),
-                home=home,
+                own_scores=own_scores,
             )
 
     with threadpool_limits(limits=1):

@@ -255,7 +255,7 @@ def half_width(
 
 
 @dataclass(frozen=True, eq=False)
-class Calibrated:
+class CalibratedProbabilities:
     """Out-of-fold probabilities (n, n_classes) in the order of the rows, plain and scaled."""
 
     classes: np.ndarray
@@ -263,7 +263,7 @@ class Calibrated:
     scaled: np.ndarray
 
 
-def calibrated(
+def calibrated_probabilities(
     features: np.ndarray,
     target: np.ndarray,
     groups: np.ndarray,
@@ -271,7 +271,7 @@ def calibrated(
     model: str,
     folds: int = 5,
     seed: int = 0,
-) -> Calibrated:
+) -> CalibratedProbabilities:
     """Return out-of-fold probabilities of a classifier, plain and scaled by a temperature.
 
     `features` (n, n_features), `target` (n,) class labels, `groups` (n,). The temperature of a fold
@@ -290,4 +290,4 @@ def calibrated(
             )
             plain[test] = fitted.predict_proba(features[test])
             scaled[test] = with_temperature(plain[test], t)
-    return Calibrated(classes, plain, scaled)
+    return CalibratedProbabilities(classes, plain, scaled)

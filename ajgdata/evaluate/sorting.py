@@ -98,7 +98,7 @@ class SortingRun:
     errors: int
 
 
-def run_of(decided: np.ndarray, label: np.ndarray, order: Iterable[int]) -> SortingRun:
+def sorting_run(decided: np.ndarray, label: np.ndarray, order: Iterable[int]) -> SortingRun:
     """Return the run that sorts recordings in an `order` (row numbers) until the first refusal.
 
     `decided` (n,) are decisions, and `label` (n,) numbers of the true classes.
@@ -110,7 +110,7 @@ def run_of(decided: np.ndarray, label: np.ndarray, order: Iterable[int]) -> Sort
     return SortingRun(len(rows), int(np.sum(decided[rows] != label[rows])))
 
 
-def stream(label: np.ndarray, seed: int) -> np.ndarray:
+def drawn_rows(label: np.ndarray, seed: int) -> np.ndarray:
     """Return row numbers (LONGEST_RUN,) of recordings with classes `label` (n,), drawn at random.
 
     Each draw has a random class, with equal probabilities, and a random recording of this class.

@@ -94,15 +94,15 @@ def _has_value(
     return np.asarray(has_value)
 
 
-def labels_of(table: FeatureRows, data: TaskData, column: str) -> np.ndarray:
+def column_labels(table: FeatureRows, data: TaskData, column: str) -> np.ndarray:
     """Return the text (n,) in a column of `table` for the recordings `data` of this table."""
     chosen = np.isin(table.columns["recording"].values, data.name)
     return table.columns[column].values[chosen].astype(str)
 
 
-def grasps_of(table: FeatureRows, data: TaskData) -> np.ndarray:
+def grasp_names(table: FeatureRows, data: TaskData) -> np.ndarray:
     """Return names (n,) of the grasps of the recordings `data`, different in different groups."""
-    grasp = labels_of(table, data, "grasp_id")
+    grasp = column_labels(table, data, "grasp_id")
     return np.array([f"{a}\n{b}" for a, b in zip(data.group, grasp, strict=True)])
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ajgdata.evaluate.agreement import together
+from ajgdata.evaluate.agreement import joint_verdict
 from ajgdata.evaluate.few_grasps import cross_gripper
 from ajgdata.evaluate.parts import GROUPED, elsewhere, part_columns
 from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults
@@ -65,11 +65,11 @@ def measure(inputs: Inputs, settings: CrossGripperSettings, model: str) -> Outco
                         "metric": metric,
                         "value": value,
                         "chance": point.chance[metric],
-                        "home": point.home.get(metric),
+                        "home": point.own_scores.get(metric),
                         "recordings": point.recordings,
                     }
                 )
-            for metric, value in point.home.items():
+            for metric, value in point.own_scores.items():
                 part = part_columns(GROUPED, inputs.dataset)
                 key = ScoreKey(model, *part, condition=f"grasps of {name}")
                 scores.append(ScoreRow(metric, fold, value, key))
@@ -147,7 +147,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
         results.paper,
         text,
         label,
-        together({holds(gap) for gap in gaps}),
+        joint_verdict({holds(gap) for gap in gaps}),
         marks=marks,
         label=words(results.dataset),
         shown_unit=results.shown_unit,

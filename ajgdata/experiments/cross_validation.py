@@ -44,7 +44,7 @@ from ajgdata.evaluate.parts import (
     placebo,
 )
 from ajgdata.evaluate.splits import column_folds
-from ajgdata.evaluate.task_data import TaskData, is_among, labels_of, split_withheld
+from ajgdata.evaluate.task_data import TaskData, column_labels, is_among, split_withheld
 from ajgdata.experiments import cross_validation_results as shown
 from ajgdata.experiments.base import Experiment, Inputs, Outcome
 from ajgdata.experiments.built_in import BUILT_IN
@@ -305,7 +305,7 @@ def design_of(inputs: Inputs, data: TaskData) -> Design:
     sessions = data.by_session().group.tolist()
     placements = None
     if PLACEMENT_COLUMN in inputs.store.columns:
-        placements = labels_of(inputs.store, data, PLACEMENT_COLUMN).tolist()
+        placements = column_labels(inputs.store, data, PLACEMENT_COLUMN).tolist()
     return recording_design(data.value.tolist(), sessions, placements)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ajgdata.evaluate.agreement import PaperVerdict, together
+from ajgdata.evaluate.agreement import PaperVerdict, joint_verdict
 from ajgdata.evaluate.parts import GROUPED, RANDOM
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation_results import (
@@ -127,7 +127,7 @@ def _failing(paper: PaperFigure, model: ModelResult, part: str, lookup: Lookup) 
         paper,
         text,
         model.label,
-        together(verdicts),
+        joint_verdict(verdicts),
         cost=model.cost,
         marks=marks,
         shown_unit=model.task.shown_unit,

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ajgdata.evaluate.agreement import PaperVerdict, together
+from ajgdata.evaluate.agreement import PaperVerdict, joint_verdict
 from ajgdata.evaluate.embedding_data import runs_by_space
 from ajgdata.evaluate.neighbours import mean_distances
 from ajgdata.experiments.base import (
@@ -192,7 +192,7 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
         results.paper,
         "; ".join(text),
         "latent",
-        together({claim.verdict for claim in claims}),
+        joint_verdict({claim.verdict for claim in claims}),
         cost=encoder_cost(results, lookup),
         remark=reason(claims),
     )

@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_limits
 from ajgdata.evaluate.intervals import mean_interval
 from ajgdata.evaluate.novelty import novel_scores
 from ajgdata.evaluate.parts import GROUPED, part_columns
-from ajgdata.evaluate.task_data import grasps_of, labels_of
+from ajgdata.evaluate.task_data import column_labels, grasp_names
 from ajgdata.experiments.base import Experiment, Inputs, Outcome, TaskResults
 from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.plots import Plot
@@ -40,8 +40,8 @@ CLASSIFIER = "linear_plain"
 def measure(inputs: Inputs, settings: NovelObjectsSettings, _: str) -> Outcome:
     """Return the share of grasps of held-out objects that each detector flags."""
     data = inputs.all_data()
-    grasp = grasps_of(inputs.store, data)
-    objects = labels_of(inputs.store, data, "object")
+    grasp = grasp_names(inputs.store, data)
+    objects = column_labels(inputs.store, data, "object")
     with threadpool_limits(limits=1):
         scores = novel_scores(
             data.feature, grasp, data.group, objects, classifier=CLASSIFIER, seed=inputs.seed

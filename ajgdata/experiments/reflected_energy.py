@@ -10,11 +10,11 @@ from ajgdata.evaluate.agreement import (
     GRASP_INTERVAL,
     Interval,
     difference,
-    statement,
-    together,
+    joint_verdict,
+    statement_verdict,
 )
 from ajgdata.evaluate.energy import band_energy, relative_energies
-from ajgdata.evaluate.task_data import labels_of
+from ajgdata.evaluate.task_data import column_labels
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,
@@ -36,7 +36,7 @@ ENDS = {"low": "From", "high": "To"}  #: columns of the 95 % interval over grasp
 def measure(inputs: Inputs, settings: ReflectedEnergySettings, _: str) -> Outcome:
     """Return the energy of each class within the band against that of the reference."""
     data = inputs.all_data()
-    objects = labels_of(inputs.store, data, "object")
+    objects = column_labels(inputs.store, data, "object")
     energy = band_energy(data.feature, inputs.store.frequency_hz, settings.band_hz)
     metric = f"energy relative to {settings.reference}"
     scores: list[ScoreRow] = []
@@ -94,22 +94,24 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     last = order[-1] if order else list(rows)[-1]
     losses = {label: _loss(row) for label, row in rows.items()}
     excess = {label: ends.shifted(-paper.value) for label, (_, ends) in losses.items()}
-    exceeding = [label for label, gap in excess.items() if statement(gap) == "agrees"]
-    verdicts = [statement(excess[last])]
+    exceeding = [label for label, gap in excess.items() if statement_verdict(gap) == "agrees"]
+    verdicts = [statement_verdict(excess[last])]
     texts = [f"lost: {', '.join(_loss_text(label, losses[label]) for label in reversed(losses))}"]
     for louder, quieter in pairwise(order):
         gap = difference(*losses[quieter], *losses[louder])
-        verdicts.append(statement(gap))
+        verdicts.append(statement_verdict(gap))
         points = f"{number(gap.low)} to {number(gap.high)} percentage points"
         texts.append(f"{quieter} loses {points} more than {louder}")
     unnamed = [label for label in order if label != last]
     # The paper states a loss above `value` only for the last class.
-    verdicts += [statement(Interval(-excess[label].high, -excess[label].low)) for label in unnamed]
+    for label in unnamed:
+        gap = excess[label]
+        verdicts.append(statement_verdict(Interval(-gap.high, -gap.low)))
     shared = [label for label in unnamed if label in exceeding]
     if shared:
         limit = with_unit(number(paper.value), paper.unit)
         texts.append(f"{enumerated(shared)} lose more than {limit} as well")
-    yield results.compared(paper, "; ".join(texts), "", together(verdicts))
+    yield results.compared(paper, "; ".join(texts), "", joint_verdict(verdicts))
 
 
 def _loss(row: Mapping[str, Any]) -> tuple[float, Interval]:

@@ -16,10 +16,16 @@ from ajgdata.evaluate.agreement import (
     compare_with_published,
 )
 from ajgdata.evaluate.calibration import calibration_error, reliability
-from ajgdata.evaluate.in_use import calibrated
+from ajgdata.evaluate.in_use import calibrated_probabilities
 from ajgdata.evaluate.intervals import clopper_pearson, exact_lower_bound
 from ajgdata.evaluate.parts import GROUPED, part_columns
-from ajgdata.evaluate.sorting import DecisionShares, decision_shares, decisions, run_of, stream
+from ajgdata.evaluate.sorting import (
+    DecisionShares,
+    decision_shares,
+    decisions,
+    drawn_rows,
+    sorting_run,
+)
 from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, Result, TaskResults
 from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.plots import PERCENTILES, Plot
@@ -73,7 +79,7 @@ QUANTITIES = (
 def measure(inputs: Inputs, settings: SortingSettings, model: str) -> Outcome:
     """Return the calibration of `model`, its decisions, and runs of sorting the task's objects."""
     data = inputs.data()
-    result = calibrated(
+    result = calibrated_probabilities(
         data.feature,
         data.value,
         data.group,
@@ -96,7 +102,7 @@ def measure(inputs: Inputs, settings: SortingSettings, model: str) -> Outcome:
         decided.append({"part": name, "classes": len(result.classes), **_cells(shares)})
         scores += _share_scores(key, shares)
         for run in range(RUNS):
-            sorted_objects = run_of(chosen, label, stream(label, inputs.seed + run))
+            sorted_objects = sorting_run(chosen, label, drawn_rows(label, inputs.seed + run))
             runs.append({"part": name, "run": run, **vars(sorted_objects)})
             for column, (metric, _) in RUN_METRICS.items():
                 value = getattr(sorted_objects, column)

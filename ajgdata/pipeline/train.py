@@ -25,9 +25,9 @@ from ajgdata.evaluate.novelty import NoveltyGuard
 from ajgdata.evaluate.splits import Folds
 from ajgdata.evaluate.task_data import (
     TaskData,
+    column_labels,
     frequent_classes,
-    grasps_of,
-    labels_of,
+    grasp_names,
     task_data,
 )
 from ajgdata.models import fit_named_model, search_result
@@ -144,8 +144,8 @@ def _train(
     kind = settings.kind
     arrays = (data.feature, data.value, data.group)
     options: dict[str, Any] = {"seed": seed, "period": settings.period_deg}
-    grasp = grasps_of(table, data)
-    objects = labels_of(table, data, "object")
+    grasp = grasp_names(table, data)
+    objects = column_labels(table, data, "object")
     with threadpool_limits(limits=1):
         estimator, choice = search_result(fit_named_model(model, kind, *arrays, **options))
         calibrated = calibration(*arrays, grasp, model=model, kind=kind, objects=objects, **options)

@@ -20,7 +20,7 @@ from ajgdata.evaluate.agreement import (
     Interval,
     PaperVerdict,
     judge_published,
-    statement,
+    statement_verdict,
     wilson_interval,
 )
 from ajgdata.report.format import Score, Source, enumerated, number, with_unit
@@ -312,7 +312,7 @@ def holds(gap: Score) -> PaperVerdict:
     The interval of the difference is plus and minus `NOISE_DEVIATIONS` standard deviations.
     """
     reach = NOISE_DEVIATIONS * gap.sd
-    return statement(Interval(gap.mean - reach, gap.mean + reach))
+    return statement_verdict(Interval(gap.mean - reach, gap.mean + reach))
 
 
 def tally(rows: Iterable[PaperComparison]) -> dict[str, int]:

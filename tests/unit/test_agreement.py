@@ -10,10 +10,10 @@ from ajgdata.evaluate.agreement import (
     Interval,
     compare_with_published,
     difference,
+    joint_verdict,
     judge_published,
     placebo_test,
-    statement,
-    together,
+    statement_verdict,
     wilson_interval,
 )
 
@@ -55,10 +55,10 @@ def test_more_accuracy_is_better(low, high, verdict):
 
 
 def test_statements_hold_beyond_their_interval():
-    assert statement(Interval(0.1, 3.0)) == "agrees"
-    assert statement(Interval(-0.1, 3.0)) == "inconclusive"
-    assert statement(Interval(-2.0, -0.1)) == "disagrees"
-    assert statement(UNDEFINED) == "inconclusive"
+    assert statement_verdict(Interval(0.1, 3.0)) == "agrees"
+    assert statement_verdict(Interval(-0.1, 3.0)) == "inconclusive"
+    assert statement_verdict(Interval(-2.0, -0.1)) == "disagrees"
+    assert statement_verdict(UNDEFINED) == "inconclusive"
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_statements_hold_beyond_their_interval():
     ],
 )
 def test_verdicts_on_parts_become_one(verdicts, joint):
-    assert together(verdicts) == joint
+    assert joint_verdict(verdicts) == joint
 
 
 def test_better_than_chance_needs_the_whole_interval():

@@ -39,7 +39,7 @@ def test_the_same_gripper_needs_no_calibration_and_another_does():
     assert accuracy(points_of(gripper(0), gripper(0)), 0) == [1] * 6
     points = points_of(gripper(0), gripper(8, seed=1), sizes=(0,))
     assert accuracy(points, 0) == [0] * 6
-    assert [p.home["accuracy"] for p in points] == [1] * 6
+    assert [p.own_scores["accuracy"] for p in points] == [1] * 6
     moved = points_of(gripper(0), gripper(3, seed=1))
     assert accuracy(moved, 5) == [1] * 6
 
@@ -67,9 +67,9 @@ def test_points_say_what_was_added_and_where_it_was_tested():
     assert [(p.fold, p.grasps, p.recordings) for p in points] == [
         (fold, n, n * CLASSES * SAMPLES) for fold in range(6) for n in (0, 1, 5)
     ]
-    assert all(bool(p.home) == (p.grasps == 0) for p in points)
+    assert all(bool(p.own_scores) == (p.grasps == 0) for p in points)
     assert {p.chance["accuracy"] for p in points} == {1 / CLASSES}
-    assert not any(p.home for p in points_of(gripper(0), gripper(3, names="other")))
+    assert not any(p.own_scores for p in points_of(gripper(0), gripper(3, names="other")))
     assert points_of(gripper(0), gripper(3)) == points
 
 

@@ -12,15 +12,15 @@ from ajgdata.evaluate.calibration import (
     temperature,
     with_temperature,
 )
-from ajgdata.evaluate.in_use import calibrated, calibration
+from ajgdata.evaluate.in_use import calibrated_probabilities, calibration
 from ajgdata.evaluate.intervals import clopper_pearson
 from ajgdata.evaluate.sorting import (
     LONGEST_RUN,
     STOP,
     decision_shares,
     decisions,
-    run_of,
-    stream,
+    drawn_rows,
+    sorting_run,
 )
 from ajgdata.evaluate.splits import grouped_folds
 
@@ -64,7 +64,7 @@ def test_calibration_holds_groups_out_twice():
     group = np.repeat(np.arange(24), 2)
     y = np.array(["a", "b"])[group % 2]
     x = np.exp((group % 2)[:, None] * 0.3 + rng.normal(size=(24, 20))[group]).astype(np.float32)
-    result = calibrated(x, y, group, model="linear_plain", folds=3)
+    result = calibrated_probabilities(x, y, group, model="linear_plain", folds=3)
     assert result.classes.tolist() == ["a", "b"]
     for p in (result.plain, result.scaled):
         np.testing.assert_allclose(p.sum(axis=1), 1)
@@ -87,7 +87,7 @@ def test_calibration_holds_groups_out_twice():
     flat = result.scaled.max(axis=1)
     assert (flat <= sharp + 1e-12).all()
     with pytest.raises(ValueError, match="model 'svm' has no probabilities"):
-        calibrated(x, y, group, model="svm", folds=3)
+        calibrated_probabilities(x, y, group, model="svm", folds=3)
 
 
 def test_a_run_ends_with_the_first_refusal():
@@ -96,21 +96,21 @@ def test_a_run_ends_with_the_first_refusal():
     label = np.array([0, 0, 1])
     decided = decisions(p, 0.6)
     assert decided.tolist() == [0, 0, STOP]
-    sorts = [run_of(decided, label, stream(label, seed)).sorts for seed in range(2000)]
+    sorts = [sorting_run(decided, label, drawn_rows(label, seed)).sorts for seed in range(2000)]
     # geometric with mean 1 and variance 2: three standard deviations of the mean
     assert abs(np.mean(sorts) - 1) < 3 * math.sqrt(2 / 2000)
-    assert np.array_equal(stream(label, 5), stream(label, 5))
+    assert np.array_equal(drawn_rows(label, 5), drawn_rows(label, 5))
 
 
 def test_errors_are_counted_and_end_no_run():
     p = np.array([[0.9, 0.1], [0.8, 0.2]])
     label = np.array([0, 1])
-    run = run_of(decisions(p, 0.6), label, stream(label, 0))
+    run = sorting_run(decisions(p, 0.6), label, drawn_rows(label, 0))
     assert run.sorts == LONGEST_RUN
     assert abs(run.errors - 500) < 3 * math.sqrt(250)
-    in_order = run_of(np.array([0, 1, 0, STOP]), np.array([0, 1, 1, 0]), [1, 2, 0, 3, 2])
+    in_order = sorting_run(np.array([0, 1, 0, STOP]), np.array([0, 1, 1, 0]), [1, 2, 0, 3, 2])
     assert (in_order.sorts, in_order.errors) == (3, 1)
-    assert run_of(np.array([STOP, 0]), label, [0, 1]).sorts == 0
+    assert sorting_run(np.array([STOP, 0]), label, [0, 1]).sorts == 0
 
 
 def test_shares_of_decisions_count_grasps():
