@@ -1,4 +1,4 @@
-"""Tasks and embeddings of a data set: targets, splits, pair rules, and additional experiments."""
+"""Settings of tasks and embeddings in dataset.yaml."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from pydantic import Field, JsonValue, model_validator
 
 from ajgdata.types.base import Distinct, ModelName, Name, Strict
 
-#: The experiment whose settings are the task's own.
+#: Name of the experiment whose settings are keys of the task itself.
 CROSS_VALIDATION = "cross_validation"
 
 
 class CrossValidationSettings(Strict):
-    """Cross-validation of models on a task. The keys are those of the task itself."""
+    """Settings of the cross-validation of models on a task. They are keys of the task itself."""
 
     models: Annotated[tuple[ModelName, ...], Distinct] = Field(
         ("cnn", "linear", "knn"), description="models that are trained and evaluated"
@@ -23,18 +23,18 @@ class CrossValidationSettings(Strict):
     )
     compare_sessions: bool | tuple[ModelName, ...] = Field(
         True,
-        description="also evaluate held-out sessions, if there are two or more: all models, none, "
-        "or the named ones",
+        description="also evaluate held-out sessions, if there are two or more sessions; true: for "
+        "all models; false: for none; a list: for these models",
     )
     test_on: tuple[Name, ...] = Field(
         (),
-        description="data sets whose recordings the folds' models are tested on as well, e.g. the "
-        "same grasps under noise; of a grasp that both hold, only the fold that holds it out",
+        description="other data sets that the model of each fold is also tested on, e.g. the same "
+        "grasps with noise; a grasp of both data sets is tested only in the fold that holds it out",
     )
     placebo: Name | None = Field(
         None,
-        description="data set of one object under the names of the classes, recorded by the same "
-        "protocol: its score is the chance level; null: `placebo` of the data set, if it has any",
+        description="data set of one object that was recorded under the names of the classes with "
+        "the same protocol; its score is the real chance level; null: `placebo` of this data set",
     )
 
     def compares_sessions(self, model: str) -> bool:
@@ -45,75 +45,93 @@ class CrossValidationSettings(Strict):
 
 
 class Task(CrossValidationSettings):
-    """Target + split: one row of the report for each model."""
+    """A target and the settings of its evaluation. Each model is one row of the report."""
 
-    target: str = Field(description="which of the targets")
+    target: str = Field(description="name of the target")
     classes: Annotated[tuple[str, ...], Distinct] = Field(
-        (), description="classes that the task is about, at least two; default: all of the target"
+        (), description="classes that the task distinguishes, at least two; default: all classes"
     )
     groups: str = Field(
         "grasp_id",
-        description="column whose values never straddle folds: grasp_id, placement_id (each fold "
-        "holds out one placement of every class), session_id, or a label",
+        description="column whose equal values are never in both parts of a split: grasp_id, "
+        "placement_id (each fold holds out one placement of every class), session_id, or a label",
     )
-    folds: int = Field(5, ge=2, description="of the cross-validation; at most one a group")
+    folds: int = Field(
+        5,
+        ge=2,
+        description="number of cross-validation folds; with fewer groups: one fold per group",
+    )
     withhold: Annotated[tuple[float, ...], Distinct] = Field(
-        (), description="target values that no fold trains on; every fold's model is tested on them"
+        (),
+        description="target values that no fold trains on; the model of each fold is tested on "
+        "them",
     )
     period_deg: float | None = Field(
         None,
         gt=0,
-        description="the target repeats after this, as a bar's angle after 180: models learn sine "
-        "and cosine, errors are the shortest way round",
+        description="period of an angle in degrees, e.g. 180 for a bar; models learn its sine and "
+        "cosine, and an error is the shortest way round",
     )
     experiments: dict[Name, dict[str, JsonValue]] = Field(
-        {}, description="what else is measured of it, by name of the experiment, with its settings"
+        {}, description="settings of additional experiments, by name of the experiment"
     )
     min_groups: int = Field(
-        0, ge=0, description="classes with fewer groups are left out, and named in the report"
+        0,
+        ge=0,
+        description="smallest number of groups of a class; the task excludes other classes, and "
+        "the report names them",
     )
-    optional: bool = Field(False, description="missing data are reported, and the run succeeds")
+    optional: bool = Field(
+        False, description="true: the run also succeeds if the data are not sufficient for the task"
+    )
     page: Name | None = Field(
-        None, description="page of the report that shows its results; default: the data set's"
+        None,
+        description="page of the report with the results; default: the page of the data set",
     )
     paper: str | dict[str, str] = Field(
         "",
-        description="published values to compare with, e.g. ycb, or by part (known, "
-        "known_by_recording with compare_random, unknown, overall, a data set of test_on, the "
-        "name of an experiment, or one of its values, e.g. sorting.correct): "
-        "{known: size-known, size_80dba: noise}",
+        description="name of the published value to compare with, e.g. ycb, or a mapping by part "
+        "of the evaluation, e.g. {known: size-known, size_80dba: noise}; parts: known, "
+        "known_by_recording with compare_random, unknown and overall with withhold, a data set of "
+        "test_on, an experiment, or a value of an experiment, e.g. sorting.correct",
     )
 
     @property
     def requested(self) -> dict[str, dict[str, Any]]:
-        """Return every experiment that is asked for by name, with its settings as they are given.
-
-        Cross-validation, which most tasks want, has its settings in the task itself.
-        """
-        own = {name: getattr(self, name) for name in CrossValidationSettings.model_fields}
-        return ({CROSS_VALIDATION: own} if self.models else {}) | self.experiments
+        """The settings of each requested experiment by name, as in dataset.yaml."""
+        experiments: dict[str, dict[str, Any]] = {}
+        if self.models:
+            experiments[CROSS_VALIDATION] = {
+                key: getattr(self, key) for key in CrossValidationSettings.model_fields
+            }
+        experiments.update(self.experiments)
+        return experiments
 
     @property
     def papers(self) -> dict[str, str]:
-        """Rows of the paper's figures by part of the evaluation."""
-        paper = self.paper
-        return ({"known": paper} if paper else {}) if isinstance(paper, str) else paper
+        """Names of published values by part of the evaluation."""
+        if not isinstance(self.paper, str):
+            return self.paper
+        return {"known": self.paper} if self.paper else {}
 
     @model_validator(mode="after")
     def _consistent(self) -> Task:
-        parts = ("known", *(("unknown", "overall") if self.withhold else ()), *self.test_on)
-        parts += ("known_by_recording",) if self.compare_random else ()
-        parts += tuple(self.experiments)
-        # an experiment with several published values: `sorting.correct`
-        values = [part for part in self.papers if part.partition(".")[0] in self.experiments]
-        parts += tuple(values)
         if CROSS_VALIDATION in self.experiments:
             raise ValueError(f"{CROSS_VALIDATION} has its settings in the task itself: models, ...")
         if len(self.classes) == 1:
             raise ValueError("classes: name at least two, or none for all")
-        if unknown := sorted(set(self.papers) - set(parts)):
-            known = ", ".join(parts)
-            raise ValueError(f"paper.{unknown[0]} is no part of this task: it has {known}")
+        parts = ["known"]
+        if self.withhold:
+            parts += ["unknown", "overall"]
+        parts += self.test_on
+        if self.compare_random:
+            parts.append("known_by_recording")
+        parts += self.experiments
+        for part in sorted(self.papers):
+            experiment, _, _ = part.partition(".")  # `sorting.correct` is a value of `sorting`
+            if part not in parts and experiment not in self.experiments:
+                known = ", ".join(parts)
+                raise ValueError(f"paper.{part} is not a part of this task: it has {known}")
         return self
 
 
@@ -125,34 +143,48 @@ class Embedding(Strict):
 
     instance: str = Field(
         "object",
-        description="column of the acquisition log that says which physical thing was recorded: two"
-        " recordings of one are similar if their grasps differ, of two are dissimilar",
+        description="column that identifies the physical object; two recordings are similar if "
+        "they are different grasps of one object, and dissimilar if the objects differ",
     )
     supervision: str = Field(
-        min_length=1, description="what this pair rule had to know, in a sentence for the report"
+        min_length=1,
+        description="sentence for the report: the knowledge that these pairs require",
     )
-    groups: str = Field("grasp_id", description="column whose values never straddle folds")
-    folds: int = Field(5, ge=2, description="of the cross-validation")
-    inits: int = Field(2, ge=1, description="initialisations of each fold's network")
+    groups: str = Field(
+        "grasp_id", description="column whose equal values are never in both parts of a split"
+    )
+    folds: int = Field(5, ge=2, description="number of cross-validation folds")
+    inits: int = Field(2, ge=1, description="networks per fold, with different initial weights")
     dimensions: Annotated[tuple[Dimension, ...], Distinct] = Field(
-        (2, 3, 4, 6, 8, 12, 16, 32, 64), min_length=1, description="of the latent, for k-NN"
+        (2, 3, 4, 6, 8, 12, 16, 32, 64),
+        min_length=1,
+        description="dimensions of the embedding that k-NN is evaluated with",
     )
-    shown: Dimension = Field(8, description="dimension of what is measured further (paper: 8)")
+    shown: Dimension = Field(
+        8, description="dimension of the embedding in all other measurements (paper: 8)"
+    )
     most_recordings: int = Field(
         2000,
         ge=100,
-        description="largest number of recordings, evenly of all grasps:"
-        " its networks alone take two minutes of a core for each thousand",
+        description="largest number of recordings, which are sampled evenly from all grasps; the "
+        "networks need two minutes of CPU time per 1,000 recordings",
     )
-    margin: float = Field(1.0, gt=0, description="distance beyond which dissimilar pairs rest")
+    margin: float = Field(
+        1.0, gt=0, description="distance beyond which dissimilar pairs do not add to the loss"
+    )
     epochs: int = Field(
-        15, ge=1, description="passes over the training recordings; the loss has vanished by then"
+        15, ge=1, description="passes over the training recordings; the loss is then close to zero"
     )
-    batch_instances: int = Field(8, ge=2, description="things in a batch")
-    batch_recordings: int = Field(4, ge=2, description="recordings of each of them in a batch")
-    target: str = Field(description="target that k-NN is scored on")
-    category: str = Field("", description="classes of the distance matrix; default: `target`")
-    optional: bool = Field(False, description="missing data are reported, and the run succeeds")
+    batch_instances: int = Field(8, ge=2, description="objects per batch")
+    batch_recordings: int = Field(4, ge=2, description="recordings of each object per batch")
+    target: str = Field(description="target that k-NN predicts")
+    category: str = Field(
+        "", description="target with the classes of the distance matrix; default: `target`"
+    )
+    optional: bool = Field(
+        False,
+        description="true: the run also succeeds if the data are not sufficient for the embedding",
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> Embedding:

@@ -27,22 +27,25 @@ from ajgdata.types.base import ModelName, Name, Strict, describe, overridden
 from ajgdata.types.excitation import DEFAULT_EXCITATION, ExcitationSpec
 from ajgdata.types.settings import FeatureSettings
 
-#: Test on the values that the task withholds from training, as hypotheses name it.
+#: Value of `tested` in a hypothesis for the values that the task withholds from training.
 WITHHELD = "withheld"
 
 
 class Changes(Strict):
-    """Changes of a default. Keys that are not given are not written either, so that they never
-    replace a change of `shared`."""
+    """Base class of changes of a default.
+
+    Only keys that are given are written. A default value would otherwise replace a change of
+    `shared`.
+    """
 
     @model_serializer(mode="wrap")
     def _given_keys(self, serialise: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return {key: v for key, v in serialise(self).items() if key in self.model_fields_set}
+        content = serialise(self).items()
+        return {key: value for key, value in content if key in self.model_fields_set}
 
 
 class ChosenGrasps(Changes):
-    """First recordings of planned grasps. If scene, scatter or pose changes, these grasps are
-    simulated again."""
+    """The first grasps of a recipe. They are simulated again if scene, scatter or pose changes."""
 
     sessions: int = Field(1, ge=1, description="first sessions of the recipe")
     each: int | None = Field(None, ge=1, description="first grasps of each object; default: all")
@@ -51,10 +54,12 @@ class ChosenGrasps(Changes):
     )
     scene: dict[str, JsonValue] = Field({}, description="changed settings of the scene")
     scatter: float | None = Field(
-        None, ge=0, description="scatter of grasps relative to its default; default: as planned"
+        None,
+        ge=0,
+        description="factor for the default scatter of grasps; default: the scatter of the recipe",
     )
     pose: float = Field(
-        1.0, ge=0, description="factor on what the recipe varies of the pose, and on its error"
+        1.0, ge=0, description="factor for the pose that the recipe varies, and for its error"
     )
 
     @property
@@ -64,7 +69,7 @@ class ChosenGrasps(Changes):
 
 
 class Variant(Changes):
-    """One evaluation. Keys that are not given are those of the file, the task and the data set."""
+    """One evaluation. Other keys are those of the file, the task and the data set."""
 
     train: tuple[Name, ...] = Field((), description="data sets to train on, together")
     task: Name | None = Field(
@@ -80,11 +85,11 @@ class Variant(Changes):
     )
     bins_hz: tuple[float, float] | None = Field(
         None,
-        description="only these bins of the stored features; equal to `features: {band_hz: ...}` "
-        "except for rounding, without the recordings",
+        description="lowest and highest frequency in Hz of the used bins of stored features; the "
+        "result is that of `features: {band_hz: ...}` except for rounding, but needs no recordings",
     )
     excitation: dict[str, JsonValue] = Field(
-        {}, description="another played sound, simulated data sets only: kind, length_s, ..."
+        {}, description="another played sound (kind, length_s, ...), only for simulated data sets"
     )
     grasps: ChosenGrasps | None = Field(
         None, description="grasps of the recipe; default: all recordings"
@@ -92,25 +97,25 @@ class Variant(Changes):
 
     @property
     def is_computed(self) -> bool:
-        """Whether its features are computed from recordings."""
+        """Whether the features are computed from recordings."""
         return bool(self.features or self.excitation)
 
     def feature_settings(self, own: FeatureSettings) -> FeatureSettings:
-        """Return its feature settings, for a data set with the settings `own`."""
-        return FeatureSettings.model_validate(own.model_dump() | self.features)
+        """Return the changed feature settings of a data set with the settings `own`."""
+        return FeatureSettings.model_validate({**own.model_dump(), **self.features})
 
     def played(self) -> ExcitationSpec:
-        """Return its played sound, at the peak level of the default sound."""
+        """Return the changed played sound; its default peak is that of the default sound."""
         adapter: TypeAdapter[ExcitationSpec] = TypeAdapter(ExcitationSpec)
-        peak = {"amplitude": DEFAULT_EXCITATION.amplitude}
-        return adapter.validate_python(peak | self.excitation)
+        default = {"amplitude": DEFAULT_EXCITATION.amplitude}
+        return adapter.validate_python({**default, **self.excitation})
 
     @model_validator(mode="after")
     def _possible(self) -> Variant:
         if self.grasps is not None:
-            others = {"train", "one_recording", "features", "bins_hz", "excitation"}
-            if both := sorted(others & self.model_fields_set):
-                raise ValueError(f"grasps and {both[0]} exclude each other")
+            for key in ("bins_hz", "excitation", "features", "one_recording", "train"):
+                if key in self.model_fields_set:
+                    raise ValueError(f"grasps and {key} exclude each other")
         if self.bins_hz is not None and self.is_computed:
             raise ValueError("bins_hz selects stored features: write features.band_hz instead")
         if self.task is not None and self.is_computed:
@@ -138,28 +143,31 @@ class Hypothesis(Strict):
 
     @property
     def sides(self) -> tuple[tuple[str, str], tuple[str, str]]:
-        """Variant and what it is tested on, before and after the change."""
-        after = self.tested if self.tested_after is None else self.tested_after
-        return (self.before, self.tested), (self.after, after)
+        """(variant, value of `tested`) before the change, and after the change."""
+        tested_after = self.tested if self.tested_after is None else self.tested_after
+        return (self.before, self.tested), (self.after, tested_after)
 
 
 @dataclass(frozen=True)
 class NamedVariant:
-    """A variant with its name; `values` are its values of `vary`, by key."""
+    """A variant with its name."""
 
     name: str
     change: Variant
-    values: Mapping[str, JsonValue] = field(default_factory=dict)
+    values: Mapping[str, JsonValue] = field(default_factory=dict)  #: by entry of `vary`
 
 
 def _text_keys(content: object) -> object:
-    """Return a mapping with text as keys: YAML reads labels such as 2.5 as numbers."""
+    """Return a mapping with text as keys, because YAML reads labels such as 2.5 as numbers."""
     if not isinstance(content, dict):
         return content
-    return {f"{k:g}" if isinstance(k, (int, float)) else k: v for k, v in content.items()}
+    return {
+        f"{key:g}" if isinstance(key, (int, float)) else key: value
+        for key, value in content.items()
+    }
 
 
-#: Values of one key of a variant, or changes by label.
+#: An entry of `vary`: values of one key of a variant, or changes by label.
 Values = (
     Annotated[tuple[JsonValue, ...], Field(min_length=1)]
     | Annotated[dict[str, Variant], Field(min_length=1), BeforeValidator(_text_keys)]
@@ -169,13 +177,13 @@ Values = (
 class Variants(Strict):
     """Variants of one evaluation, with the same grasps, and hypotheses on their differences."""
 
-    title: str = Field(min_length=1, description="title of its figure or table, a noun phrase")
-    question: str = Field(min_length=1, description="question that it answers")
-    note: str = Field("", description="further sentences above its table")
+    title: str = Field(min_length=1, description="title of the figure or table, a noun phrase")
+    question: str = Field(min_length=1, description="question that the figure or table answers")
+    note: str = Field("", description="more sentences above the table")
     train: Name = Field(description="data set to train on")
-    task: Name = Field(description="task of that data set")
+    task: Name = Field(description="task of the data set `train`")
     test: tuple[Name, ...] = Field(
-        (), description="data sets to test on as well, e.g. the same grasps under noise"
+        (), description="other data sets to test on, e.g. the same grasps with noise"
     )
     models: tuple[ModelName, ...] = Field(
         ("cnn", "linear_plain"), min_length=1, description="models that are evaluated"
@@ -184,11 +192,11 @@ class Variants(Strict):
     shared: Variant = Field(Variant(), description="changes of all variants")
     vary: dict[str, Values] = Field(
         {},
-        description="key of a variant and its values, e.g. {features.hop: [128, 512]}, or a "
-        "quantity and its changes by label; several entries are combined",
+        description="values by key of a variant, e.g. {features.hop: [128, 512]}, or changes by "
+        "label of a quantity; the variants are all combinations of the entries",
     )
     name: str = Field(
-        "", description="pattern of the names of varied variants, e.g. 'stft:{window}/{hop}'"
+        "", description="pattern of the names of variants from `vary`, e.g. 'stft:{window}/{hop}'"
     )
     axis: str = Field("", description="entry of `vary` that is the numeric axis of the figure")
     panel: str = Field("", description="entry of `vary` with one panel of the figure per value")
@@ -196,40 +204,40 @@ class Variants(Strict):
     hypotheses: tuple[Hypothesis, ...] = Field((), description="tested differences of variants")
     causes: bool = Field(
         False,
-        description="show it on the page *Causes of differences*, as any file with hypotheses, "
-        "instead of the page of its task",
+        description="true: the page *Causes of differences* shows the file, as it shows all files "
+        "with hypotheses; false: the page of the task",
     )
 
     @cached_property
     def all_variants(self) -> tuple[NamedVariant, ...]:
         """All combinations of `vary`, then `variants`; the first is the reference."""
-        varied = product(*self.vary.values()) if self.vary else ()
-        combinations = (dict(zip(self.vary, values, strict=True)) for values in varied)
-        written = (
-            NamedVariant(name, self._merged(variant.model_dump()))
-            for name, variant in self.variants.items()
-        )
-        return (*map(self._varied, combinations), *written)
+        named = []
+        if self.vary:
+            for values in product(*self.vary.values()):
+                named.append(self._varied(dict(zip(self.vary, values, strict=True))))
+        for name, variant in self.variants.items():
+            named.append(NamedVariant(name, self._with_shared(variant.model_dump())))
+        return tuple(named)
 
     def _varied(self, values: dict[str, Any]) -> NamedVariant:
         """Return the variant with one value of each entry of `vary`."""
         changes: dict[str, Any] = {}
         for key, value in values.items():
-            labelled = self.vary[key]
-            if isinstance(labelled, dict):
-                changes = overridden(changes, labelled[value].model_dump())
+            entry = self.vary[key]
+            if isinstance(entry, dict):  # changes by label
+                changes = overridden(changes, entry[value].model_dump())
             else:
                 changes = overridden(changes, _nested(key, value))
-        named = {_shown_key(key): value for key, value in values.items()}
-        pattern = self.name or ", ".join(f"{key} {{{key}}}" for key in named)
-        return NamedVariant(pattern.format(**named), self._merged(changes), values)
+        shown = {_shown_key(key): value for key, value in values.items()}
+        pattern = self.name or ", ".join(f"{key} {{{key}}}" for key in shown)
+        return NamedVariant(pattern.format(**shown), self._with_shared(changes), values)
 
-    def _merged(self, changes: dict[str, Any]) -> Variant:
-        """Return the variant with `shared` and its own changes."""
+    def _with_shared(self, changes: dict[str, Any]) -> Variant:
+        """Return the variant with the changes of `shared` and its own changes."""
         return Variant.model_validate(overridden(self.shared.model_dump(), changes))
 
     def x(self, variant: NamedVariant) -> float | None:
-        """Return the place of a variant on the numeric axis; None if it has none."""
+        """Return the value of a variant on the numeric axis; None if it has no value."""
         value = variant.values.get(self.axis)
         return None if value is None else float(str(value))
 
@@ -238,11 +246,15 @@ class Variants(Strict):
         return str(variant.values.get(self.panel, ""))
 
     def series(self, variant: NamedVariant) -> str:
-        """Return the line of a variant in a figure with a numeric axis."""
+        """Return the name of the line of a variant in a figure with a numeric axis, else ""."""
         if not self.axis:
             return ""
-        placed = (self.axis, self.panel)
-        return ", ".join(str(value) for key, value in variant.values.items() if key not in placed)
+        others = [
+            str(value)
+            for key, value in variant.values.items()
+            if key not in (self.axis, self.panel)
+        ]
+        return ", ".join(others)
 
     def variant(self, name: str) -> NamedVariant:
         """Return a variant by name."""
@@ -257,8 +269,7 @@ class Variants(Strict):
         return variant.train or (self.train,)
 
     def held_out_set(self, variant: Variant) -> str:
-        """Return the name of the set of held-out grasps that a variant is tested on: its training
-        data sets, joined by `+`."""
+        """Return the name of the held-out grasps of a variant: its training data sets with `+`."""
         return "+".join(self.trained_on(variant))
 
     @property
@@ -268,8 +279,10 @@ class Variants(Strict):
 
     @property
     def explains_differences(self) -> bool:
-        """Whether the page *Causes of differences* shows it; only `snakemake everything` computes
-        such a file."""
+        """Whether the page *Causes of differences* shows the file.
+
+        Only `snakemake everything` computes these files.
+        """
         return self.causes or bool(self.hypotheses)
 
     @property
@@ -291,8 +304,8 @@ class Variants(Strict):
 
     @model_validator(mode="after")
     def _consistent(self) -> Variants:
-        for key in filter(None, (self.axis, self.panel)):
-            if key not in self.vary:
+        for key in (self.axis, self.panel):
+            if key and key not in self.vary:
                 raise ValueError(f"{key!r} of axis or panel is not a key of vary")
         try:
             names = [variant.name for variant in self.all_variants]
@@ -337,5 +350,9 @@ def _nested(key: str, value: JsonValue) -> dict[str, Any]:
 
 
 def _shown_key(key: str) -> str:
-    """Return the last part of a key with dots; a quantity with labels may be several words."""
+    """Return the last part of a key with dots.
+
+    >>> _shown_key("features.hop")
+    'hop'
+    """
     return key.rpartition(".")[2]

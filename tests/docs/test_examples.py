@@ -85,6 +85,7 @@ MODULES = (
     "ajgdata.types.base",
     "ajgdata.types.excitation",
     "ajgdata.types.table",
+    "ajgdata.types.variants",
 )
 
 

@@ -40,7 +40,7 @@ def test_the_papers_figures_by_part():
     parts = {"known": "size-known", "unknown": "size-unknown", "overall": "size"}
     assert Task(target="x", paper=parts, withhold=(1.0,)).papers == parts
     with pytest.raises(
-        ValidationError, match=r"paper.overall is no part of this task: it has known"
+        ValidationError, match=r"paper.overall is not a part of this task: it has known"
     ):
         Task(target="x", paper=parts)
 
@@ -48,7 +48,7 @@ def test_the_papers_figures_by_part():
 def test_an_experiment_may_have_several_published_values():
     several = {"sorting": "a", "sorting.correct": "b"}
     assert Task(target="x", experiments={"sorting": {}}, paper=several).papers == several
-    with pytest.raises(ValidationError, match=r"paper.sorting is no part of this task"):
+    with pytest.raises(ValidationError, match=r"paper.sorting is not a part of this task"):
         Task(target="x", paper=several)
 
 
