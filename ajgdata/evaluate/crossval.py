@@ -401,7 +401,8 @@ def estimate_score(
     >>> f"{accuracy.interval.low:.3f}"  # 20 of 20 grasps are right: 0.025 ** (1 / 20)
     '0.832'
     """
-    scores, predictions = result.scores, result.predictions
+    scores = result.scores
+    predictions = result.predictions
     grasp = np.asarray(grasps)
     if len(grasp) != scores.recordings:
         raise ValueError(f"{len(grasp)} grasps but {scores.recordings} recordings")
