@@ -5,7 +5,6 @@ import functools
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
-from snakemake.logging import logger
 from snakemake.utils import min_version, validate
 
 from ajgdata.acquire.recipe import recipe_hash
@@ -132,9 +131,6 @@ SUMMARIES = {path: modified_ns(path) for path in (PATHS.complete, PATHS.everythi
 
 # Neither a dry run nor the process of a job executes this.
 onstart:
-    from ajgdata.pipeline.console import show_jobs
-
-    show_jobs(logger)
     correct_future_times(
         PATHS, [file for files in SESSION_FILES.values() for file in files]
     )

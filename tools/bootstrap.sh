@@ -41,4 +41,4 @@ if [ -n "$index" ] && [ "$(uname -s)" = Linux ] &&
     echo "pip's default index is used, which may add CUDA packages (several GB)." >&2
   }
 fi
-$pip --no-build-isolation --editable ".[$extra]"
+$pip --no-build-isolation --editable ".[$extra]" --editable ./workflow/logger

@@ -35,6 +35,7 @@ def environment(project: dict, lock: str) -> str:
         "    - --constraint requirements.lock",
         *(f"    - {name}=={locked[name]}" for name in names),
         "    - --editable .",
+        "    - --editable ./workflow/logger",
     ]
     return "\n".join(lines) + "\n"
 

@@ -11,6 +11,7 @@ from tools.environment import environment
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+PLUGIN = tomllib.loads((ROOT / "workflow/logger/pyproject.toml").read_text())["project"]
 LOCK = (ROOT / "requirements.lock").read_text()
 EXTRAS = PROJECT["optional-dependencies"]
 
@@ -59,9 +60,8 @@ def imported(folder: str) -> dict[str, str]:
 def test_every_imported_package_is_declared():
     """A package that only another one brings along may be gone with its next version."""
     distributions = packages_distributions()
-    declared = {
-        name_of(r) for r in [*PROJECT["dependencies"], *(r for e in EXTRAS.values() for r in e)]
-    }
+    groups = [PROJECT["dependencies"], PLUGIN["dependencies"], *EXTRAS.values()]
+    declared = {name_of(requirement) for group in groups for requirement in group}
     modules = imported("ajgdata") | imported("workflow")
     assert {"requests", "markupsafe", "numpy", "yaml"} <= set(modules)
     for module, path in modules.items():

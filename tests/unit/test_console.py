@@ -3,12 +3,16 @@
 import io
 import logging
 import re
+from pathlib import Path
 
 import pytest
+import yaml
 from snakemake_interface_logger_plugins.common import LogEvent
+from snakemake_interface_logger_plugins.registry import LoggerPluginRegistry
+from snakemake_interface_logger_plugins.tests import MockOutputSettings, TestLogHandlerBase
+from snakemake_logger_plugin_job_lines import JobLines, LogHandler
 
-from ajgdata.pipeline.console import JobLines, show_jobs
-
+ROOT = Path(__file__).resolve().parents[2]
 START_S = 1_000_000.0
 
 
@@ -39,18 +43,18 @@ def progress(done, total=12):
 def lines_of(records, stream=None) -> list[str]:
     """Return what is written, with the time of day replaced by `at`."""
     stream = stream or io.StringIO()
-    handler = JobLines(stream)
+    lines = JobLines(stream)
     for entry in records:
-        handler.handle(entry)
-    handler.close()
+        lines.write(entry, logging.LogRecord.getMessage)
+    lines.close()
     return re.sub(r"\d\d:\d\d:\d\d  ", "at  ", stream.getvalue()).splitlines()
 
 
 def test_a_line_per_finished_job_with_its_message_and_duration():
     records = [
-        record(None, msg="Select jobs to execute..."),
         started(3, 0, "Measuring size"),
         started(4, 1, dataset="d", task="t"),
+        record(None, msg="Select jobs to execute..."),
         finished(4, 42),
         progress(1),
         finished(3, 180),
@@ -92,27 +96,43 @@ def test_a_failed_job_has_one_line_with_its_log():
 
 def test_only_a_terminal_has_a_bar_and_long_lines_are_not_broken():
     records = [started(1, 0, "m" * 200), finished(1, 1), progress(1)]
-    plain = lines_of(records)
-    terminal = lines_of(records, Terminal())
+    plain, terminal = lines_of(records), lines_of(records, Terminal())
     assert plain == [f"at   1/12       1 s  {'m' * 200}"]
     assert "1 of 12" in "".join(terminal) and plain[0] in "".join(terminal)
 
 
-@pytest.mark.parametrize(("level", "is_replaced"), [(logging.INFO, True), (logging.DEBUG, False)])
-def test_the_log_file_and_verbose_runs_keep_all_messages(tmp_path, level, is_replaced):
-    stream = io.StringIO()
-    logger = logging.Logger("snakemake", level)
-    with (tmp_path / "log").open("w"):
-        usual = logging.StreamHandler(stream)
-        file = logging.FileHandler(tmp_path / "log")
-        usual.addFilter(lambda record: record.levelno != logging.WARNING)
-        logger.addHandler(usual)
-        logger.addHandler(file)
-        show_jobs(logger)
-        for given in (logging.INFO, logging.WARNING, logging.ERROR):
-            logger.log(given, "level %d", given)
-        file.close()
-    assert (tmp_path / "log").read_text().splitlines() == ["level 20", "level 30", "level 40"]
-    assert stream.getvalue().splitlines() == (
-        ["level 40"] if is_replaced else ["level 20", "level 40"]
-    )
+def test_snakemakes_text_appears_until_its_table_of_jobs():
+    table = record(LogEvent.RUN_INFO, msg="Job stats:")
+    records = [record(None, msg="Building DAG"), table, record(None, msg="Select jobs")]
+    assert lines_of(records) == ["Building DAG", "Job stats:"]
+
+
+@pytest.mark.parametrize("setting", ["dryrun", "verbose", "debug_dag"])
+def test_dry_runs_and_detailed_runs_have_snakemakes_own_console(setting, capsys):
+    common = MockOutputSettings()
+    setattr(common, setting, True)
+    handler = LogHandler(common, None)
+    handler.handle(record(None, level=logging.ERROR, msg="lost"))
+    handler.close()
+    assert not handler.writes_to_stream
+    assert capsys.readouterr().err == ""
+
+
+def test_the_profiles_select_the_plugin_which_has_no_settings():
+    plugin = LoggerPluginRegistry().get_plugin("job-lines")
+    assert plugin.log_handler is LogHandler and plugin.settings_cls is None
+    for name in ("default", "slurm"):
+        profile = yaml.safe_load((ROOT / "profiles" / name / "config.yaml").read_text())
+        assert profile["logger"] == ["job-lines"]
+
+
+class TestInterface(TestLogHandlerBase):
+    """The tests that Snakemake has for all its logger plugins."""
+
+    __test__ = True
+
+    def get_log_handler_cls(self):
+        return LogHandler
+
+    def get_log_handler_settings(self):
+        return None

@@ -1,15 +1,18 @@
-"""Console of a run: one line per finished job, errors, and a bar with the remaining time."""
+"""Console of a run: one line per finished job, errors, and a bar with the remaining time.
+
+A plugin of Snakemake's interface for loggers: `snakemake --logger job-lines`.
+"""
 
 from __future__ import annotations
 
 import logging
+import sys
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TextIO
 
-from rich import progress
-from rich.console import Console
-
-from ajgdata.types import many
+from snakemake_interface_logger_plugins.base import LogHandlerBase
+from snakemake_interface_logger_plugins.common import LogEvent
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -20,57 +23,92 @@ MEASURED_S = 24 * 3600
 REPEATED = "RuleException"
 
 
-def show_jobs(logger: logging.Logger) -> None:
-    """Let Snakemake's `logger` write JobLines to the terminal instead of its own messages.
+class LogHandler(LogHandlerBase):
+    """Console of a run; Snakemake creates it and gives it the records of a run.
 
-    Its log file still has all messages. With `--verbose` or a logger plugin nothing changes, and
-    filters stay, so `--quiet` has its usual effect.
+    A dry run, and a run with `--verbose` or `--debug-dag`, have Snakemake's own console instead.
     """
-    if logger.isEnabledFor(logging.DEBUG):
-        return
-    for handler in tuple(logger.handlers):
-        is_file = isinstance(handler, logging.FileHandler)
-        if isinstance(handler, logging.StreamHandler) and not is_file:
-            lines = JobLines(handler.stream)
-            lines.filters = handler.filters
-            logger.removeHandler(handler)
-            logger.addHandler(lines)
+
+    def __post_init__(self) -> None:
+        self._lines = JobLines(sys.stderr) if self.writes_to_stream else None
+
+    @property
+    def writes_to_stream(self) -> bool:
+        """Whether this console takes the place of Snakemake's own."""
+        common = self.common_settings
+        return not (common.dryrun or common.verbose or common.debug_dag)
+
+    @property
+    def writes_to_file(self) -> bool:
+        """False: Snakemake's own log file has all messages."""
+        return False
+
+    @property
+    def has_filter(self) -> bool:
+        """False: Snakemake adds its filter, so `--quiet` has its usual effect."""
+        return False
+
+    @property
+    def has_formatter(self) -> bool:
+        """False: Snakemake adds its formatter, which writes the text before the first job."""
+        return False
+
+    @property
+    def needs_rulegraph(self) -> bool:
+        """False: the lines need only the jobs."""
+        return False
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write the lines of a record, if it has any."""
+        if self._lines is not None:
+            self._lines.write(record, self.format)
+
+    def close(self) -> None:
+        """Remove the bar."""
+        if self._lines is not None:
+            self._lines.close()
+        super().close()
 
 
-class JobLines(logging.Handler):
-    """Write one line per finished or failed job of Snakemake, and its warnings and errors.
+class JobLines:
+    """Writer of one line per finished or failed job of Snakemake, and of its warnings and errors.
 
-    On a terminal, a bar below the lines shows the number of jobs and the remaining time. Records
-    are those of Snakemake's interface for loggers; `event` is their kind.
+    Snakemake's own text appears until the table of jobs, with which a run starts. On a terminal, a
+    bar below the lines shows the number of jobs and the remaining time.
     """
 
     def __init__(self, stream: TextIO) -> None:
-        super().__init__()
         self._bar = _bar(stream)
         self._console = self._bar.console
         self._task = self._bar.add_task("", total=None)
+        self._is_running = False
         self._jobs: dict[int, dict[str, Any]] = {}
         self._finished: list[dict[str, Any]] = []
         self._start_s = 0.0
 
-    def emit(self, record: logging.LogRecord) -> None:
-        """Write the lines of a record, if it has any."""
+    def write(self, record: logging.LogRecord, text_of: Callable[[logging.LogRecord], str]) -> None:
+        """Write the lines of a record, if it has any; `text_of` gives Snakemake's own text."""
         fields = vars(record)
-        match fields.get("event"):
-            case "job_info":
+        event = fields.get("event")
+        match event:
+            case LogEvent.JOB_INFO:
                 self._start(fields)
-            case "job_finished":
+            case LogEvent.JOB_FINISHED:
                 self._finished.append(fields)
-            case "progress":
+            case LogEvent.PROGRESS:
                 self._write_finished(fields["done"], fields["total"])
-            case "job_error":
+            case LogEvent.JOB_ERROR:
                 logs = ", ".join([*fields["log"], *fields.get("aux_logs", ())])
-                text = self._text(fields["jobid"], fields)
-                self._write(record.created, f"failed: {text} (log: {logs or 'none'})")
+                job = self._text(fields["jobid"], fields)
+                self._write(record.created, f"failed: {job} (log: {logs or 'none'})")
             case _ if record.levelno >= logging.WARNING and fields.get("exception") != REPEATED:
                 self._console.out(record.getMessage())
+            case _ if not self._is_running:
+                self._console.out(text_of(record))
+                self._is_running = event == LogEvent.RUN_INFO
 
     def _start(self, fields: dict[str, Any]) -> None:
+        self._is_running = True
         self._start_s = self._start_s or fields["created"]
         self._jobs[fields["jobid"]] = fields
         self._bar.start()
@@ -86,13 +124,15 @@ class JobLines(logging.Handler):
         """Write the jobs that finished since the last call; `done` counts them."""
         first = done - len(self._finished) + 1
         for number, fields in enumerate(self._finished, first):
-            jobid, end_s = fields["job_id"], fields["created"]
+            jobid = fields["job_id"]
+            end_s = fields["created"]
             took = duration(end_s - self._jobs.get(jobid, fields)["created"])
             count = f"{number:>{len(str(total))}}/{total}"
             self._write(end_s, f"{count}  {took:>8}  {self._text(jobid, fields)}")
         if self._finished and done == total:
             end_s = self._finished[-1]["created"]
-            self._write(end_s, f"{many(total, 'job')} in {duration(end_s - self._start_s)}")
+            jobs = "1 job" if total == 1 else f"{total:,} jobs"
+            self._write(end_s, f"{jobs} in {duration(end_s - self._start_s)}")
         self._finished.clear()
         self._bar.update(self._task, completed=done, total=total)
         if done == total:
@@ -104,11 +144,13 @@ class JobLines(logging.Handler):
     def close(self) -> None:
         """Remove the bar."""
         self._bar.stop()
-        super().close()
 
 
 def _bar(stream: TextIO) -> Progress:
     """Return a bar that shows nothing if `stream` is not a terminal."""
+    from rich import progress  # 0.1 s, which each job would need: Snakemake imports all plugins
+    from rich.console import Console
+
     terminal = stream.isatty()
     return progress.Progress(
         progress.MofNCompleteColumn(separator=" of "),
