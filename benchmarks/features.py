@@ -1,6 +1,6 @@
 """Measure the time of reading a recording and computing its feature, for several libraries.
 
-Run `python benchmarks/features.py` (librosa: `pip install -e .[bench]`). The recordings are
+Run `python benchmarks/features.py` (librosa: `make .venv/.bench`). The recordings are
 synthetic: noisy sweeps through random resonances, with a fixed seed. All routes must give the same
 features. The last table measures the job `features` of the workflow. Repeats are interleaved, so
 other processes on the computer influence all routes equally.

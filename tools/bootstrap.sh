@@ -1,8 +1,9 @@
 #!/bin/sh
 # Make a virtual environment and install this project with the versions of requirements.lock.
-# usage: tools/bootstrap.sh PYTHON VENV EXTRA
+# usage: tools/bootstrap.sh PYTHON VENV GROUP
+# GROUP is one of the dependency groups of pyproject.toml.
 set -eu
-python=$1 venv=$2 extra=$3
+python=$1 venv=$2 group=$3
 
 "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || {
   echo "ajgdata needs Python 3.11 or newer; $python is $("$python" --version 2>&1)." >&2
@@ -24,7 +25,7 @@ fi
 # A set-up that was interrupted may have left an environment without pip.
 "$venv/bin/python" -m pip --version >/dev/null 2>&1 || "$python" -m venv --clear "$venv"
 pip="$venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint requirements.lock"
-$pip setuptools
+$pip pip setuptools # the pip of a new environment may be too old for groups
 
 # On Linux the default index has torch with CUDA packages (several GB); this index has its CPU build.
 # TORCH_INDEX names another index, for example of a CUDA version; if it is empty, pip's default is used.
@@ -41,4 +42,4 @@ if [ -n "$index" ] && [ "$(uname -s)" = Linux ] &&
     echo "pip's default index is used, which may add CUDA packages (several GB)." >&2
   }
 fi
-$pip --no-build-isolation --editable ".[$extra]" --editable ./workflow/logger
+$pip --no-build-isolation --editable ".[publish,export]" --editable ./workflow/logger --group "$group"

@@ -15,11 +15,22 @@ def pins(lock: str) -> dict[str, str]:
     return {match[1].lower(): match[2] for match in matches if match}
 
 
-def environment(project: dict, lock: str) -> str:
+def direct(pyproject: dict) -> list[str]:
+    """Names of the packages that this project and its tests require, as tools/bootstrap.sh installs
+    them."""
+    extras = pyproject["project"]["optional-dependencies"]
+    requirements = [
+        *pyproject["project"]["dependencies"],
+        *extras["publish"],
+        *extras["export"],
+        *pyproject["dependency-groups"]["test"],
+    ]
+    return sorted(re.split(r"[^A-Za-z0-9._-]", text)[0].lower() for text in requirements)
+
+
+def environment(pyproject: dict, lock: str) -> str:
     """Text of environment.yml: the direct requirements pinned, all others constrained."""
     locked = pins(lock)
-    direct = [*project["dependencies"], *project["optional-dependencies"]["test"]]
-    names = sorted(re.split(r"[^A-Za-z0-9._-]", requirement)[0].lower() for requirement in direct)
     lines = [
         "# The pins of requirements.lock for conda; made by tools/environment.py: do not edit.",
         "# conda env create -f environment.yml && conda activate ajgdata && snakemake",
@@ -33,7 +44,7 @@ def environment(project: dict, lock: str) -> str:
         "  - pip:",
         f"    - --extra-index-url {CPU_INDEX}",
         "    - --constraint requirements.lock",
-        *(f"    - {name}=={locked[name]}" for name in names),
+        *(f"    - {name}=={locked[name]}" for name in direct(pyproject)),
         "    - --editable .",
         "    - --editable ./workflow/logger",
     ]
@@ -41,6 +52,6 @@ def environment(project: dict, lock: str) -> str:
 
 
 if __name__ == "__main__":
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    text = environment(project, (ROOT / "requirements.lock").read_text())
+    pyproject = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    text = environment(pyproject, (ROOT / "requirements.lock").read_text())
     (ROOT / "environment.yml").write_text(text)

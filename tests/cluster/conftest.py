@@ -69,7 +69,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def _can_start() -> None:
     absent = missing()
     if not absent and find_spec("snakemake_executor_plugin_slurm") is None:
-        absent = "no snakemake-executor-plugin-slurm here (ajgdata[cluster])"
+        absent = "no snakemake-executor-plugin-slurm here (make .venv/.cluster)"
     if absent:
         (pytest.fail if REQUIRED in os.environ else pytest.skip)(absent)
 

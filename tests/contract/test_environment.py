@@ -7,20 +7,19 @@ import tomllib
 from importlib.metadata import packages_distributions, version
 from pathlib import Path
 
-from tools.environment import environment
+from tools.environment import direct, environment
 
 ROOT = Path(__file__).resolve().parents[2]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+PROJECT = PYPROJECT["project"]
 PLUGIN = tomllib.loads((ROOT / "workflow/logger/pyproject.toml").read_text())["project"]
 LOCK = (ROOT / "requirements.lock").read_text()
 EXTRAS = PROJECT["optional-dependencies"]
+GROUPS = PYPROJECT["dependency-groups"]
 
 
 def name_of(requirement: str) -> str:
     return re.split(r"[^A-Za-z0-9._-]", requirement)[0].lower()
-
-
-DIRECT = [name_of(r) for r in [*PROJECT["dependencies"], *EXTRAS["test"]]]
 
 
 def locked() -> dict[str, str]:
@@ -28,12 +27,26 @@ def locked() -> dict[str, str]:
 
 
 def test_environment_file_is_what_its_maker_writes():
-    assert environment(PROJECT, LOCK) == (ROOT / "environment.yml").read_text()
+    assert environment(PYPROJECT, LOCK) == (ROOT / "environment.yml").read_text()
 
 
 def test_installed_versions_are_the_locked_ones():
-    installed = {name: version(name).split("+")[0] for name in DIRECT}
-    assert installed == {name: locked()[name] for name in DIRECT}
+    names = direct(PYPROJECT)
+    installed = {name: version(name).split("+")[0] for name in names}
+    assert installed == {name: locked()[name] for name in names}
+
+
+def test_every_package_is_locked_and_explained():
+    listed = [PROJECT["dependencies"], *EXTRAS.values(), *GROUPS.values()]
+    names = {name_of(requirement) for requirements in listed for requirement in requirements}
+    assert names - set(locked()) == set()
+    page = (ROOT / "docs/dependencies.md").read_text().lower()
+    assert [name for name in names if name not in page] == []
+
+
+def test_make_knows_only_groups_that_exist():
+    made = set(re.findall(r"\$\(VENV\)/\.(\w+)", (ROOT / "Makefile").read_text()))
+    assert made <= set(GROUPS)
 
 
 def imported(folder: str) -> dict[str, str]:
@@ -60,7 +73,7 @@ def imported(folder: str) -> dict[str, str]:
 def test_every_imported_package_is_declared():
     """A package that only another one brings along may be gone with its next version."""
     distributions = packages_distributions()
-    groups = [PROJECT["dependencies"], PLUGIN["dependencies"], *EXTRAS.values()]
+    groups = [PROJECT["dependencies"], PLUGIN["dependencies"], *EXTRAS.values(), *GROUPS.values()]
     declared = {name_of(requirement) for group in groups for requirement in group}
     modules = imported("ajgdata") | imported("workflow")
     assert {"requests", "markupsafe", "numpy", "yaml"} <= set(modules)
