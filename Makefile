@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: env reproduce everything real test test-slow test-cpus test-browser test-cluster test-jack test-torture lint format bench docs readme sample lock clean
+.PHONY: env reproduce everything real test test-slow test-cpus test-browser test-cluster test-jack test-lowest test-torture lint format bench docs readme sample lock clean
 
 # ARGS are passed on: make reproduce ARGS=--dry-run, make test ARGS=tests/docs.
 reproduce: $(VENV)/.test
@@ -49,6 +49,16 @@ test-cluster: $(VENV)/.test $(VENV)/.cluster
 # Sessions through a simulated sound card. Debian: jackd2 libportaudio2.
 test-jack: $(VENV)/.test $(VENV)/.jack
 	AJGDATA_REQUIRE_JACK=1 $(BIN)/pytest -n 0 -m jack tests/jack
+
+# The tests with the lowest versions that pyproject.toml allows (maintainers only; Python 3.11, needs uv).
+OF_LOCKED_VERSIONS = tests/contract/test_environment.py::test_installed_versions_are_the_locked_ones \
+  tests/docs/test_configuration.py::test_the_command_line_reference_is_current
+test-lowest:
+	@mkdir -p build
+	uv pip compile pyproject.toml workflow/logger/pyproject.toml --python $(PYTHON) --quiet \
+	  --resolution lowest-direct --extra publish --extra export --group setup --group test --output-file build/lowest.txt
+	tools/bootstrap.sh $(PYTHON) build/lowest test build/lowest.txt
+	build/lowest/bin/pytest $(addprefix --deselect ,$(OF_LOCKED_VERSIONS)) $(ARGS)
 
 # Kills, full disks, races (docs/reliability.md).
 # AJGDATA_TORTURE_SHARE=0.1 makes a tenth of the trials, AJGDATA_TORTURE_SECONDS bounds each kind, AJGDATA_TORTURE_SEED gives others.

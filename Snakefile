@@ -44,7 +44,7 @@ from ajgdata.store.freshness import (
 from ajgdata.store.provenance import settings_digest
 from ajgdata.store.report_files import report_files_digest
 
-min_version("9.10")
+min_version("9.22")
 
 # Folder of this file, also if another Snakefile includes it.
 HERE = Path(workflow.current_basedir.get_path_or_uri(secret_free=True))

@@ -14,6 +14,6 @@ REPORTS = [
 ]
 
 setup(
-    packages=[*find_packages(include=["ajgdata*"]), *REPORTS],
+    packages=[*find_packages(include=["ajgdata*"]), "ajgdata.samples", *REPORTS],
     package_dir={"ajgdata.reports": "reports"},
 )

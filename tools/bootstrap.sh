@@ -1,9 +1,9 @@
 #!/bin/sh
-# Make a virtual environment and install this project with the versions of requirements.lock.
-# usage: tools/bootstrap.sh PYTHON VENV GROUP
-# GROUP is one of the dependency groups of pyproject.toml.
+# Make a virtual environment and install this project with the versions of a file of constraints.
+# usage: tools/bootstrap.sh PYTHON VENV GROUP [CONSTRAINTS]
+# GROUP is one of the dependency groups of pyproject.toml; CONSTRAINTS is requirements.lock by default.
 set -eu
-python=$1 venv=$2 group=$3
+python=$1 venv=$2 group=$3 constraints=${4-requirements.lock}
 
 "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || {
   echo "ajgdata needs Python 3.11 or newer; $python is $("$python" --version 2>&1)." >&2
@@ -24,13 +24,13 @@ fi
 
 # A set-up that was interrupted may have left an environment without pip.
 "$venv/bin/python" -m pip --version >/dev/null 2>&1 || "$python" -m venv --clear "$venv"
-pip="$venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint requirements.lock"
+pip="$venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint $constraints"
 $pip pip setuptools # the pip of a new environment may be too old for groups
 
 # On Linux the default index has torch with CUDA packages (several GB); this index has its CPU build.
 # TORCH_INDEX names another index, for example of a CUDA version; if it is empty, pip's default is used.
 index=${TORCH_INDEX-https://download.pytorch.org/whl/cpu}
-pinned=$(grep '^torch==' requirements.lock)
+pinned=$(grep '^torch==' "$constraints")
 # pip would try an unreachable index for minutes, so this limits the attempt to ten seconds.
 probe='import signal, sys, urllib.request
 signal.alarm(10)

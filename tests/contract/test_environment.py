@@ -44,6 +44,15 @@ def test_every_package_is_locked_and_explained():
     assert [name for name in names if name not in page] == []
 
 
+def test_bounds_are_tested_and_stated_once():
+    """`make test-lowest` tests the project, two of its extras and its tests."""
+    tested = [*PROJECT["dependencies"], *EXTRAS["publish"], *EXTRAS["export"], *GROUPS["test"]]
+    assert [text for text in tested if ">=" not in text] == []
+    lowest = dict(text.split(">=") for text in tested)
+    assert f'min_version("{lowest["snakemake"]}")' in (ROOT / "Snakefile").read_text()
+    assert f"rich>={lowest['rich']}" in PLUGIN["dependencies"]
+
+
 def test_make_knows_only_groups_that_exist():
     made = set(re.findall(r"\$\(VENV\)/\.(\w+)", (ROOT / "Makefile").read_text()))
     assert made <= set(GROUPS)
