@@ -114,7 +114,7 @@ def command_for(result: Path) -> str:
     return command
 
 
-class Place:
+class FixedPath:
     """An attribute of `Paths` whose value is the path of one file or folder.
 
     `pattern` is the path below the folder `below`, which is another attribute of `Paths`.
@@ -128,7 +128,7 @@ class Place:
         return getattr(paths, self.below) / self.pattern
 
 
-class Places(Place):
+class PathTemplate(FixedPath):
     """An attribute of `Paths` whose value is a function that returns the path of one of many files.
 
     The arguments of the function are the texts for the braces in `pattern`, in their order:
@@ -165,72 +165,76 @@ class Paths:
     run: str = ""
 
     # Written by people.
-    datasets = Place("datasets")
-    dataset = Places("datasets/{dataset}/" + DATASET_FILE)
-    source = Places("datasets/{dataset}/" + SOURCE_FILE)
-    dataset_schema = Place("datasets/dataset.schema.json")  #: written by `pipeline.schemas`
-    source_schema = Place("datasets/source.schema.json")
-    reports = Place("reports")  #: texts and templates of the report, see `store.report_files`
-    variants = Place("reports/variants")  #: files of variants, see `types.variants`
-    snakefile = Place("Snakefile")  #: the workflow, if the project has its own
+    datasets = FixedPath("datasets")
+    dataset = PathTemplate("datasets/{dataset}/" + DATASET_FILE)
+    source = PathTemplate("datasets/{dataset}/" + SOURCE_FILE)
+    dataset_schema = FixedPath("datasets/dataset.schema.json")  #: written by `pipeline.schemas`
+    source_schema = FixedPath("datasets/source.schema.json")
+    reports = FixedPath("reports")  #: texts and templates of the report, see `store.report_files`
+    variants = FixedPath("reports/variants")  #: files of variants, see `types.variants`
+    snakefile = FixedPath("Snakefile")  #: the workflow, if the project has its own
 
     # Written by acquisition and import.
-    data = Place("data")
-    recordings = Places("data/{dataset}")
+    data = FixedPath("data")
+    recordings = PathTemplate("data/{dataset}")
     #: Checksums of a published data set that was downloaded.
-    fetched_sums = Places("data/{dataset}/published/SHA256SUMS")
-    sessions = Places("data/{dataset}/sessions")
-    session = Places("data/{dataset}/sessions/{session}")
+    fetched_sums = PathTemplate("data/{dataset}/published/SHA256SUMS")
+    sessions = PathTemplate("data/{dataset}/sessions")
+    session = PathTemplate("data/{dataset}/sessions/{session}")
     #: Description of a session. It is written last, so a folder with this file is complete.
-    session_file = Places("data/{dataset}/sessions/{session}/" + SESSION_FILE)
-    recordings_file = Places("data/{dataset}/sessions/{session}/" + RECORDINGS_FILE)
-    events = Places("data/{dataset}/live/{session}/events.jsonl")  #: log of a live run
+    session_file = PathTemplate("data/{dataset}/sessions/{session}/" + SESSION_FILE)
+    recordings_file = PathTemplate("data/{dataset}/sessions/{session}/" + RECORDINGS_FILE)
+    events = PathTemplate("data/{dataset}/live/{session}/events.jsonl")  #: log of a live run
 
     # Written by the workflow for each data set.
-    results = Place(RESULTS_FOLDER)
-    benchmarks = Place("results/benchmarks")
-    acquired = Places("results/acquired/{dataset}/{session}.done")
-    features = Places("results/features/{dataset}.nc")  #: features and labels of all sessions
+    results = FixedPath(RESULTS_FOLDER)
+    benchmarks = FixedPath("results/benchmarks")
+    acquired = PathTemplate("results/acquired/{dataset}/{session}.done")
+    features = PathTemplate("results/features/{dataset}.nc")  #: features and labels of all sessions
     #: Hashes of the features and of their inputs. `store.freshness` compares them to decide whether
     #: the features are up to date, so audio files of unchanged sessions are not read again.
-    session_hashes = Places("results/features/{dataset}.hashes.json")
-    quarantine = Places("results/quarantine/{dataset}.csv")
+    session_hashes = PathTemplate("results/features/{dataset}.hashes.json")
+    quarantine = PathTemplate("results/quarantine/{dataset}.csv")
     #: Tables of one experiment; `models` is the name of its job: a model, a file of variants,
     #: `plain` or `all`. Equal inputs give equal bytes, except for the cost.
-    experiment = Places("results/tasks/{dataset}/{task}/{experiment}.{models}.json")
-    experiment_cost = Places("results/tasks/{dataset}/{task}/{experiment}.{models}.cost.json")
-    training_cost = Places("results/embed/{dataset}/{embedding}/cost.json")
-    latents = Places("results/embed/{dataset}/{embedding}/latents.nc")
-    models = Places("results/models/{dataset}")
-    model = Places("results/models/{dataset}/{task}/{model}")
-    exported = Place("results/exported")  #: models as files for other computers
-    sample = Places("results/samples/{dataset}.nc")  #: part of the features, for the package
-    published = Places("results/published/{dataset}")  #: see `Tree`
+    experiment = PathTemplate("results/tasks/{dataset}/{task}/{experiment}.{models}.json")
+    experiment_cost = PathTemplate("results/tasks/{dataset}/{task}/{experiment}.{models}.cost.json")
+    training_cost = PathTemplate("results/embed/{dataset}/{embedding}/cost.json")
+    latents = PathTemplate("results/embed/{dataset}/{embedding}/latents.nc")
+    models = PathTemplate("results/models/{dataset}")
+    model = PathTemplate("results/models/{dataset}/{task}/{model}")
+    exported = FixedPath("results/exported")  #: models as files for other computers
+    sample = PathTemplate("results/samples/{dataset}.nc")  #: part of the features, for the package
+    published = PathTemplate("results/published/{dataset}")  #: see `Tree`
     #: Checksums of a published data set. They are written last, when all other files are complete.
-    published_sums = Places("results/published/{dataset}/SHA256SUMS")
+    published_sums = PathTemplate("results/published/{dataset}/SHA256SUMS")
 
     # Written by the workflow about the simulation.
-    study = Places("results/gripper/{name}.json")
+    study = PathTemplate("results/gripper/{name}.json")
 
     # Written by the workflow for all data sets of a run together.
-    metrics_table = Place("metrics.csv", "run_results")
-    predictions = Place("predictions.csv", "run_results")
-    metrics_of_everything = Place("report/metrics.done", "run_results")
-    complete = Place("complete.txt", "run_results")  #: summary of `snakemake`
-    everything = Place("everything.txt", "run_results")  #: summary of `snakemake everything`
-    report_on_everything = Place("report/everything.done", "run_results")
-    log = Places("logs/{rule}.log", "run_results")
-    benchmark = Places("benchmarks/{rule}.tsv", "run_results")
-    report = Place("report/" + INDEX, "run_results")
-    runs = Place("report/" + RUNS_FILE, "run_results")  #: data sets and models of the report
-    page = Places("report/{name}.html", "run_results")
-    page_figures = Places("report/{page}", "run_results")
-    opening = Place("report/opening/opening.json", "run_results")  #: content of the opening picture
+    metrics_table = FixedPath("metrics.csv", "run_results")
+    predictions = FixedPath("predictions.csv", "run_results")
+    metrics_of_everything = FixedPath("report/metrics.done", "run_results")
+    complete = FixedPath("complete.txt", "run_results")  #: summary of `snakemake`
+    everything = FixedPath("everything.txt", "run_results")  #: summary of `snakemake everything`
+    report_on_everything = FixedPath("report/everything.done", "run_results")
+    log = PathTemplate("logs/{rule}.log", "run_results")
+    benchmark = PathTemplate("benchmarks/{rule}.tsv", "run_results")
+    report = FixedPath("report/" + INDEX, "run_results")
+    runs = FixedPath("report/" + RUNS_FILE, "run_results")  #: data sets and models of the report
+    page = PathTemplate("report/{name}.html", "run_results")
+    page_figures = PathTemplate("report/{page}", "run_results")
+    opening = FixedPath(
+        "report/opening/opening.json", "run_results"
+    )  #: content of the opening picture
 
     # May be deleted at any time.
-    cache = Place(".ajgdata")
-    responses = Place(".ajgdata/responses")  #: impulse responses of the virtual gripper, by scene
-    fetched = Place(".ajgdata/fetched")  #: downloads of published data sets, by hash
+    cache = FixedPath(".ajgdata")
+    responses = FixedPath(
+        ".ajgdata/responses"
+    )  #: impulse responses of the virtual gripper, by scene
+    fetched = FixedPath(".ajgdata/fetched")  #: downloads of published data sets, by hash
 
     @property
     def run_results(self) -> Path:

@@ -28,7 +28,8 @@ from ajgdata.store.sessions import (
     read_session,
 )
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, GraspProtocol
-from ajgdata.types.base import checked, checked_name
+from ajgdata.types.base import checked
+from ajgdata.types.names import checked_name
 from ajgdata.types.protocol import RobotProgram
 
 _NAME = re.compile(r"soundcard-(\d+)")

@@ -17,7 +17,7 @@ from ajgdata.store.audio import AudioError, check_channels, read_channels
 from ajgdata.store.importing import Contents
 from ajgdata.store.scan import Scan
 from ajgdata.types import AudioSettings, DataError
-from ajgdata.types.base import many
+from ajgdata.types.errors import many
 
 #: Most files whose channels are compared, spread evenly over the folder: the cost of an import does
 #: not grow with the number of files.

@@ -37,7 +37,8 @@ _RECORDINGS = (
     "store/files.py:numbered_rows,plain_text",
     "store/session_audio.py",
     "store/sessions.py:audio_path,read_recordings,read_session",
-    "types/base.py:Finding,NAME_PATTERN,WHOLE",
+    "types/issues.py:Finding,WHOLE",
+    "types/names.py:NAME_PATTERN",
     "types/session.py",
     "types/settings.py",
 )
@@ -48,7 +49,7 @@ _SIMILAR = (
     "pipeline/similar_sounds.py:leak_refusals,sounds_of,without_equal_sounds",
     "store/features.py:read_store",
     "store/labels.py:copy_finding,take_rows",
-    "types/base.py:Finding,WHOLE",
+    "types/issues.py:Finding,WHOLE",
     "types/session.py:SIMULATED_SOURCES",
 )
 #: Scene -> impulse response and recording.
@@ -100,7 +101,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "store/features.py:text_column,write_store",
         "store/findings.py",
         "store/labels.py",
-        "types/base.py:left_out",
+        "types/issues.py:left_out",
         "types/formats.py:FEATURES_FORMAT",
     ),
     "sample": (
@@ -117,7 +118,8 @@ CODE: dict[str, tuple[str, ...]] = {
         "store/audio.py:SIMULATED,file_sha256,pcm24_bytes,write_pcm24",
         "store/files.py:numbered_rows,plain_text",
         "store/sessions.py:read_recordings,read_session,write_recordings,write_session",
-        "types/base.py:Finding,NAME_PATTERN",
+        "types/issues.py:Finding",
+        "types/names.py:NAME_PATTERN",
         "types/formats.py:SESSION_FORMAT",
         "types/session.py",
     ),
@@ -213,7 +215,8 @@ CODE: dict[str, tuple[str, ...]] = {
         "store/session_audio.py",
         "store/files.py:csv_bytes,json_bytes,numbered_rows,plain_text,yaml_bytes",
         "store/sessions.py:audio_path,read_recordings,read_session,write_session",
-        "types/base.py:Finding,NAME_PATTERN,WHOLE,flagged,left_out",
+        "types/issues.py:Finding,WHOLE,flagged,left_out",
+        "types/names.py:NAME_PATTERN",
         "types/formats.py:DATASET_FORMAT,PACKAGE_KEY,PUBLISHED_FORMAT,SESSION_FORMAT",
         "types/session.py",
         "types/settings.py",

@@ -4,34 +4,25 @@ No module of this package opens a file. All settings forbid unknown keys, so a m
 error. `describe` turns an error of pydantic into one line for the user.
 """
 
-from ajgdata.types.base import (
-    ISSUE_LEVELS,
-    LONGEST_NAME,
-    NAME_PATTERN,
-    WHOLE,
-    DataError,
-    Finding,
-    ModelName,
-    Name,
-    NotPossibleError,
-    Strict,
-    checked,
-    checked_name,
-    describe,
-    flagged,
-    left_out,
-    location,
-    many,
-    one_line,
-)
+from ajgdata.types.base import Strict, checked, describe, location
 from ajgdata.types.dataset import DatasetSpec, ImportSettings, OnChange
+from ajgdata.types.errors import DataError, NotPossibleError, many, one_line
 from ajgdata.types.excitation import (
     DEFAULT_EXCITATION,
     ExcitationSpec,
     LogSweep,
     MaximumLengthSequence,
 )
-from ajgdata.types.issue_counts import IssueCounts, issue_counts
+from ajgdata.types.issues import (
+    ISSUE_LEVELS,
+    WHOLE,
+    Finding,
+    IssueCounts,
+    flagged,
+    issue_counts,
+    left_out,
+)
+from ajgdata.types.names import LONGEST_NAME, NAME_PATTERN, ModelName, Name, checked_name
 from ajgdata.types.protocol import GraspProtocol
 from ajgdata.types.recipe import Recipe, RecipeObject
 from ajgdata.types.registry import MODELS, Kind, Model

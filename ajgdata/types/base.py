@@ -1,48 +1,28 @@
-"""Names, errors in one line, issues of recordings, and the base class of all settings."""
+"""The base class of all settings, and errors of settings in one line."""
 
 from __future__ import annotations
 
-import dataclasses
-import errno
 import re
 import reprlib
-from collections.abc import Collection, Iterable, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 
-from ajgdata.types.registry import MODELS
+from ajgdata.types.errors import DataError
+from ajgdata.types.names import NAME_PATTERN, NAME_RULE
 from ajgdata.types.replaced_keys import replacement
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 ModelType = TypeVar("ModelType", bound=BaseModel)
-#: Largest number of characters of a name: file names consist of several names.
-LONGEST_NAME = 100
-NAME_PATTERN = re.compile(rf"^[A-Za-z0-9][A-Za-z0-9_-]{{0,{LONGEST_NAME - 1}}}$")
-_NAME_RULE = (
-    f"letters, digits, _ and -, up to {LONGEST_NAME} characters, the first a letter or digit"
-)
-#: A part that is repeated 20 times at the end of a name. Snakemake does not run a job whose files
-#: have this name.
-_REPEATED_PART = re.compile(r"(.+)\1{19}$")
 
 
-def without_repeated_part(name: str) -> str:
-    """Return `name`. Raises ValueError if it ends with the same part 20 times."""
-    repeated = _REPEATED_PART.search(name)
-    if repeated:
-        raise ValueError(f"ends with {repeated[1]!r} 20 times, which Snakemake refuses")
-    return name
+class Strict(BaseModel):
+    """Base class of all settings: unknown keys are errors, and instances are immutable."""
 
-
-Name = Annotated[
-    str,
-    Field(pattern=NAME_PATTERN.pattern, description="letters, digits, _ and -"),
-    AfterValidator(without_repeated_part),
-]
-ModelName = Annotated[Name, AfterValidator(MODELS.checked)]
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -54,127 +34,6 @@ def distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
 
 #: Rule for tuples of settings: no value is listed twice.
 Distinct = AfterValidator(distinct)
-
-
-class DataError(Exception):
-    """An error in the data or settings of a user, whose message is one line.
-
-    `where` is a file, option or object, `problem` is what is wrong, and `fix` is what to do.
-    `problem` and `fix` are clauses without a full stop, and `fix` begins with a verb.
-    """
-
-    def __init__(self, where: object, problem: str, fix: str) -> None:
-        super().__init__(f"{where}: {problem}. {sentence(fix)}")
-        self.where = str(where)
-        self.problem = problem
-        self.fix = fix
-
-    def __reduce__(self) -> tuple[type[DataError], tuple[str, str, str]]:
-        """Support pickling: a copy in another process needs all three arguments."""
-        return type(self), (self.where, self.problem, self.fix)
-
-
-def sentence(clause: str) -> str:
-    """Return a clause as a sentence: with a capital letter and a full stop."""
-    return f"{clause[:1].upper()}{clause[1:]}."
-
-
-def many(count: int, noun: str) -> str:
-    """Return a number with its noun.
-
-    >>> many(1, "job"), many(2000, "job")
-    ('1 job', '2,000 jobs')
-    """
-    plural = "" if count == 1 else "s"
-    return f"{count:,} {noun}{plural}"
-
-
-def checked_name(name: str, what: str = "data set") -> str:
-    """Return `name`. Raises DataError if a `what` cannot have this name."""
-    if not NAME_PATTERN.fullmatch(name):
-        rule = _NAME_RULE
-    elif _REPEATED_PART.search(name):
-        rule = "a name that does not end with the same part 20 times: Snakemake refuses it"
-    else:
-        return name
-    raise DataError(reprlib.repr(name), f"is not a valid name of a {what}", f"use {rule}")
-
-
-#: What to do after an error of the operating system, by its number.
-_FIXES = {
-    errno.EACCES: "change its permissions, or use an account that has them",
-    errno.EROFS: "use a disk that can be written",
-    errno.ENOSPC: "free some space on its disk",
-    errno.EDQUOT: "free some space, or ask for a larger quota",
-}
-
-
-def one_line(error: DataError | OSError | MemoryError) -> str:
-    """Describe an error in one line: file, problem and fix."""
-    if isinstance(error, MemoryError):
-        return "Not enough memory. Use fewer --cores, or close other programs."
-    if isinstance(error, OSError) and error.strerror:
-        fix = _FIXES.get(error.errno or 0, "check this file and its disk")
-        name = error.filename or "a file"
-        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS) and error.filename2:
-            name = (
-                error.filename2
-            )  # if a copy fails, the disk of the target is full, not the source
-        return f"{name}: {error.strerror}. {sentence(fix)}"
-    return " ".join(str(error).split())
-
-
-class NotPossibleError(ValueError):
-    """The data are not sufficient for a measurement. The message is one line.
-
-    The measurement is skipped, and the run continues. Any other ValueError is an error in the code,
-    and its job fails.
-    """
-
-
-#: Levels of issues, the worst first.
-ISSUE_LEVELS = ("error", "warning", "note")
-#: The recording_id of an issue of a whole session, and the session_id of an issue of a data set.
-WHOLE = "*"
-
-
-@dataclasses.dataclass(frozen=True, order=True)
-class Finding:
-    """An issue that a check reports about one recording, or about a whole session or data set.
-
-    The fields are the columns of results/quarantine/NAME.csv.
-    """
-
-    session_id: str  #: `*` for a whole data set
-    recording_id: str  #: `*` for a whole session
-    file: str
-    #: error: the recording is quarantined; warning: it is used, but a person should check it; note:
-    #: it is unusual, but correct.
-    level: Literal["error", "warning", "note"]
-    code: str  #: fixed name of the check's result, e.g. `truncated`
-    problem: str
-    fix: str
-
-    @property
-    def leaves_out(self) -> bool:
-        """Whether the recording is excluded from the feature file."""
-        return self.level == "error" or self.code in ("copy", "rejected")
-
-
-def left_out(findings: Iterable[Finding]) -> set[tuple[str, str]]:
-    """Return (session_id, recording_id) of each recording that the feature file excludes."""
-    return {(f.session_id, f.recording_id) for f in findings if f.leaves_out}
-
-
-def flagged(findings: Collection[Finding]) -> set[tuple[str, str]]:
-    """Return (session_id, recording_id) of each recording with issues that is used nevertheless."""
-    return {(f.session_id, f.recording_id) for f in findings} - left_out(findings)
-
-
-class Strict(BaseModel):
-    """Base class of all settings: unknown keys are errors, and instances are immutable."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def checked(model: type[ModelType], where: object, content: Mapping[str, Any]) -> ModelType:
@@ -253,5 +112,5 @@ def _message(error: ErrorDetails, without: str) -> str:
         error["type"] == "string_pattern_mismatch"
         and error["ctx"]["pattern"] == NAME_PATTERN.pattern
     ):
-        return f"Names are {_NAME_RULE}"
+        return f"Names are {NAME_RULE}"
     return error["msg"].removeprefix(without)

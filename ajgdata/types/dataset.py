@@ -8,8 +8,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from ajgdata.types.base import Distinct, Name, Strict
+from ajgdata.types.base import Distinct, Strict
 from ajgdata.types.excitation import DEFAULT_EXCITATION, ExcitationSpec, LogSweep
+from ajgdata.types.names import Name
 from ajgdata.types.protocol import ACQUIRED_COLUMNS, GraspProtocol
 from ajgdata.types.recipe import Recipe
 from ajgdata.types.registry import Kind

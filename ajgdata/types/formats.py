@@ -10,7 +10,7 @@ from __future__ import annotations
 import reprlib
 from dataclasses import dataclass
 
-from ajgdata.types.base import DataError
+from ajgdata.types.errors import DataError
 
 #: Key or attribute with the version in a file.
 FORMAT_KEY = "format"

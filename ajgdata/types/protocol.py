@@ -9,7 +9,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, JsonValue, field_validator, model_validator
 
-from ajgdata.types.base import Distinct, ModelName, Name, Strict
+from ajgdata.types.base import Distinct, Strict
+from ajgdata.types.names import ModelName, Name
 from ajgdata.types.recipe import EMPTY
 
 Step = Literal["loosen", "approach", "wait", "sense", "jam", "lift", "release"]

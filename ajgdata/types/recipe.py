@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, JsonValue, model_validator
 
-from ajgdata.types.base import Distinct, Name, Strict
+from ajgdata.types.base import Distinct, Strict
+from ajgdata.types.names import Name
 
 #: Part of the grasp_id of a reference, in place of the name of an object.
 EMPTY = "empty"

@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, JsonValue
 
-from ajgdata.types.base import Name, Strict
+from ajgdata.types.base import Strict
+from ajgdata.types.names import Name
 
 # Columns that tasks can use as `groups`, in addition to grasp_id and labels.
 PLACEMENT_COLUMN = "placement_id"  #: each fold holds out one placement of every class

@@ -6,7 +6,8 @@ from typing import Annotated, Any
 
 from pydantic import Field, JsonValue, model_validator
 
-from ajgdata.types.base import Distinct, ModelName, Name, Strict
+from ajgdata.types.base import Distinct, Strict
+from ajgdata.types.names import ModelName, Name
 
 #: Name of the experiment whose settings are keys of the task itself.
 CROSS_VALIDATION = "cross_validation"

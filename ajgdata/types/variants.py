@@ -23,8 +23,9 @@ from pydantic import (
     model_validator,
 )
 
-from ajgdata.types.base import ModelName, Name, Strict, describe, overridden
+from ajgdata.types.base import Strict, describe, overridden
 from ajgdata.types.excitation import DEFAULT_EXCITATION, ExcitationSpec
+from ajgdata.types.names import ModelName, Name
 from ajgdata.types.settings import FeatureSettings
 
 #: Value of `tested` in a hypothesis for the values that the task withholds from training.

@@ -51,11 +51,11 @@ READING_AND_WRITING = {
 #: Definitions that decide no result: names of types and parameters, and texts for people.
 TEXTS_AND_TYPES = {
     "experiments/base.py:Experiment",
-    "types/base.py:DataError",
+    "types/errors.py:DataError",
     "types/base.py:Distinct",
-    "types/base.py:ModelName",
-    "types/base.py:Name",
-    "types/base.py:NotPossibleError",
+    "types/names.py:ModelName",
+    "types/names.py:Name",
+    "types/errors.py:NotPossibleError",
     "types/base.py:Strict",
     "types/base.py:checked",
     "types/base.py:describe",
@@ -113,8 +113,8 @@ NOT_USED = {
         "report/navigation.py:link_from_report",
         "store/report_files.py:template_folders",
         "store/sessions.py:dropped_sessions",
-        "types/issue_counts.py:IssueCounts",
-        "types/issue_counts.py:issue_counts",
+        "types/issues.py:IssueCounts",
+        "types/issues.py:issue_counts",
     },
 }
 #: Lower may not import higher; equal rank may not import one another.

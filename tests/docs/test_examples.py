@@ -83,6 +83,7 @@ MODULES = (
     "ajgdata.store.syntax",
     "ajgdata.tutorial",
     "ajgdata.types.base",
+    "ajgdata.types.errors",
     "ajgdata.types.excitation",
     "ajgdata.types.table",
     "ajgdata.types.variants",

@@ -16,7 +16,7 @@ from ajgdata.store.audio import (
     write_pcm24,
 )
 from ajgdata.types import AudioSettings
-from ajgdata.types.base import sentence
+from ajgdata.types.errors import sentence
 
 AS_IS = AudioSettings()
 ANY = AudioSettings(microphone="mean", other_rate="resample")

@@ -12,7 +12,7 @@ from recorded import record_tones
 
 from ajgdata.paths import Paths
 from ajgdata.store.files import read_csv
-from ajgdata.types.base import LONGEST_NAME
+from ajgdata.types.names import LONGEST_NAME
 
 #: Of the longest name that a data set, a task, a model or a file of variants can have.
 LONG = "-".join(str(number) for number in range(100, 200))[:LONGEST_NAME]

@@ -1,15 +1,53 @@
-"""Numbers of recordings with issues, as `ajgdata check`, the run and the report print them."""
+"""Issues that checks of recordings report, and their numbers."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
+from typing import Literal
 
-from ajgdata.types.base import ISSUE_LEVELS, WHOLE, Finding, many
+from ajgdata.types.errors import many
 
+#: Levels of issues, the worst first.
+ISSUE_LEVELS = ("error", "warning", "note")
+#: The recording_id of an issue of a whole session, and the session_id of an issue of a data set.
+WHOLE = "*"
 #: Code of the issue of a grasp that was not recorded.
 _NO_RECORDING = "skipped"
+
+
+@dataclass(frozen=True, order=True)
+class Finding:
+    """An issue that a check reports about one recording, or about a whole session or data set.
+
+    The fields are the columns of results/quarantine/NAME.csv.
+    """
+
+    session_id: str  #: `*` for a whole data set
+    recording_id: str  #: `*` for a whole session
+    file: str
+    #: error: the recording is quarantined; warning: it is used, but a person should check it; note:
+    #: it is unusual, but correct.
+    level: Literal["error", "warning", "note"]
+    code: str  #: fixed name of the check's result, e.g. `truncated`
+    problem: str
+    fix: str
+
+    @property
+    def leaves_out(self) -> bool:
+        """Whether the recording is excluded from the feature file."""
+        return self.level == "error" or self.code in ("copy", "rejected")
+
+
+def left_out(findings: Iterable[Finding]) -> set[tuple[str, str]]:
+    """Return (session_id, recording_id) of each recording that the feature file excludes."""
+    return {(f.session_id, f.recording_id) for f in findings if f.leaves_out}
+
+
+def flagged(findings: Collection[Finding]) -> set[tuple[str, str]]:
+    """Return (session_id, recording_id) of each recording with issues that is used nevertheless."""
+    return {(f.session_id, f.recording_id) for f in findings} - left_out(findings)
 
 
 @dataclass(frozen=True)
