@@ -11,7 +11,7 @@ from ajgdata.acquire.recipe import RecipeGrasp
 from ajgdata.acquire.virtual import GraspError, VirtualGripper
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE
 from ajgdata.store.audio import SIMULATED, file_sha256, write_pcm24
-from ajgdata.store.files import alone
+from ajgdata.store.lock import locked
 from ajgdata.store.provenance import software
 from ajgdata.store.sessions import (
     check_session_format,
@@ -40,7 +40,7 @@ class Acquired(NamedTuple):
 def recording_alone(folder: Path) -> AbstractContextManager[None]:
     """Return the lock of a session. It raises DataError if another process records into it."""
     fix = "wait for that one, or record into another session"
-    return alone(folder, "recording into this session", fix)
+    return locked(folder, "recording into this session", fix)
 
 
 def acquire_session(

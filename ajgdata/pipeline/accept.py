@@ -9,7 +9,8 @@ from pathlib import Path
 from ajgdata.paths import RECORDINGS_FILE, Paths
 from ajgdata.pipeline.progress import tracked
 from ajgdata.store.audio import check_decodable, file_sha256
-from ajgdata.store.files import alone, csv_bytes, read_csv, write_bytes
+from ajgdata.store.files import csv_bytes, read_csv, write_bytes
+from ajgdata.store.lock import locked
 from ajgdata.store.sessions import (
     audio_path,
     list_sessions,
@@ -55,7 +56,7 @@ def accept_recordings(paths: Paths, dataset: str) -> tuple[list[Accepted], list[
     read_dataset(paths, dataset)
     accepted = []
     not_accepted = []
-    with alone(paths.recordings(dataset), ACCEPTING):
+    with locked(paths.recordings(dataset), ACCEPTING):
         for name in list_sessions(paths, dataset):
             new_hashes, damaged = _accept_session(paths.session(dataset, name))
             accepted += new_hashes

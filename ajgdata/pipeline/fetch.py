@@ -21,8 +21,6 @@ from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.schemas import register_dataset
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
-    BRINGING,
-    alone,
     check_yaml_format,
     copy,
     read_model,
@@ -31,6 +29,7 @@ from ajgdata.store.files import (
     sha256_of,
 )
 from ajgdata.store.importing import Imported
+from ajgdata.store.lock import ADDING_RECORDINGS, locked
 from ajgdata.store.publishing.archive import (
     DISTRUST,
     download,
@@ -94,7 +93,7 @@ def fetch(paths: Paths, source: str, *, name: str = "") -> Fetched:
         return _register(paths, Tree(Path(source)), name)
     address = source.removesuffix(Tree.SUMS)
     tree = Tree(paths.fetched / sha256_of(source.encode())[:16])
-    with alone(tree.root, f"fetching {source}"):
+    with locked(tree.root, f"fetching {source}"):
         download(address, tree.root, Tree.SUMS)
         _download_package(address, tree)
         check_published_format(tree)
@@ -128,7 +127,7 @@ def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
             raise DataError(tree / file, problem, "fetch or copy it again")
     spec, removed, converted = _config(tree)
     spec = spec.model_copy(update={"name": name or spec.name})
-    with alone(paths.recordings(spec.name), BRINGING):
+    with locked(paths.recordings(spec.name), ADDING_RECORDINGS):
         _check_free(paths, spec.name)
         with replacing_folder(paths.recordings(spec.name)) as folder:
             _unpack(tree, folder / "sessions")

@@ -17,7 +17,6 @@ from ajgdata.pipeline.progress import tracked
 from ajgdata.pipeline.schemas import register_dataset
 from ajgdata.store.audio import AudioError, hash_and_inspect
 from ajgdata.store.file_names import UNUSED_FIELD
-from ajgdata.store.files import BRINGING, alone
 from ajgdata.store.importing import (
     Contents,
     Imported,
@@ -26,6 +25,7 @@ from ajgdata.store.importing import (
     known_sessions,
 )
 from ajgdata.store.listing import listed
+from ajgdata.store.lock import ADDING_RECORDINGS, locked
 from ajgdata.store.publishing.columns import RENAME, unpublishable
 from ajgdata.store.scan import Scan, scan, template_columns
 from ajgdata.store.session_names import slug
@@ -88,7 +88,7 @@ def import_folder(
     _note_columns(paths, spec, scanned, targets)
     # A template can give the name of an existing session by chance; a written name is intended.
     is_named = bool(settings and settings.session and not template_columns(settings.session))
-    with alone(paths.recordings(dataset), BRINGING):
+    with locked(paths.recordings(dataset), ADDING_RECORDINGS):
         try:
             result = import_sessions(
                 paths, dataset, scanned, contents, copy, on_change, is_named=is_named

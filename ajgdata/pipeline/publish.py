@@ -18,9 +18,10 @@ from ajgdata.report import card
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.code_hash import code_hash
 from ajgdata.store.features import FeatureRows, read_store
-from ajgdata.store.files import alone, copy, json_bytes, replacing_folder, sha256_of, yaml_bytes
+from ajgdata.store.files import copy, json_bytes, replacing_folder, sha256_of, yaml_bytes
 from ajgdata.store.findings import read_findings
 from ajgdata.store.freshness import check_up_to_date
+from ajgdata.store.lock import locked
 from ajgdata.store.provenance import commit_date, settings_digest, software
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.documents import About, croissant, datapackage
@@ -89,7 +90,7 @@ def publish(
     check_up_to_date(paths, spec, session_names(spec.recipe))
     suffixes = [path.suffix.lower() for _, path in contents.recordings.values()]
     table = table_of(contents.store, suffixes, features)
-    with alone(out, "publishing into it"), replacing_folder(out) as folder:
+    with locked(out, "publishing into it"), replacing_folder(out) as folder:
         tree = Tree(folder)
         copy(features, tree / tree.FEATURES)
         if file_sha256(tree / tree.FEATURES) != features_sha256:

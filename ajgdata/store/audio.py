@@ -1,7 +1,7 @@
-"""The only opener of audio files: whatever libsndfile decodes in, 24-bit WAV out.
+"""The only module that opens audio files. It reads what libsndfile decodes, and writes 24-bit WAV.
 
-Nothing is altered silently. libsndfile reads a truncated file without complaint, but its log states
-the length that the header declares.
+Each change of the samples is reported. libsndfile reads a truncated file without an error, but its
+log states the length that the header declares.
 """
 
 from __future__ import annotations
@@ -14,35 +14,33 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+import soundfile
 from numpy.typing import NDArray
 
 from ajgdata.store.files import write_bytes
 from ajgdata.types import AudioSettings, DataError
 from ajgdata.types.settings import HIGHEST_RATE_HZ, LOWEST_RATE_HZ
 
-if TYPE_CHECKING:
-    from io import FileIO
-
-    import soundfile
-
 Float32 = NDArray[np.float32]
 
-#: Comment of files whose samples were simulated.
+#: Comment in files with simulated samples.
 SIMULATED = "simulated by ajgdata"
-#: Beyond these a header is taken for damaged: reading would ask for memory that nobody has.
-MAX_CHANNELS, MAX_DURATION_S = 256, 3600
+#: Largest number of channels and longest duration. A header with more is damaged, and its samples
+#: would not fit in the memory.
+MAX_CHANNELS = 256
+MAX_DURATION_S = 3600
 #: Lengths in libsndfile's log (WAV, RF64, AIFF, AU) that differ from the size of the file.
 _LENGTHS = re.compile(r"(?:data|Riff size|SSND|Data Size) *: (\d+) \(should be (\d+)\)")
-#: What programs that write to a pipe declare (ffmpeg 0xFFFFFFFF, SoX 0x7FFFF000).
+#: Least size that programs declare if they write to a pipe (ffmpeg 0xFFFFFFFF, SoX 0x7FFFF000).
 _UNKNOWN_SIZE = 0x7FFF_F000
 _RECORD_AGAIN = "record it again, or fetch a whole copy"
 
 
 class Remark(NamedTuple):
-    """A `Finding` that does not know yet which recording it is about."""
+    """An issue of a recording; a `Finding` also names the recording."""
 
     level: Literal["error", "warning", "note"]
     code: str
@@ -51,7 +49,7 @@ class Remark(NamedTuple):
 
 
 class AudioError(DataError):
-    """A recording that cannot be used; `remark` is the same as a record, with a stable code."""
+    """Error of a recording that cannot be used; `remark` is the same issue with a stable code."""
 
     def __init__(self, where: object, code: str, problem: str, fix: str) -> None:
         super().__init__(where, problem, fix)
@@ -72,12 +70,12 @@ class AudioInfo:
 
 @dataclass(frozen=True)
 class Audio:
-    """A recording as the data set wants it.
+    """A recording at the sample rate of its data set, with one channel.
 
-    `samples` (n,) float32, full scale ±1 (float files may exceed it). `recorded` (frames, used
-    channels) holds the samples before averaging and resampling: clipping shows only there.
-    `remarks` tell what was converted. `levels_db` are the levels of all channels of the file in dB
-    of full scale, without offset; -inf for silence.
+    `samples` (n,) are float32, full scale ±1 (float files can exceed it). `recorded` (frames, used
+    channels) are the samples before averaging and resampling, which would hide clipping. `remarks`
+    list the conversions. `levels_db` are the levels of all channels of the file in dB of full
+    scale, without offset; -inf for silence.
     """
 
     samples: Float32
@@ -106,9 +104,9 @@ def hash_and_inspect(path: Path) -> tuple[str, AudioInfo | AudioError]:
 
 
 def read_audio(path: Path, audio: AudioSettings) -> Audio:
-    """Read a recording, converting channels and rate only as far as `audio` allows.
+    """Return a recording; channels and rate are converted only if `audio` allows it.
 
-    Raises AudioError; its `code` is a slug such as `truncated`.
+    Raises AudioError, whose `remark` has a code such as `truncated`.
 
     >>> from pathlib import Path
     >>> import numpy as np
@@ -126,7 +124,7 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
         raise _truncated(path, len(channels), info.frames, "frames")
     levels_db = _levels_db(channels)
     recorded, remarks = _used_channels(channels, audio.microphone)
-    with np.errstate(invalid="ignore", over="ignore"):  # NaN and infinity are for the checks
+    with np.errstate(invalid="ignore", over="ignore"):  # the checks report NaN and infinity
         samples = recorded[:, 0] if recorded.shape[1] == 1 else recorded.mean(axis=1)
     if info.sample_rate_hz != audio.sample_rate_hz:
         samples = resample(samples, info.sample_rate_hz, audio.sample_rate_hz)
@@ -136,17 +134,28 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
     return Audio(samples, recorded, info, tuple(remarks), levels_db)
 
 
+def read_channels(path: Path, max_s: float, max_values: int) -> Float32:
+    """Return the beginning of a file with all channels (frames, channels), full scale ±1: up to
+    `max_s` seconds and `max_values` values. Raises AudioError as `read_audio` does."""
+    with _bytes(path) as stream, _decoded(path, stream) as file:
+        info = _info(path, file)
+        frames = min(math.ceil(max_s * info.sample_rate_hz), max_values // info.channels)
+        samples: Float32 = file.read(frames, dtype="float32", always_2d=True)
+    return samples
+
+
 def check_decodable(path: Path) -> None:
-    """Raise AudioError for a file of which not all samples can be decoded, whatever its layout."""
+    """Raise AudioError for a file with samples that cannot be decoded, for any rate and channels.
+
+    All samples are read.
+    """
     info = inspect_audio(path)
     read_audio(path, AudioSettings(sample_rate_hz=info.sample_rate_hz, microphone="mean"))
 
 
 @contextmanager
-def _decoded(path: Path, stream: FileIO) -> Iterator[soundfile.SoundFile]:
-    """Decode an open file by libsndfile, whose errors become AudioError."""
-    import soundfile
-
+def _decoded(path: Path, stream: io.FileIO) -> Iterator[soundfile.SoundFile]:
+    """Decode an open file by libsndfile. Errors of libsndfile become AudioError."""
     if not stream.seek(0, io.SEEK_END):
         raise AudioError(path, "empty", "the file is empty", _RECORD_AGAIN)
     stream.seek(0)
@@ -161,8 +170,8 @@ def _decoded(path: Path, stream: FileIO) -> Iterator[soundfile.SoundFile]:
 
 
 @contextmanager
-def _bytes(path: Path) -> Iterator[FileIO]:
-    """Open a file, unbuffered. A named pipe is not opened: reading it would wait for ever."""
+def _bytes(path: Path) -> Iterator[io.FileIO]:
+    """Open a file without a buffer. A named pipe is an error, because a read could wait forever."""
     if not path.is_file():
         problem = "no such file, or a broken link"
         raise AudioError(path, "missing", problem, "restore it or remove its row")
@@ -175,29 +184,33 @@ def _bytes(path: Path) -> Iterator[FileIO]:
 
 
 def _info(path: Path, file: soundfile.SoundFile) -> AudioInfo:
-    """Return the header of an open file, checked against what the file holds."""
+    """Return the header of an open file. Raises AudioError if the file does not agree with it."""
     rate = file.samplerate
-    for declared, held in (map(int, match) for match in _LENGTHS.findall(file.extra_info)):
-        if held < declared < _UNKNOWN_SIZE:
-            raise _truncated(path, held, declared, "bytes")
+    for declared, present in _LENGTHS.findall(file.extra_info):
+        if int(present) < int(declared) < _UNKNOWN_SIZE:
+            raise _truncated(path, int(present), int(declared), "bytes")
     if file.frames == 0:
         raise AudioError(path, "no_samples", "holds a header but no samples", _RECORD_AGAIN)
     is_plausible = LOWEST_RATE_HZ <= rate <= HIGHEST_RATE_HZ and file.channels <= MAX_CHANNELS
     if not is_plausible or file.frames > MAX_DURATION_S * rate:
-        problem = f"{rate} Hz, {file.channels} channels, {file.frames / max(rate, 1):.0f} s; "
-        problem += f"possible are {LOWEST_RATE_HZ} to {HIGHEST_RATE_HZ} Hz, {MAX_CHANNELS} "
-        problem += f"channels and {MAX_DURATION_S} s"
+        problem = (
+            f"{rate} Hz, {file.channels} channels, {file.frames / max(rate, 1):.0f} s; possible are"
+            f" {LOWEST_RATE_HZ} to {HIGHEST_RATE_HZ} Hz, {MAX_CHANNELS} channels and"
+            f" {MAX_DURATION_S} s"
+        )
         raise AudioError(path, "implausible", problem, "correct its header, or cut it")
     return AudioInfo(file.format, file.subtype, rate, file.channels, file.frames, file.comment)
 
 
-def _truncated(path: Path, held: int, declared: int, unit: str) -> AudioError:
-    problem = f"the file is cut short: {held} of the {declared} {unit} that its header declares"
+def _truncated(path: Path, present: int, declared: int, unit: str) -> AudioError:
+    """Return the error of a file that is shorter than its header declares."""
+    problem = f"the file is cut short: {present} of the {declared} {unit} that its header declares"
     return AudioError(path, "truncated", problem, _RECORD_AGAIN)
 
 
 def check_layout(path: Path, info: AudioInfo, audio: AudioSettings) -> None:
-    """Raise AudioError when a file is not what `audio` declares, nor may be converted to it."""
+    """Raise AudioError if the rate or the channels of a file are not those of `audio`, and `audio`
+    does not allow a conversion."""
     if info.sample_rate_hz != audio.sample_rate_hz and audio.other_rate == "reject":
         problem = f"sampled at {info.sample_rate_hz} Hz, not {audio.sample_rate_hz} Hz"
         fix = "set audio.other_rate: resample (or audio.sample_rate_hz) in dataset.yaml"
@@ -229,30 +242,21 @@ def _used_channels(samples: Float32, microphone: int | str | None) -> tuple[Floa
         samples = np.ascontiguousarray(samples[:, microphone - 1 : microphone])
     if count == 1:
         return samples, []
-    done = f"the mean of {count} channels"
-    if microphone != "mean":
-        done = f"microphone {microphone} of {count} channels"
+    if microphone == "mean":
+        problem = f"uses the mean of {count} channels"
+    else:
+        problem = f"uses microphone {microphone} of {count} channels"
     fix = f"nothing to do: audio.microphone is {microphone}"
-    return samples, [Remark("note", "channel_converted", f"uses {done}", fix)]
-
-
-def read_channels(path: Path, max_s: float, max_values: int) -> Float32:
-    """Return the beginning of a file with all channels (frames, channels), full scale ±1: up to
-    `max_s` seconds and `max_values` values. Raises AudioError as `read_audio` does."""
-    with _bytes(path) as stream, _decoded(path, stream) as file:
-        info = _info(path, file)
-        frames = min(math.ceil(max_s * info.sample_rate_hz), max_values // info.channels)
-        samples: Float32 = file.read(frames, dtype="float32", always_2d=True)
-    return samples
+    return samples, [Remark("note", "channel_converted", problem, fix)]
 
 
 def _levels_db(channels: Float32) -> tuple[float, ...]:
     """Return the level of each channel (frames, channels) in dB of full scale, without offset.
 
-    Two decimals, which the feature file stores: a reused row has the same levels as a new one.
+    Levels have two decimals, as in the feature file, so that a reused row equals a new one.
     """
     levels = []
-    with np.errstate(over="ignore", invalid="ignore"):  # NaN and infinity are for the checks
+    with np.errstate(over="ignore", invalid="ignore"):  # the checks report NaN and infinity
         for row in channels.T:  # the row of a single channel is contiguous
             offset = float(np.add.reduce(row)) / len(row)
             power = float(np.dot(row, row)) / len(row) - offset**2
@@ -261,17 +265,20 @@ def _levels_db(channels: Float32) -> tuple[float, ...]:
 
 
 def resample(samples: Float32, from_hz: int, to_hz: int) -> Float32:
-    """Return samples (n,) at another rate, ceil(n to/from) of them: polyphase, zeros outside."""
-    from scipy.signal import resample_poly
+    """Return samples (n,) at another rate, (ceil(n to_hz / from_hz),).
+
+    The method is a polyphase filter, and samples outside are zero.
+    """
+    from scipy.signal import resample_poly  # half a second, and few recordings need it
 
     common = math.gcd(from_hz, to_hz)
     return resample_poly(samples, to_hz // common, from_hz // common).astype(np.float32)
 
 
 def write_pcm24(path: Path, samples: NDArray[Any], sample_rate_hz: int, comment: str = "") -> None:
-    """Write mono samples (n,) within ±1 as a 24-bit WAV, atomically and always the same bytes.
+    """Write mono samples (n,) within ±1 as a 24-bit WAV, atomically and always with equal bytes.
 
-    Raises ValueError for NaN and for samples beyond full scale: nothing is clipped silently.
+    Raises ValueError for NaN and for samples beyond full scale, which would clip.
     """
     samples = np.asarray(samples)
     if samples.ndim != 1 or not samples.size:
@@ -284,8 +291,6 @@ def write_pcm24(path: Path, samples: NDArray[Any], sample_rate_hz: int, comment:
 
 def pcm24_bytes(samples: NDArray[Any], sample_rate_hz: int, comment: str = "") -> bytes:
     """Return a mono 24-bit WAV of samples (n,) within ±1, rounded to the nearest code."""
-    import soundfile
-
     codes = np.rint(samples.astype(np.float64) * 2**23).clip(-(2**23), 2**23 - 1)
     stream = io.BytesIO()
     with soundfile.SoundFile(stream, "w", sample_rate_hz, 1, "PCM_24", format="WAV") as file:

@@ -6,10 +6,14 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import NamedTuple
 
+import pandas as pd
+
 from ajgdata.types import many
 
-MIB = 2**20 / 1e6  #: Snakemake's unit of memory, in 1e6 bytes
-ALL_RULES = "all"  #: name of the row for all rules
+#: Snakemake's unit of memory, in 1e6 bytes.
+MIB = 2**20 / 1e6
+#: Name of the row for all rules.
+ALL_RULES = "all"
 
 
 class RuleCost(NamedTuple):
@@ -33,14 +37,12 @@ def cost_text(cost: RuleCost) -> str:
 def read_costs(
     folder: Path, is_included: Callable[[str], bool], without: Collection[str] = ()
 ) -> list[RuleCost]:
-    """Return a row per rule, the longest first, and the row ALL_RULES; no rows without jobs.
+    """Return a row per rule, in descending order of wall time, and the row ALL_RULES.
 
-    The files in `folder` are `<rule>/<wildcards with dots or slashes>.tsv` and `<rule>.tsv`;
-    `is_included` chooses them by the first wildcard ("" without wildcards), and rules of `without`
-    are excluded. Each has the last execution of a job.
+    There are no rows if there are no jobs. The files in `folder` are `<rule>/<wildcards with dots
+    or slashes>.tsv` and `<rule>.tsv`, with the last execution of each job. `is_included` selects
+    them by the first wildcard ("" without wildcards). Rules of `without` are excluded.
     """
-    import pandas as pd
-
     jobs = []
     for path in sorted(folder.rglob("*.tsv")):
         rule, *wildcards = path.relative_to(folder).with_suffix("").parts

@@ -10,7 +10,7 @@ _WHOLE = re.compile(r"0*(\d+)(?:\.0*)?", re.ASCII)
 
 
 def canonical(text: str) -> str:
-    """Return a whole number without leading zeros and fraction; any other text as it is.
+    """Return a whole number without leading zeros and fraction; any other text is unchanged.
 
     `1e3`, `0x1`, `A01`, `-1` and `1.5` are other texts.
     """
@@ -30,7 +30,7 @@ def whole_number(text: str) -> str:
 def joined_spellings(texts: Collection[str]) -> dict[str, str]:
     """Return the canonical number of each text whose number is spelled in several ways.
 
-    Numbers with one spelling are not in the mapping: `01` stays where `1` does not occur.
+    Numbers with one spelling are not in the mapping: `01` is unchanged if `1` does not occur.
     """
     spellings: dict[str, set[str]] = defaultdict(set)
     for text in texts:
@@ -40,5 +40,5 @@ def joined_spellings(texts: Collection[str]) -> dict[str, str]:
 
 
 def grasp_key(grasp_id: str) -> tuple[str, ...]:
-    """Return what identifies a grasp whatever the spelling of its numbers."""
+    """Return the parts of a grasp_id with the canonical spelling of their numbers."""
     return tuple(canonical(part) for part in grasp_id.split("/"))

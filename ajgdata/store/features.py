@@ -1,7 +1,7 @@
-"""netCDF-4 files of spectra and of latents, with labels, read and written by xarray.
+"""netCDF-4 files of spectra and of latents, with labels. xarray reads and writes them.
 
-Text is stored as fixed-length characters, which compress well and which every netCDF reader
-understands.
+Text is stored as characters of fixed length: they compress well, and all netCDF readers understand
+them.
 """
 
 from __future__ import annotations
@@ -12,21 +12,22 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ajgdata.paths import command_for
 from ajgdata.store.files import replacing
 from ajgdata.types import DataError
 from ajgdata.types.formats import FEATURES_FORMAT, FORMAT_KEY, LATENTS_FORMAT, FormatError
 
-if TYPE_CHECKING:
-    import xarray as xr
-
+#: Rows of a chunk, which is read and checked as a whole.
 CHUNK_ROWS = 128
 CONVENTIONS = "CF-1.11"
-LATENT, VALIDATION_FOLD = "latent_", "validation_fold"
+#: Beginning of the names of arrays of latents, before their dimension; name of the column of folds.
+LATENT = "latent_"
+VALIDATION_FOLD = "validation_fold"
 _UNREADABLE = "is not a readable netCDF file"
 _RECOMPUTE = "delete it and run again"
 _LOCKED = "is locked by another program, or its file system has no locks (NFS)"
@@ -54,8 +55,10 @@ class FeatureRows:
 
 
 def text_column(values: Sequence[str], **attrs: str) -> FeatureColumn:
-    """Return a column of text; the empty string is a missing value. Raises ValueError for text that
-    holds NUL, which ends a text in netCDF."""
+    """Return a column of text; the empty string is a missing value.
+
+    Raises ValueError for text with NUL, which ends a text in netCDF.
+    """
     if any("\0" in value for value in values):
         raise ValueError("a text holds a NUL character")
     return FeatureColumn(np.asarray(values, dtype=np.str_), attrs)
@@ -66,16 +69,16 @@ def write_store(path: Path, table: FeatureRows) -> None:
 
     Raises ValueError for a spectrum that is not finite and for columns of another length.
     """
-    import xarray as xr
-
     if not np.isfinite(table.feature).all():
         raise ValueError(f"{path}: a feature is NaN or infinite; no file is written")
     attrs = {"long_name": "spectrum", "units": "1"}
     spectra = table.feature.astype(np.float32, copy=False)
     dataset = xr.Dataset(
         {"feature": (("recording", "frequency"), spectra, attrs)},
-        {"frequency": ("frequency", table.frequency_hz, _FREQUENCY)}
-        | as_coordinates(table.columns),
+        {
+            "frequency": ("frequency", table.frequency_hz, _FREQUENCY),
+            **as_coordinates(table.columns),
+        },
         {"Conventions": CONVENTIONS, FORMAT_KEY: FEATURES_FORMAT.version, **table.attrs},
     )
     write_netcdf(path, dataset)
@@ -83,8 +86,6 @@ def write_store(path: Path, table: FeatureRows) -> None:
 
 def as_coordinates(columns: Mapping[str, FeatureColumn]) -> dict[str, xr.Variable]:
     """Return columns (n,) as coordinates along `recording`, in the order of their names."""
-    import xarray as xr
-
     return {
         name: xr.Variable("recording", column.values, dict(column.attrs))
         for name, column in sorted(columns.items())
@@ -92,17 +93,23 @@ def as_coordinates(columns: Mapping[str, FeatureColumn]) -> dict[str, xr.Variabl
 
 
 def write_netcdf(path: Path, dataset: xr.Dataset) -> None:
-    """Write a file atomically, with a checksum per chunk: text compressed, numbers uncompressed,
-    because gzip saves a quarter of the spectra, and reading takes five times as long."""
+    """Write a file atomically, with a checksum per chunk.
+
+    Text is compressed, and numbers are not: gzip would reduce the size of spectra by a quarter, but
+    reading would take five times as long.
+    """
     encoding: dict[str, dict[str, Any]] = {}
     for name, variable in dataset.variables.items():
         if not variable.size:
-            continue  # HDF5 stores neither characters nor checksums of nothing
-        is_text = variable.dtype.kind == "U"
-        stored = {"dtype": "S1", **_COMPRESSED} if is_text else {"_FillValue": None}
-        encoding[str(name)] = {**stored, "fletcher32": True}
+            continue  # HDF5 stores neither characters nor checksums of an empty variable
+        if variable.dtype.kind == "U":
+            stored: dict[str, Any] = {"dtype": "S1", **_COMPRESSED}
+        else:
+            stored = {"_FillValue": None}
+        stored["fletcher32"] = True
         if name == "feature":
-            encoding[str(name)]["chunksizes"] = (min(CHUNK_ROWS, len(variable)), variable.shape[1])
+            stored["chunksizes"] = (min(CHUNK_ROWS, len(variable)), variable.shape[1])
+        encoding[str(name)] = stored
     with replacing(path) as temporary:
         if shutil.disk_usage(path.parent).free < dataset.nbytes:  # HDF5 crashes on a full disk
             raise OSError(errno.ENOSPC, "No space left on device", str(path))
@@ -110,11 +117,11 @@ def write_netcdf(path: Path, dataset: xr.Dataset) -> None:
 
 
 def open_store(path: Path, *, unstated: int | None = None) -> xr.Dataset:
-    """Return a feature file: `feature` (recording, frequency), which is read when it is used, and
-    the labels as coordinates. Close it after use.
+    """Return a feature file: `feature` (recording, frequency), with labels as coordinates.
 
-    `unstated` is the version of a file that states no version; by default, such a file is refused.
-    Raises DataError for any other file, FormatError for a feature file of another version.
+    The file reads `feature` when it is used; close it after use. `unstated` is the version of a
+    file that states no version; by default, this is an error. Raises DataError for a file that is
+    not a feature file, and FormatError for a feature file of another version.
     """
     if not path.is_file():
         raise DataError(path, "does not exist yet", f"run `ajgdata run {path.stem}` first")
@@ -135,10 +142,13 @@ def _version(dataset: xr.Dataset, unstated: int | None = None) -> Any:
 
 @contextmanager
 def damage_reported(path: Path) -> Iterator[None]:
-    """Raise DataError for a damaged, locked or other file; give PermissionError the path."""
+    """Raise DataError for a file that is damaged, locked or of another kind.
+
+    A PermissionError gets the path, because HDF5 does not set it.
+    """
     try:
         yield
-    except PermissionError:  # HDF5 does not set the file name
+    except PermissionError:
         raise PermissionError(errno.EACCES, "Permission denied", str(path)) from None
     except OSError as error:
         if "unable to lock file" in str(error):
@@ -149,10 +159,10 @@ def damage_reported(path: Path) -> Iterator[None]:
 
 
 def open_netcdf(path: Path) -> xr.Dataset:
-    """Return a netCDF file with its coordinates in memory and its arrays not read yet. Raises
-    DataError for a damaged file and one of another kind."""
-    import xarray as xr
+    """Return a netCDF file with its coordinates in memory; its arrays are read when they are used.
 
+    Raises DataError for a file that is damaged or of another kind.
+    """
     options: dict[str, Any] = {"mask_and_scale": False, "decode_times": False}
     with damage_reported(path):
         file = xr.open_dataset(path, engine="h5netcdf", **options)
@@ -212,8 +222,8 @@ def read_store(path: Path, *, unstated: int | None = None) -> FeatureRows:
 class Latents:
     """Latents of n recordings.
 
-    `latent`: by dimension d an array (fold, init, n, d), of which the rows with `validation_fold`
-    (n,) k are new to fold k. `columns` are of length n.
+    `latent` has an array (fold, init, n, d) for each dimension d. The encoder of fold k was not
+    trained on the recordings whose `validation_fold` (n,) is k. `columns` are (n,).
     """
 
     latent: Mapping[int, np.ndarray]
@@ -223,9 +233,7 @@ class Latents:
 
 
 def write_latents(path: Path, latents: Latents) -> None:
-    """Write atomically; the same content gives the same bytes."""
-    import xarray as xr
-
+    """Write latents atomically; the same content gives the same bytes."""
     fold = FeatureColumn(latents.validation_fold.astype(np.int32))
     arrays = {
         f"{LATENT}{dimension}": xr.Variable(
@@ -241,8 +249,10 @@ def write_latents(path: Path, latents: Latents) -> None:
 
 
 def read_latents(path: Path) -> Latents:
-    """Return the latents in a file. Raises DataError for a file of another kind, FormatError for
-    latents of another version."""
+    """Return the latents in a file.
+
+    Raises DataError for a file of another kind, and FormatError for latents of another version.
+    """
     with open_netcdf(path) as dataset, damage_reported(path):
         LATENTS_FORMAT.check(path, _version(dataset), command_for(path))
         columns = columns_of(dataset)

@@ -1,4 +1,4 @@
-"""Files of a folder that the names in a table mean: exact names first, then looser readings.
+"""Files of a folder for the names in a table: exact names first, then looser readings.
 
 Programs change names: macOS stores decomposed letters (Unicode form NFD), Windows ignores case and
 writes backslashes, spreadsheets write `001` as `1` and, next to an empty cell, 300 as `300.0`.
@@ -86,9 +86,10 @@ def without_zeros(name: str) -> str:
     return _NUMBER.sub(lambda match: match[1], stem) + path.suffix
 
 
-#: The loosest step guesses what a spreadsheet did to a number.
+#: The loosest step, which assumes that a spreadsheet changed a number.
 LOOSEST_STEP = "zeros of numbers"
-#: What a step ignores in addition, and how it reads a name; from the strictest step to the loosest.
+#: From the strictest step to the loosest: the differences that a step ignores in addition, and the
+#: function that reads a name.
 STEPS: dict[str, Callable[[str], str]] = {
     "": exact_name,
     "blanks and \\": without_blanks,
@@ -100,9 +101,9 @@ STEPS: dict[str, Callable[[str], str]] = {
 
 @dataclass(frozen=True)
 class Match:
-    """Files that a name of a table can mean, and what had to be ignored ("": nothing).
+    """Files that a name of a table can mean, and the ignored differences (`step`, "": none).
 
-    `taken_by` is the name that means the same file by a stricter step: that name has the file.
+    `taken_by` is the name that has the file, because it means the file by a stricter step.
     """
 
     step: str

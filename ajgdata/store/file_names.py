@@ -38,7 +38,7 @@ _ROLE_WORDS = {
     "sample": ("sample", "s", "smp", "repeat", "rep", "r", "repetition", "take", "trial"),
     "object": ("object", "obj"),
 }
-#: Group of a field without a role, with its number in the printed table: stored, not learnt.
+#: Group of a field without a role, with its number in the printed table: stored, but not a target.
 UNUSED_FIELD = "field_{}"
 #: First and last field of a group, and the name of the group.
 Roles = dict[tuple[int, int], str]
@@ -94,7 +94,8 @@ class NameField:
         The group captures a number without the text before and after, but the whole name of
         a session. `before_number` is True if no separator is between this text and a number.
         """
-        before, after = "", ""
+        before = ""
+        after = ""
         if self.value_type == "constant":
             expression = re.escape(self.values[0])
         elif self.affixes is not None:
@@ -144,7 +145,8 @@ class NameForm:
     def pattern(self, roles: Roles) -> str:
         """Return a pattern for `ajgdata import` with a named group per role."""
         spans = {first: (first, last) for first, last in roles}
-        text, index = "", 0
+        text = ""
+        index = 0
         while index < len(self.fields):
             span = spans.get(index, (index, index))
             role = roles.get(span, "")
@@ -324,7 +326,8 @@ class NameForm:
 
     def could_be_decimal(self, index: int) -> bool:
         """True for two numbers that vary, with _ between them, if the second could be decimals."""
-        before, field = self.fields[index - 1], self.fields[index]
+        before = self.fields[index - 1]
+        field = self.fields[index]
         return (
             before.value_type == field.value_type == "number"
             and self.separators[index - 1] == "_"
@@ -382,10 +385,10 @@ def _has_joined_numbers(field: NameField) -> bool:
 
 
 def ambiguous_readings(form: NameForm) -> list[str]:
-    """Return how doubtful hyphens and underscores are read, with examples.
+    """Return how ambiguous hyphens and underscores are read, with examples.
 
     Numbers such as `01` are counters, so a hyphen before them is a separator. A hyphen after
-    another separator is a sign (`bar_-30`), which is doubtful only for `bar--30`.
+    another separator is a sign (`bar_-30`), which is ambiguous only for `bar--30`.
     """
     names = [path.as_posix() for path in form.files]
     readings = []
@@ -426,6 +429,7 @@ def folder_pattern(files: Sequence[Path]) -> str:
 
 
 def _form(files: Sequence[Path], separator: re.Pattern[str], *, has_signs: bool) -> NameForm:
+    """Return the commonest form of paths if `separator` separates their fields."""
     parts = {path: separator.split(path.with_suffix("").as_posix()) for path in files}
     forms = Counter(tuple(texts[1::2]) for texts in parts.values())
     separators = forms.most_common(1)[0][0]
@@ -480,7 +484,8 @@ def _outside_of_groups(match: re.Match[str]) -> list[str]:
     path = match.string
     end = len(path) - len(Path(path).suffix)
     names = [name for name in match.re.groupindex if match[name] is not None]
-    texts, position = [], 0
+    texts = []
+    position = 0
     for first, last in sorted(map(match.span, names)):
         texts.append(path[position : min(first, end)])
         position = max(position, last)

@@ -1,4 +1,4 @@
-"""Text files, atomic replacement and locks. Readers raise DataError with file and fix."""
+"""Text files and atomic replacement. Readers raise DataError with file and fix."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import hashlib
 import io
 import json
 import os
-import platform
 import re
 import shutil
 import tempfile
@@ -30,20 +29,18 @@ from ajgdata.types.formats import FORMAT_KEY, FileFormat, FormatError
 ModelType = TypeVar("ModelType", bound=BaseModel)
 #: End of the names of temporary folders.
 TEMPORARY = ".tmp"
-#: What imports and fetches do; they exclude each other.
-BRINGING = "bringing recordings into this data set"
-#: Largest text that is read. A table of a million recordings has 200 MB; reading needs twice the
-#: size of the file as memory.
+#: Largest text that is read. A table of a million recordings has 200 MB, and reading it requires
+#: twice this memory.
 MAX_TEXT_BYTES = 256 * 2**20
-#: Largest YAML file that is read: its nodes need about a hundred times its size as memory.
+#: Largest YAML file that is read. Its nodes require about a hundred times its size as memory.
 MAX_YAML_BYTES = 8 * 2**20
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary file that takes the place of `path` if the block succeeds.
+    """Yield a temporary file that replaces `path` if the block succeeds.
 
-    Whenever the process dies, `path` is the old file or the new one, never something between.
+    If the process is killed at any time, `path` is either the old file or the complete new file.
     """
     with _own_folder(path) as folder:
         temporary = folder / path.name
@@ -55,23 +52,26 @@ def replacing(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def replacing_folder(path: Path) -> Iterator[Path]:
-    """Yield an empty folder that takes the place of the folder `path` if the block succeeds.
+    """Yield an empty folder that replaces the folder `path` if the block succeeds.
 
-    Only one process may do this at a time (see `alone`): what a killed process left is removed.
+    Only one process may do this at a time (see `lock.locked`), because the temporary folders of a
+    killed process are removed.
     """
     finish_interrupted(path)
     with _own_folder(path) as temporary:
-        new, old = temporary / "new", temporary / "old"
+        new = temporary / "new"
         new.mkdir()
         yield new
         if path.exists():
-            path.rename(old)
+            path.rename(temporary / "old")
         new.rename(path)
 
 
 def finish_interrupted(path: Path) -> None:
-    """Remove what a killed `replacing_folder(path)` left. The old folder returns if it was moved
-    away and the new one did not take its place."""
+    """Remove the temporary folders of a killed `replacing_folder(path)`.
+
+    The old folder returns if it was moved away and the new folder did not replace it.
+    """
     prefix = _temporary_prefix(path)
     for temporary in path.parent.glob(f"{glob.escape(prefix)}*{TEMPORARY}"):
         old = temporary / "old"
@@ -90,50 +90,28 @@ def _own_folder(path: Path) -> Iterator[Path]:
 
 
 def _temporary_prefix(path: Path) -> str:
-    """Return the begin of the names of temporary folders of `path`: short enough for the file
-    system, and different for names with the same begin."""
+    """Return the beginning of the names of temporary folders of `path`.
+
+    It is short enough for the file system, and differs for names with the same beginning.
+    """
     return f".{path.name[:40]}-{sha256_of(path.name.encode())[:8]}."
 
 
-@contextmanager
-def alone(path: Path, doing: str, fix: str = "wait for that one, or stop it") -> Iterator[None]:
-    """Hold the lock of `path`, a file or folder that need not exist, during the work `doing`.
-
-    The system frees the lock when the process ends. Raises DataError with the holder, whose work
-    and process are written in the file of the lock, if another process holds it.
-    """
-    from filelock import FileLock, Timeout  # most importers of this module never lock
-
-    path.parent.mkdir(parents=True, exist_ok=True)
-    file = path.with_name(f".{path.name}.lock")
-    lock = FileLock(file, timeout=0)
-    try:
-        lock.acquire()
-    except Timeout:
-        holder = " ".join(file.read_text(encoding="utf-8").split()) or "at it"
-        raise DataError(path, f"another process is {holder}", fix) from None
-    try:
-        file.write_text(f"{doing} (pid {os.getpid()} on {platform.node()})", encoding="utf-8")
-        yield
-    finally:
-        file.write_text("", encoding="utf-8")
-        lock.release()
-
-
 def copy(source: Path, target: Path) -> None:
-    """Make `target` the content of `source`, atomically, with times of its own."""
+    """Copy the content of `source` to `target` atomically, without its times."""
     with replacing(target) as temporary:
         shutil.copyfile(source, temporary)
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Replace `path` atomically."""
+    """Write a file atomically."""
     with replacing(path) as temporary:
         temporary.write_bytes(content)
 
 
 def write_if_changed(path: Path, content: bytes) -> bool:
-    """Replace `path` only when its bytes differ: its time tells when its content changed."""
+    """Write a file if its bytes differ, so that its time is that of the last change; return whether
+    it was written."""
     if path.is_file() and path.read_bytes() == content:
         return False
     write_bytes(path, content)
@@ -141,12 +119,12 @@ def write_if_changed(path: Path, content: bytes) -> bool:
 
 
 def sha256_of(content: bytes) -> str:
-    """Return the hexadecimal SHA-256."""
+    """Return the hexadecimal SHA-256 of bytes."""
     return hashlib.sha256(content).hexdigest()
 
 
 def read_text(path: Path, max_bytes: int = MAX_TEXT_BYTES) -> str:
-    """Return the text of a UTF-8 file (a byte-order mark is tolerated).
+    """Return the text of a UTF-8 file, without a byte-order mark.
 
     Raises DataError for a file that is missing, unreadable or larger than `max_bytes`.
     """
@@ -163,7 +141,7 @@ def read_text(path: Path, max_bytes: int = MAX_TEXT_BYTES) -> str:
     except OSError as error:
         problem = f"cannot be read ({error.strerror})"
         raise DataError(path, problem, "check the file and its permissions") from None
-    if "\0" in text:  # UTF-16 without its mark, or no text at all
+    if "\0" in text:  # UTF-16 without a byte-order mark, or not a text
         raise DataError(path, "holds NUL characters", "save it as UTF-8")
     return text
 
@@ -171,7 +149,7 @@ def read_text(path: Path, max_bytes: int = MAX_TEXT_BYTES) -> str:
 def plain_text(text: str) -> str:
     """Return text in Unicode form NFC, with single spaces and without invisible characters.
 
-    A minus sign (U+2212) before a number becomes a hyphen, so -30 is one label and a number.
+    A minus sign (U+2212) before a number becomes a hyphen, so that -30 has one spelling.
     """
     words = " ".join(unicodedata.normalize("NFC", text).split())
     words = re.sub(r"(?<!\w)\u2212(?=\d)", "-", words)
@@ -180,7 +158,10 @@ def plain_text(text: str) -> str:
 
 
 class _Loader(Composer, yaml.CSafeLoader):
-    """The safe loader: C parses, Python composes (C crashes on deep nesting). No repeated keys."""
+    """The safe loader of YAML; a repeated key is an error.
+
+    C parses, and Python composes, because the composer in C crashes on deep nesting.
+    """
 
     def __init__(self, stream: str) -> None:
         yaml.CSafeLoader.__init__(self, stream)
@@ -199,12 +180,12 @@ class _Loader(Composer, yaml.CSafeLoader):
 
 @lru_cache(maxsize=1024)
 def _parsed(text: str) -> Any:
-    """Return the content of a YAML text. A workflow reads each declaration many times."""
+    """Return the content of a YAML text; cached, because a workflow reads each file many times."""
     return yaml.load(text, _Loader)  # noqa: S506 (a safe loader)
 
 
 def read_yaml(path: Path) -> dict[str, Any]:
-    """Return a YAML mapping."""
+    """Return a YAML mapping. Raises DataError, with the line, for an invalid file."""
     try:
         content = deepcopy(_parsed(read_text(path, MAX_YAML_BYTES)))
     # ValueError: a date such as 2024-13-45; RecursionError: a thousand nested lists
@@ -234,8 +215,10 @@ def check_yaml_format(path: Path, content: Mapping[str, Any], file_format: FileF
 def read_model(
     path: Path, model: type[ModelType], content: Mapping[str, Any] | None = None
 ) -> ModelType:
-    """Return a YAML file, or its `content` after a change, as a model. Raises DataError with file,
-    line, key, value and fix."""
+    """Return a YAML file, or its changed `content`, as a model.
+
+    Raises DataError with file, line, key, value and fix.
+    """
     try:
         return model.model_validate(read_yaml(path) if content is None else content)
     except ValidationError as error:
@@ -246,10 +229,11 @@ def read_model(
 def line_of(path: Path, place: Iterable[int | str]) -> int:
     """Return the line of a YAML file on which `place` (keys and numbers of elements) begins.
 
-    Where it leads to what is not there (a key that is missing, the name of an alternative), the
-    line is that of the last thing that is.
+    If a step of `place` does not exist (a missing key, the name of an alternative), the line is
+    that of the last step that exists.
     """
-    node, line = yaml.compose(read_text(path, MAX_YAML_BYTES), _Loader), 1
+    node = yaml.compose(read_text(path, MAX_YAML_BYTES), _Loader)
+    line = 1
     for step in place:
         if isinstance(node, yaml.MappingNode):
             pairs = [pair for pair in node.value if pair[0].value == str(step)]
@@ -258,13 +242,13 @@ def line_of(path: Path, place: Iterable[int | str]) -> int:
         else:
             break
         if pairs:
-            (mark, node), *_ = pairs
-            line = mark.start_mark.line + 1
+            key, node = pairs[0]
+            line = key.start_mark.line + 1
     return line
 
 
 def yaml_bytes(content: Mapping[str, Any]) -> bytes:
-    """Return YAML in the given key order."""
+    """Return content as YAML, in the order of its keys."""
     return yaml.safe_dump(dict(content), sort_keys=False, allow_unicode=True).encode()
 
 
@@ -278,14 +262,14 @@ def read_json(path: Path, max_bytes: int = MAX_TEXT_BYTES) -> Any:
 
 
 def json_bytes(content: Any) -> bytes:
-    """Return JSON with sorted keys; NaN is refused, since JSON has none."""
+    """Return content as JSON with sorted keys. Raises ValueError for NaN, which JSON lacks."""
     return (json.dumps(content, indent=1, sort_keys=True, allow_nan=False) + "\n").encode()
 
 
 def read_csv(
     path: Path, required: Iterable[str] = (), delimiter: str = ","
 ) -> tuple[list[str], list[dict[str, str]]]:
-    """Return the header and rows of a CSV file; every row has every column, as stripped text.
+    """Return the header and the rows of a CSV file, by column and without blanks at the ends.
 
     Raises DataError for a missing, nameless or doubled column and for a row of another length.
     """
@@ -320,7 +304,7 @@ def numbered_rows(
 
 
 def csv_bytes(header: Sequence[str], rows: Iterable[Mapping[str, object]]) -> bytes:
-    """Return CSV with Unix line ends."""
+    """Return rows as CSV with Unix line ends. Raises ValueError for cells of other columns."""
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, header, lineterminator="\n", extrasaction="raise")
     writer.writeheader()

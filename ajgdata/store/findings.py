@@ -48,7 +48,7 @@ def unreadable(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def is_rejected(row: Mapping[str, str]) -> bool:
-    """Return True if somebody marked this recording as not to be used."""
+    """Return True if a person rejected this recording (column `quality`)."""
     return row["quality"].lower() == "reject"
 
 

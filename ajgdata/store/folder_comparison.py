@@ -1,4 +1,4 @@
-"""Comparison of a folder with the recordings of a session: is it the folder they came from?"""
+"""Comparison of a folder with a session: is it the folder from which the session was imported?"""
 
 from __future__ import annotations
 
@@ -18,8 +18,11 @@ class StoredFile:
 
 @dataclass(frozen=True)
 class FolderComparison:
-    """What a folder has of a session: recordings that are in it, `edited` paths with other bytes,
-    recordings that are `gone`, and files whose path and bytes are `new`."""
+    """Comparison of the files of a folder with the recordings of a session.
+
+    `known` recordings are in the folder. `edited` paths have other bytes there. `gone` recordings
+    have no file there. `new` files have a path and bytes that the session does not have.
+    """
 
     known: tuple[Path, ...]
     edited: tuple[Path, ...]

@@ -1,6 +1,6 @@
-"""Contents that the features of a data set were computed from, and what changed since then.
+"""Digests of the inputs of the features of a data set, and changes since the features.
 
-Contents decide, never times of files: backups, copies and clocks can give a file any time.
+The content of files decides, not their times: backups, copies and clocks can give a file any time.
 """
 
 from __future__ import annotations
@@ -36,18 +36,21 @@ from ajgdata.types.formats import FORMAT_KEY, SESSION_FORMAT
 
 
 class FeatureHashes(Strict):
-    """Hashes of a feature file and its quarantine, and of all that they were computed from."""
+    """Hashes of a feature file, of its quarantine, and of all their inputs."""
 
-    tables: dict[str, str]  #: by session, see `tables_digest`
-    parameter: tuple[str, ...] = ()  #: for which the job was started, see `run_tables`
-    settings: dict[str, str]  #: by key of dataset.yaml, see `feature_settings`
+    #: Digest of the tables of each session, see `tables_digest`.
+    tables: dict[str, str]
+    #: Parameter of the job that computed the features, see `run_tables`.
+    parameter: tuple[str, ...] = ()
+    #: Digest of each key of dataset.yaml, see `feature_settings`.
+    settings: dict[str, str]
     code: str
     features: str
     quarantine: str
 
 
 def read_hashes(path: Path) -> FeatureHashes | None:
-    """Return the hashes of a feature file; None if there are none, or if they cannot be read."""
+    """Return the hashes of a feature file; None without a file, or if it cannot be read."""
     if not path.is_file():
         return None
     try:
@@ -64,7 +67,7 @@ def write_hashes(path: Path, hashes: FeatureHashes) -> None:
 def feature_settings(
     audio: AudioSettings, features: FeatureSettings, targets: Mapping[str, Target]
 ) -> dict[str, str]:
-    """Return the digest of each part of dataset.yaml that a feature file follows from, by key."""
+    """Return the digest of each key of dataset.yaml on which a feature file depends."""
     plain_targets = {name: target.model_dump(mode="json") for name, target in targets.items()}
     return {
         "audio": settings_digest(audio),
@@ -76,9 +79,10 @@ def feature_settings(
 def tables_digest(folder: Path) -> str:
     """Return the digest of session.yaml and recordings.csv of a session; "" if it has neither.
 
-    The values count. Quotes, line ends, comments and the order of columns do not. The column
-    `sha256` counts, because an accepted hash means other samples. A file that is not valid YAML or
-    CSV counts with its bytes. Raises DataError for a file that cannot be read.
+    The digest depends on the values, but not on quotes, line ends, comments or the order of
+    columns. It depends on the column `sha256`, because an accepted hash means other samples. For a
+    file that is not valid YAML or CSV, it depends on the bytes. Raises DataError for a file that
+    cannot be read.
     """
     contents = [
         _content(folder / SESSION_FILE, _session_values),
@@ -112,7 +116,7 @@ def _content(path: Path, parse: Callable[[Path], Any]) -> str:
 
 
 def count_changed(paths: Paths, dataset: str, sessions: Iterable[str]) -> int:
-    """Return the number of recordings in sessions that changed since the features."""
+    """Return the number of recordings in sessions whose tables changed since the features."""
     hashes = read_hashes(paths.session_hashes(dataset))
     known = hashes.tables if hashes is not None else {}
     counts = {name: count_recordings(paths.recordings_file(dataset, name)) for name in sessions}
@@ -124,7 +128,7 @@ def count_changed(paths: Paths, dataset: str, sessions: Iterable[str]) -> int:
 
 
 def features_key(sources: Iterable[str], spec: DatasetSpec) -> str:
-    """Return the digest of all that the features of a data set follow from.
+    """Return the digest of all inputs of the features of a data set.
 
     `sources` are the digests of its tables (see `run_tables`) and of its recipe.
     """
@@ -134,7 +138,7 @@ def features_key(sources: Iterable[str], spec: DatasetSpec) -> str:
 
 
 def table_digests(paths: Paths, dataset: str, virtual: Collection[str]) -> dict[str, str]:
-    """Return the digest of the tables of each session that a run uses now, by its name.
+    """Return the digest of the tables of each session that a run uses now, by session.
 
     `virtual` are the sessions of the recipe. Raises DataError for a table that cannot be read.
     """
@@ -146,12 +150,13 @@ def table_digests(paths: Paths, dataset: str, virtual: Collection[str]) -> dict[
 def run_tables(
     paths: Paths, dataset: str, sessions: Iterable[str], virtual: Collection[str]
 ) -> list[str]:
-    """Return what decides whether a run computes features again, one text per session.
+    """Return one text per session: a run computes the features again if a text changes.
 
-    For a recorded session: the digest of its tables. The sessions of a recipe (`virtual`) may be
-    recorded later in the same run, and Snakemake may fix parameters before that. Their digests
-    therefore count only where a time would hide a change, see `_is_hidden`, and as long as the
-    features follow from this change; else Snakemake compares times and checksums of their tables.
+    The text of a recorded session has the digest of its tables. The sessions of a recipe
+    (`virtual`) can be recorded later in the same run, after Snakemake has evaluated parameters.
+    Their texts therefore have a digest only if the time of a file hides a change (see
+    `_is_hidden`), and as long as the features were computed with this text. Otherwise, Snakemake
+    compares times and checksums of their tables.
     """
     hashes = read_hashes(paths.session_hashes(dataset))
     texts = []
@@ -169,8 +174,10 @@ def run_tables(
 def _is_hidden(
     paths: Paths, dataset: str, session: str, digest: str, hashes: FeatureHashes
 ) -> bool:
-    """Return True if the tables of a session changed since the features with these `hashes`, but
-    have an older time than the features. `digest` is that of the tables now."""
+    """Return True if the time of changed tables of a session is earlier than that of the features.
+
+    `digest` is that of the present tables, and `hashes` are those of the features.
+    """
     features = paths.features(dataset)
     if not features.is_file() or digest in ("", hashes.tables.get(session)):
         return False
@@ -180,7 +187,7 @@ def _is_hidden(
 
 
 def table_changes(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
-    """Return a clause for each session whose tables differ, e.g. `session day1 changed`."""
+    """Return a clause for each session with different digests, e.g. `session day1 changed`."""
     clauses = []
     for name in sorted({*before, *now}):
         old = before.get(name, "")
@@ -199,13 +206,12 @@ def table_changes(before: Mapping[str, str], now: Mapping[str, str]) -> list[str
 def changes_since_features(
     paths: Paths, spec: DatasetSpec, virtual: Collection[str] = ()
 ) -> list[str]:
-    """Return what changed since the features of a data set were computed; nothing if they are up
-    to date.
+    """Return the changes since the features of a data set were computed; none if up to date.
 
-    This function decides for `status`, `publish`, `load_features` and `load_recordings`; the rule
-    `features` of the workflow compares the same digests. Each element is a clause: a session whose
-    tables changed, a key of dataset.yaml, or the code. `virtual` are the sessions of the recipe.
-    Nothing is compared if there are no features, or if no session is on this machine. Raises
+    Each change is a clause about a session whose tables changed, a key of dataset.yaml, or the
+    code. `status`, `publish`, `load_features` and `load_recordings` call this function; the rule
+    `features` of the workflow compares the same digests. `virtual` are the sessions of the recipe.
+    There are no changes if there are no features, or if no session is on this machine. Raises
     DataError for a table that cannot be read.
     """
     name = spec.name

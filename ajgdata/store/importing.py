@@ -1,7 +1,7 @@
-"""Import the recordings of one session. Audio is copied or referenced, never altered.
+"""Import of recordings into sessions. Audio is copied or referenced, and not altered.
 
-Rows of a session and files of the folder are matched by sha256, then by path. Where they differ,
-`OnChange` decides which of them holds.
+Rows of a session and files of the folder are matched by sha256, then by path. If they differ,
+`OnChange` decides which of them is used.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import re
 import shlex
 import shutil
 from collections import defaultdict
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -66,11 +66,15 @@ GONE = "no longer in the folder; --on-change prune removes it here, if all files
 class Imported:
     """Counts of one import, and remarks: names and reasons by type.
 
-    Types: `failed` could not be read, `unreadable` was imported but is not usable audio, `kept` has
-    different bytes in the folder, `label` a label that differs from the folder's, `gone` has no
-    file in the folder, `channels` was imported with another number of channels than other files,
-    `unused` a part of the file names that varies and is not in the pattern, `not used` is a file
-    of the folder that is no recording, `warning` what is probably wrong, `note`.
+    - `failed`: files that could not be read
+    - `unreadable`: recordings that were imported, but are not usable audio
+    - `kept`: recordings with different bytes in the folder
+    - `label`: labels that differ from the labels of the folder
+    - `gone`: recordings without a file in the folder
+    - `channels`: recordings with another number of channels than other files
+    - `unused`: parts of the file names that vary and are not in the pattern
+    - `not used`: files of the folder that are not recordings
+    - `warning` and `note`: other remarks
     """
 
     sessions: int = 0
@@ -89,11 +93,18 @@ class Imported:
 
 
 def are_simulated(scanned: Scan, contents: Contents) -> bool:
-    """Return True if the comments in the files begin with *simulated*; DataError for a mixture."""
-    marks = {p: i.comment.lower().startswith("simulated") for p, (_, i) in contents.items() if i}
-    simulated = [path.as_posix() for path, is_marked in marks.items() if is_marked]
-    if 0 < len(simulated) < len(marks):
-        problem = f"{len(simulated)} of {len(marks)} files are simulated, e.g. {simulated[0]}"
+    """Return True if the comments in the files begin with *simulated*.
+
+    Raises DataError if this is so for a part of the files.
+    """
+    comments = {path: info.comment for path, (_, info) in contents.items() if info}
+    simulated = [
+        path.as_posix()
+        for path, comment in comments.items()
+        if comment.lower().startswith("simulated")
+    ]
+    if 0 < len(simulated) < len(comments):
+        problem = f"{len(simulated)} of {len(comments)} files are simulated, e.g. {simulated[0]}"
         fix = "move them to another folder and import that folder into a data set of its own"
         raise DataError(scanned.folder, problem, fix)
     if simulated:
@@ -102,9 +113,10 @@ def are_simulated(scanned: Scan, contents: Contents) -> bool:
 
 
 def known_sessions(paths: Paths, dataset: str) -> dict[str, KnownSession]:
-    """Return the sessions of a data set by name; their tables are read if their text is unknown.
+    """Return the sessions of a data set by name.
 
-    A session whose files cannot be read has no text and no recordings.
+    The table of a session is read if its text is unknown. A session whose files cannot be read has
+    no text and no recordings.
     """
     known = {}
     for name in list_sessions(paths, dataset):
@@ -125,7 +137,7 @@ def known_sessions(paths: Paths, dataset: str) -> dict[str, KnownSession]:
 
 
 def original_path(file: str, *, is_copy: bool) -> Path:
-    """Return the path in the imported folder of a recording's `file`, which is a copy or not.
+    """Return the path in the imported folder of the `file` of a recording, which can be a copy.
 
     >>> original_path("audio/wav/1.wav", is_copy=True).as_posix()
     'wav/1.wav'
@@ -153,11 +165,10 @@ def import_sessions(
 ) -> Imported:
     """Write the sessions of `scanned` into `dataset`.
 
-    `is_named`: the user named the session, so it may get the recordings of another folder, and
-    nothing of the session is pruned from then on.
-
-    A file that is not in `contents` could not be read, and nothing of it is written. Raises
-    DataError, before anything is written, for a session that cannot be added to.
+    If the user named the session (`is_named`), it can get the recordings of another folder, and no
+    recording of the session is pruned from then on. A file that is not in `contents` could not be
+    read, and is not imported. Raises DataError, before the first change, for a session that cannot
+    get recordings of this folder.
     """
     result = Imported(remarks=scanned.remarks)
     files = defaultdict(list)
@@ -175,35 +186,44 @@ def import_sessions(
 
 
 class _SessionImport:
-    """One session: its declaration, its rows by recording_id, and the folder that is imported."""
+    """Import of one folder into one session."""
 
     def __init__(self, target: Path, scanned: Scan, copy: bool, on_change: OnChange) -> None:
-        self.target, self.folder, self.files = target, scanned.folder, scanned.files
-        self.copy, self.on_change, self.remarks = copy, on_change, scanned.remarks
+        self.target = target
+        self.folder = scanned.folder
+        self.files = scanned.files
+        self.copy = copy
+        self.on_change = on_change
+        self.remarks = scanned.remarks
         self.played = scanned.played.get(target.name, [])
         root = None if copy else str(self.folder.absolute())
-        is_old = (target / SESSION_FILE).is_file()
         new = _new_session(target, scanned, root)
-        self.declared = read_session(target) if is_old else new
+        has_session = (target / SESSION_FILE).is_file()
+        #: session.yaml of the session.
+        self.declared = read_session(target) if has_session else new
+        #: Rows of the session by recording_id.
         self.rows = _rows(target)
-        #: Spelling of each grasp that the session has already; of several, the canonical one.
         spellings = {row.grasp_id for row in self.rows.values()}
-        ordered = sorted(spellings, key=lambda text: ("/".join(grasp_key(text)) == text, text))
-        self.known_grasps = {grasp_key(text): text for text in ordered}
+        canonical_last = sorted(
+            spellings, key=lambda text: ("/".join(grasp_key(text)) == text, text)
+        )
+        #: Spelling of each grasp of the session: the canonical one if there are several.
+        self.known_grasps = {grasp_key(text): text for text in canonical_last}
         self.original_files = {row.file for row in self.rows.values()}
         self.session_template = scanned.session_template
         self.is_only_folder = not self.declared.has_several_folders
         if self.declared.source != new.source or self.declared.audio_root != root:
-            held = self.declared.audio_root
-            problem = f"this session's source is {self.declared.source}, "
-            problem += f"its recordings are in {held}" if held else "with copies of its recordings"
+            place = "with copies of its recordings"
+            if self.declared.audio_root:
+                place = f"its recordings are in {self.declared.audio_root}"
+            problem = f"this session's source is {self.declared.source}, {place}"
             raise DataError(target, problem, "import the same way, or with another --session")
 
     def check_folder(self, contents: Contents, *, is_named: bool, is_only: bool) -> None:
-        """Raise DataError if the folder has new recordings and few that the session has.
+        """Raise DataError if the folder has new recordings and few recordings of the session.
 
-        Folders of two days can have one name, and even the same names of files. `is_only` is True
-        if the folder has no other session.
+        Folders of two days can have the same name, and even the same names of files. `is_only` is
+        True if the folder has no other session.
         """
         files = {file.path: contents[file.path][0] for file in self.files if file.path in contents}
         is_reference = self.declared.audio_root is not None
@@ -226,8 +246,10 @@ class _SessionImport:
             return
         missing = len(compared.edited) + len(compared.gone)
         shared = len(set(files.values()) & {row.sha256 for row in self.rows.values()})
-        problem = f"session {self.target.name!r} has {missing} recordings from another "
-        problem += f"folder, and {shared or 'none'} of the {len(files)} files of {self.folder}"
+        problem = (
+            f"session {self.target.name!r} has {missing} recordings from another folder, and"
+            f" {shared or 'none'} of the {len(files)} files of {self.folder}"
+        )
         proposed = self._proposed_session(set(files.values()), is_only=is_only)
         fix = f"import the folder with --session {shlex.quote(proposed)}"
         if compared.edited and not has_several:
@@ -256,8 +278,8 @@ class _SessionImport:
     def _proposed_session(self, digests: set[str], *, is_only: bool) -> str:
         """Return a session for the folder, whose files have `digests`, or its template.
 
-        This is the session that has more of the files than this session, else one that begins
-        with the name of the parent folder.
+        It is a session that has more of the files than this session. Without one, it is a new
+        name that begins with the name of the parent folder.
         """
         parent = self.folder.resolve().parent.name or "new"
         if self.session_template and not is_only:
@@ -277,32 +299,15 @@ class _SessionImport:
         return next(name for name in names if stored_session_names([name])[name] not in shared)
 
     def run(self, contents: Contents, result: Imported) -> None:
-        """Import the files of this session. Whatever ends it, written files are in the table."""
+        """Import the files of this session. After an error, the table has all copied files."""
         result.sessions += 1
-        obsolete: list[str] = []
         try:
             names = self._matched(contents)
             for file, name in names:
                 self._take(file, name, contents[file.path][0], result)
-            unmatched = sorted(set(self.rows) - {name for _, name in names})
-            imported = {file.path for file, _ in names}
-            gone = [name for name in unmatched if not self._is_in_folder(name, imported)]
-            if gone and self.on_change == OnChange.PRUNE:
-                renamed = self._unused_digests(contents)
-                gone = [name for name in gone if self.rows[name].sha256 not in renamed]
-            unread = sorted(set(unmatched) - set(gone))
-            self.remarks["warning"] += [(name, STILL_THERE) for name in unread]
-            if not self.is_only_folder:
-                self.remarks["gone"] += [(name, OTHER_FOLDER) for name in gone]
-            elif self.on_change == OnChange.PRUNE and not self.remarks["failed"]:
-                obsolete = [self.rows.pop(name).file for name in gone]
-                result.removed += len(obsolete)
-            else:
-                self.remarks["gone"] += [(name, GONE) for name in gone]
-            infos = [contents[file.path][1] for file, _ in names]
-            rates = {self.declared.sample_rate_hz, *(i.sample_rate_hz for i in infos if i)} - {None}
-            update = {"sample_rate_hz": rates.pop() if len(rates) == 1 else None}
-            self.declared = self.declared.model_copy(update=update)
+            pruned = self._prune(names, contents)
+            result.removed += len(pruned)
+            self._set_sample_rate([contents[file.path][1] for file, _ in names])
             self._take_played()
         finally:
             if self.rows:
@@ -310,8 +315,39 @@ class _SessionImport:
                     os.sync()  # the audio is on the disk before a table names it
                 rows = sorted(self.rows.values(), key=lambda row: row.recording_id)
                 write_session(self.target, self.declared, rows)
-        for name in obsolete if self.copy else ():
-            (self.target / name).unlink(missing_ok=True)
+        if self.copy:
+            for file_name in pruned:
+                (self.target / file_name).unlink(missing_ok=True)
+
+    def _prune(self, names: Sequence[tuple[ScannedFile, str]], contents: Contents) -> list[str]:
+        """Remove the rows without a file in the folder if the user requires it, else list them.
+
+        `names` are the imported files with the recording_id of their rows. Return the files of the
+        removed rows.
+        """
+        unmatched = sorted(set(self.rows) - {name for _, name in names})
+        imported = {file.path for file, _ in names}
+        gone = [name for name in unmatched if not self._is_in_folder(name, imported)]
+        if gone and self.on_change == OnChange.PRUNE:
+            renamed = self._unused_digests(contents)
+            gone = [name for name in gone if self.rows[name].sha256 not in renamed]
+        unread = sorted(set(unmatched) - set(gone))
+        self.remarks["warning"] += [(name, STILL_THERE) for name in unread]
+        if not self.is_only_folder:
+            self.remarks["gone"] += [(name, OTHER_FOLDER) for name in gone]
+            return []
+        if self.on_change != OnChange.PRUNE or self.remarks["failed"]:
+            self.remarks["gone"] += [(name, GONE) for name in gone]
+            return []
+        return [self.rows.pop(name).file for name in gone]
+
+    def _set_sample_rate(self, infos: Iterable[AudioInfo | None]) -> None:
+        """Declare the sample rate of the session and of imported files; None for several rates."""
+        rates = {info.sample_rate_hz for info in infos if info}
+        if self.declared.sample_rate_hz is not None:
+            rates.add(self.declared.sample_rate_hz)
+        rate = rates.pop() if len(rates) == 1 else None
+        self.declared = self.declared.model_copy(update={"sample_rate_hz": rate})
 
     @property
     def _takes_files(self) -> bool:
@@ -339,8 +375,11 @@ class _SessionImport:
         return digests
 
     def _matched(self, contents: Contents) -> list[tuple[ScannedFile, str]]:
-        """Return each readable file with the recording_id of its row: the row with its sha256 (and
-        its path, if there are several), else that with its path or recording_id, else a new one."""
+        """Return each readable file with the recording_id of its row.
+
+        It is the row with the sha256 of the file (and its path, if there are several), else the row
+        with its path or recording_id, else a new row.
+        """
         by_file = {row.file: name for name, row in self.rows.items()}
         by_digest: dict[str, list[str]] = defaultdict(list)
         for name, row in sorted(self.rows.items()):
@@ -350,10 +389,15 @@ class _SessionImport:
             if file.path in contents:
                 same_bytes = by_digest[contents[file.path][0]]
                 same_path = by_file.get(self._file_name(file.path), "")
-                step = 0 if same_path in same_bytes else 1 if same_bytes else 2
-                ids = [same_path] if step == 0 else [*same_bytes, same_path]
+                if same_path in same_bytes:
+                    step = 0
+                    ids = [same_path]
+                else:
+                    step = 1 if same_bytes else 2
+                    ids = [*same_bytes, same_path]
                 matches.append((step, [*ids, file.cells["recording_id"]], file))
-        free, used = set(self.rows), set(self.rows)
+        free = set(self.rows)
+        used = set(self.rows)
         names = []
         for _, ids, file in sorted(matches, key=lambda match: match[0]):
             name = next((name for name in ids if name in free), "") or _new_id(file, used)
@@ -370,12 +414,13 @@ class _SessionImport:
         return name if name == name.strip() else f"./{name}"  # a cell loses blanks at its ends
 
     def _take(self, file: ScannedFile, name: str, digest: str, result: Imported) -> None:
-        """Import one file as the recording `name`, or list why not."""
+        """Import one file as the recording `name`, or list the reason why it is not imported."""
         old = self.rows.get(name)
         if old and old.sha256 != digest and not self._takes_files:
-            has_several = self.declared.has_several_folders
-            reason = f"has different bytes in the folder, and {SEVERAL_FOLDERS}"
-            self.remarks["kept"].append((name, reason if has_several else OTHER_BYTES))
+            reason = OTHER_BYTES
+            if self.declared.has_several_folders:
+                reason = f"has different bytes in the folder, and {SEVERAL_FOLDERS}"
+            self.remarks["kept"].append((name, reason))
             return
         try:
             new = self._row(file, name, digest)
@@ -388,11 +433,15 @@ class _SessionImport:
         if old:
             new = self._merged(old, new, has_quality=bool(file.cells["quality"]))
         self.rows[name] = new
-        result.added += old is None
-        result.changed += old not in (None, new)
-        result.unchanged += old == new
+        if old is None:
+            result.added += 1
+        elif old == new:
+            result.unchanged += 1
+        else:
+            result.changed += 1
 
     def _row(self, file: ScannedFile, name: str, digest: str) -> Recording:
+        """Return the row of a file. Raises ValidationError for invalid cells."""
         target = self._file_name(file.path)
         if self.copy and name in self.rows:
             target = self.rows[name].file
@@ -419,9 +468,9 @@ class _SessionImport:
             temporary.unlink(missing_ok=True)
 
     def _take_played(self) -> None:
-        """Store the played sound of the session, or list why not.
+        """Store the played sound of the session, or list the reason why it is not stored.
 
-        It is copied also with `--reference`, because session.yaml names a file of its own folder.
+        It is also copied with `--reference`, because session.yaml names a file of its own folder.
         """
         if len(self.played) > 1:
             names = ", ".join(path.as_posix() for path in self.played)
@@ -434,9 +483,10 @@ class _SessionImport:
         if known and known.sha256 == digest and inside(self.target, known.file).is_file():
             return
         if known and not self._takes_files:
-            has_several = self.declared.has_several_folders
-            reason = f"is not the stored played sound, and {SEVERAL_FOLDERS}"
-            self.remarks["kept"].append((path.as_posix(), reason if has_several else OTHER_PLAYED))
+            reason = OTHER_PLAYED
+            if self.declared.has_several_folders:
+                reason = f"is not the stored played sound, and {SEVERAL_FOLDERS}"
+            self.remarks["kept"].append((path.as_posix(), reason))
             return
         file = Path(EXCITATION_FILE).with_suffix(path.suffix.lower()).name
         copy_file(self.folder / path, self.target / file)
@@ -444,8 +494,11 @@ class _SessionImport:
         self.declared = self.declared.model_copy(update={"excitation": played})
 
     def _merged(self, old: Recording, new: Recording, *, has_quality: bool) -> Recording:
-        """Return the old row with new columns of the folder, and with the folder's cells if
-        `on_change` takes them; otherwise cells that differ are listed."""
+        """Return the old row with new columns of the folder.
+
+        It has the cells of the folder if `on_change` requires it; if not, cells that differ are
+        listed. `has_quality` is True if the folder specifies the quality.
+        """
         columns = [column for column in CELLS if has_quality or column != "quality"]
         cells = {**old.labels, **{column: getattr(old, column) for column in CELLS}}
         offered = {**new.labels, **{column: getattr(new, column) for column in columns}}
@@ -462,9 +515,10 @@ class _SessionImport:
 
 
 def _new_id(file: ScannedFile, used: Collection[str]) -> str:
-    """Return the id that a table gives, else the path without suffix; numbered if it is used."""
+    """Return the id in the table, else the path without suffix; it is numbered if it is used."""
     plain = file.cells["recording_id"] or file_id(file.path)
-    name, count = plain, 1
+    name = plain
+    count = 1
     while name in used:
         count += 1
         name = f"{plain}_{count}"
@@ -472,6 +526,7 @@ def _new_id(file: ScannedFile, used: Collection[str]) -> str:
 
 
 def _new_session(target: Path, scanned: Scan, root: str | None) -> Session:
+    """Return session.yaml of a new session; `root` is the folder of referenced recordings."""
     return Session(
         session_id=target.name,
         source="virtual-import" if scanned.is_simulated else "import",

@@ -14,23 +14,23 @@ from ajgdata.types import DataError
 
 #: First bytes of workbooks: ZIP (.xlsx, .ods) and OLE (.xls).
 WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")
-#: Delimiters, and the words of a message.
+#: Delimiters, with their description in messages.
 DELIMITERS = {
     ",": "commas between the cells",
     ";": "semicolons between the cells",
     "\t": "tabs between the cells",
 }
-#: A header is searched in this number of lines on top.
+#: Number of lines at the top in which a header is searched.
 TOP_LINES = 20
-#: Ends of lines of Windows, old spreadsheets of macOS, and other systems.
+#: Line ends of Windows, of old spreadsheets of macOS, and of other systems.
 _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
 @dataclass(frozen=True)
 class LabelTable:
-    """Rows of a table, each with its line; cells keep the blanks at their ends.
+    """Rows of a table, each with the number of its line; cells include the blanks at their ends.
 
-    `notes` are names and reasons of what was ignored.
+    `notes` are names and reasons of ignored lines and columns.
     """
 
     rows: list[tuple[int, dict[str, str]]]
@@ -40,10 +40,10 @@ class LabelTable:
 def read_label_table(path: Path, columns: Collection[str]) -> LabelTable:
     """Return the rows of a table whose header has `columns`.
 
-    Lines on top that begin with # and lack these columns are ignored, and so are empty lines,
+    The function ignores lines at the top that begin with # and lack these columns, empty lines,
     unnamed columns that are empty, and an unnamed column that counts the rows. Raises DataError
-    for a workbook, another text above the header, an unnamed column with contents, a doubled name
-    and a row of another length.
+    for a workbook, for other text above the header, for an unnamed column with contents, for a
+    doubled name and for a row of another length.
     """
     if path.is_file():
         with path.open("rb") as stream:
@@ -81,9 +81,9 @@ def _first_line(text: str) -> tuple[str, str]:
 
 
 def _check_top(path: Path, text: str, columns: Collection[str], skipped: int) -> None:
-    """Raise DataError if the header is not the first line, but one below it.
+    """Raise DataError if the header is not the first line, but one of the next lines.
 
-    Spreadsheets write titles and lines such as `sep=;` above it.
+    Spreadsheets write titles and lines such as `sep=;` above the header.
     """
     lines = _LINE_END.split(text, maxsplit=TOP_LINES)[:TOP_LINES]
     if not columns or _has(lines[0], columns):
@@ -92,15 +92,14 @@ def _check_top(path: Path, text: str, columns: Collection[str], skipped: int) ->
         if _has(line, columns):
             first = skipped + 1
             problem = f"{lines[0].strip()!r} is not the header, which is line {place + first}"
-            fix = (
-                f"delete line {first}"
-                if place == 1
-                else f"delete lines {first} to {place + skipped}"
-            )
+            fix = f"delete lines {first} to {place + skipped}"
+            if place == 1:
+                fix = f"delete line {first}"
             raise DataError(f"{path}:{first}", problem, fix)
 
 
 def _header(line: str, delimiter: str) -> list[str]:
+    """Return the cells of a header without blanks at their ends."""
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
 
 
@@ -110,7 +109,8 @@ def _has(line: str, columns: Collection[str]) -> bool:
 
 
 def _delimiter(line: str, columns: Collection[str]) -> str:
-    """Return the delimiter with which a header has most of the columns, then most cells."""
+    """Return the delimiter with which a header has most of the columns and, among equals, most
+    cells."""
 
     def rank(delimiter: str) -> tuple[int, int]:
         names = _header(line, delimiter)
@@ -160,5 +160,5 @@ def _check_unnamed(
 
 
 def visible(text: str) -> str:
-    """Return text as it is if people can read all of it, else quoted with escapes."""
+    """Return text unchanged if all its characters are visible, else quoted with escapes."""
     return text if text and text == plain_text(text) else ascii(text)

@@ -12,11 +12,11 @@ import numpy as np
 from ajgdata.store.features import FeatureColumn, FeatureRows, text_column
 from ajgdata.types import Finding, Target
 
-#: Columns of the table of labels that identify rows; all others become coordinates as they are.
+#: Columns of the table of labels that identify rows; all other columns become coordinates.
 IDENTITY = ("recording_id", "grasp_id", "placement_id", "sample")
 #: Column of the levels of all channels of a file.
 CHANNEL_LEVELS = "channel_levels"
-#: What the columns that every store has mean, for whoever opens one without this library.
+#: Meanings of the columns of every feature file, for readers without this library.
 MEANINGS = {
     "recording": "recording: session/recording_id",
     "session_id": "uninterrupted acquisition with one gripper",
@@ -83,8 +83,7 @@ def comparable_labels(row: Mapping[str, str], targets: Mapping[str, Target]) -> 
 
 
 def number(text: str) -> float:
-    """Return a finite number as people write it. Raises ValueError for any other text, 1_0
-    included."""
+    """Return the finite number of a text. Raises ValueError for any other text, also for `1_0`."""
     value = float(text)
     if not math.isfinite(value) or "_" in text:
         raise ValueError(f"{text!r} is not a finite number")
@@ -102,18 +101,21 @@ def parse_levels(text: str) -> tuple[float, ...]:
 
 
 def take_rows(table: FeatureRows, rows: np.ndarray) -> FeatureRows:
-    """Return the rows that `rows` (m,), numbers or booleans, chooses."""
-    columns = {n: FeatureColumn(c.values[rows], c.attrs) for n, c in table.columns.items()}
+    """Return the rows with the numbers `rows` (m,), or with True in `rows` (n,)."""
+    columns = {
+        name: FeatureColumn(column.values[rows], column.attrs)
+        for name, column in table.columns.items()
+    }
     return dataclasses.replace(table, feature=table.feature[rows], columns=columns)
 
 
 def label_columns(
     rows: Sequence[Mapping[str, str]], names: Collection[str], targets: Mapping[str, Target]
 ) -> dict[str, FeatureColumn]:
-    """Return the columns of recordings (n,), of which each has a row of labels with `session_id`.
+    """Return the columns (n,) of recordings, of which each has a row of labels with `session_id`.
 
-    `recording`, `grasp_id` and `placement_id` become unique in the data set by putting the session
-    before them. A row that lacks a column of `names` has a missing value.
+    The name of the session before `recording`, `grasp_id` and `placement_id` makes them unique in
+    the data set. A row that lacks a column of `names` has a missing value.
     """
     samples = np.asarray([int(row["sample"]) for row in rows], np.int32)
     columns = {
@@ -146,8 +148,9 @@ def placement_name(row: Mapping[str, str]) -> str:
 
 
 def _standard(name: str, values: Sequence[str]) -> FeatureColumn:
-    """Return a column of text that is no target, with its meaning if every store has it."""
-    return text_column(values, **({"long_name": MEANINGS[name]} if name in MEANINGS else {}))
+    """Return a column of text that is not a target, with its meaning if it has one."""
+    attrs = {"long_name": MEANINGS[name]} if name in MEANINGS else {}
+    return text_column(values, **attrs)
 
 
 def target_column(values: Sequence[float | str], target: Target) -> FeatureColumn:
@@ -161,11 +164,12 @@ def target_column(values: Sequence[float | str], target: Target) -> FeatureColum
 
 
 def without_copies(table: FeatureRows, targets: Sequence[str]) -> tuple[FeatureRows, list[Finding]]:
-    """Return the table without recordings with equal bytes (see `copies`)."""
+    """Return the table without recordings with equal bytes (see `copies`), and their issues."""
     names = [str(name) for name in table.columns["recording"].values]
-    columns = [table.columns[t].values for t in targets if t in table.columns]
+    digests = [str(digest) for digest in table.columns["sha256"].values]
+    columns = [table.columns[name].values for name in targets if name in table.columns]
     labels = [tuple(str(values[i]) for values in columns) for i in range(len(names))]
-    findings = copies(names, [str(d) for d in table.columns["sha256"].values], labels)
+    findings = copies(names, digests, labels)
     keep = np.asarray([i for i in range(len(names)) if i not in findings], int)
     return take_rows(table, keep), list(findings.values())
 
@@ -175,8 +179,9 @@ def copies(
 ) -> dict[int, Finding]:
     """Return issues, by row, of recordings that cannot be used because others have equal bytes.
 
-    Of equal labels these are all but the first, since copies would leak between folds; of different
-    labels all, since nobody can tell which is right. `recordings` are `<session>/<recording_id>`.
+    Copies with equal labels would be in several folds, so all except the first one have an issue.
+    If labels of copies differ, the right label is unknown, so all of them have an issue.
+    `recordings` are `<session>/<recording_id>`.
     """
     rows_of: dict[str, list[int]] = defaultdict(list)
     for row, digest in enumerate(digests):
@@ -185,8 +190,8 @@ def copies(
     for rows in rows_of.values():
         differ = len({labels[row] for row in rows}) > 1
         for row in rows if differ else rows[1:]:
-            other = recordings[rows[0] if row != rows[0] else rows[1]]
-            problem = f"the same bytes as {other} ({len(rows)} recordings)"
+            other = rows[1] if row == rows[0] else rows[0]
+            problem = f"the same bytes as {recordings[other]} ({len(rows)} recordings)"
             findings[row] = copy_finding(recordings[row], problem, differ=differ)
     return findings
 
@@ -194,8 +199,8 @@ def copies(
 def copy_finding(recording: str, problem: str, *, differ: bool) -> Finding:
     """Return the issue of a recording `<session>/<recording_id>` that is a copy.
 
-    `problem` names the recording that it equals. If the labels of the copies `differ`, this is an
-    error, else a warning.
+    `problem` names the equal recording. The issue is an error if the labels of the copies `differ`,
+    and a warning if they are equal.
     """
     session, _, name = recording.partition("/")
     if differ:

@@ -1,4 +1,4 @@
-"""metrics.csv and predictions.csv: every number of a run with what identifies it."""
+"""metrics.csv and predictions.csv: all numbers of a run, with the columns that identify them."""
 
 from __future__ import annotations
 
@@ -30,10 +30,11 @@ KEYS = (
     "metric",
     "statistic",
 )
-#: Other columns: `groups` is the column whose values a grouped split keeps together, `reason` why
-#: there is no value.
+#: Other columns. `groups` is the column whose values a grouped split does not divide, and `reason`
+#: states why there is no value.
 FACTS = ("value", "unit", "groups", "source", "seed", "commit", "reason", FORMAT_KEY)
-COST = "cost"  #: statistic of times and memory, which differ between runs
+#: Statistic of run time and memory, which differ between runs.
+COST = "cost"
 #: Columns of whole numbers, which can be empty.
 COUNTS = ("grasps", "dimension", "seed", FORMAT_KEY)
 PREDICTION_COLUMNS = (
@@ -63,13 +64,13 @@ def write_metrics(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
 
 
 def read_metrics(path: Path) -> pd.DataFrame:
-    """Return the numbers in `path`: a row each, with the columns KEYS and FACTS.
+    """Return the numbers in `path`: one row per number, with the columns KEYS and FACTS.
 
     `value` is float64 (NaN: undefined, see `reason`), COUNTS are Int64 (missing: does not apply),
-    and the other columns are text ("": does not apply). Raises DataError if there is no such file,
-    and for a file of another version.
+    and all other columns are text ("": does not apply). Raises DataError for a missing file, and
+    for a file of another version.
     """
-    import pandas as pd
+    import pandas as pd  # the command line imports this module when it starts
 
     rows = _rows_of_this_version(path, required=("value",))
     metrics = pd.DataFrame(rows, columns=[*KEYS, *FACTS], dtype=str)

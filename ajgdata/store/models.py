@@ -1,4 +1,4 @@
-"""Trained models on disk, without pickle: skops for estimators, safetensors for arrays."""
+"""Files of trained models, without pickle: skops for estimators, safetensors for arrays."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from zipfile import ZipFile
 
 import numpy as np
 from pydantic import ValidationError
+from safetensors import SafetensorError
+from safetensors.numpy import load_file, save
 
 from ajgdata.paths import command_for
 from ajgdata.store.files import json_bytes, read_json, replacing, write_bytes
@@ -22,23 +24,19 @@ if TYPE_CHECKING:
 ABOUT_FILE = "model.json"
 ESTIMATOR_FILE = "model.skops"
 GUARD_FILE = "guard.safetensors"
-#: `write_estimator` compresses nothing; a file that unpacks to more than this times its size is an
-#: attack on the memory.
+#: Largest ratio of unpacked size and size of a skops file. `write_estimator` does not compress, so
+#: a larger ratio is an attack on the memory.
 _MAX_EXPANSION = 10
 
 
 def write_guard(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
     """Write the arrays of `evaluate.novelty.Guard`, which detects novel objects, by name."""
-    from safetensors.numpy import save
-
-    write_bytes(folder / GUARD_FILE, save(dict(arrays)))  # its own writer hides the file
+    # The writer of safetensors restricts the permissions of the file.
+    write_bytes(folder / GUARD_FILE, save(dict(arrays)))
 
 
 def read_guard(folder: Path) -> dict[str, np.ndarray]:
-    """Return the arrays of the guard by name."""
-    from safetensors import SafetensorError
-    from safetensors.numpy import load_file
-
+    """Return the arrays of the guard by name. Raises DataError for a file that is not readable."""
     try:
         return load_file(folder / GUARD_FILE)
     except (OSError, SafetensorError) as error:
@@ -46,17 +44,20 @@ def read_guard(folder: Path) -> dict[str, np.ndarray]:
 
 
 def write_estimator(folder: Path, estimator: BaseEstimator) -> None:
-    """Write a fitted estimator: scikit-learn's, or the CNN."""
-    from skops.io import dump
+    """Write a fitted estimator of scikit-learn, or the CNN."""
+    from skops.io import dump  # two seconds; most callers only read descriptions
 
     with replacing(folder / ESTIMATOR_FILE) as temporary:
         dump(estimator, temporary)
 
 
 def read_estimator(folder: Path, trusted: Sequence[str]) -> BaseEstimator:
-    """Return a fitted estimator. Types that are neither scikit-learn's nor numpy's nor
-    `trusted` are refused with DataError."""
-    from skops.io import load
+    """Return a fitted estimator.
+
+    Raises DataError for a type that is not of scikit-learn or numpy and not `trusted`, and for a
+    file that is not readable.
+    """
+    from skops.io import load  # two seconds; most callers only read descriptions
 
     try:
         _check_size(folder / ESTIMATOR_FILE)
@@ -66,8 +67,7 @@ def read_estimator(folder: Path, trusted: Sequence[str]) -> BaseEstimator:
 
 
 def _check_size(path: Path) -> None:
-    """Raise ValueError if a skops file, which is a ZIP archive, unpacks to far more than its own
-    size."""
+    """Raise ValueError if a skops file, a ZIP archive, unpacks to far more than its own size."""
     with ZipFile(path) as archive:
         unpacked = sum(entry.file_size for entry in archive.infolist())
     if unpacked > _MAX_EXPANSION * path.stat().st_size:
@@ -77,7 +77,8 @@ def _check_size(path: Path) -> None:
 
 
 def write_about(folder: Path, about: Mapping[str, Any]) -> None:
-    """Write the description of a trained model; last, since a folder without it has no model."""
+    """Write the description of a trained model, after its other files: without it, a folder has no
+    model."""
     content = {**about, FORMAT_KEY: MODEL_FORMAT.version}
     write_bytes(folder / ABOUT_FILE, json_bytes(content))
 
@@ -94,7 +95,7 @@ def read_about(folder: Path) -> dict[str, Any]:
 
 
 def read_description(folder: Path) -> dict[str, Any]:
-    """Return the description of a model, whether it was trained or not (key `skipped`: why not).
+    """Return the description of a model; one that was not trained has the reason as `skipped`.
 
     Raises DataError if it cannot be read, FormatError if it is of another version.
     """
@@ -126,5 +127,6 @@ def other_version_reported(folder: Path) -> Iterator[None]:
 
 
 def _unreadable(path: Path, error: Exception) -> DataError:
+    """Return the error of a file that cannot be read, with the first line of `error`."""
     first = (str(error).splitlines() or [type(error).__name__])[0]
     return DataError(path, f"not a readable model ({first})", MODEL_FORMAT.fix(command_for(path)))

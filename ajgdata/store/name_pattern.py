@@ -1,23 +1,18 @@
-"""Regular expressions for file names: one line for a wrong pattern or an endless search."""
+"""Regular expressions for file names, with one-line errors for wrong patterns and long searches."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import regex  # in contrast to `re`, a search can have a limit of time
 
 from ajgdata.types import DataError
 
-if TYPE_CHECKING:
-    import regex
-
-#: Longest search in one file name, in seconds. A usual pattern needs microseconds;
-#: repeated alternatives such as `(a|aa)+` need a time that grows exponentially with the name.
+#: Longest search in one file name, in seconds. Usual patterns take microseconds. The time for
+#: repeated alternatives such as `(a|aa)+` grows exponentially with the length of the name.
 MATCH_TIMEOUT_S = 1.0
 
 
 def compile_pattern(text: str) -> regex.Pattern[str]:
     """Return a regular expression with named groups. Raises DataError for any other text."""
-    import regex  # in contrast to `re`, a search can have a limit of time
-
     try:
         pattern: regex.Pattern[str] = regex.compile(text)
     except regex.error as error:
@@ -29,7 +24,7 @@ def compile_pattern(text: str) -> regex.Pattern[str]:
 
 
 def match_name(pattern: regex.Pattern[str], name: str) -> regex.Match[str] | None:
-    """Return the match of a whole file name, None if the name does not match.
+    """Return the match of a whole file name; None if the name does not match.
 
     Raises DataError if the search takes more than MATCH_TIMEOUT_S.
     """

@@ -1,4 +1,4 @@
-"""Provenance of a result: version, commit, settings."""
+"""Provenance of a result: version, commit, libraries and settings."""
 
 from __future__ import annotations
 
@@ -20,8 +20,10 @@ PACKAGE = Path(__file__).resolve().parents[1]
 
 @functools.cache
 def software() -> dict[str, str]:
-    """Return `ajgdata_version` and `git_commit` (`+` after it: the tree had changes; empty: no
-    git)."""
+    """Return `ajgdata_version` and `git_commit`.
+
+    The commit ends with `+` if the working tree has changes, and is empty without git.
+    """
     return {
         "ajgdata_version": version("ajgdata"),
         "git_commit": _git("describe", "--always", "--abbrev=40", "--dirty=+"),
@@ -30,34 +32,42 @@ def software() -> dict[str, str]:
 
 @functools.cache
 def environment() -> dict[str, Any]:
-    """Return versions of Python and of every package that this one names as its dependency."""
-    named = {re.split(r"[^A-Za-z0-9._-]", line)[0] for line in requires(PACKAGE.name) or ()}
+    """Return the versions of Python and of the declared dependencies of this package."""
+    dependencies = {re.split(r"[^A-Za-z0-9._-]", line)[0] for line in requires(PACKAGE.name) or ()}
     versions = {}
-    for name in sorted(named):
+    for name in sorted(dependencies):
         with contextlib.suppress(PackageNotFoundError):
             versions[name] = version(name)
     return {"python": platform.python_version(), "packages": versions}
 
 
 def commit_date() -> str:
-    """Return the day of the commit, as 2026-01-31; empty: no git. What has a date has this one, so
-    that the same commit makes the same bytes."""
+    """Return the day of the commit, e.g. 2026-01-31; empty without git.
+
+    All files with a date have this date, so that one commit gives the same bytes.
+    """
     return _git("show", "--no-patch", "--format=%cs", "HEAD")
 
 
 def _git(*arguments: str) -> str:
-    """Return what git prints about the repository of this package; empty if it is in none."""
-    try:  # an installed package may be below somebody else's repository
-        for words in (("ls-files", "--error-unmatch", "paths.py"), arguments):
-            done = subprocess.run(
-                ["git", *words], cwd=PACKAGE, capture_output=True, text=True, timeout=20, check=True
-            )
+    """Return the output of git in the repository of this package; empty without a repository."""
+    try:
+        # An installed package can be inside the repository of another project.
+        _run_git("ls-files", "--error-unmatch", "paths.py")
+        return _run_git(*arguments)
     except (OSError, subprocess.SubprocessError):
         return ""
-    return str(done.stdout).strip()
+
+
+def _run_git(*arguments: str) -> str:
+    """Return the output of git in the folder of this package. Raises SubprocessError."""
+    completed = subprocess.run(
+        ["git", *arguments], cwd=PACKAGE, capture_output=True, text=True, timeout=20, check=True
+    )
+    return completed.stdout.strip()
 
 
 def settings_digest(*settings: BaseModel) -> str:
-    """Return the digest of settings, defaults included."""
+    """Return the digest of settings, including their defaults."""
     content = [s.model_dump(mode="json") for s in settings]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]

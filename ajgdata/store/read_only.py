@@ -1,4 +1,4 @@
-"""Projects that cannot be written: a folder in which Snakemake can still look at their state."""
+"""A folder in which Snakemake can read the state of a project that cannot be written."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-#: Folder in which Snakemake stores what it knows about results, and its locks.
+#: Folder in which Snakemake stores its locks and its records of results.
 STATE = ".snakemake"
-#: Its parts that a dry run reads and does not write.
+#: Records of results, which a dry run only reads.
 RECORDS = ("metadata", "incomplete")
 
 
@@ -18,9 +18,9 @@ RECORDS = ("metadata", "incomplete")
 def writable_view(root: Path) -> Iterator[Path]:
     """Yield the folder `root` if it can be written, else a temporary folder with its content.
 
-    The temporary folder has links to the files and folders of `root`. Only the state of Snakemake
-    is a folder of its own, with links to its records, because Snakemake writes a lock and a cache
-    there even if it only reads.
+    The temporary folder has links to the files and folders of `root`. The state of Snakemake is a
+    new folder with links to the records, because Snakemake writes a lock and a cache there even in
+    a dry run.
     """
     state = root / STATE
     if os.access(state if state.is_dir() else root, os.W_OK):

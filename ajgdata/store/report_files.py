@@ -1,7 +1,7 @@
-"""Files that a person edits to change a report: `reports/`, the project's own or the packaged one.
+"""Files that a person edits to change a report, in `reports/` of the project or of the package.
 
-A file in the project's `reports/` takes the place of the packaged file of that name; every other
-one stays as packaged. In a checkout both are one folder.
+A file of the project replaces the file of the package with the same name. In a checkout, both
+folders are the same.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from ajgdata.paths import Paths
 from ajgdata.store.files import read_text, read_yaml
 from ajgdata.store.provenance import PACKAGE
 
-#: A wheel holds the folder as part of the package (setup.py); in a checkout it is at the top.
+#: The folder is a part of the package in a wheel (setup.py), and at the top of a checkout.
 _IN_WHEEL = PACKAGE / "reports"
 PACKAGED = _IN_WHEEL if _IN_WHEEL.is_dir() else PACKAGE.parent / "reports"
 #: Published values, with which results are compared.
@@ -23,35 +23,51 @@ PAPER_FILE = "paper.yaml"
 MACHINE_SPREAD_FILE = "machine_spread.yaml"
 #: Results that the first page shows under "In practice".
 PRACTICE_FILE = "practice.yaml"
-TEMPLATES_FOLDER, EXPERIMENTS_FOLDER, PAGES_FOLDER = "templates", "experiments", "pages"
+TEMPLATES_FOLDER = "templates"
+EXPERIMENTS_FOLDER = "experiments"
+PAGES_FOLDER = "pages"
+#: Files on which pages depend.
 _PATTERNS = (
-    *(f"{TEMPLATES_FOLDER}/*.{suffix}" for suffix in ("j2", "css", "js")),
-    *(f"{EXPERIMENTS_FOLDER}/*.md", f"{PAGES_FOLDER}/*.md"),
+    PAPER_FILE,
+    PRACTICE_FILE,
+    MACHINE_SPREAD_FILE,
+    f"{TEMPLATES_FOLDER}/*.j2",
+    f"{TEMPLATES_FOLDER}/*.css",
+    f"{TEMPLATES_FOLDER}/*.js",
+    f"{EXPERIMENTS_FOLDER}/*.md",
+    f"{PAGES_FOLDER}/*.md",
 )
 
 
 def report_file(project: Paths, name: str) -> Path:
-    """Return where the file `name` (such as `paper.yaml`) of `reports/` is: in the project or in
-    the package. A name that is in neither gives its place in the package."""
+    """Return the path of the file `name` (such as `paper.yaml`) of `reports/`.
+
+    It is in the project if the file exists there, else in the package.
+    """
     own = project.reports / name
     return own if own.is_file() else PACKAGED / name
 
 
 def template_folders(project: Paths) -> list[Path]:
-    """Return the folders in which to look for a template, style or script, first match first."""
+    """Return the folders of templates, styles and scripts, in the order in which to search."""
     return [folder / TEMPLATES_FOLDER for folder in (project.reports, PACKAGED)]
 
 
 def read_paper(project: Paths) -> dict[str, Any]:
-    """Return the content of `paper.yaml`. Raises DataError if it is no YAML mapping."""
+    """Return the content of `paper.yaml`. Raises DataError if it is not a YAML mapping."""
     return read_yaml(report_file(project, PAPER_FILE))
 
 
 def read_machine_spread(project: Paths) -> dict[str, float]:
-    """Return the largest measured difference of our value between machines, in the paper's unit, by
-    published value; empty if nothing was measured."""
-    path, spread = report_file(project, MACHINE_SPREAD_FILE), dict[str, float]()
-    for row in read_yaml(path)["rows"] if path.is_file() else ():
+    """Return the largest difference of our result between machines, in the paper's unit.
+
+    The keys are the published values. The result is empty without a file of measurements.
+    """
+    path = report_file(project, MACHINE_SPREAD_FILE)
+    if not path.is_file():
+        return {}
+    spread: dict[str, float] = {}
+    for row in read_yaml(path)["rows"]:
         spread[row["figure"]] = max(row["spread"], spread.get(row["figure"], 0.0))
     return spread
 
@@ -81,9 +97,9 @@ def _read(project: Paths, name: str) -> str:
 
 
 def report_files_digest(project: Paths, *names: str) -> str:
-    """Return the digest of the files `names` of `reports/` (default: all that pages are made of).
+    """Return the digest of the files `names` of `reports/`, by default of all files of pages.
 
-    Rules that render pages pass it as a parameter: Snakemake then notices an edit.
+    It is a parameter of the rules that render pages, so that Snakemake detects an edit.
     """
     digest = hashlib.sha256()
     for name in names or _all_names(project):
@@ -92,11 +108,12 @@ def report_files_digest(project: Paths, *names: str) -> str:
 
 
 def _all_names(project: Paths) -> list[str]:
+    """Return the names of all files of pages, sorted."""
     names = {
         path.relative_to(folder).as_posix()
         for folder in (project.reports, PACKAGED)
-        for pattern in (PAPER_FILE, PRACTICE_FILE, MACHINE_SPREAD_FILE, *_PATTERNS)
+        for pattern in _PATTERNS
         for path in folder.glob(pattern)
-        if not path.name.startswith(".")  # an editor's
+        if not path.name.startswith(".")  # a temporary file of an editor
     }
     return sorted(names)

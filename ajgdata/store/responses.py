@@ -1,7 +1,7 @@
 """Cache of impulse responses, so that each scene is simulated once.
 
-There is one file per scene. Its name contains the scene and the gripper's code, so that a file is
-never out of date. The folder may be deleted at any time.
+There is one file per scene. Its name depends on the scene and on the code of the gripper, so a file
+is never outdated. You can delete the folder at any time.
 """
 
 from __future__ import annotations
@@ -22,17 +22,18 @@ _ARRAYS = ("samples", "outside")
 
 
 class ResponseStore:
-    """Folder of impulse responses, safe to share between processes."""
+    """A folder of impulse responses, which several processes can use at the same time."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._code = code_hash("gripper")
-        self.solved = 0  #: scenes that were simulated, because they were not in the folder
+        #: Number of scenes that were simulated, because they were not in the folder.
+        self.solved = 0
 
     def solve(self, scene: gripper.Scene) -> gripper.ImpulseResponse:
-        """Return the response of `scene`: the stored one, else simulated now and stored.
+        """Return the response of `scene`; if it is not in the folder, simulate and store it.
 
-        Raises gripper.SceneError.
+        Raises gripper.SceneError for a scene that is not possible.
         """
         path = self.path(scene)
         response = read_response(path)
@@ -64,7 +65,7 @@ def read_response(path: Path) -> gripper.ImpulseResponse | None:
 
 
 def _encode(response: gripper.ImpulseResponse) -> bytes:
-    """Return the content of a file: arrays, and everything else as JSON."""
+    """Return the content of a file: arrays, and all other attributes as JSON."""
     about = {key: value for key, value in vars(response).items() if key not in _ARRAYS}
     arrays = {key: getattr(response, key) for key in _ARRAYS}
     present = {key: value for key, value in arrays.items() if value is not None}

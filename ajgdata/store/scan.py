@@ -1,6 +1,6 @@
-"""Folder of recordings -> rows: which file is which recording, by pattern or by table.
+"""Scan of a folder of recordings: session, grasp and labels of each file, by pattern or by table.
 
-This is the only place where labels are read out of file names.
+This is the only module that reads labels from file names.
 """
 
 from __future__ import annotations
@@ -25,24 +25,45 @@ from ajgdata.store.session_names import KnownSession, is_changed, slug, stored_s
 from ajgdata.store.starter_kit import STARTER_KIT
 from ajgdata.types import NAME_PATTERN, DataError, ImportSettings, checked_name, is_reserved
 
-#: Endings of audio files. libsndfile does not read those of the second line: their recordings are
-#: imported and reported as unusable.
-AUDIO_SUFFIXES = {
-    *(".wav", ".wave", ".flac", ".ogg", ".oga", ".opus", ".mp3", ".aif", ".aiff", ".au", ".caf"),
-    *(".m4a", ".aac", ".wma"),
-}
-#: Column or group in lower case -> its role; every other column or group is a label.
+#: Suffixes of audio files that libsndfile reads.
+READABLE_SUFFIXES = (
+    ".wav",
+    ".wave",
+    ".flac",
+    ".ogg",
+    ".oga",
+    ".opus",
+    ".mp3",
+    ".aif",
+    ".aiff",
+    ".au",
+    ".caf",
+)
+#: Suffixes of audio files that libsndfile does not read: their recordings are imported and reported
+#: as unusable.
+UNREADABLE_SUFFIXES = (".m4a", ".aac", ".wma")
+AUDIO_SUFFIXES = {*READABLE_SUFFIXES, *UNREADABLE_SUFFIXES}
+#: Role of a column or group with this name in lower case. All other columns and groups are labels.
 ROLES = {
-    **{name: name for name in ("recording_id", "grasp", "grasp_id", "object", "sample")},
-    **{"placement": "placement", "placement_id": "placement_id"},
-    **{"quality": "quality", "session": "session", "session_id": "session"},
+    "recording_id": "recording_id",
+    "grasp": "grasp",
+    "grasp_id": "grasp_id",
+    "object": "object",
+    "sample": "sample",
+    "placement": "placement",
+    "placement_id": "placement_id",
+    "quality": "quality",
+    "session": "session",
+    "session_id": "session",
 }
+#: Remark about a part of file names that the pattern does not use.
 UNUSED_PART = (
     "differ between files in a part that the pattern does not use. Name this part, e.g. "
     r"(?P<grasp>\d+), or (?P<take>.+) for a part that is stored and not learnt"
 )
 #: Names and reasons by type, e.g. `failed`.
 Remarks = defaultdict[str, list[tuple[str, str]]]
+#: Texts of the columns or groups of each file.
 RowsByFile = dict[Path, dict[str, str]]
 
 
@@ -51,9 +72,9 @@ class ScannedFile:
     """One recording in the folder: its path relative to the folder, session, cells and labels.
 
     `cells` are texts of `grasp_id`, `placement_id`, `object`, `recording_id`, `sample` and
-    `quality`; "" if the folder does not specify them. `has_grasp` is True if it specifies the
-    grasp, `has_grasp_number` if this is a number within the object, and `has_grasp_parts` if the
-    texts between `/` are of several columns.
+    `quality`; "" if the folder does not specify them. `has_grasp` is True if the folder specifies
+    the grasp, `has_grasp_number` if the grasp is a number within the object, and `has_grasp_parts`
+    if the texts between `/` are from several columns.
     """
 
     path: Path
@@ -71,11 +92,12 @@ class ScannedFile:
 
 @dataclass
 class Scan:
-    """Recordings found in a folder, and remarks.
+    """Recordings of a folder, and remarks: names and reasons by type.
 
-    Types of remarks: `failed` are files that belong to the recordings but cannot be imported,
-    `unused` parts of file names that vary and that the pattern does not use, `warning` what is
-    probably wrong, `not used` all other files.
+    - `failed`: files of recordings that cannot be imported
+    - `unused`: parts of file names that vary and that the pattern does not use
+    - `not used`: all other files
+    - `warning` and `note`: other remarks
     """
 
     folder: Path
@@ -101,11 +123,11 @@ def scan(
     name: str,
     known: Mapping[str, KnownSession] = MappingProxyType({}),
 ) -> Scan:
-    """Return every recording below `folder` (sorted by path), by `settings.pattern` or `.table`.
+    """Return all recordings below `folder`, sorted by path, by `settings.pattern` or `.table`.
 
-    `name` is the session of recordings without a session, `known` are the sessions of the data
-    set. Raises DataError if the folder, the pattern or the table cannot be used, or if nothing in
-    the folder matches.
+    `name` is the session of recordings without a session, and `known` are the sessions of the data
+    set. Raises DataError if the folder, the pattern or the table cannot be used, or if no file
+    matches.
     """
     name = plain_text(name)
     if not folder.is_dir():
@@ -184,14 +206,17 @@ def search(folder: Path) -> tuple[list[Path], list[tuple[str, str]]]:
 
 
 def _stop(error: OSError) -> None:
+    """Raise the error of a folder that cannot be searched."""
     raise error
 
 
 def _copies_of_wavs(audio: Iterable[Path]) -> set[Path]:
-    """Return files whose name differs from that of a WAV by its suffix only."""
+    """Return the files whose names differ from that of a WAV only by the suffix."""
     not_wav = {path for path in audio if path.suffix.lower() != ".wav"}
-    names = {path.with_suffix("") for path in audio if path not in not_wav} if not_wav else ()
-    return {path for path in not_wav if path.with_suffix("") in names}
+    if not not_wav:
+        return set()
+    names_of_wavs = {path.with_suffix("") for path in audio if path not in not_wav}
+    return {path for path in not_wav if path.with_suffix("") in names_of_wavs}
 
 
 def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Scan) -> RowsByFile:
@@ -230,9 +255,9 @@ def _by_table(
 ) -> RowsByFile:
     """Return the cells of each row of the table whose file is in the folder, by path.
 
-    A looser reading of a file name (see `file_matching.STEPS`) is a remark. A row whose file
-    another row names more exactly has no file. Raises DataError if two rows name one file by one
-    step.
+    A looser reading of a file name (see `file_matching.STEPS`) is a remark. If two rows name one
+    file, it belongs to the row that names it more exactly. Raises DataError if both rows name it by
+    the same step.
     """
     where = folder / settings.table
     table = read_label_table(where, template_columns(settings.file))
@@ -255,8 +280,10 @@ def _by_table(
             continue
         path = match.files[0]
         if match.taken_by is not None:
-            reason = f"in {settings.table} but not in the folder; {visible(path.as_posix())} is "
-            reason += f"the file of the row {visible(match.taken_by)}"
+            reason = (
+                f"in {settings.table} but not in the folder; {visible(path.as_posix())} is the file"
+                f" of the row {visible(match.taken_by)}"
+            )
             missing.append((visible(name), reason))
             continue
         if path in rows:
@@ -283,8 +310,10 @@ def _by_table(
 
 
 def file_id(path: Path) -> str:
-    """Return what identifies a file: its path without suffix. Blanks at the ends, which a table
-    does not keep, become _."""
+    """Return the recording_id of a file: its path without suffix.
+
+    Blanks at the ends become _, because the cells of a table lose them.
+    """
     return re.sub(r"^\s+|\s+$", "_", path.with_suffix("").as_posix())
 
 
@@ -295,7 +324,8 @@ def _columns(texts: Mapping[str, str], settings: ImportSettings, result: Scan) -
     """
     columns = {name: ROLES.get(slug(name).lower(), slug(name)) for name in texts}
     meanings = list(columns.values())
-    if doubled := [meaning for meaning in meanings if meanings.count(meaning) > 1]:
+    doubled = [meaning for meaning in meanings if meanings.count(meaning) > 1]
+    if doubled:
         names = [name for name, meaning in columns.items() if meaning == doubled[0]]
         problem = f"columns {names} would all be {doubled[0]!r}"
         raise DataError(settings.table or "--pattern", problem, "rename all but one")
@@ -312,7 +342,8 @@ def _columns(texts: Mapping[str, str], settings: ImportSettings, result: Scan) -
         for name, meaning in columns.items()
         if meaning in roles or (NAME_PATTERN.fullmatch(meaning) and not is_reserved(meaning))
     }
-    if unused := [columns[name] for name in columns if name not in stored]:
+    unused = [columns[name] for name in columns if name not in stored]
+    if unused:
         reason = "not stored, because no label can have these names"
         result.remarks["note"].append((reason, ", ".join(unused)))
     return stored
@@ -335,10 +366,10 @@ def _scanned(
     settings: ImportSettings,
     name: str,
 ) -> ScannedFile:
-    """Return the recording of a row, its session as the folder names it.
+    """Return the recording of a row, with its session as in the folder.
 
-    `numbered` are the texts with one spelling of each number of a grasp or sample; labels keep
-    theirs. A grasp number counts within its object.
+    `numbered` are the texts with one spelling of each number of a grasp or sample; the spelling of
+    labels does not change. A grasp number is a number within its object.
     """
     named = {columns[column]: text for column, text in texts.items() if column in columns}
     labels = {column: text for column, text in named.items() if column not in ROLES.values()}
@@ -379,7 +410,7 @@ def _scanned(
 
 
 def _placement(named: Mapping[str, str], object_name: str) -> str:
-    """Return the placement of a row by role; a number in `placement` counts within its object."""
+    """Return the placement of a row; `placement` is a number within its object."""
     number = named.get("placement", "")
     own = f"{object_name}/{number}" if object_name and number else number
     return named.get("placement_id", "") or own
@@ -398,7 +429,7 @@ def _filled_grasp(template: str, cells: Mapping[str, str]) -> str:
 
 
 def _warn_of_empty_sessions(rows: RowsByFile, result: Scan) -> None:
-    """Warn about rows in which all cells of the session are empty: they are one session."""
+    """Warn about rows in which all cells of the session are empty, because they are one session."""
     used = template_columns(result.session_template)
     empty = [
         path.as_posix()
@@ -413,9 +444,9 @@ def _warn_of_empty_sessions(rows: RowsByFile, result: Scan) -> None:
 
 
 def _alike(rows: Iterable[Mapping[str, str]], columns: Collection[str]) -> set[str]:
-    """Return the texts of columns that differ only in blanks or their Unicode form.
+    """Return the texts of columns that differ only in blanks or in their Unicode form.
 
-    Folders can have these names: `day 1` with one blank, and with two.
+    Two folders can have such names, for example `day 1` with one blank and with two blanks.
     """
     texts = {row[column] for row in rows for column in columns}
     spellings: dict[str, set[str]] = defaultdict(set)
@@ -437,9 +468,9 @@ def _plain(
 def _grasp_columns(
     rows: RowsByFile, columns: Mapping[str, str], settings: ImportSettings
 ) -> list[str]:
-    """Return the columns that a grasp is identified by: those of --grasp, else those of the role.
+    """Return the columns that identify a grasp: those of --grasp, else those of the role.
 
-    `object` identifies a grasp too, but a grasp without one is still a grasp of several recordings.
+    `object` also identifies a grasp, but recordings without an object can still be one grasp.
     """
     if settings.grasp:
         names = next(iter(rows.values()), {})
@@ -450,19 +481,20 @@ def _grasp_columns(
 def _note_empty_grasps(
     rows: RowsByFile, columns: Mapping[str, str], settings: ImportSettings, result: Scan
 ) -> None:
-    """Warn about rows whose grasp is empty: they would be grasps of their own."""
+    """Warn about rows whose grasp is empty, because each of them would be a grasp."""
     used = _grasp_columns(rows, columns, settings)
-    if settings.grasp:
-        empty = [path for path, texts in rows.items() if not all(texts[name] for name in used)]
-    else:
-        empty = [path for path, texts in rows.items() if not any(texts[name] for name in used)]
+    # With --grasp, all columns have to be filled; without it, one of them is sufficient.
+    is_complete = all if settings.grasp else any
+    empty = [path for path, texts in rows.items() if not is_complete(texts[name] for name in used)]
     if not used or not empty:
         return
     counted = f"{len(empty)} of {len(rows)} rows have no grasp"
     consequence = "each of them is a grasp of its own"
     if settings.grasp:
-        consequence = f"a column of --grasp {settings.grasp!r} is empty"
-        consequence += "; a row in which all are empty is a grasp of its own"
+        consequence = (
+            f"a column of --grasp {settings.grasp!r} is empty; a row in which all are empty is a"
+            " grasp of its own"
+        )
     fix = f"fill the cells of {', '.join(map(repr, used))}, or name other columns with --grasp"
     examples = listed([path.as_posix() for path in sorted(empty)])
     result.remarks["warning"].append((counted, f"{consequence} ({examples}); {fix}"))
@@ -471,8 +503,8 @@ def _note_empty_grasps(
 def _with_joined_numbers(
     rows: RowsByFile, columns: Mapping[str, str], settings: ImportSettings, result: Scan
 ) -> RowsByFile:
-    """Return rows in which a number of a grasp or sample has one spelling, and note which had
-    several."""
+    """Return rows in which each number of a grasp or sample has one spelling, and note numbers that
+    had several."""
     samples = [name for name, role in columns.items() if role == "sample"]
     joined = {path: dict(texts) for path, texts in rows.items()}
     for name in [*_grasp_columns(rows, columns, settings), *samples]:
@@ -482,23 +514,28 @@ def _with_joined_numbers(
         if spellings:
             numbers = sorted(set(spellings.values()))
             forms = sorted(form for form, number in spellings.items() if number == numbers[0])
-            subject = "1 number of" if len(numbers) == 1 else f"{len(numbers)} numbers of"
-            verb = "is" if len(numbers) == 1 else "are"
-            problem = f"{subject} {name} {verb} spelled in several ways"
+            if len(numbers) == 1:
+                problem = f"1 number of {name} is spelled in several ways"
+            else:
+                problem = f"{len(numbers)} numbers of {name} are spelled in several ways"
             example = f"each is one {name}, e.g. {', '.join(map(repr, forms))}"
             result.remarks["note"].append((problem, example))
     return joined
 
 
 def _note_grasps_without_object(result: Scan) -> None:
-    """Warn about numbered grasps without an object or label, if other rows have one: equal numbers
-    of different objects would be one grasp."""
+    """Warn about numbered grasps without an object or label, if other rows have one.
+
+    Equal numbers of different objects would be one grasp.
+    """
     numbered = [file for file in result.files if file.has_grasp_number]
     empty = [file.path.as_posix() for file in numbered if not file.cells["object"]]
     has_label = any(file.cells["object"] for file in numbered)
     if empty and has_label:
-        counted = f"{len(empty)} of {len(numbered)} rows have the number of a grasp, "
-        counted += "but no object or label"
+        counted = (
+            f"{len(empty)} of {len(numbered)} rows have the number of a grasp, but no object or"
+            " label"
+        )
         reason = f"equal numbers are one grasp ({listed(empty)}); fill the cells"
         result.remarks["warning"].append((counted, reason))
 
@@ -520,7 +557,7 @@ def _use_stored_name(result: Scan, session: str, known: Mapping[str, KnownSessio
 
 
 def _name_sessions(result: Scan, known: Mapping[str, KnownSession]) -> None:
-    """Replace the values of sessions by their names, and note values that are not their name."""
+    """Replace the values of sessions by their names, and note values that differ from the names."""
     paths: dict[str, set[str]] = {value: set() for value in result.played}
     for file in result.files:
         paths.setdefault(file.session, set()).add(file.path.as_posix())
@@ -531,12 +568,12 @@ def _name_sessions(result: Scan, known: Mapping[str, KnownSession]) -> None:
         if is_changed(value, name):
             result.remarks["note"].append((f"session {value!r}", f"is stored as {name}"))
     result.files = [replace(file, session=names[file.session]) for file in result.files]
-    played = defaultdict(list, {names[value]: paths for value, paths in result.played.items()})
-    result.played = played
+    played = {names[value]: sounds for value, sounds in result.played.items()}
+    result.played = defaultdict(list, played)
 
 
 def _sample_numbers(texts: Collection[str]) -> dict[str, str]:
-    """Return numbers of samples: whole numbers, else the places of texts in alphabetical order."""
+    """Return the numbers of samples: whole numbers, or places of texts in alphabetical order."""
     numbers = {text: whole_number(text or "0") for text in texts}
     if all(numbers.values()):
         return numbers

@@ -1,4 +1,4 @@
-"""Recordings of a session as they are on disk: files that can be used, and what is wrong."""
+"""Files of the recordings of a session, their labels, and issues."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class AudioFile:
 
 @dataclass
 class SessionAudio:
-    """One session: recordings whose file is there and unchanged, a row of labels for each row of
-    its table, and issues."""
+    """One session: the files that exist and are unchanged, the labels of all rows of its table, and
+    issues."""
 
     session_id: str
     files: list[AudioFile] = field(default_factory=list)
@@ -35,9 +35,9 @@ class SessionAudio:
 
 
 def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> SessionAudio:
-    """Read the tables and every file of a session. Problems are findings, never exceptions.
+    """Read the tables and all files of a session. Problems become findings and not exceptions.
 
-    `trusted` are sha256 by recording_id: these files are not read, and their paths not examined.
+    `trusted` are sha256 by recording_id; the files of trusted recordings are not read.
     """
     result = SessionAudio(folder.name)
     try:
@@ -61,7 +61,8 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
     known = trusted or {}
     for recording in recordings:
         try:
-            if digest := known.get(recording.recording_id):
+            digest = known.get(recording.recording_id)
+            if digest:
                 path = Path(session.audio_root or folder, recording.file)
             else:
                 path = audio_path(folder, session, recording)
@@ -79,7 +80,7 @@ def check_session(folder: Path, trusted: Mapping[str, str] | None = None) -> Ses
 
 
 def _without_hash(folder: Path, recording: Recording) -> Finding:
-    """Return a warning about a recording without a hash: a later change would not be noticed."""
+    """Return a warning about a recording without a hash, whose changes cannot be detected."""
     dataset = folder.parents[1].name
     problem = "`sha256` is empty, so a change of the file is not noticed"
     fix = (
@@ -91,8 +92,10 @@ def _without_hash(folder: Path, recording: Recording) -> Finding:
 
 
 def checked_sha256(path: Path, declared: str, dataset: str = "NAME") -> str:
-    """Return the sha256 of a file of a data set, which the fix names. Raises AudioError if the file
-    cannot be read or is not `declared`."""
+    """Return the sha256 of a file of a data set.
+
+    Raises AudioError if the file cannot be read, or if its hash is not the `declared` one.
+    """
     digest = file_sha256(path)
     if declared and digest != declared:
         problem = "its bytes are not those that were recorded (sha256 differs)"
@@ -106,12 +109,16 @@ def checked_sha256(path: Path, declared: str, dataset: str = "NAME") -> str:
 
 def label_rows(session: Session, recordings: Sequence[Recording]) -> list[dict[str, str]]:
     """Return a row of labels for each recording of a session, all as text."""
-    columns = sorted({column for r in recordings for column in r.labels})
-    has_placements = any(r.placement_id for r in recordings)
-    standard = [*LABEL_COLUMNS, *(["placement_id"] if has_placements else [])]
+    columns = sorted({column for recording in recordings for column in recording.labels})
+    standard = list(LABEL_COLUMNS)
+    if any(recording.placement_id for recording in recordings):
+        standard.append("placement_id")
+    of_session = {name: str(getattr(session, name)) for name in SESSION_COLUMNS}
     return [
-        {c: str(getattr(r, c)) for c in standard}
-        | {c: str(getattr(session, c)) for c in SESSION_COLUMNS}
-        | {c: r.labels.get(c, "") for c in columns}
-        for r in recordings
+        {
+            **{name: str(getattr(recording, name)) for name in standard},
+            **of_session,
+            **{name: recording.labels.get(name, "") for name in columns},
+        }
+        for recording in recordings
     ]

@@ -1,4 +1,4 @@
-"""Names of sessions: different values of a folder or table never become one session."""
+"""Names of sessions: different values of a folder or table become different sessions."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-#: Digits of the hash that separates names which would otherwise be equal.
+#: Digits of the hash at the end of names that would otherwise be equal.
 HASH_DIGITS = 6
-#: Name of a value without a Latin letter or a digit, before its hash.
+#: Name of a value without Latin letters and digits, before its hash.
 NAMELESS = "session"
 _SIGNED = re.compile(r"([+\-\u2212])(?=[\d.])")
 _SIGNS = {"+": "plus", "-": "minus", "\u2212": "minus"}
@@ -23,8 +23,8 @@ def slug(text: str) -> str:
 
 @dataclass(frozen=True)
 class KnownSession:
-    """A session of the data set: the text that it was imported as, and the paths of its recordings
-    in the imported folder.
+    """A session of the data set: its value at the import, and the paths of its recordings in the
+    imported folder.
 
     `text` is None for a session that was recorded, or that an older version imported.
     """
@@ -38,12 +38,12 @@ def stored_session_names(
     known: Mapping[str, KnownSession] = MappingProxyType({}),
     files: Mapping[str, Collection[str]] = MappingProxyType({}),
 ) -> dict[str, str]:
-    """Return the name of a session for each value. Names differ even where case is ignored.
+    """Return the name of a session for each value. Names differ even if case is ignored.
 
-    A leading sign becomes a word. A value with characters of other scripts, and all values but one
-    that would have one name, get a hash of the value at the end. `known` are the sessions of the
-    data set by name: a value keeps its name in later imports, and no other value gets it. `files`
-    are the paths of recordings by value.
+    A leading sign becomes a word. The name of a value with characters of other scripts ends with a
+    hash of the value. If several values would have one name, all of them except one have a hash.
+    `known` are the sessions of the data set by name. A value keeps its name in later imports, and
+    no other value gets this name. `files` are the paths of recordings by value.
 
     >>> stored_session_names(["run 1", "run_1", "-5"])
     {'run_1': 'run_1', '-5': 'minus5', 'run 1': 'run_1-b945d8'}
@@ -53,7 +53,7 @@ def stored_session_names(
     by_text = {session.text: name for name, session in known.items() if session.text is not None}
     names = {value: by_text[value] for value in sorted(values) if value in by_text}
     used = {name.casefold() for name in known}
-    # A value that is a name already keeps it.
+    # First the values that are names, which do not change.
     new_values = sorted(
         set(values) - set(names), key=lambda value: (_plain_name(value) != value, value)
     )
@@ -71,10 +71,10 @@ def stored_session_names(
 def _name_in_older_version(
     value: str, files: Collection[str], known: Mapping[str, KnownSession], used: Collection[str]
 ) -> str:
-    """Return the name of a known session without a text that has this value; "" for no session.
+    """Return the name of a known session without a text that belongs to a value; "" without one.
 
-    Older versions replaced all signs and letters of other scripts. If the name is not the present
-    one, the session has to contain one of the `files`.
+    Older versions replaced all signs and all letters of other scripts. If the name is not the
+    present one, the session has to contain one of the `files`.
     """
     for name in (_plain_name(value), slug(value)):
         session = known.get(name)
@@ -91,11 +91,12 @@ def is_changed(value: str, name: str) -> bool:
 
 
 def _plain_name(value: str) -> str:
+    """Return the name of a value, if no other value would have the same name."""
     sign = _SIGNED.match(value)
     text = _SIGNS[sign[1]] + value[1:] if sign else value
-    has_letters_lost = any(c.isalnum() and not c.isascii() for c in text)
+    loses_letters = any(character.isalnum() and not character.isascii() for character in text)
     is_empty = not re.search("[A-Za-z0-9]", text)
-    if has_letters_lost or is_empty:
+    if loses_letters or is_empty:
         readable = NAMELESS if is_empty else slug(text)
         return f"{readable}-{_hash(value)}"
     return slug(text)

@@ -1,4 +1,4 @@
-"""Reads and writes what people and sources declare: dataset.yaml, session.yaml, recordings.csv."""
+"""Files of data sets and sessions: dataset.yaml, session.yaml and recordings.csv."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ _TEXTS = ("grasp_id", "placement_id", "object", "quality")
 
 
 def list_datasets(paths: Paths) -> list[str]:
-    """Return names of the declared data sets."""
+    """Return the names of the declared data sets, sorted."""
     return sorted(file.parent.name for file in paths.datasets.glob("*/dataset.yaml"))
 
 
 def check_declared(paths: Paths, dataset: str) -> None:
-    """Raise DataError if there is no data set of that name; the fix has the most similar names."""
+    """Raise DataError if there is no data set of this name; the fix has the most similar names."""
     path = paths.dataset(checked_name(dataset))
     if path.is_file():
         return
@@ -62,12 +62,12 @@ def check_declared(paths: Paths, dataset: str) -> None:
         fix = "add a data set with `ajgdata import FOLDER`, or run `ajgdata` in another folder"
         raise DataError(path, "no such data set", fix)
     close = difflib.get_close_matches(dataset.lower(), by_lower)
-    proposed = [by_lower[name] for name in close] or [*by_lower.values()]
+    proposed = [by_lower[name] for name in close] or list(by_lower.values())
     raise DataError(path, "no such data set", f"use one of {', '.join(proposed)}")
 
 
 def read_dataset(paths: Paths, dataset: str) -> DatasetSpec:
-    """Return the declaration of a data set; DataError names file, key, value and fix."""
+    """Return the declaration of a data set. Raises DataError with file, key, value and fix."""
     check_declared(paths, dataset)
     path = paths.dataset(dataset)
     spec = read_declaration(path)
@@ -78,9 +78,9 @@ def read_dataset(paths: Paths, dataset: str) -> DatasetSpec:
 
 
 def read_declaration(path: Path) -> DatasetSpec:
-    """Return a declaration, wherever it lies; DataError names file, line, key, value and fix.
+    """Return a declaration from any file. Raises DataError with file, line, key, value and fix.
 
-    One that is `from` another takes over what that declares and says what differs, see `_derived`.
+    A declaration with the key `from` is derived from another one, see `_derived`.
     """
     content = read_yaml(path)
     check_yaml_format(path, content, DATASET_FORMAT)
@@ -90,10 +90,10 @@ def read_declaration(path: Path) -> DatasetSpec:
 
 
 def _derived(path: Path, content: dict[str, Any]) -> dict[str, Any]:
-    """Return the declaration that `from` names, with the differences of `content`, key by key.
+    """Return the declaration that `from` names, with the keys of `content` in it.
 
-    Tasks and embeddings are not taken over, and its recipe draws the same grasps: a derived data
-    set is there to test the other's models on.
+    The purpose of a derived data set is to test models of the other one. It does not inherit tasks
+    and embeddings, and its recipe has the same grasps.
     """
     origin = content["from"]
     where = f"{path}:{line_of(path, ['from'])}"
@@ -121,9 +121,9 @@ def write_dataset(paths: Paths, spec: DatasetSpec) -> Path:
 
 
 def list_sessions(paths: Paths, dataset: str) -> list[str]:
-    """Return session folders of a data set (complete or not); hidden folders are none.
+    """Return the names of the session folders of a data set, complete or not; not hidden folders.
 
-    Raises DataError for a folder whose name no session can have: it would be left out unseen.
+    Raises DataError for a folder whose name is not valid for a session.
     """
     folder = paths.sessions(dataset)
     if not folder.is_dir():
@@ -137,17 +137,19 @@ def list_sessions(paths: Paths, dataset: str) -> list[str]:
 
 
 def incomplete_sessions(paths: Paths, dataset: str, virtual: Collection[str]) -> set[str]:
-    """Return those of the sessions `virtual`, which a recipe makes, that are not recorded yet."""
+    """Return the sessions of a recipe (`virtual`) that are not recorded yet."""
     return {s for s in virtual if not (paths.session(dataset, s) / SESSION_FILE).is_file()}
 
 
 def dropped_sessions(paths: Paths, dataset: str, virtual: Collection[str]) -> set[str]:
-    """Return the simulated sessions on disk that are not among those that the recipe makes.
+    """Return the simulated sessions on disk that are not in the recipe (`virtual`).
 
-    They are left on disk, and out of every run. Of a data set without recipe there are none.
+    They remain on disk, and no run uses them. A data set without a recipe has none of them.
     """
+    if not virtual:
+        return set()
     dropped = set()
-    for name in set(list_sessions(paths, dataset)) - set(virtual) if virtual else ():
+    for name in set(list_sessions(paths, dataset)) - set(virtual):
         try:
             session = read_session(paths.session(dataset, name))
         except DataError:
@@ -162,9 +164,9 @@ def check_one_source(
 ) -> None:
     """Raise DataError if some sessions of a data set are simulated and others recorded.
 
-    A mixture would be neither, and no figure of it could say which. Sessions that a recipe has yet
-    to simulate count, and one that is to be added (`adding`: whether it is simulated); those that
-    cannot be read are reported elsewhere.
+    Figures state one source for all sessions. Sessions of the recipe are simulated, also before
+    they exist. `adding` is whether a session to be added is simulated; None without a session.
+    Sessions that cannot be read are ignored here, and reported by the checks.
     """
     sources = {True: "its recipe"} if spec.recipe else {}
     for name in sorted(sessions):
@@ -177,20 +179,22 @@ def check_one_source(
         problem = (
             f"{sources[True]} is simulated, {sources[False]} is recorded: both in one data set"
         )
-        fix = f"move {sources[False].removeprefix('session ')} below a data set of its own"
-        fix = fix if adding is None else "choose another data set for it"
+        if adding is None:
+            fix = f"move {sources[False].removeprefix('session ')} below a data set of its own"
+        else:
+            fix = "choose another data set for it"
         raise DataError(paths.sessions(spec.name), problem, fix)
 
 
 def whole_sessions(paths: Paths, dataset: str, virtual: Collection[str]) -> list[str]:
-    """Return the sessions on disk that are complete and, if a recipe makes them, asked for."""
+    """Return the sessions on disk that are complete and that a run uses."""
     incomplete = incomplete_sessions(paths, dataset, virtual)
     dropped = dropped_sessions(paths, dataset, virtual)
     return sorted(set(list_sessions(paths, dataset)) - incomplete - dropped)
 
 
 def read_session(folder: Path) -> Session:
-    """Return session.yaml of a session folder."""
+    """Return session.yaml of a session folder. Raises DataError with file, line and fix."""
     path = folder / SESSION_FILE
     if not path.is_file():
         raise DataError(path, "there is no such file", "finish the import or acquisition")
@@ -225,38 +229,48 @@ def count_recordings(table: Path) -> int:
 
 
 def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
-    """Return rows of recordings.csv in order of recording_id, and an error for each row that cannot
-    be used. Labels are compared as plain text (see `plain_text`).
+    """Return rows of recordings.csv, sorted by recording_id, and an error for each unusable row.
 
-    Raises DataError when the table itself cannot be read (no such file, a column missing or with a
-    name that the feature store cannot take).
+    Labels are converted to plain text (see `plain_text`). Raises DataError if the table itself
+    cannot be read: the file or a column is missing, or the name of a column is reserved.
     """
     path = folder / RECORDINGS_FILE
     header, rows = numbered_rows(path, ("recording_id", "file", "grasp_id"))
     extra = [column for column in header if column not in RECORDING_COLUMNS]
-    if unusable := [c for c in extra if is_reserved(c) or not NAME_PATTERN.fullmatch(c)]:
-        fix = "rename it (letters, digits, _ and -; not the name of a standard column)"
-        raise DataError(path, f"no label can have the name {unusable[0]!r}", fix)
-    recordings, findings = [], []
+    for column in extra:
+        if is_reserved(column) or not NAME_PATTERN.fullmatch(column):
+            fix = "rename it (letters, digits, _ and -; not the name of a standard column)"
+            raise DataError(path, f"no label can have the name {column!r}", fix)
+    recordings = []
+    findings = []
     texts = [column for column in header if column in _TEXTS or column in extra]
     for line, cells in rows:
         row = {**cells, **{column: plain_text(cells[column]) for column in texts}}
-        known = {c: row[c] for c in RECORDING_COLUMNS if c in row and (row[c] or c == "sha256")}
+        known = {
+            column: row[column]
+            for column in RECORDING_COLUMNS
+            if column in row and (row[column] or column == "sha256")
+        }
         try:
-            labels = {c: row[c] for c in extra}
+            labels = {column: row[column] for column in extra}
             recordings.append(Recording.model_validate({**known, "labels": labels}))
         except ValidationError as error:
-            wrong = describe(error, f"row {line}")
-            problem = f"{RECORDINGS_FILE} row {line}: {wrong.problem}"
+            invalid = describe(error, f"row {line}")
+            problem = f"{RECORDINGS_FILE} row {line}: {invalid.problem}"
             names = (folder.name, row["recording_id"] or f"row {line}", row["file"])
-            findings.append(Finding(*names, "error", "bad_row", problem, wrong.fix))
+            findings.append(Finding(*names, "error", "bad_row", problem, invalid.fix))
     counts = Counter(recording.recording_id for recording in recordings)
-    for recording in [recording for recording in recordings if counts[recording.recording_id] > 1]:
-        problem = f"{counts[recording.recording_id]} rows share this recording_id"
-        issue = ("error", "duplicate_id", problem, "give each row its own")
-        findings.append(Finding(folder.name, recording.recording_id, recording.file, *issue))  # type: ignore[arg-type]  # the level above
-    unique = [r for r in recordings if counts[r.recording_id] == 1]
-    return sorted(unique, key=lambda r: r.recording_id), findings
+    unique = []
+    for recording in recordings:
+        count = counts[recording.recording_id]
+        if count == 1:
+            unique.append(recording)
+            continue
+        problem = f"{count} rows share this recording_id"
+        fix = "give each row its own"
+        names = (folder.name, recording.recording_id, recording.file)
+        findings.append(Finding(*names, "error", "duplicate_id", problem, fix))
+    return sorted(unique, key=lambda recording: recording.recording_id), findings
 
 
 def write_recordings(folder: Path, recordings: Sequence[Recording]) -> None:
@@ -264,12 +278,15 @@ def write_recordings(folder: Path, recordings: Sequence[Recording]) -> None:
 
     A session whose placements are unknown has no column for them.
     """
-    has_placements = any(r.placement_id for r in recordings)
+    has_placements = any(recording.placement_id for recording in recordings)
     absent = set() if has_placements else {"placement_id"}
     standard = [name for name in RECORDING_COLUMNS if name not in absent]
-    columns = sorted({column for r in recordings for column in r.labels})
-    rows = ({**r.model_dump(exclude={"labels", *absent}), **r.labels} for r in recordings)
-    write_if_changed(folder / RECORDINGS_FILE, csv_bytes([*standard, *columns], rows))
+    labels = sorted({column for recording in recordings for column in recording.labels})
+    rows = (
+        {**recording.model_dump(exclude={"labels", *absent}), **recording.labels}
+        for recording in recordings
+    )
+    write_if_changed(folder / RECORDINGS_FILE, csv_bytes([*standard, *labels], rows))
 
 
 def write_session(folder: Path, session: Session, recordings: Sequence[Recording]) -> None:
@@ -287,16 +304,16 @@ def write_session(folder: Path, session: Session, recordings: Sequence[Recording
 
 
 def audio_path(folder: Path, session: Session, recording: Recording) -> Path:
-    """Return a recording's file. Raises DataError when the name would leave its folder."""
+    """Return the file of a recording. Raises DataError for a name that leads out of its folder."""
     base = folder if session.audio_root is None else Path(session.audio_root)
     return inside(base, recording.file)
 
 
 def inside(base: Path, file: str) -> Path:
-    """Return `base / file`. Raises DataError if it lies elsewhere, by `..` or a symbolic link."""
+    """Return `base / file`. Raises DataError if `..` or a symbolic link leads out of `base`."""
     path = base / file
     parts = Path(file).parts
-    # Only a link or .. can lead elsewhere: to resolve each path takes longer than to hash the file.
+    # Only these can lead out of it. To resolve each path would take longer than to hash the file.
     steps = [base.joinpath(*parts[:count]) for count in range(1, len(parts) + 1)]
     is_linked = any(step.is_symlink() for step in steps)
     leaves = is_linked and not path.resolve().is_relative_to(base.resolve())

@@ -1,4 +1,4 @@
-"""Public recordings by name: what source.yaml says, and the recordings themselves.
+"""Sources of public recordings (source.yaml), and the download of the recordings.
 
 `git` downloads the folders of a repository as a partial clone. The hash of a commit covers every
 byte below it, so a mirror (`url.<base>.insteadOf` of git) need not be trusted.
@@ -12,15 +12,21 @@ import subprocess
 from pathlib import Path
 
 from ajgdata.paths import SOURCE_FILE, Paths, public_recordings
-from ajgdata.store.files import alone, read_model, write_if_changed
+from ajgdata.store.files import read_model, write_if_changed
+from ajgdata.store.lock import locked
 from ajgdata.store.publishing.archive import RUN_AGAIN
 from ajgdata.types import DataError, DatasetSource, GitPart
 
-#: Files are stored unchanged: line ends are not converted and no filter of the user is run.
+#: Attributes with which git stores files unchanged: without conversion of line ends, and without
+#: filters of the user.
 _ATTRIBUTES = b"* -text !eol -ident -filter -working-tree-encoding\n"
 _SETTINGS = (
-    *("core.autocrlf=false", "core.symlinks=false", "core.hooksPath="),
-    *("gc.auto=0", "http.lowSpeedLimit=1000", "http.lowSpeedTime=30"),
+    "core.autocrlf=false",
+    "core.symlinks=false",
+    "core.hooksPath=",
+    "gc.auto=0",
+    "http.lowSpeedLimit=1000",
+    "http.lowSpeedTime=30",
 )
 
 
@@ -30,7 +36,7 @@ def list_sources(paths: Paths) -> list[str]:
 
 
 def read_source(paths: Paths, dataset: str) -> DatasetSource:
-    """Return the source of a data set; DataError names file, line, key, value and fix."""
+    """Return the source of a data set. Raises DataError with file, line, key, value and fix."""
     path = paths.source(dataset)
     if not path.is_file():
         known = ", ".join(list_sources(paths)) or "none"
@@ -39,17 +45,17 @@ def read_source(paths: Paths, dataset: str) -> DatasetSource:
 
 
 def bring(dataset: str, source: DatasetSource) -> Path:
-    """Return the folder with the recordings of a source, each part as in its commit.
+    """Download the recordings of a source, each part as in its commit; return their folder.
 
-    Git downloads only missing files, so the same call resumes after
-    an interruption, and a complete part needs no network.
+    Git downloads only missing files. The same call therefore resumes after an interruption, and a
+    complete part requires no network.
     """
     folder = public_recordings(dataset).absolute()
     objects = folder.with_name(f"{folder.name}.git")
-    with alone(objects, "fetching these recordings"):
+    with locked(objects, "fetching these recordings"):
         _git(objects, "init", "--quiet", "--bare", "--template=", str(objects))
-        for stale in objects.glob("*.lock"):  # of a git that was killed
-            stale.unlink()
+        for lock_of_killed_git in objects.glob("*.lock"):
+            lock_of_killed_git.unlink()
         _git(objects, "config", "remote.origin.url", source.origin.repository)
         write_if_changed(objects / "info" / "attributes", _ATTRIBUTES)
         for part in source.origin.parts:
@@ -58,7 +64,7 @@ def bring(dataset: str, source: DatasetSource) -> Path:
 
 
 def _check_out(objects: Path, folder: Path, part: GitPart) -> None:
-    """Write the files of a part, which git downloads now."""
+    """Write the files of a part; git downloads those that are missing."""
     present = ("rev-list", "--max-count=1", "--missing=print", part.commit)
     if _git(objects, *present, may_fail=True) != part.commit:
         options = ("--quiet", "--no-tags", "--depth=1", "--filter=blob:none")
@@ -67,24 +73,31 @@ def _check_out(objects: Path, folder: Path, part: GitPart) -> None:
     target.mkdir(parents=True, exist_ok=True)
     tree = f"{part.commit}:{part.folder}"
     index = str(objects / f"{part.into.replace('/', '%') or 'all'}.index")
-    place = ("--work-tree", str(target))
-    _git(objects, *place, "read-tree", "--reset", "-u", tree, GIT_INDEX_FILE=index)
+    work_tree = ("--work-tree", str(target))
+    _git(objects, *work_tree, "read-tree", "--reset", "-u", tree, GIT_INDEX_FILE=index)
 
 
 def _git(objects: Path, *words: str, may_fail: bool = False, **variables: str) -> str:
-    """Return what git prints about the repository `objects`. Raises DataError with git's own words
-    if it fails, unless it `may_fail`."""
-    if (program := shutil.which("git")) is None:
+    """Return the output of git about the repository `objects`.
+
+    Raises DataError with the message of git if it fails, except if it `may_fail`.
+    """
+    program = shutil.which("git")
+    if program is None:
         fix = "install git, then run it again"
         raise DataError("git", "is not installed, but downloads the recordings", fix)
     settings = [word for setting in _SETTINGS for word in ("-c", setting)]
-    done = subprocess.run(
+    completed = subprocess.run(
         [program, *settings, "--git-dir", str(objects), *words],
-        stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", check=False,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
         env={**os.environ, "GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C", **variables},
         cwd=objects.parent,
-    )  # fmt: skip
-    if done.returncode and not may_fail:
-        reason = " ".join(done.stderr.split())[:400] or "it gives no reason"
+    )
+    if completed.returncode and not may_fail:
+        reason = " ".join(completed.stderr.split())[:400] or "it gives no reason"
         raise DataError(objects, f"git failed ({reason})", f"correct the cause, then {RUN_AGAIN}")
-    return done.stdout.strip()
+    return completed.stdout.strip()

@@ -9,8 +9,8 @@ from pathlib import Path
 
 #: Path of a recording: running number, label (everything after the first underscore), suffix.
 STARTER_KIT = r"(?:.*/)?(?P<n>\d+)_(?P<label>[^/]+)\.[^./]+"
-#: A smaller part of the file names of a folder is an accident, e.g. hexadecimal names with
-#: digits only (Speech Commands: `00176480_nohash_0.wav`, 2 % of the names).
+#: Least part of the file names of a folder that have the form. A smaller part is an accident, e.g.
+#: hexadecimal names with digits only (Speech Commands: `00176480_nohash_0.wav`, 2 % of the names).
 MIN_MATCHING = 1 / 2
 #: Numbers that recorders and telephones derive from the clock: YYMMDD or YYYYMMDD, with or without
 #: HHMM or HHMMSS; DDMMYYYY; Unix time of 2001 to 2033 in seconds or milliseconds.
@@ -24,16 +24,16 @@ _SEPARATE_DATE = re.compile(r"(?:19|20)\d\d_(?:0[1-9]|1[0-2])_(?:0[1-9]|[12]\d|3
 #: A label with a decimal point or a sign is a measured value, e.g. `7.5` (a position in cm).
 _MEASURED = re.compile(r"[+\u2212-]\d+|[+\u2212-]?\d+\.\d+")
 _NUMBER = re.compile(r"[+\u2212-]?\d+(?:\.\d+)?")
-#: Part of the recordings whose label occurs again. Texts are rarely equal by accident, so a quarter
-#: suffices. Equal digits are frequent (times and counters of several days), so half is required.
+#: Least part of the recordings whose label occurs again. Texts are rarely equal by accident, so a
+#: quarter is sufficient. Equal digits are frequent (times, counters), so half is required.
 MIN_REPEATED_TEXTS = 1 / 4
 MIN_REPEATED_DIGITS = 1 / 2
-#: In a folder with fewer recordings, each text may occur once: a first trial with a few objects.
+#: In a folder with fewer recordings, each text can occur once: a first trial with a few objects.
 MIN_FOLDER_RECORDINGS = 6
 
 
 def starter_kit_objection(files: Sequence[Path]) -> str:
-    """Return why file names are not of the starter kit; "" if they are.
+    """Return the reason why file names are not of the starter kit; "" if they are.
 
     `files` (n,) are paths of audio files relative to their folder. In the starter kit a running
     number identifies a recording, a label occurs in several recordings, and number 0 is the played
@@ -69,14 +69,18 @@ def starter_kit_objection(files: Sequence[Path]) -> str:
         return prefix + f"the numbers are dates or times, e.g. {clock[0]!r}"
     recorded = Counter(label for number, label in pairs if int(number) > 0)
     played = {label for number, label in pairs if int(number) == 0}
-    if both := sorted(played & set(recorded)):
+    both = sorted(played & set(recorded))
+    if both:
         return prefix + f"{both[0]!r} has number 0, which is the played sound, and other numbers"
     reason = _label_objection(recorded)
     return prefix + reason if reason else ""
 
 
 def _label_objection(recorded: Counter[str]) -> str:
-    """Return why labels, with their numbers of recordings, are not classes or measured values."""
+    """Return the reason why labels are not classes or measured values; "" if they are.
+
+    `recorded` has the number of recordings of each label.
+    """
     is_measured = any(_MEASURED.fullmatch(label) for label in recorded)
     repeated = sum(
         count

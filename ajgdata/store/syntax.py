@@ -1,4 +1,4 @@
-"""Syntax trees of Python files without all that cannot decide a result."""
+"""Syntax trees of Python files without the parts that cannot change a result."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ajgdata.store.files import read_text
 
 @functools.cache
 def deciding_tree(file: Path) -> ast.Module:
-    """Return the syntax tree of a file without all that cannot decide a result."""
+    """Return the syntax tree of a file without the parts that cannot change a result."""
     tree = ast.parse(read_text(file))
     return _Deciding().visit(tree)
 
@@ -26,7 +26,7 @@ class _Deciding(ast.NodeTransformer):
         return ast.Pass() if is_text else self.generic_visit(node)
 
     def visit_Raise(self, node: ast.Raise) -> ast.AST:
-        """Remove the message of an error; its code, a text without spaces, stays."""
+        """Remove the message of an error; its code, a text without spaces, remains."""
         if isinstance(node.exc, ast.Call):
             node.exc.args = [value for value in node.exc.args if not _is_message(value)]
         return self.generic_visit(node)
@@ -52,7 +52,8 @@ def used_statements(tree: ast.Module, names: tuple[str, ...]) -> list[ast.stmt]:
     """Return the definitions of `names` in a module, with the definitions and imports that they
     use there, in the order of the module.
 
-    A statement that defines nothing counts if it uses a used name: it can change the value.
+    A statement without definitions is included if it uses one of the used names, because it can
+    change the value.
 
     >>> tree = ast.parse("import math\\nA = 1\\ndef f(): return g(A)\\ndef g(x): return x")
     >>> [ast.unparse(statement) for statement in used_statements(tree, ("f",))]

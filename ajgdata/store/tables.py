@@ -1,7 +1,7 @@
-"""Tables of results as JSON files: the one reader and the one writer.
+"""Reading and writing of tables of results as JSON files.
 
-JSON has no infinity. A cell that holds one is stored as an object, `{"number": "inf"}`, so that a
-label `inf` stays a text. NaN is a missing value, null.
+JSON has no infinity. A cell with infinity is stored as an object, `{"number": "inf"}`, and differs
+from the text of a label `inf`. NaN is a missing value, null.
 """
 
 from __future__ import annotations
@@ -77,8 +77,9 @@ def as_json(table: Table) -> dict[str, Any]:
 
 
 def _cell(value: Any) -> Any:
-    """Return a cell as JSON has it: see above for infinity and NaN."""
-    value = value.item() if hasattr(value, "item") else value
+    """Return a cell as JSON; see the beginning of this module for infinity and NaN."""
+    if hasattr(value, "item"):
+        value = value.item()
     if isinstance(value, float) and math.isnan(value):
         return None
     if isinstance(value, float) and math.isinf(value):
@@ -100,11 +101,13 @@ def _from_json(content: Mapping[str, Any]) -> Table:
 
 
 def plain(value: Any) -> Any:
-    """Return nested content as JSON has it: NaN and infinity become null, numpy becomes Python."""
+    """Return nested content as JSON: NaN and infinity become null, and numpy becomes Python."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, (np.ndarray, np.generic)):
         value = value.tolist()
     if isinstance(value, (list, tuple)):
         return [plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

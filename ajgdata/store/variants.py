@@ -1,4 +1,4 @@
-"""Files `reports/variants/<name>.yaml` -> experiments of the tasks whose evaluation they change."""
+"""Files `reports/variants/<name>.yaml`: experiments of the tasks whose evaluation they change."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _check_folders(paths: Paths) -> None:
 
 
 def _check(file: Path, variants: Variants, paths: Paths, spec: DatasetSpec) -> None:
-    """Raise DataError for a task, a data set, features or a sound that cannot be."""
+    """Raise DataError for an unknown task or data set, and for impossible features or sounds."""
     for task in (variants.task, *variants.tasks):
         if task not in spec.tasks:
             where = f"{file}:{line_of(file, ['task'])}"
@@ -89,4 +89,4 @@ def _check(file: Path, variants: Variants, paths: Paths, spec: DatasetSpec) -> N
 
 def _distinct(names: Iterable[Iterable[str]]) -> list[str]:
     """Return all names, each once."""
-    return list(dict.fromkeys(name for some in names for name in some))
+    return list(dict.fromkeys(name for group in names for name in group))

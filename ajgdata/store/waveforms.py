@@ -1,4 +1,4 @@
-"""Recordings as one lazy array: a file is opened when its samples are used, not before."""
+"""Recordings as one lazy array, which opens a file only when its samples are used."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ajgdata.types import AudioSettings, DataError, DatasetSpec, Finding, Record
 
 @dataclass(frozen=True)
 class AudioSource:
-    """A recording on disk; `frames` is its length at the declared rate, `sha256` may be empty."""
+    """A recording on disk; `frames` is its length at the declared rate, `sha256` can be empty."""
 
     path: Path
     sha256: str
@@ -32,10 +32,11 @@ class AudioSource:
 
 
 class Waveforms(BackendArray):
-    """Samples (recording, time), float32, full scale ±1; NaN after the end of a shorter one."""
+    """Samples (recording, time), float32, full scale ±1; NaN after the end of a recording."""
 
     def __init__(self, sources: Sequence[AudioSource], audio: AudioSettings) -> None:
-        self.sources, self.audio = tuple(sources), audio
+        self.sources = tuple(sources)
+        self.audio = audio
         self.shape = (len(sources), max(source.frames for source in sources))
         self.dtype = np.dtype(np.float32)
 
@@ -45,16 +46,18 @@ class Waveforms(BackendArray):
         return indexing.explicit_indexing_adapter(key, self.shape, outer, self._read)
 
     def _read(self, key: tuple[Any, Any]) -> np.ndarray:
-        rows, times = (np.arange(n)[part] for n, part in zip(self.shape, key, strict=True))
-        result = np.full((rows.size, times.size), np.nan, np.float32)
-        for out, row in zip(result, np.atleast_1d(rows), strict=True):
-            source = self.sources[row]
+        """Return the samples of the recordings and times in `key`: numbers, slices or arrays."""
+        recordings = np.arange(self.shape[0])[key[0]]
+        times = np.arange(self.shape[1])[key[1]]
+        result = np.full((recordings.size, times.size), np.nan, np.float32)
+        for row, recording in zip(result, np.atleast_1d(recordings), strict=True):
+            source = self.sources[recording]
             if source.sha256:
                 checked_sha256(source.path, source.sha256)
             samples = read_audio(source.path, self.audio).samples
             is_present = np.atleast_1d(times) < len(samples)
-            out[is_present] = samples[np.atleast_1d(times)[is_present]]
-        return result.reshape(rows.shape + times.shape)
+            row[is_present] = samples[np.atleast_1d(times)[is_present]]
+        return result.reshape(recordings.shape + times.shape)
 
 
 def open_recordings(
@@ -62,9 +65,9 @@ def open_recordings(
 ) -> tuple[xr.Dataset | None, list[Finding]]:
     """Return the usable recordings of sessions with their labels, and the issues of recordings.
 
-    No sample is read. `frames` is the number of samples of each recording. A label with the name of
-    another coordinate gets `label_` before its name. Without usable recordings, the data set is
-    None. Raises DataError when a session cannot be read.
+    No sample is read. The coordinate `frames` is the number of samples of each recording. A label
+    with the name of another coordinate gets the prefix `label_`. The data set is None if there are
+    no usable recordings. Raises DataError if a session cannot be read.
     """
     sources: list[AudioSource] = []
     rows: list[dict[str, str]] = []
@@ -117,10 +120,10 @@ def _lazy(
         "frames": ("recording", frames, {"units": "1", "long_name": "samples of the recording"}),
         "file": ("recording", files, {"long_name": "file"}),
     }
-    taken = {*coordinates, "waveform"}
+    used_names = {*coordinates, "waveform"}
     for name, column in columns.items():
         values = ("recording", column.values, dict(column.attrs))
-        coordinates[f"label_{name}" if name in taken else name] = values
+        coordinates[f"label_{name}" if name in used_names else name] = values
     attrs = {"long_name": "sound pressure, full scale ±1", "units": "1"}
     waveform = xr.Variable(("recording", "time"), indexing.LazilyIndexedArray(lazy), attrs)
     return xr.Dataset({"waveform": waveform}, coordinates)

@@ -23,7 +23,6 @@ NEUTRAL = {
 }
 #: Functions that read and write files of any content, except `numbered_rows` and `plain_text`.
 READING_AND_WRITING = {
-    "store/files.py:alone",
     "store/files.py:check_yaml_format",
     "store/files.py:copy",
     "store/files.py:csv_bytes",
@@ -40,6 +39,7 @@ READING_AND_WRITING = {
     "store/files.py:write_bytes",
     "store/files.py:write_if_changed",
     "store/files.py:yaml_bytes",
+    "store/lock.py:locked",
     "store/sessions.py:check_session_format",
     "store/sessions.py:list_sessions",
     "store/sessions.py:read_dataset",
