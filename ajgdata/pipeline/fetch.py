@@ -32,12 +32,11 @@ from ajgdata.store.importing import Imported
 from ajgdata.store.lock import ADDING_RECORDINGS, locked
 from ajgdata.store.publishing.archive import (
     DISTRUST,
-    download,
-    is_web,
     open_archive,
     read_checksums,
 )
-from ajgdata.store.publishing.documents import check_published_format
+from ajgdata.store.publishing.download import download, is_web
+from ajgdata.store.publishing.format_version import check_published_format
 from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import inside, read_session
 from ajgdata.store.sources import bring, list_sources, read_source

@@ -24,7 +24,9 @@ from ajgdata.store.freshness import check_up_to_date
 from ajgdata.store.lock import locked
 from ajgdata.store.provenance import commit_date, settings_digest, software
 from ajgdata.store.publishing import archive
-from ajgdata.store.publishing.documents import About, croissant, datapackage
+from ajgdata.store.publishing.about import About
+from ajgdata.store.publishing.croissant import croissant
+from ajgdata.store.publishing.datapackage import datapackage
 from ajgdata.store.publishing.table import FILE_NAME, PublishedTable, table_of
 from ajgdata.store.publishing.typed_table import parquet_bytes
 from ajgdata.store.sessions import audio_path, inside, read_dataset, write_session

@@ -12,7 +12,7 @@ from ajgdata.paths import Paths, Tree
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_csv, read_yaml
 from ajgdata.store.publishing.differences import RowsByRecording, counted, differences
-from ajgdata.store.publishing.documents import check_published_format
+from ajgdata.store.publishing.format_version import check_published_format
 from ajgdata.store.publishing.table import FILE_NAME
 from ajgdata.types import DataError, DatasetSpec
 from ajgdata.types.formats import FORMAT_KEY, FormatError

@@ -13,7 +13,7 @@ from ajgdata.paths import Paths, Tree
 from ajgdata.report.render import environment
 from ajgdata.report.report_data import DatasetSummary, findings_by_code
 from ajgdata.store.files import yaml_bytes
-from ajgdata.store.publishing.documents import About
+from ajgdata.store.publishing.about import About
 from ajgdata.store.publishing.table import PublishedColumn, PublishedTable
 from ajgdata.types import Finding
 

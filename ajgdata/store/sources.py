@@ -14,7 +14,7 @@ from pathlib import Path
 from ajgdata.paths import SOURCE_FILE, Paths, public_recordings
 from ajgdata.store.files import read_model, write_if_changed
 from ajgdata.store.lock import locked
-from ajgdata.store.publishing.archive import RUN_AGAIN
+from ajgdata.store.publishing.download import RUN_AGAIN
 from ajgdata.types import DataError, DatasetSource, GitPart
 
 #: Attributes with which git stores files unchanged: without conversion of line ends, and without

@@ -1,5 +1,5 @@
 """Published data sets: one folder that Croissant, Hugging Face, Frictionless and xarray read.
 
-Everything in it follows from the feature store, the recordings and the declaration, in a fixed
-order and without a clock: the same inputs give the same bytes.
+All of its content follows from the feature file, the recordings and the declaration, in a fixed
+order and without the current time, so the same inputs give the same bytes.
 """

@@ -1,20 +1,20 @@
-"""Names of columns that a published data set cannot have, because a reader gives them a meaning."""
+"""Names of columns that a published data set cannot have, because readers give them a meaning."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
 
-#: Readers that take a column of this name for something else than a label, and for what.
+#: Reserved names of columns, with the reader that gives them a meaning.
 RESERVED = {
     "audio": "Hugging Face stores the recording there",
     "file_name": "Hugging Face opens its values as recordings",
     "split": "Hugging Face and Croissant describe the training and test parts there",
 }
-#: What to do about columns that cannot be published.
+#: Fix for columns that cannot be published.
 RENAME = "rename or delete these columns in each recordings.csv, and in dataset.yaml"
 #: End of the names of columns whose values Hugging Face opens as recordings.
 FILE_ENDING = "_file_name"
-#: Croissant's reader numbers the rows in the first of these columns that is free.
+#: Croissant's reader numbers the rows in the first unused column of these two.
 ROW_NUMBERS = {"index", "level_0"}
 
 

@@ -9,22 +9,24 @@ from ajgdata.types import RECORDING_COLUMNS, SESSION_COLUMNS
 #: Text of each cell by column, of each recording by `<session>/<recording_id>`.
 RowsByRecording = Mapping[str, Mapping[str, str]]
 
-#: Columns of which a value is not a label. (An object is a label.)
+#: Columns whose values are not labels. An object is a label.
 _NOT_LABELS = {*RECORDING_COLUMNS, *SESSION_COLUMNS, "session_id", "flags"} - {"object"}
 
 
 def differences(before: RowsByRecording, after: RowsByRecording) -> list[str]:
-    """Return a phrase for each kind of difference, with the count and the first recording.
+    """Return a phrase for each type of difference, with the count and the first recording.
 
-    A column that only one of the tables has is named once, whatever it contains.
+    A column that is in only one table has one phrase for the whole column.
 
     >>> differences({"s/1": {"form": "cube"}}, {"s/1": {"form": "ball"}})
     ["1 label of form, first s/1: 'cube' -> 'ball'"]
     """
     phrases = []
-    if removed := before.keys() - after.keys():
+    removed = before.keys() - after.keys()
+    if removed:
         phrases.append(counted("recording", removed, "removed"))
-    if added := after.keys() - before.keys():
+    added = after.keys() - before.keys()
+    if added:
         phrases.append(counted("recording", added, "added"))
     old_columns = _columns(before)
     new_columns = _columns(after)
@@ -35,9 +37,11 @@ def differences(before: RowsByRecording, after: RowsByRecording) -> list[str]:
         changed = [name for name in common if before[name][column] != after[name][column]]
         if changed:
             first = changed[0]
-            cells = f"{_shown(before[first][column])} -> {_shown(after[first][column])}"
             phrase = f"{_changed(column, len(changed))}, first {first}"
-            phrases.append(phrase if column == "sha256" else f"{phrase}: {cells}")
+            if column != "sha256":
+                cells = f"{_shown(before[first][column])} -> {_shown(after[first][column])}"
+                phrase = f"{phrase}: {cells}"
+            phrases.append(phrase)
     return phrases
 
 
@@ -62,4 +66,5 @@ def _changed(column: str, count: int) -> str:
 
 
 def _shown(cell: str) -> str:
+    """Return a cell in quotes."""
     return repr(cell) if cell else "no value"

@@ -1,4 +1,4 @@
-"""Rows of a feature file -> metadata.csv, the table that every view of a data set shares."""
+"""metadata.csv: the table of the recordings of a published data set, from its feature file."""
 
 from __future__ import annotations
 
@@ -18,10 +18,12 @@ from ajgdata.store.publishing.columns import RENAME, unpublishable
 from ajgdata.types import DataError
 
 FILE_NAME = "file_name"
-#: Columns that lead, in this order; targets follow, then the others by name.
+#: First columns, in this order. Targets follow, then all other columns by name.
 LEADING_COLUMNS = ("recording", "session_id", "placement_id", "grasp_id", "sample", "object")
 TRAILING_COLUMNS = ("flags", "sha256")
-MEANING = MEANINGS | {
+#: Meanings of the columns that are not targets.
+MEANING = {
+    **MEANINGS,
     FILE_NAME: "recording, relative to this table",
     "flags": "codes of the issues of the recording, with commas between them",
     "setup_sha256": "digest of the scene and of the settings it was simulated with",
@@ -59,15 +61,16 @@ class PublishedTable:
 
 
 def table_of(store: FeatureRows, suffixes: Sequence[str], location: object) -> PublishedTable:
-    """Return the table of a feature file; `suffixes` (with the dot) are those of the recordings.
+    """Return the table of a feature file; `suffixes` (n,) are those of the recordings, with a dot.
 
-    Raises DataError, with all of them, for columns whose names readers take for something else.
+    Raises DataError, with all names, for columns to which readers give another meaning.
     """
-    if reasons := unpublishable(store.columns):
+    reasons = unpublishable(store.columns)
+    if reasons:
         listed = "; ".join(f"{name!r} ({reason})" for name, reason in reasons.items())
         problem = f"labels with these names cannot be published: {listed}"
         raise DataError(location, problem, RENAME)
-    targets = [n for n, c in sorted(store.columns.items()) if c.attrs.get("role") == "target"]
+    targets = [name for name in sorted(store.columns) if _is_target(store, name)]
     labels = sorted(set(store.columns) - {*LEADING_COLUMNS, *targets, *TRAILING_COLUMNS})
     order = dict.fromkeys((*LEADING_COLUMNS, *targets, *labels, *TRAILING_COLUMNS))
     names = [name for name in order if name in store.columns]
@@ -82,19 +85,28 @@ def table_of(store: FeatureRows, suffixes: Sequence[str], location: object) -> P
     return PublishedTable((first, *(_column(name, store) for name in names)), tuple(rows))
 
 
+def _is_target(store: FeatureRows, name: str) -> bool:
+    """Return True if a column of a feature file is a target."""
+    return store.columns[name].attrs.get("role") == "target"
+
+
 def _column(name: str, store: FeatureRows) -> PublishedColumn:
+    """Return the description of a column."""
     column = store.columns[name]
-    is_target = column.attrs.get("role") == "target"
-    meaning = MEANING.get(name, "" if is_target else UNDECLARED)
+    is_target = _is_target(store, name)
     if is_target:
-        meaning = column.attrs.get("long_name", meaning)
+        meaning = column.attrs.get("long_name", MEANING.get(name, ""))
+    else:
+        meaning = MEANING.get(name, UNDECLARED)
     unit = column.attrs.get("units", "").removeprefix("1")
     return PublishedColumn(name, _DATA_TYPES[column.values.dtype.kind], unit, meaning, is_target)
 
 
 def cell_texts(values: np.ndarray) -> list[str]:
-    """Return the cells (n,) of a column (n,): a missing value is empty, a number has the shortest
-    form that gives the same number again."""
+    """Return the cells (n,) of a column (n,).
+
+    A missing value is empty, and a number has the shortest form that gives the same number.
+    """
     if values.dtype.kind == "f":
         return ["" if math.isnan(value) else repr(value) for value in values.tolist()]
     return [str(value) for value in values.tolist()]
@@ -104,7 +116,7 @@ def file_name(recording: str, sha256: str, suffix: str) -> str:
     """Return the published file of a recording `<session>/<recording_id>`.
 
     The name has letters, digits, `.`, `_` and `-`. If the recording_id has other characters, the
-    begin of the hash keeps the name unique.
+    beginning of the hash makes the name unique.
     """
     session, _, identity = recording.partition("/")
     if re.fullmatch(r"[A-Za-z0-9_-][A-Za-z0-9._-]{0,99}", identity):

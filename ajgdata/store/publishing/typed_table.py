@@ -1,6 +1,6 @@
 """metadata.parquet: the table of a published data set with the type of each column.
 
-CSV has no types: its readers guess them, and take the label `NA` for a missing value and `01` for
+CSV has no types. Its readers guess them: the label `NA` becomes a missing value, and `01` becomes
 the number 1. Hugging Face and Croissant have no setting for this, but read the types of Parquet.
 """
 
@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import io
 
+import pyarrow
+import pyarrow.parquet
+
 from ajgdata.store.publishing.table import PublishedColumn, PublishedTable
 
 
 def parquet_bytes(table: PublishedTable) -> bytes:
     """Return metadata.parquet; an empty cell of `table` is a missing value (null)."""
-    import pyarrow
-    import pyarrow.parquet
-
     types = {
         "string": pyarrow.string(),
         "integer": pyarrow.int64(),
