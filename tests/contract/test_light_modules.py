@@ -81,11 +81,20 @@ NOT_MOVED = {
     "acquire",
     "cli",
     "export",
-    "gripper",
     "live",
     "loading",
     "paths",
-    "store",
+}
+#: Imports that stay inside functions, because modules that must be light or fast import the module.
+STAY = {
+    # Snakemake parses recipes without numba
+    "ajgdata.gripper.variation": {"ajgdata.gripper.random_fields"},
+    # half a second, and few recordings are resampled
+    "ajgdata.store.audio": {"scipy.signal"},
+    # the command line imports the names of columns
+    "ajgdata.store.metrics": {"pandas"},
+    # two seconds, and most callers only read descriptions of models
+    "ajgdata.store.models": {"skops.io"},
 }
 
 
@@ -165,7 +174,7 @@ def early_imports_inside_functions(name: str) -> list[str]:
     for function in ast.walk(TREES[name]):
         if isinstance(function, (ast.FunctionDef, ast.AsyncFunctionDef)):
             for node in ast.walk(function):
-                modules = set(imported_modules(node))
+                modules = set(imported_modules(node)) - STAY.get(name, set())
                 if modules and not (modules & LATE_MODULES or roots(modules) & LATE):
                     early.append(ast.unparse(node))
     return early
