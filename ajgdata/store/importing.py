@@ -161,7 +161,7 @@ def import_sessions(
     copy: bool,
     on_change: OnChange,
     *,
-    is_named: bool = False,
+    is_named: bool,
 ) -> Imported:
     """Write the sessions of `scanned` into `dataset`.
 

@@ -1,11 +1,17 @@
-"""The opening picture: times of the drawn sound, and the task that it shows."""
+"""The opening picture: times of the drawn sound, and the reason if it is not drawn."""
 
 import numpy as np
 import pytest
+from experiment_samples import small_store
 
 from ajgdata.gripper import Scene
+from ajgdata.paths import Paths
 from ajgdata.pipeline import opening as adapter
-from ajgdata.pipeline.opening import sound_field
+from ajgdata.pipeline.opening import build_opening, sound_field
+from ajgdata.store.features import write_store
+from ajgdata.store.files import read_json
+from ajgdata.store.tables import write_measurements
+from ajgdata.types import AudioSettings
 
 
 def test_sound_is_at_the_object_and_at_the_microphone_when_it_is_said_to_be(monkeypatch):
@@ -25,3 +31,13 @@ def test_sound_is_at_the_object_and_at_the_microphone_when_it_is_said_to_be(monk
     at_object, at_microphone = [[loudest(n, *at) for n in range(3)] for at in ((0, -18), (34, 42))]
     assert at_object[0] < 0.01 < at_object[1]
     assert at_microphone[0] < 0.01 < at_microphone[2]
+
+
+def test_a_skipped_result_has_no_picture_but_the_reason(tmp_path):
+    paths = Paths(tmp_path)
+    write_store(paths.features("d"), small_store())
+    tables = tmp_path / "tables.json"
+    write_measurements(tables, [({"skipped": "one group"}, [])])
+    build_opening(paths, store=paths.features("d"), tables=tables, audio=AudioSettings())
+    assert read_json(paths.opening) == {"skipped": "one group"}
+    assert list(paths.opening.parent.iterdir()) == [paths.opening]
