@@ -69,7 +69,8 @@ def channel_statistics(recordings: Sequence[NDArray[np.float32]]) -> ChannelStat
     Recordings without sound in every channel, with NaN or with infinity are not used; None if no
     recording is left. Level: root mean square without the offset.
     """
-    levels, correlations = [], []
+    levels = []
+    correlations = []
     for recording in recordings:
         samples = recording.astype(np.float64)
         if not len(samples) or not np.isfinite(samples).all():

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from ajgdata.store.audio import Remark
 
 #: Upper bytes of numbers of magnitude 2**-20 to 1, modulo 1.
-LOWEST_BYTES, HIGHEST_BYTES = 0.41, 0.5
+LOWEST_BYTES = 0.41
+HIGHEST_BYTES = 0.5
 #: Part of the samples in this range. Smaller numbers of a decay are outside, and zeros are ignored.
 MIN_PART = 0.9
 #: Least root mean square: one sample of eight has at least LOWEST_BYTES, and

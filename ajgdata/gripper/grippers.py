@@ -103,6 +103,7 @@ class Gripper(SceneModel):
 
     @model_validator(mode="after")
     def _check(self) -> Gripper:
+        """Raise ValueError for a gripper whose parts do not fit together."""
         if self.roof_radius_mm >= self.rim_radius_mm:
             raise ValueError("roof_radius_mm must be smaller than rim_radius_mm")
         for name, margin in (

@@ -175,6 +175,7 @@ def _fitted(
     scale = np.array([rho.real[-1], -(omega * rho.imag)[0], compressibility.real[-1]])
 
     def fluid(logs: Real) -> Fluid:
+        """Return the fluid whose parameters have these logarithms (3 + 2 poles,)."""
         values = np.exp(logs)
         density, drag, compressibility = (values[:3] * scale).tolist()
         strengths = tuple(values[3 : 3 + poles].tolist())
@@ -182,12 +183,14 @@ def _fitted(
         return Fluid(density, drag, compressibility, strengths, times)
 
     def misfit(logs: Real) -> Real:
+        """Return the weighted errors of wavenumber, impedance and attenuation."""
         k_fit, z_fit = wave(*fluid(logs).response(omega), omega)
         error = np.concatenate([(k_fit - k) * FIT_PATH_M, z_fit / z - 1])
         attenuation = FIT_ATTENUATION * (k_fit.imag - k.imag) / notable
         return np.concatenate([error.real, error.imag, attenuation])
 
     def slopes(logs: Real) -> Real:
+        """Return the derivatives of the errors by the logarithms."""
         trial = fluid(logs)
         of_rho, of_c = trial.sensitivities(omega)
         k_fit, z_fit = wave(*trial.response(omega), omega)

@@ -119,6 +119,7 @@ class Support(SceneModel):
 
     @model_validator(mode="after")
     def _check_dish(self) -> Support:
+        """Raise ValueError for a dish that is not possible."""
         if self.kind == "concave" and self.dish_radius_mm < self.rim_radius_mm:
             raise ValueError(
                 f"dish_radius_mm {self.dish_radius_mm:g} is smaller than rim_radius_mm "
@@ -309,8 +310,9 @@ class Placed(SceneModel):
         """Half extents along x and y."""
         length, width, _ = self.shape.size_mm
         turn = math.radians(self.angle_deg)
-        c, s = abs(math.cos(turn)), abs(math.sin(turn))
-        return (length * c + width * s) / 2, (length * s + width * c) / 2
+        cosine = abs(math.cos(turn))
+        sine = abs(math.sin(turn))
+        return (length * cosine + width * sine) / 2, (length * sine + width * cosine) / 2
 
 
 class Compound(Solid):
@@ -332,6 +334,7 @@ class Compound(Solid):
 
     @model_validator(mode="after")
     def _check_parts(self) -> Compound:
+        """Raise ValueError for parts that are not one body."""
         lowest = min(part.lift_mm for part in self.parts)
         if lowest > 0:
             raise ValueError(f"no part rests on the table: lower every lift_mm by {lowest:g}")

@@ -77,10 +77,12 @@ def _real_product(left, right):
     The rounding of BLAS depends on the number of threads.
     """
     values = np.zeros((left.shape[0], right.shape[1]))
-    real, imag = right.real.copy(), right.imag.copy()
+    real = right.real.copy()
+    imag = right.imag.copy()
     for a in range(left.shape[0]):
         for m in range(left.shape[1]):
-            x, y = left[a, m].real, left[a, m].imag
+            x = left[a, m].real
+            y = left[a, m].imag
             for b in range(right.shape[1]):
                 values[a, b] += x * real[m, b] - y * imag[m, b]
     return values

@@ -226,6 +226,7 @@ class Scene(SceneModel):
 
     @model_validator(mode="after")
     def _check(self) -> Scene:
+        """Raise ValueError for a scene that is not possible."""
         actual = actual_scene(self)
         _check_gripper(actual)
         _check_air(actual, self)

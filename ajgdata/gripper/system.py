@@ -135,7 +135,9 @@ def assemble(
     The kernel computes in the type `dtype`. `wide` is the weight of the four-point differences.
     """
     share = _grain_share(cells, grains)
-    decay, gain, weight = [], [], []
+    decay: list[Real] = []
+    gain: list[Real] = []
+    weight: list[Real] = []
     for area, axis in ((cells.area_x, 2), (cells.area_y, 1), (cells.area_z, 0)):
         face_decay, face_gain = _face(area, axis, share, cells.h, dt, air, grains)
         decay.append(face_decay)

@@ -45,7 +45,8 @@ def without_blanks(name: str) -> str:
 
 def _stripped(text: str) -> str:
     """Return text without blanks and invisible characters (category Cf) at its ends."""
-    first, last = 0, len(text)
+    first = 0
+    last = len(text)
     while first < last and _is_blank(text[first]):
         first += 1
     while first < last and _is_blank(text[last - 1]):

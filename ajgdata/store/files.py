@@ -168,6 +168,7 @@ class _Loader(Composer, yaml.CSafeLoader):
         Composer.__init__(self)
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """Return a mapping. Raises an error of YAML for a repeated key."""
         keys = set()
         for key, _ in node.value:
             if isinstance(key, yaml.ScalarNode):

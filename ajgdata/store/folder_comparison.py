@@ -59,7 +59,9 @@ def compare_folder(
     `digests` are those of all audio files of the folder. A recording without a sha256 is known if
     its path is in the folder, because its bytes cannot be compared.
     """
-    known, edited, gone = list[Path](), list[Path](), list[Path]()
+    known: list[Path] = []
+    edited: list[Path] = []
+    gone: list[Path] = []
     for recording in stored:
         if recording.sha256 in digests:
             known.append(recording.path)

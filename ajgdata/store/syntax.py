@@ -60,7 +60,8 @@ def used_statements(tree: ast.Module, names: tuple[str, ...]) -> list[ast.stmt]:
     ['A = 1', 'def f():\\n    return g(A)', 'def g(x):\\n    return x']
     """
     defined = [(statement, defined_names(statement)) for statement in tree.body]
-    waiting, used = set(names), {"*"}
+    waiting = set(names)
+    used = {"*"}
     while waiting:
         name = waiting.pop()
         used.add(name)

@@ -93,6 +93,7 @@ def _from_cell(cell: Any) -> Any:
 
 
 def _from_json(content: Mapping[str, Any]) -> Table:
+    """Return the table that `as_json` wrote."""
     columns = tuple(Column(**column) for column in content["columns"])
     keys = [column.key for column in columns]
     cells = ([_from_cell(cell) for cell in row] for row in content["rows"])
