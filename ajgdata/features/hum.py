@@ -22,14 +22,15 @@ MAINS_HZ = (50, 60)
 _HARMONICS = 6
 #: Subharmonics of the mains: a periodic sound of this pitch has harmonics at those of the mains.
 _LOWER_HZ = (10, 50 / 3, 20, 25, 30)
-#: Two neighbouring segments hold whole periods; three such pairs show that a line is steady.
+#: Least number of segments. Two neighbouring segments have whole periods, and three such pairs show
+#: that a line is steady.
 _MIN_SEGMENTS = 4
-#: A steady line: three quarters of the pairs differ from the median by less than half of it. A
+#: A line is steady if three quarters of the pairs differ from the median by less than half of it. A
 #: logarithmic sweep of one second passes 50 Hz +-10 Hz in 0.06 s, which is 3 of 19 pairs.
 _STEADY_PART = 0.75
 _DEVIATION = 0.5
-#: Hum has several lines, because transformers and rectifiers distort the mains. One line may be a
-#: tone or a resonance. A line counts with a tenth (-20 dB) of the largest one.
+#: Hum has several lines, because transformers and rectifiers distort the mains. One line can be a
+#: tone or a resonance. Lines below a tenth (-20 dB) of the largest line are ignored.
 _MIN_LINES = 2
 _LEAST_LINE = 0.1
 #: The harmonics have 50 or 60 Hz in common or, after a rectifier, 100 or 120 Hz.

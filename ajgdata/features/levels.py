@@ -21,7 +21,7 @@ _DEVIATIONS = 6
 #: recordings jump. A quarter of a normal distribution is within 0.319 standard deviations.
 _NEAREST = 0.25
 _NEAREST_DEVIATION = 0.319
-#: Fewer recordings of a group do not show which one is unusual.
+#: Least number of recordings of a group that can show which one is unusual.
 MIN_GROUP_RECORDINGS = 3
 #: Least difference of two channels in dB. Differences within a session have a standard deviation of
 #: 5 dB (hammer hits, stereo); a swap changes this difference by 12 dB or more.
@@ -63,7 +63,7 @@ def swapped_channels(levels_db: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return which recordings (n,) of levels (n, channels) have two channels swapped.
 
     In USUAL_ORDER of the recordings of the session, one of the two channels is louder by SWAP_DB or
-    more; in a swapped one, the other channel is.
+    more. In a swapped recording, the other channel is louder by SWAP_DB or more.
     """
     count, channels = levels_db.shape
     swapped = np.zeros(count, bool)
