@@ -19,6 +19,7 @@ from __future__ import annotations
 import argparse
 import ast
 import copy
+import itertools
 import json
 import math
 import os
@@ -34,8 +35,8 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
-#: Longest selection of tests for one mutant in seconds, by their times under coverage.
-BUDGET_S = 240
+#: Longest time of the tests for one mutant in seconds, by their times under coverage.
+BUDGET_S = 120
 #: Quantile of the normal distribution for intervals of 95 %.
 Z = 1.96
 
@@ -287,32 +288,28 @@ class Selection:
     def tests_for(self, mutant: Mutant) -> list[dict[str, Any]]:
         """Return the tests that execute a line, the fastest first, up to the budget of time.
 
-        Every test can depend on a line that runs at import, or in a fixture that tests share. The
-        tests that execute functions of the same file are then first.
+        Every test can depend on a line that runs at import, or in a fixture that tests share. For
+        such a line, other tests follow, with a budget of their own. The first tests of a line that
+        runs at import are those that execute functions of the same file.
         """
         lines = self.data.contexts_by_lineno(str(self.folder / "clone" / mutant.file))
         contexts = set(lines.get(mutant.line) or lines.get(mutant.statement) or [])
         if mutant.at_import:
-            contexts = {""}
-        in_functions = {name for names in lines.values() if "" not in names for name in names}
+            contexts = {name for names in lines.values() if "" not in names for name in names}
+            contexts.add("")
+        first = contexts & self.tests.keys()
+        names = self._fastest(first)
+        if "" in contexts or not first:
+            names += self._fastest(self.tests.keys() - first)
+        files = list(dict.fromkeys(self.tests[name]["file"] for name in names))
+        return sorted((self.tests[name] for name in names), key=lambda t: files.index(t["file"]))
 
-        def rank(context: str) -> int:
-            if context in contexts:
-                return 0
-            return 1 if context in in_functions else 2
-
-        ordered = sorted(self.tests, key=lambda name: (rank(name), self.tests[name]["seconds"]))
-        if "" not in contexts and contexts & self.tests.keys():
-            ordered = [name for name in ordered if name in contexts]
-        selected = []
-        total_s = 0.0
-        for name in ordered:
-            total_s += self.tests[name]["seconds"]
-            if selected and total_s > BUDGET_S:
-                break
-            selected.append(self.tests[name])
-        files = list(dict.fromkeys(test["file"] for test in selected))
-        return sorted(selected, key=lambda test: files.index(test["file"]))
+    def _fastest(self, names: set[str]) -> list[str]:
+        """Return the fastest of some tests, up to the budget of time, but at least one."""
+        ordered = sorted(names, key=lambda name: (self.tests[name]["seconds"], name))
+        totals = itertools.accumulate(self.tests[name]["seconds"] for name in ordered)
+        count = sum(total_s <= BUDGET_S for total_s in totals)
+        return ordered[: max(count, 1)]
 
 
 def killer(folder: Path, mutant: Mutant, tests: list[dict[str, Any]]) -> str:

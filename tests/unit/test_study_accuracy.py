@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ajgdata.studies.accuracy import BANDS_KHZ, decibels, in_bands
+from ajgdata.studies.accuracy import BANDS_KHZ, SCENES, decibels, in_bands, scene_of
 from ajgdata.studies.noise_free import relative_error
 
 
@@ -22,3 +22,10 @@ def test_bands_are_parts_of_the_spectrum():
         hertz = band * 44_100 / 2048
         assert low * 1e3 <= hertz[0] < low * 1e3 + 21.6
         assert high * 1e3 - 21.6 <= hertz[-1] < high * 1e3
+
+
+@pytest.mark.parametrize("scene_class", SCENES)
+def test_the_two_objects_of_a_class_differ_in_nothing_else(scene_class):
+    first, second = (scene_of(settings) for settings in SCENES[scene_class])
+    assert first.object != second.object
+    assert first.model_copy(update={"object": second.object}) == second
