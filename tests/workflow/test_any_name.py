@@ -28,7 +28,7 @@ def environment(tmp_path):
     (installed / "own_lab.py").write_text(
         "from ajgdata.experiments.conformal_intervals import EXPERIMENT as COVERAGE\n"
         "from dataclasses import replace\n"
-        "EXPERIMENT = replace(COVERAGE, name='My-experiment')\n"
+        "EXPERIMENT = replace(COVERAGE, spec=replace(COVERAGE.spec, name='My-experiment'))\n"
     )
     (installed / "own_models.py").write_text("from ajgdata.models.baselines import linear_plain\n")
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: own_lab\nVersion: 1.0\n")
