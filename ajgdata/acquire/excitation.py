@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import max_len_seq
 
 from ajgdata.types import ExcitationSpec, LogSweep, MaximumLengthSequence
 
@@ -78,8 +79,6 @@ def _sequence(declared: MaximumLengthSequence, count: int, rate: int) -> Real:
     D. Rife and J. Vanderkooy, "Transfer-function measurement with maximum-length sequences",
     J. Audio Eng. Soc. 37 (1989).
     """
-    from scipy.signal import max_len_seq  # half a second
-
     order = declared.order or max(2, (count + 1).bit_length() - 1)
     bits = max_len_seq(order)[0].astype(np.float64)
     return _faded(np.resize(2 * bits - 1, count), declared, rate)

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import chirp, correlate
 
 MARKER_S = 0.02
 #: Silence on both sides of the sound, in which the response of the gripper dies away.
@@ -74,8 +75,6 @@ def arrival(recorded: NDArray[Any], sound: Framed) -> Arrival:
 
     The likeness is 0 if there is no sound.
     """
-    from scipy.signal import correlate  # half a second
-
     if len(recorded) < len(sound.sound) or not np.any(recorded) or not np.any(sound.marker):
         return Arrival(0, 0, 0.0)
     # A compressed marker begins before its arrival: the zeros make room for a latency of 0.
@@ -118,8 +117,6 @@ def _compressed(
     recorded: NDArray[np.float64], marker: NDArray[np.float64], at: int, reach: int
 ) -> tuple[int, NDArray[np.float64]]:
     """Return the first index of a part around `at`, and its correlation with the marker."""
-    from scipy.signal import correlate
-
     begin = max(at - reach, 0)
     part = recorded[begin : at + reach + RESPONSE + len(marker)]
     return begin, np.asarray(correlate(part, marker, "valid", "fft"))
@@ -127,8 +124,6 @@ def _compressed(
 
 def _marker(sample_rate_hz: int) -> NDArray[np.float64]:
     """Return 20 ms of a linear chirp, 2 to 12 kHz, faded in and out over its whole length."""
-    from scipy.signal import chirp
-
     n = round(MARKER_S * sample_rate_hz)
     high = min(12_000.0, 0.4 * sample_rate_hz)
     time = np.arange(n) / sample_rate_hz

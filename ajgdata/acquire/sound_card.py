@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import periodogram
 
 from ajgdata.acquire.card import Capture, CardError, CardSettings, TakeError
 from ajgdata.acquire.excitation import excitation_samples
@@ -223,7 +224,5 @@ def check_card(card: SoundCard) -> CardCheck:
 
 def _power(samples: NDArray[Any], rate_hz: int) -> float:
     """Return the mean square of samples (n,) between LOW_HZ and HIGH_HZ, by Parseval's theorem."""
-    from scipy.signal import periodogram  # half a second
-
     frequency, power = periodogram(samples, rate_hz, detrend=False, scaling="spectrum")
     return float(power[(frequency >= LOW_HZ) & (frequency < HIGH_HZ)].sum())

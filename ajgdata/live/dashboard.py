@@ -29,6 +29,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from ajgdata.live.events import Event, RunState
 from ajgdata.live.steps import Control
+from ajgdata.report.render import render
 
 HOST = "127.0.0.1"
 #: Header with the token of a run.
@@ -79,8 +80,6 @@ def dashboard(control: Control, *, port: int = 0) -> Iterator[Dashboard]:
     the working folder are used instead of the package's. Raises OSError if the port is not
     free.
     """
-    from ajgdata.report.render import render
-
     feed = Feed(control)
     token = secrets.token_urlsafe(16)
     files = {

@@ -76,14 +76,12 @@ LIGHT = {
 #: Packages that are only imported inside functions, because few calls need them: torch, umap and
 #: matplotlib take seconds, and sounddevice needs PortAudio.
 LATE = {"torch", "umap", "matplotlib", "sounddevice"}
-#: Parts of the package whose imports inside functions have not moved to the top yet.
-NOT_MOVED = {
-    "acquire",
-    "cli",
-    "export",
-    "live",
-    "loading",
-    "paths",
+#: Parts of the package that import inside functions, with the reason.
+LATE_PARTS = {
+    "cli": "`ajgdata --help` must answer at once, and each command needs other modules",
+    "export": "the packages of the extra `export` are optional",
+    "loading": "`import ajgdata` must stay light",
+    "paths": "pooch is only needed for downloads",
 }
 #: Imports that stay inside functions, because modules that must be light or fast import the module.
 STAY = {
@@ -185,12 +183,12 @@ def part_of(name: str) -> str:
     return name.partition(".")[2].partition(".")[0]
 
 
-@pytest.mark.parametrize("name", [name for name in PACKAGE if part_of(name) not in NOT_MOVED])
+@pytest.mark.parametrize("name", [name for name in PACKAGE if part_of(name) not in LATE_PARTS])
 def test_only_imports_of_late_packages_are_inside_functions(name):
     assert early_imports_inside_functions(name) == []
 
 
-@pytest.mark.parametrize("part", sorted(NOT_MOVED))
+@pytest.mark.parametrize("part", sorted(LATE_PARTS))
 def test_each_part_that_is_excepted_needs_it(part):
     modules = [name for name in PACKAGE if part_of(name) == part]
     assert any(early_imports_inside_functions(name) for name in modules)
