@@ -128,9 +128,9 @@ def build_feature_file(
     old `store` is reused if recording, sha256, settings and `code` are the same. Files of a session
     whose tables did not change are not read again.
 
-    `quarantine` lists the excluded recordings: those that cannot be used, are marked `reject`, or
-    whose bytes occur a second time. It also lists texts that are not numbers in a target of
-    numbers; their values are missing. The only issue of a rejected recording is its rejection.
+    `quarantine` lists all issues. A recording is excluded if it cannot be used, is marked `reject`,
+    or has the bytes of another one. A text in a target of numbers is an issue as well, and its
+    value is missing. The only issue of a rejected recording is its rejection.
     """
     digest = sha256_of(f"{settings_digest(audio, features)} {code}".encode())[:16]
     previous = _previous(store, quarantine, hashes, digest)
@@ -179,6 +179,7 @@ def _parts(
 
     Several processes compute the features if many recordings are new.
     """
+    # Sessions are checked while their new files are computed: `new_files` fills this list.
     checked: list[SessionAudio] = []
 
     def new_files() -> Iterator[tuple[str, AudioFile]]:

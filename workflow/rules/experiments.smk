@@ -36,6 +36,7 @@ rule experiment:
         rendered=rendered_from,
         seed=config["seed"],
         device=config["device"],
+        # These two only decide whether the job is outdated.
         data=lambda wildcards: features_of(
             wildcards.dataset, *requested(wildcards).other_sets
         ),
