@@ -105,7 +105,7 @@ lock: $(VENV)/.test
 clean:
 	rm -rf results .ajgdata .snakemake
 
-$(VENV)/.%: requirements.lock pyproject.toml tools/bootstrap.sh
+$(VENV)/.%: requirements.lock pyproject.toml workflow/logger/pyproject.toml tools/bootstrap.sh
 	@echo "Setting up $(VENV) for '$*' (a few minutes the first time) ..."
 	@tools/bootstrap.sh $(PYTHON) $(VENV) $*
 	@touch $@

@@ -11,6 +11,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Sequence
+from importlib.util import find_spec
 from itertools import takewhile
 from pathlib import Path
 from typing import Annotated, NoReturn
@@ -123,6 +124,7 @@ def workflow_status(paths: Paths, options: Sequence[str] = ()) -> list[dict[str,
     Raises DataError with Snakemake's message.
     """
     snakemake = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile_of(paths))]
+    check_console()
     summary = ["--summary", "--dry-run"]  # a dry run writes no log
     with writable_view(paths.root) as folder:
         process = subprocess.run(
@@ -187,9 +189,17 @@ def simulate(arguments: Arguments) -> None:
 def _run_snakemake(paths: Paths, names: Sequence[str], options: Sequence[str]) -> NoReturn:
     """Print and run the command of Snakemake for data sets, and exit with its exit code."""
     command = snakemake_command(paths, names, options)
+    check_console()
     print(shlex.join(command), flush=True)
     process = subprocess.run([sys.executable, "-m", *command], check=False, cwd=paths.root)
     raise typer.Exit(process.returncode)
+
+
+def check_console() -> None:
+    """Raise DataError if the logger plugin that the profiles select is not installed."""
+    if find_spec("snakemake_logger_plugin_job_lines") is None:
+        fix = "run `make env`, or `pip install ./workflow/logger` in the clone"
+        raise DataError("Snakemake", "its logger plugin job-lines is not installed", fix)
 
 
 def split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:

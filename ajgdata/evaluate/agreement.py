@@ -100,9 +100,9 @@ class Estimate(NamedTuple):
         """Return the factor of the distance to `perfect` for equal skill at another `chance`.
 
         The skill is (value - chance) / (perfect - chance): 0 for a guess, and 1 if every prediction
-        is correct.
+        is correct. The factor is 1 if a chance level is unknown (NaN).
         """
-        if chance == self.chance:
+        if chance == self.chance or math.isnan(chance) or math.isnan(self.chance):
             return 1.0
         return (self.perfect - chance) / (self.perfect - self.chance)
 
@@ -313,7 +313,8 @@ def placebo_test(score: Estimate, placebo: Estimate) -> PlaceboTest:
     if not gap.is_defined:
         distance = score.value - level.value
         compared = Interval(distance, distance)
-    higher_is_better = score.perfect > score.chance
+    worst = min(score.value, level.value) if math.isnan(score.chance) else score.chance
+    higher_is_better = score.perfect > worst
     is_above_placebo = compared.low > 0 if higher_is_better else compared.high < 0
     return PlaceboTest(score, level, gap, score.is_better_than_chance and is_above_placebo)
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -185,12 +185,12 @@ def cross_validate(
     features, target = _validated(features, target, kind)
     own = TaskData(features, target, group, name=group)
     tests = _checked_tests(extra_tests or {}, kind, own, is_grouped=groups is not None)
-    if not isinstance(folds, int):
+    if isinstance(folds, Iterable):
         pairs = list(folds)
     elif groups is None:
-        pairs = random_folds(own.value, kind, folds, seed)
+        pairs = random_folds(own.value, kind, int(folds), seed)
     else:
-        pairs = grouped_folds(own.value, group, kind, folds, seed)
+        pairs = grouped_folds(own.value, group, kind, int(folds), seed)
     check_folds(pairs, group)
     unfitted = model
     limit = None

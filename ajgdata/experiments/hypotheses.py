@@ -176,8 +176,11 @@ def grid_table(name: str, file: Variants, scores: Table, kind: Kind, unit: str) 
         tested = WITHHELD if is_withheld else ""
         folds = fold_values(scores, file, variant.name, tested, model, metric)
         if folds:
+            change = variant.change
             (chance,) = scores.where(
                 condition=variant.name,
+                model=model if change.model is None else change.model,
+                test_set=file.held_out_set(change),
                 metric=metric,
                 statistic="chance",
                 target_values=WITHHELD_VALUES if is_withheld else TRAINING_VALUES,

@@ -56,6 +56,12 @@ class Request:
         return tuple(dict.fromkeys(named))
 
     @property
+    def first_sets(self) -> tuple[str, ...]:
+        """Return the other data sets that its parts need before `snakemake everything`."""
+        names = [part.name for part in self.parts if not part.is_late]
+        return self.only(names).other_sets if names else ()
+
+    @property
     def other_tasks(self) -> tuple[str, ...]:
         """Return the other tasks of the data set whose settings it needs."""
         return tuple(getattr(self.settings, "other_tasks", ()))
@@ -193,8 +199,23 @@ def all_requests(spec: DatasetSpec, path: Path) -> Iterator[Request]:
 
 
 def requests_for(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[Request]:
-    """Return every experiment that tasks and embeddings ask for, in the order of the report."""
-    return [r for dataset, task in tasks for r in requested_experiments(specs[dataset], task)]
+    """Return every experiment that tasks and embeddings ask for, in the order of the report.
+
+    `specs` are the data sets of the run. Late parts that need other data sets are omitted.
+    """
+    requests = (r for dataset, task in tasks for r in requested_experiments(specs[dataset], task))
+    possible = (_with_possible_parts(request, specs) for request in requests)
+    return [request for request in possible if request.parts]
+
+
+def _with_possible_parts(request: Request, specs: Mapping[str, DatasetSpec]) -> Request:
+    """Return a request without the late parts that need data sets outside of the run."""
+    parts = [
+        part
+        for part in request.parts
+        if not part.is_late or set(request.only([part.name]).other_sets) <= set(specs)
+    ]
+    return request.with_parts(parts)
 
 
 def of_paper(

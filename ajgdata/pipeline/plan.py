@@ -6,6 +6,7 @@ module and calls it while it parses, so nothing is written.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -25,6 +26,7 @@ from ajgdata.store.sessions import (
     list_sessions,
     read_dataset,
 )
+from ajgdata.store.variants import files_without_data
 from ajgdata.types import DataError, DatasetSpec, one_line
 
 
@@ -47,16 +49,21 @@ def plan(
 ) -> dict[str, DatasetPlan]:
     """Return the data sets of a run by name.
 
-    They are those of `only`, or else all with sessions or a recipe, and the data sets on which
-    their tasks are tested. Raises DataError for an invalid config, and if there is nothing to run.
-    With `check`, it is also raised for `config_problems`, for simulated and recorded sessions in
-    one data set, and for scenes that the gripper cannot simulate.
+    They are those of `only`, or else all with sessions or a recipe, and the other data sets that
+    their tasks need before `snakemake everything`. Raises DataError for an invalid config, and if
+    there is nothing to run. With `check`, it is also raised for `config_problems`, for simulated
+    and recorded sessions in one data set, and for scenes that the gripper cannot simulate; files of
+    variants without a data set are printed.
     """
     names = list(only) if only is not None else list_datasets(paths)
+    if check and only is None:
+        for line in files_without_data(paths):
+            print(line, file=sys.stderr)
     plans = {}
-    for name in names:  # grows by the data sets that tasks are tested on
+    for name in names:  # grows by the data sets that tasks need
         spec = read_dataset(paths, name)
-        others = {other for _, other in other_sets(paths, spec)}
+        requests = all_requests(spec, paths.dataset(name))
+        others = {other for request in requests for other in request.first_sets}
         virtual = tuple(session_names(spec.recipe))
         recorded = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
         if check:
@@ -109,9 +116,9 @@ def config_problems(paths: Paths, spec: DatasetSpec) -> Iterator[tuple[str, str]
         if other == spec.name or other not in known:
             problem = "the data set itself" if other == spec.name else "no such data set"
             fix = f"correct the name; declared here: {', '.join(known)}"
-            yield f"task {name}: tested on {other!r}, {problem}", fix
+            yield f"task {name}: needs {other!r}, {problem}", fix
         elif read_dataset(paths, other).targets.get(target) != spec.targets[target]:
-            problem = f"task {name}: tested on {other!r}, which has no target {target!r} like this"
+            problem = f"task {name}: needs {other!r}, which has no target {target!r} like this"
             yield problem, "declare it there, or drop it"
     for name, task in spec.tasks.items():
         for figure in sorted(set(task.papers.values()) - set(figures)):

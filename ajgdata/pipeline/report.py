@@ -214,7 +214,7 @@ def _write_pages(
     html = render_pages(report, figures, nav, published, project=paths)
     for name, text in html.items():
         write_bytes(folder / name, text.encode())
-    old = [*STUDIES, CAUSES_PAGE]
+    old = [*STUDIES, CAUSES_PAGE, "ablations"]  # the last one is the former name of the causes
     if not report.comparisons:
         old.append("paper")
     for name in old:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from ajgdata.paths import Paths
 from ajgdata.store.files import line_of, read_model, read_yaml
 from ajgdata.types import DataError, describe
-from ajgdata.types.variants import Variants
+from ajgdata.types.variants import WITHHELD, Variants
 
 if TYPE_CHECKING:
     from ajgdata.types import DatasetSpec
@@ -37,9 +37,6 @@ def with_variants(paths: Paths, spec: DatasetSpec) -> DatasetSpec:
             variants = read_model(file, Variants, content)
             _check(file, variants, paths, spec)
             files.setdefault(variants.task, {})[file.stem] = variants
-        elif not paths.dataset(str(content.get("train"))).is_file():
-            problem = f"there is no data set {content.get('train')!r}"
-            raise DataError(f"{file}:{line_of(file, ['train'])}", problem, "name a data set")
     tasks = dict(spec.tasks)
     for task, by_name in files.items():
         settings = {
@@ -50,6 +47,15 @@ def with_variants(paths: Paths, spec: DatasetSpec) -> DatasetSpec:
         experiments = tasks[task].experiments | {VARIANTS: settings}
         tasks[task] = tasks[task].model_copy(update={"experiments": experiments})
     return spec.model_copy(update={"tasks": tasks})
+
+
+def files_without_data(paths: Paths) -> Iterator[str]:
+    """Yield a line for each file that is not measured, because its data set does not exist."""
+    for file in sorted(paths.variants.glob("*.yaml")):
+        name = read_yaml(file).get("train")
+        if not paths.dataset(str(name)).is_file():
+            where = f"{file}:{line_of(file, ['train'])}"
+            yield f"{where}: skipped, there is no data set {name!r}. Correct the name."
 
 
 def _check_folders(paths: Paths) -> None:
@@ -77,6 +83,7 @@ def _check(file: Path, variants: Variants, paths: Paths, spec: DatasetSpec) -> N
         if not paths.dataset(name).is_file():
             where = f"{file}:{line_of(file, ['test'])}"
             raise DataError(where, f"there is no data set {name!r}", "name a data set")
+    _check_withheld(file, variants, spec)
     for variant in variants.all_variants:
         try:
             variant.change.feature_settings(spec.features)
@@ -85,6 +92,17 @@ def _check(file: Path, variants: Variants, paths: Paths, spec: DatasetSpec) -> N
         except ValidationError as error:
             where = f"{file}:{line_of(file, ['variants', variant.name])}, {variant.name}"
             raise describe(error, where) from None
+
+
+def _check_withheld(file: Path, variants: Variants, spec: DatasetSpec) -> None:
+    """Raise DataError for a hypothesis on withheld values of a task that withholds none."""
+    for hypothesis in variants.hypotheses:
+        for name, tested in hypothesis.sides:
+            task = variants.variant(name).change.task or variants.task
+            if tested == WITHHELD and not spec.tasks[task].withhold:
+                where = f"{file}:{line_of(file, ['hypotheses'])}"
+                problem = f"the task {task!r} withholds no values, so none are tested"
+                raise DataError(where, problem, "correct `tested` of the hypothesis")
 
 
 def _distinct(names: Iterable[Iterable[str]]) -> list[str]:

@@ -229,9 +229,14 @@ class Variants(Strict):
                 changes = overridden(changes, entry[value].model_dump())
             else:
                 changes = overridden(changes, _nested(key, value))
-        shown = {_shown_key(key): value for key, value in values.items()}
-        pattern = self.name or ", ".join(f"{key} {{{key}}}" for key in shown)
-        return NamedVariant(pattern.format(**shown), self._with_shared(changes), values)
+        shown = {}
+        for key, value in values.items():
+            has_labels = isinstance(self.vary[key], dict)
+            shown[key if has_labels else _shown_key(key)] = value
+        name = ", ".join(f"{key} {value}" for key, value in shown.items())
+        if self.name:
+            name = self.name.format(**shown)
+        return NamedVariant(name, self._with_shared(changes), values)
 
     def _with_shared(self, changes: dict[str, Any]) -> Variant:
         """Return the variant with the changes of `shared` and its own changes."""
@@ -308,15 +313,7 @@ class Variants(Strict):
         for key in (self.axis, self.panel):
             if key and key not in self.vary:
                 raise ValueError(f"{key!r} of axis or panel is not a key of vary")
-        try:
-            names = [variant.name for variant in self.all_variants]
-            places = [self.x(variant) for variant in self.all_variants]
-        except ValidationError as error:
-            raise ValueError(f"a variant is wrong: {describe(error, '').problem}") from None
-        except KeyError as error:
-            raise ValueError(f"name: {error} is not a key of vary") from None
-        except ValueError as error:
-            raise ValueError(f"axis: {error}") from None
+        names, places = self._names_and_places()
         if len(names) < 2 or "" in names or len(set(names)) != len(names):
             raise ValueError("variants: give at least two, each with a name of its own")
         if self.axis and None in places:
@@ -327,6 +324,21 @@ class Variants(Strict):
             self._check(hypothesis, names)
         return self
 
+    def _names_and_places(self) -> tuple[list[str], list[float | None]]:
+        """Return names of variants and places on the axis. Raises ValueError if one is wrong."""
+        try:
+            names = [variant.name for variant in self.all_variants]
+            places = [self.x(variant) for variant in self.all_variants]
+        except ValidationError as error:
+            raise ValueError(f"a variant is wrong: {describe(error, '').problem}") from None
+        except KeyError as error:
+            raise ValueError(f"name: {error} is not a key of vary") from None
+        except (AttributeError, IndexError):
+            raise ValueError("name: write each entry of vary as {its last part}") from None
+        except ValueError as error:
+            raise ValueError(f"axis: {error}") from None
+        return names, places
+
     def _check(self, hypothesis: Hypothesis, names: list[str]) -> None:
         """Raise ValueError for a hypothesis on a variant, or on a test, that does not exist."""
         for name, tested in hypothesis.sides:
@@ -334,6 +346,11 @@ class Variants(Strict):
                 raise ValueError(f"hypotheses: {name!r} is not a variant")
             if tested not in ("", WITHHELD, *self.test):
                 raise ValueError(f"hypotheses: {tested!r} is not tested: add it to test")
+            grasps = self.variant(name).change.grasps if tested else None
+            if grasps is not None and (tested != WITHHELD or grasps.all_values):
+                raise ValueError(
+                    f"hypotheses: {name!r} selects grasps: it has no test on {tested!r}"
+                )
             if tested and self.variant(name).change.split == "random":
                 raise ValueError(
                     f"hypotheses: {name!r} has a random split: it has no test on {tested!r}"

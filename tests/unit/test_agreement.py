@@ -141,6 +141,17 @@ def test_a_lower_error_than_that_of_the_placebo_is_better():
     assert not placebo_test(Estimate(5.0, Interval(4.0, 6.0), **MM), placebo).is_better
 
 
+def test_without_a_known_chance_level_the_placebo_alone_decides():
+    score = accuracy(0.9, Interval(0.85, 0.95), chance=math.nan)
+    low = accuracy(0.3, Interval(0.2, 0.4), chance=math.nan)
+    assert placebo_test(score, low).is_better
+    assert not placebo_test(low, score).is_better
+    small = Estimate(2.0, Interval(1.5, 2.5), math.nan, 0.0)
+    large = Estimate(6.0, Interval(5.0, 7.0), math.nan, 0.0)
+    assert placebo_test(small, large).is_better
+    assert not placebo_test(large, small).is_better
+
+
 def test_no_score_is_better_than_a_perfect_placebo():
     placebo = accuracy(1.0, Interval(0.91, 1.0))
     assert not placebo_test(accuracy(0.8, Interval(0.7, 0.85)), placebo).is_better

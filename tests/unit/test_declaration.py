@@ -47,8 +47,8 @@ def task(**keys) -> dict:
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ({"tasks": task(test_on=["nope"])}, "task t: tested on 'nope', no such data set"),
-        ({"tasks": task(test_on=["a"])}, "task t: tested on 'a', the data set itself"),
+        ({"tasks": task(test_on=["nope"])}, "task t: needs 'nope', no such data set"),
+        ({"tasks": task(test_on=["a"])}, "task t: needs 'a', the data set itself"),
         ({"tasks": task(paper="nope")}, "task t: the paper has no figure 'nope'"),
     ],
 )

@@ -4,6 +4,7 @@ import pytest
 import yaml
 
 from ajgdata.acquire.recipe import recipe_hash, session_names
+from ajgdata.experiments.requests import requests_for
 from ajgdata.paths import Paths
 from ajgdata.pipeline.plan import plan
 from ajgdata.pipeline.planned_grasps import planned_grasps
@@ -127,6 +128,31 @@ def test_what_a_task_is_tested_on_comes_with_it(tmp_path):
         plan(paths)  # where nobody asked for `one`
     hold(paths, "one", "day1")
     assert list(plan(paths, ["many"])) == ["many", "one"]
+
+
+def test_variants_that_wait_for_everything_bring_no_data_sets(tmp_path):
+    paths = Paths(tmp_path)
+    task = {"t": {"target": "object", "models": []}}
+    targets = {"object": {"kind": "classification"}}
+    for name in ("many", "one"):
+        declare(paths, name, targets=targets, tasks=task, recipe=RECIPE)
+    file = {
+        "title": "T",
+        "question": "Q",
+        "train": "many",
+        "task": "t",
+        "models": ["knn_plain"],
+        "variants": {"a": {}, "b": {"train": ["one"]}},
+    }
+    paths.variants.mkdir(parents=True)
+    (paths.variants / "v.yaml").write_text(yaml.safe_dump(file))
+    assert list(plan(paths, ["many"])) == ["many", "one"]
+    hypothesis = {"claim": "C", "change": "D", "before": "a", "after": "b"}
+    (paths.variants / "v.yaml").write_text(yaml.safe_dump(file | {"hypotheses": [hypothesis]}))
+    planned = plan(paths, ["many"])
+    assert list(planned) == ["many"]
+    specs = {name: item.spec for name, item in planned.items()}
+    assert requests_for(specs, [("many", "t")]) == []
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 from result_samples import sizes
 from worlds import AUDIO as SMALL_AUDIO
 from worlds import RATE_HZ
@@ -21,6 +22,7 @@ from ajgdata.pipeline.recordings import RecordingReader
 from ajgdata.store.audio import read_audio, write_pcm24
 from ajgdata.store.features import FeatureColumn, FeatureRows, text_column
 from ajgdata.store.sessions import read_dataset, read_recordings
+from ajgdata.store.variants import files_without_data
 from ajgdata.types import (
     AudioSettings,
     DataError,
@@ -215,7 +217,6 @@ def test_variants_are_one_file(project):
     ("changes", "line", "message"),
     [
         ({"task": "none"}, 4, "there is no task 'none'. Name a task of d."),
-        ({"train": "none"}, 3, "there is no data set 'none'. Name a data set."),
         ({"test": "[none]"}, 7, "there is no data set 'none'. Name a data set."),
         ({"variants": "{a: {}, b: {features: {hop: 999}}}"}, 6, "hop 999 exceeds window"),
         ({"variants": "{a: {}, b: {excitation: {kind: horn}}}"}, 6, "'horn'"),
@@ -234,6 +235,16 @@ def test_a_wrong_file_is_one_line(project, changes, line, message):
     assert text.startswith(f"{project.paths.variants / 'knn.yaml'}:{line}"), text
     assert message in text
     assert "\n" not in text
+
+
+def test_a_file_without_a_data_set_is_a_line_and_other_data_sets_are_read(project):
+    project.declare()
+    declare(project, train="none")
+    assert read_dataset(project.paths, "d").name == "d"
+    (line,) = files_without_data(project.paths)
+    assert line.startswith(
+        f"{project.paths.variants / 'knn.yaml'}:3: skipped, there is no data set"
+    )
 
 
 @pytest.mark.parametrize("name", ["comparisons", "ablations"])
@@ -327,3 +338,20 @@ def errors_title(key: str) -> tuple[str, str]:
     results = compared(key)
     table = errors(results.results[0], results)
     return next((column.title, column.unit) for column in table.columns if column.key == "x")
+
+
+@pytest.mark.parametrize("name", ["{}", "{hop.x}", "{window}"])
+def test_a_wrong_pattern_of_names_is_one_line(name):
+    content = {"title": "T", "question": "Q", "train": "d", "task": "t", "name": name}
+    with pytest.raises(ValidationError, match="name: "):
+        Variants.model_validate(content | {"vary": {"features.hop": [128, 256]}})
+
+
+def test_a_label_with_brackets_and_dots_is_a_part_of_the_name():
+    content = {"title": "T", "question": "Q", "train": "d", "task": "t"}
+    labels = {"approx. x [mm]": {"0": {}, "1": {"one_recording": True}}}
+    file = Variants.model_validate(content | {"vary": labels})
+    assert [variant.name for variant in file.all_variants] == [
+        "approx. x [mm] 0",
+        "approx. x [mm] 1",
+    ]
