@@ -18,7 +18,7 @@ from typing import IO
 from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE, SESSION_FILE, Paths, Tree
 from ajgdata.pipeline.importing import import_folder
 from ajgdata.pipeline.progress import tracked
-from ajgdata.pipeline.schemas import register_dataset
+from ajgdata.pipeline.schemas import dataset_schema, register_dataset, schema_bytes
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
     check_yaml_format,
@@ -126,6 +126,7 @@ def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
             raise DataError(tree / file, problem, "fetch or copy it again")
     spec, removed, converted = _config(tree)
     spec = spec.model_copy(update={"name": name or spec.name})
+    schema = schema_bytes(dataset_schema())
     with locked(paths.recordings(spec.name), ADDING_RECORDINGS):
         _check_free(paths, spec.name)
         with replacing_folder(paths.recordings(spec.name)) as folder:
@@ -133,7 +134,8 @@ def _register(paths: Paths, tree: Tree, name: str) -> Fetched:
             counts = [_check(session) for session in sorted((folder / "sessions").iterdir())]
             for file in STORED_FILES:
                 copy(tree / file, folder / "published" / file)
-        register_dataset(paths, spec)  # the last step: a data set without it is not registered
+        # The last step: a data set without dataset.yaml is not registered.
+        register_dataset(paths, spec, schema)
     return Fetched(spec.name, sum(counts), len(counts), removed, converted)
 
 

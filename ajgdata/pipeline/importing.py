@@ -14,7 +14,7 @@ from ajgdata.pipeline.added_channels import check_added_channels
 from ajgdata.pipeline.inferred_targets import InferredTarget, inferred_target
 from ajgdata.pipeline.microphones import check_microphone, chosen_microphone
 from ajgdata.pipeline.progress import tracked
-from ajgdata.pipeline.schemas import register_dataset
+from ajgdata.pipeline.schemas import dataset_schema, register_dataset, schema_bytes
 from ajgdata.store.audio import AudioError, hash_and_inspect
 from ajgdata.store.file_names import UNUSED_FIELD
 from ajgdata.store.importing import (
@@ -88,6 +88,7 @@ def import_folder(
     _note_columns(paths, spec, scanned, targets)
     # A template can give the name of an existing session by chance; a written name is intended.
     is_named = bool(settings and settings.session and not template_columns(settings.session))
+    schema = schema_bytes(dataset_schema())
     with locked(paths.recordings(dataset), ADDING_RECORDINGS):
         try:
             result = import_sessions(
@@ -95,7 +96,7 @@ def import_folder(
             )
         finally:
             if not path.exists() and list_sessions(paths, dataset):
-                register_dataset(paths, spec)
+                register_dataset(paths, spec, schema)
     return spec, result
 
 

@@ -56,7 +56,7 @@ def plan(
     variants without a data set are printed.
     """
     names = list(only) if only is not None else list_datasets(paths)
-    if check and only is None:
+    if check:
         for line in files_without_data(paths):
             print(line, file=sys.stderr)
     plans = {}

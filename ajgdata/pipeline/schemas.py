@@ -29,9 +29,14 @@ Schema = dict[str, Any]
 VERSION = "https://json-schema.org/draft/2020-12/schema"
 
 
-def register_dataset(paths: Paths, spec: DatasetSpec) -> None:
-    """Write dataset.yaml of a new data set, and the schema that its first line names."""
-    write_if_changed(paths.dataset_schema, schema_bytes(dataset_schema()))
+def register_dataset(paths: Paths, spec: DatasetSpec, schema: bytes) -> None:
+    """Write dataset.yaml of a new data set, and the schema that its first line names.
+
+    `schema` is made before the recordings are written (`schema_bytes(dataset_schema())`), because
+    this takes longer than the rest: an interrupted command must not leave recordings without a
+    data set.
+    """
+    write_if_changed(paths.dataset_schema, schema)
     write_dataset(paths, spec)
 
 
