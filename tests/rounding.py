@@ -7,7 +7,6 @@ of Numerical Algorithms, 2002, section 4.2); two results differ by at most twice
 
 #: Unit round-off.
 U32 = 2.0**-24
-U64 = 2.0**-53
 
 
 def gamma(n: float, u: float = U32) -> float:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import functools
 import json
 import os
 import subprocess
@@ -38,6 +39,7 @@ SECONDS = 0.2  #: length of a recording
 RATE_HZ = 44_100
 
 
+@functools.cache
 def modules() -> dict[str, ast.Module]:
     """Return the syntax tree of each module of the package by its dotted name."""
     trees = {}

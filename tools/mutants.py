@@ -21,7 +21,6 @@ import ast
 import copy
 import itertools
 import json
-import math
 import os
 import random
 import shutil
@@ -34,11 +33,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ajgdata.evaluate.agreement import wilson_interval
+
 ROOT = Path(__file__).resolve().parents[1]
 #: Longest time of the tests for one mutant in seconds, by their times under coverage.
 BUDGET_S = 120
-#: Quantile of the normal distribution for intervals of 95 %.
-Z = 1.96
 
 #: Operator that replaces another operator.
 SWAPS: dict[type, type] = {
@@ -337,15 +336,6 @@ def killer(folder: Path, mutant: Mutant, tests: list[dict[str, Any]]) -> str:
         path.write_bytes(original)
 
 
-def interval(killed: int, count: int) -> tuple[float, float]:
-    """Return the 95 % interval of a share (Wilson)."""
-    share = killed / count
-    centre = share + Z**2 / (2 * count)
-    half = Z * math.sqrt(share * (1 - share) / count + Z**2 / (4 * count**2))
-    scale = 1 + Z**2 / count
-    return (centre - half) / scale, (centre + half) / scale
-
-
 def measure(folder: Path, commit: str, count: int, seed: int) -> None:
     """Print the result of each mutant, and the share of killed mutants."""
     prepare(folder, commit)
@@ -357,7 +347,7 @@ def measure(folder: Path, commit: str, count: int, seed: int) -> None:
         killed += bool(name)
         result = f"killed by {name}" if name else f"SURVIVED {len(tests)} tests"
         print(f"{number:3} {mutant}\n    {result}", flush=True)
-    low, high = interval(killed, count)
+    low, high = wilson_interval(killed / count, count)
     print(f"killed {killed} of {count}: {killed / count:.0%} ({low:.0%} to {high:.0%})")
 
 

@@ -67,8 +67,7 @@ class Estimate(NamedTuple):
     """A score with its 95 % interval, the score of a guess, and the best possible score.
 
     All are in one unit, for example accuracies from 0 to 1, or errors in mm. `interval` can be
-    undefined (NaN). `chance` is NaN if it is unknown. Higher is better if `perfect` is above
-    `chance`.
+    undefined (NaN). `chance` is NaN if it is unknown.
 
     >>> import ajgdata
     >>> accuracy = ajgdata.Estimate(0.7, ajgdata.Interval(0.6, 0.8), chance=0.25, perfect=1.0)
@@ -89,12 +88,24 @@ class Estimate(NamedTuple):
         """
         if math.isnan(self.chance):
             return True
-        interval = self.interval
-        if not interval.is_defined:
-            interval = Interval(self.value, self.value)
-        if self.perfect > self.chance:
-            return interval.low > self.chance
-        return interval.high < self.chance
+        return self.is_better_than(self.chance, self.interval.shifted(-self.chance))
+
+    def higher_is_better(self, compared: float) -> bool:
+        """Return whether higher values are better, which means that `perfect` is above chance.
+
+        If chance is unknown, `perfect` must be above `value` or above the `compared` value.
+        """
+        worst = min(self.value, compared) if math.isnan(self.chance) else self.chance
+        return self.perfect > worst
+
+    def is_better_than(self, compared: float, gap: Interval) -> bool:
+        """Return whether `gap`, the interval of value - `compared`, is on the perfect side of 0.
+
+        If `gap` is undefined, the values are compared.
+        """
+        if not gap.is_defined:
+            gap = Interval(self.value - compared, self.value - compared)
+        return gap.low > 0 if self.higher_is_better(compared) else gap.high < 0
 
     def skill_factor(self, chance: float) -> float:
         """Return the factor of the distance to `perfect` for equal skill at another `chance`.
@@ -187,8 +198,7 @@ def compare_with_published(
         narrow = gap.high - gap.low < NARROW * abs(score.chance - score.perfect)
         return "agrees" if narrow else "inconclusive"
     is_higher = gap.low > 0
-    higher_is_better = score.perfect > score.chance
-    return "better" if is_higher == higher_is_better else "worse"
+    return "better" if is_higher == score.higher_is_better(published) else "worse"
 
 
 class PublishedJudgement(NamedTuple):
@@ -309,14 +319,8 @@ def placebo_test(score: Estimate, placebo: Estimate) -> PlaceboTest:
         gap = difference(score.value, score.interval, level.value, level.interval)
     elif score.interval.is_defined:
         gap = score.interval.shifted(-level.value)
-    compared = gap
-    if not gap.is_defined:
-        distance = score.value - level.value
-        compared = Interval(distance, distance)
-    worst = min(score.value, level.value) if math.isnan(score.chance) else score.chance
-    higher_is_better = score.perfect > worst
-    is_above_placebo = compared.low > 0 if higher_is_better else compared.high < 0
-    return PlaceboTest(score, level, gap, score.is_better_than_chance and is_above_placebo)
+    is_better = score.is_better_than_chance and score.is_better_than(level.value, gap)
+    return PlaceboTest(score, level, gap, is_better)
 
 
 #: End of the name of a condition whose scores count accepted decisions only.

@@ -80,7 +80,7 @@ class Inputs:
         If the task names `classes`, only these are included. `groups` is a column, by default that
         of the task. Raises ValueError without recordings; see `task_data`.
         """
-        table = self.other_sets[other] if other else self.store
+        table = self.store if other in ("", self.dataset) else self.other_sets[other]
         task = self.task_settings
         column = groups or task.groups
         classes = self.classes_of_task[0]

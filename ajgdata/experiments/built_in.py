@@ -29,6 +29,7 @@ _SPECS = (
         settings=CrossValidationSettings,
         division=ByModel(),
         order=1,
+        by_placement=True,
     ),
     ExperimentSpec(
         name="reflected_energy",
@@ -88,6 +89,7 @@ _SPECS = (
         division=ByModel(),
         order=70,
         kinds=("regression",),
+        by_placement=True,
     ),
     ExperimentSpec(
         name="variants",
@@ -97,6 +99,7 @@ _SPECS = (
         order=70,
         reads_recordings=True,
         renders=True,
+        by_placement=True,
     ),
     ExperimentSpec(
         name="embedding_projections",

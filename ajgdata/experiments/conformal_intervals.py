@@ -19,7 +19,7 @@ from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.experiments.base import Experiment, Inputs, Outcome
 from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.plots import Plot
-from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
+from ajgdata.experiments.scores import ScoreKey, ScoreRow, fold_statistic, score_table
 from ajgdata.experiments.settings import ConformalIntervalsSettings
 from ajgdata.models import fit_named_model
 from ajgdata.report.format import column_title
@@ -66,8 +66,8 @@ def measure(inputs: Inputs, settings: ConformalIntervalsSettings, model: str) ->
                 key = ScoreKey(
                     model, *part_columns(GROUPED, inputs.dataset), condition=f"{100 * coverage:g} %"
                 )
-                scores.append(ScoreRow("coverage", f"fold {fold}", held, key))
-                scores.append(ScoreRow("width", f"fold {fold}", width, key))
+                scores.append(ScoreRow("coverage", fold_statistic(fold), held, key))
+                scores.append(ScoreRow("width", fold_statistic(fold), width, key))
                 rows.append({"coverage": coverage, "fold": fold, "held": held, "width": width})
     columns = COVERAGE_COLUMNS | {"width": column_title("Width", inputs.task_settings.unit)}
     cost = [ScoreRow("train_cpu_s", COST, spent, ScoreKey(model))]

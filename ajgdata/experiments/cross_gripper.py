@@ -14,7 +14,7 @@ from ajgdata.evaluate.parts import GROUPED, elsewhere, part_columns
 from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults
 from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.plots import Plot, value_range
-from ajgdata.experiments.scores import ScoreKey, ScoreRow, score_table
+from ajgdata.experiments.scores import ScoreKey, ScoreRow, fold_statistic, score_table
 from ajgdata.experiments.settings import CrossGripperSettings
 from ajgdata.report.comparison import PaperComparison, holds, mark_of
 from ajgdata.report.format import Score, mean_sd, number, with_unit, words
@@ -52,7 +52,7 @@ def measure(inputs: Inputs, settings: CrossGripperSettings, model: str) -> Outco
     rows = []
     for name in settings.test_on:
         for point in points[name]:
-            fold = f"fold {point.fold}"
+            fold = fold_statistic(point.fold)
             for metric, value in point.scores.items():
                 part = part_columns(elsewhere(name), inputs.dataset)
                 key = ScoreKey(model, *part, grasps=point.grasps)

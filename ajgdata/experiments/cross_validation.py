@@ -49,7 +49,13 @@ from ajgdata.experiments import cross_validation_results as shown
 from ajgdata.experiments.base import Experiment, Inputs, Outcome
 from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.cross_validation_paper import paper_comparison
-from ajgdata.experiments.scores import ScoreKey, ScoreRow, fold_scores, score_table
+from ajgdata.experiments.scores import (
+    ScoreKey,
+    ScoreRow,
+    fold_scores,
+    fold_statistic,
+    score_table,
+)
 from ajgdata.models.tuning import Folds
 from ajgdata.store.metrics import COST
 from ajgdata.types import CrossValidationSettings, NotPossibleError
@@ -330,7 +336,7 @@ def _overall_scores(
     chance = overall_chance(known, withheld, inputs.task_settings.period_deg)
     key = ScoreKey(model, *part_columns(parts.overall, inputs.dataset))
     for metric, values in overall(known, withheld, inputs.task_settings.period_deg).items():
-        statistics = {f"fold {fold}": value for fold, value in enumerate(values)}
+        statistics = {fold_statistic(fold): value for fold, value in enumerate(values)}
         statistics["mean"] = float(np.mean(values))
         statistics["sd"] = deviation(values)
         statistics["chance"] = float(np.mean(chance[metric]))

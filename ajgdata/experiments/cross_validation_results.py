@@ -36,7 +36,7 @@ from ajgdata.evaluate.parts import (
 )
 from ajgdata.experiments.base import Result, TaskResults
 from ajgdata.experiments.plots import Plot, binned
-from ajgdata.experiments.scores import SCORES
+from ajgdata.experiments.scores import SCORES, is_fold
 from ajgdata.report.comparison import (
     Mark,
     PaperFigure,
@@ -116,8 +116,8 @@ class ModelResult:
         return part in self._values
 
     def folds(self, part: str = GROUPED) -> list[float]:
-        """Return the metric that is read first of each fold of a part."""
-        return [v for name, v in self._values[part].items() if name.startswith("fold ")]
+        """Return the first metric of the task for each fold of a part."""
+        return [v for name, v in self._values[part].items() if is_fold(name)]
 
     def score(self, part: str = GROUPED) -> Score:
         """Return mean and deviation over folds of the metric that is read first."""

@@ -76,5 +76,5 @@ class ByFile(Division):
         ]
 
     def only(self, settings: Any, parts: Sequence[str]) -> Any:
-        """Return the settings of some files, with the data sets that these files need."""
-        return settings.from_files({name: settings.files[name] for name in parts})
+        """Return the settings with some of the files."""
+        return settings.model_copy(update={"files": {name: settings.files[name] for name in parts}})

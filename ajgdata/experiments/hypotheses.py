@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from ajgdata.evaluate.fold_tests import SIGNIFICANCE_LEVEL, holm, paired_fold_test, verdict
+from ajgdata.evaluate.metrics import METRICS
 from ajgdata.evaluate.parts import TRAINING_VALUES, WITHHELD_VALUES
 from ajgdata.experiments.base import TaskResults
-from ajgdata.experiments.scores import SCORES
+from ajgdata.experiments.scores import SCORES, is_fold
 from ajgdata.report.comparison import Change, Reason
 from ajgdata.store.variants import VARIANTS
 from ajgdata.types import Kind
@@ -99,7 +100,7 @@ def hypothesis_table(name: str, file: Variants, scores: Table, kind: Kind, unit:
     `scores` are the stored scores of the file, and `unit` is that of the target. A gain that cannot
     be tested has no interval and no p. A hypothesis without stored scores has no row.
     """
-    metric = "accuracy" if kind == "classification" else "rmse"
+    metric = METRICS[kind][0]
     title = "accuracy" if kind == "classification" else "RMSE"
     if unit and metric == "rmse":
         title = f"{title} ({unit})"
@@ -146,16 +147,23 @@ def fold_values(
 
     `tested` is a data set, `withheld`, or "" for held-out grasps. `model` is a model of the file.
     """
+    rows = tested_scores(scores, file, name, tested, model, metric).rows
+    return [row["value"] for row in rows if is_fold(row["statistic"])]
+
+
+def tested_scores(
+    scores: Table, file: Variants, name: str, tested: str, model: str, metric: str
+) -> Table:
+    """Return the scores of a variant for one test; see `fold_values`."""
     change = file.variant(name).change
     is_elsewhere = tested not in ("", WITHHELD)
-    rows = scores.where(
+    return scores.where(
         condition=name,
         model=model if change.model is None else change.model,
         metric=metric,
         test_set=tested if is_elsewhere else file.held_out_set(change),
         target_values=WITHHELD_VALUES if tested == WITHHELD else TRAINING_VALUES,
-    ).rows
-    return [row["value"] for row in rows if str(row["statistic"]).startswith("fold ")]
+    )
 
 
 def _has_equal_folds(file: Variants, hypothesis: Hypothesis) -> bool:
@@ -169,22 +177,15 @@ def grid_table(name: str, file: Variants, scores: Table, kind: Kind, unit: str) 
     These are the errors at withheld values if the task withholds some.
     """
     model = file.models[0]
-    metric = "accuracy" if kind == "classification" else "rmse"
+    metric = METRICS[kind][0]
     is_withheld = WITHHELD_VALUES in scores.column("target_values")
+    tested = WITHHELD if is_withheld else ""
     rows = []
     for variant in file.all_variants:
-        tested = WITHHELD if is_withheld else ""
-        folds = fold_values(scores, file, variant.name, tested, model, metric)
+        named = (file, variant.name, tested, model, metric)
+        folds = fold_values(scores, *named)
         if folds:
-            change = variant.change
-            (chance,) = scores.where(
-                condition=variant.name,
-                model=model if change.model is None else change.model,
-                test_set=file.held_out_set(change),
-                metric=metric,
-                statistic="chance",
-                target_values=WITHHELD_VALUES if is_withheld else TRAINING_VALUES,
-            ).numbers("value")
+            (chance,) = tested_scores(scores, *named).where(statistic="chance").numbers("value")
             rows.append(
                 {
                     "task": file.panel_of(variant),

@@ -26,8 +26,6 @@ TaskKey = tuple[str, str]
 MeasurementKey = tuple[str, str, str, str]
 #: Data set, task or embedding, experiment, and name of a job.
 JobKey = tuple[str, str, str, str]
-#: Experiments whose folds hold out one placement of every class.
-BY_PLACEMENT = (CROSS_VALIDATION, "variants", "repeated_fits")
 
 
 @dataclass(frozen=True)
@@ -167,7 +165,7 @@ def _check(spec: DatasetSpec, task: str, experiment: ExperimentSpec, settings: A
     kind = spec.targets[spec.tasks[task].target].kind
     if kind not in experiment.kinds:
         raise ValueError(f"experiments.{experiment.name} is for {experiment.kinds[0]}, not {kind}")
-    if spec.tasks[task].groups == PLACEMENT_COLUMN and experiment.name not in BY_PLACEMENT:
+    if spec.tasks[task].groups == PLACEMENT_COLUMN and not experiment.by_placement:
         raise ValueError(
             f"experiments.{experiment.name} has no folds of placements: use a task without "
             "`groups: placement_id`"

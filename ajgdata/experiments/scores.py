@@ -9,6 +9,7 @@ from ajgdata.types.table import Table, table_of
 
 SCORES = "scores"  #: name of the tables whose rows go into `results/metrics.csv`
 STATISTICS = ("mean", "sd", "pooled", "chance")
+_FOLD = "fold "
 
 
 class ScoreKey(NamedTuple):
@@ -67,6 +68,16 @@ def fold_scores(scores: Any, key: ScoreKey) -> Iterator[ScoreRow]:
     """Yield the rows of `crossval.Scores`: folds, then STATISTICS."""
     for metric, values in scores.per_fold.items():
         for fold, value in enumerate(values):
-            yield ScoreRow(metric, f"fold {fold}", value, key)
+            yield ScoreRow(metric, fold_statistic(fold), value, key)
         for statistic in STATISTICS:
             yield ScoreRow(metric, statistic, getattr(scores, statistic)[metric], key)
+
+
+def fold_statistic(fold: int) -> str:
+    """Return the name of the statistic of one fold."""
+    return f"{_FOLD}{fold}"
+
+
+def is_fold(statistic: object) -> bool:
+    """Return whether a statistic is the value of one fold."""
+    return str(statistic).startswith(_FOLD)

@@ -5,7 +5,6 @@ Those of cross-validation and of embeddings are in `types.tasks`. Light: Snakema
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Annotated
 
 from pydantic import Field, model_validator
@@ -119,21 +118,20 @@ class VariantsSettings(Strict):
     """Files of `reports/variants/` on a task. They are read from there; do not write this key."""
 
     files: dict[Name, Variants] = Field(min_length=1, description="content of the files by name")
-    test_on: tuple[Name, ...] = Field((), description="other data sets that they test on")
-    train_on: tuple[Name, ...] = Field((), description="other data sets that they train on")
+
+    @property
+    def test_on(self) -> tuple[str, ...]:
+        """Other data sets that variants test on."""
+        return tuple(dict.fromkeys(name for file in self.files.values() for name in file.test_sets))
+
+    @property
+    def train_on(self) -> tuple[str, ...]:
+        """Other data sets that variants train on."""
+        return tuple(
+            dict.fromkeys(name for file in self.files.values() for name in file.train_sets)
+        )
 
     @property
     def other_tasks(self) -> tuple[str, ...]:
         """Other tasks of the data set that variants evaluate."""
         return tuple(dict.fromkeys(name for file in self.files.values() for name in file.tasks))
-
-    @classmethod
-    def from_files(cls, files: Mapping[str, Variants]) -> VariantsSettings:
-        """Return the settings of files by name, with the data sets that these files need."""
-        test_on = [name for file in files.values() for name in file.test_sets]
-        train_on = [name for file in files.values() for name in file.train_sets]
-        return cls(
-            files=files,
-            test_on=tuple(dict.fromkeys(test_on)),
-            train_on=tuple(dict.fromkeys(train_on)),
-        )

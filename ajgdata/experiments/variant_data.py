@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from itertools import repeat
 from typing import Any, NamedTuple
 
@@ -101,7 +101,7 @@ class VariantRecordings:
 
     def _stored(self, inputs: Inputs, variant: NamedVariant, dataset: str) -> TaskData:
         """Return the recordings of a data set, with the features of a variant."""
-        rows = inputs.all_data(dataset if dataset != inputs.dataset else "")
+        rows = inputs.all_data(dataset)
         change = variant.change
         if self._is_computed(change):
             rows = self._computed[dataset][variant.name].of(rows)
@@ -170,7 +170,7 @@ class VariantRecordings:
         inputs = self.inputs
         variants = [v for v in self.file.all_variants if self._is_computed(v.change)]
         settings = [variant.change.feature_settings(inputs.features) for variant in variants]
-        names = inputs.all_data(dataset if dataset != inputs.dataset else "").name.tolist()
+        names = inputs.all_data(dataset).name.tolist()
         features: list[dict[str, np.ndarray]] = [{} for _ in variants]
         seconds: list[list[float]] = [[] for _ in variants]
         sounds = self._samples([variant.change for variant in variants], dataset, names)
@@ -234,9 +234,4 @@ def _recorded(rows: TaskData, grasps: Sequence[RecipeGrasp]) -> TaskData:
 def _joined(parts: Iterable[tuple[TaskData, TaskData]]) -> tuple[TaskData, TaskData]:
     """Return the known and the withheld recordings of several data sets, each together."""
     known, withheld = zip(*parts, strict=True)
-    return _together(known), _together(withheld)
-
-
-def _together(sets: Sequence[TaskData]) -> TaskData:
-    """Return the recordings of all sets, in their order."""
-    return TaskData(*(np.concatenate(columns) for columns in zip(*sets, strict=True)))
+    return reduce(TaskData.joined, known), reduce(TaskData.joined, withheld)

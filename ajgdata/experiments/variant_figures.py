@@ -9,7 +9,7 @@ from functools import partial
 from ajgdata.evaluate.parts import TRAINING_VALUES
 from ajgdata.experiments.base import Result, TaskResults
 from ajgdata.experiments.plots import Plot, value_range
-from ajgdata.experiments.scores import SCORES
+from ajgdata.experiments.scores import SCORES, is_fold
 from ajgdata.experiments.variant_data import FEATURE_S
 from ajgdata.report.format import column_title, words
 from ajgdata.types import Level
@@ -22,8 +22,10 @@ MAX_NAMED_VARIANTS = 6
 def errors(result: Result, results: TaskResults) -> Table:
     """Return the metric of one file per model, variant, data set and fold."""
     file = results.settings.files[result.model]
-    levels = {results.dataset: results.level}
-    levels |= {name: results.other_sets[name].level for name in file.test_sets}
+    levels = {
+        results.dataset: results.level,
+        **{name: results.other_sets[name].level for name in file.test_sets},
+    }
     scores = result.tables[SCORES].where(metric=results.metric, target_values=TRAINING_VALUES)
     rows = []
     for variant in file.all_variants:
@@ -76,7 +78,7 @@ def _folds(results: TaskResults, table: Table) -> Iterator[dict[str, float | str
     for model, scores in table.split_by("model").items():
         (chance,) = scores.where(statistic="chance").numbers("value")
         for row in scores.rows:
-            if str(row["statistic"]).startswith("fold "):
+            if is_fold(row["statistic"]):
                 error = 100 * (1 - row["value"]) if is_wrong_share else row["value"]
                 yield {"model": model, "value": row["value"], "error": error, "chance": chance}
 

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 
-from ajgdata.evaluate.crossval import CrossValidation, cross_validate
+from ajgdata.evaluate.crossval import CrossValidation
 from ajgdata.evaluate.parts import GROUPED, RANDOM, part_columns
-from ajgdata.evaluate.splits import column_folds, random_folds
+from ajgdata.evaluate.splits import column_folds
 from ajgdata.experiments.base import Experiment, Inputs, Outcome
 from ajgdata.experiments.built_in import BUILT_IN
+from ajgdata.experiments.cross_validation import cross_validated
 from ajgdata.experiments.scores import ScoreKey, ScoreRow, fold_scores, score_table
 from ajgdata.experiments.settings import VariantsSettings
 from ajgdata.experiments.variant_data import FEATURE_S, VariantData, VariantRecordings
@@ -37,8 +38,11 @@ def measure(inputs: Inputs, settings: VariantsSettings, name: str) -> Outcome:
             costs.append(ScoreRow(FEATURE_S, COST, feature_s, key))
         for model in file.models_of(variant.change):
             result = evaluated(recordings.inputs_of(variant.change), variant, data, model)
-            tests = {GROUPED if variant.change.split == "grouped" else RANDOM: result.scores}
-            tests |= {part: tested.scores for part, tested in result.extra_tests.items()}
+            split = GROUPED if variant.change.split == "grouped" else RANDOM
+            tests = {
+                split: result.scores,
+                **{part: tested.scores for part, tested in result.extra_tests.items()},
+            }
             held_out_set = file.held_out_set(variant.change)
             for part, part_scores in tests.items():
                 columns = part_columns(part, held_out_set)._asdict()
@@ -55,24 +59,10 @@ def evaluated(
     because each of their grasps could be in the training data."""
     task = inputs.task_settings
     known = data.known
-    is_grouped = variant.change.split == "grouped"
-    if is_grouped:
-        folds = column_folds(
-            known.value, known.group, task.groups, task.kind, task.folds, inputs.seed
-        )
-    else:
-        folds = random_folds(known.value, task.kind, task.folds, inputs.seed)
-    return cross_validate(
-        known.feature,
-        known.value,
-        known.group if is_grouped else None,
-        kind=task.kind,
-        model=model,
-        folds=folds,
-        seed=inputs.seed,
-        period=task.period_deg,
-        extra_tests=data.tests if is_grouped else None,
-    )
+    if variant.change.split == "random":
+        return cross_validated(inputs, model, known, None, folds=task.folds)
+    folds = column_folds(known.value, known.group, task.groups, task.kind, task.folds, inputs.seed)
+    return cross_validated(inputs, model, known, known.group, folds=folds, extra_tests=data.tests)
 
 
 EXPERIMENT = Experiment(

@@ -17,7 +17,6 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_val
 #: Metres in a millimetre: scenes are in millimetres, and the solver uses SI units.
 MM = 1e-3
 Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 #: Parts of the object's physics that a plan can omit.

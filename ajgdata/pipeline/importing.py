@@ -88,7 +88,6 @@ def import_folder(
     _note_columns(paths, spec, scanned, targets)
     # A template can give the name of an existing session by chance; a written name is intended.
     is_named = bool(settings and settings.session and not template_columns(settings.session))
-    schema = schema_bytes(dataset_schema())
     with locked(paths.recordings(dataset), ADDING_RECORDINGS):
         try:
             result = import_sessions(
@@ -96,7 +95,7 @@ def import_folder(
             )
         finally:
             if not path.exists() and list_sessions(paths, dataset):
-                register_dataset(paths, spec, schema)
+                register_dataset(paths, spec, schema_bytes(dataset_schema()))
     return spec, result
 
 

@@ -32,9 +32,8 @@ VERSION = "https://json-schema.org/draft/2020-12/schema"
 def register_dataset(paths: Paths, spec: DatasetSpec, schema: bytes) -> None:
     """Write dataset.yaml of a new data set, and the schema that its first line names.
 
-    `schema` is made before the recordings are written (`schema_bytes(dataset_schema())`), because
-    this takes longer than the rest: an interrupted command must not leave recordings without a
-    data set.
+    `schema` is that of `dataset_schema`. It takes longer than the rest, so a command that cannot be
+    repeated after an interruption makes it before it writes recordings.
     """
     write_if_changed(paths.dataset_schema, schema)
     write_dataset(paths, spec)

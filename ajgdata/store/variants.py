@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -41,8 +41,6 @@ def with_variants(paths: Paths, spec: DatasetSpec) -> DatasetSpec:
     for task, by_name in files.items():
         settings = {
             "files": {name: item.model_dump(mode="json") for name, item in by_name.items()},
-            "test_on": _distinct(item.test_sets for item in by_name.values()),
-            "train_on": _distinct(item.train_sets for item in by_name.values()),
         }
         experiments = tasks[task].experiments | {VARIANTS: settings}
         tasks[task] = tasks[task].model_copy(update={"experiments": experiments})
@@ -103,8 +101,3 @@ def _check_withheld(file: Path, variants: Variants, spec: DatasetSpec) -> None:
                 where = f"{file}:{line_of(file, ['hypotheses'])}"
                 problem = f"the task {task!r} withholds no values, so none are tested"
                 raise DataError(where, problem, "correct `tested` of the hypothesis")
-
-
-def _distinct(names: Iterable[Iterable[str]]) -> list[str]:
-    """Return all names, each once."""
-    return list(dict.fromkeys(name for group in names for name in group))

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tools.measure_code import modules
+
 ROOT = Path(__file__).resolve().parents[2]
 #: Packages that take long to import.
 HEAVY = {
@@ -128,11 +130,7 @@ def test_the_command_line_starts_light(run_python):
     assert loaded & (HEAVY | {"numpy"}) == {"rich"}
 
 
-PACKAGE = {
-    ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
-    for path in sorted((ROOT / "ajgdata").rglob("*.py"))
-}
-TREES = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in PACKAGE.items()}
+TREES = modules()
 
 
 def imported_modules(node: ast.AST) -> list[str]:
@@ -141,7 +139,7 @@ def imported_modules(node: ast.AST) -> list[str]:
         return [alias.name for alias in node.names]
     if isinstance(node, ast.ImportFrom) and node.module:
         names = [f"{node.module}.{alias.name}" for alias in node.names]
-        return [name if name in PACKAGE else node.module for name in names]
+        return [name if name in TREES else node.module for name in names]
     return []
 
 
@@ -183,12 +181,12 @@ def part_of(name: str) -> str:
     return name.partition(".")[2].partition(".")[0]
 
 
-@pytest.mark.parametrize("name", [name for name in PACKAGE if part_of(name) not in LATE_PARTS])
+@pytest.mark.parametrize("name", [name for name in TREES if part_of(name) not in LATE_PARTS])
 def test_only_imports_of_late_packages_are_inside_functions(name):
     assert early_imports_inside_functions(name) == []
 
 
 @pytest.mark.parametrize("part", sorted(LATE_PARTS))
 def test_each_part_that_is_excepted_needs_it(part):
-    modules = [name for name in PACKAGE if part_of(name) == part]
+    modules = [name for name in TREES if part_of(name) == part]
     assert any(early_imports_inside_functions(name) for name in modules)

@@ -59,8 +59,7 @@ SETTINGS: dict[str, dict] = {
                 "models": ["knn"],
                 "variants": {"own": {}, "short": {"features": {"window": 128, "hop": 64}}},
             }
-        },
-        "test_on": ["whole"],
+        }
     },
     "shortcut": {"test_on": ["whole"], "models": ["knn"]},
     "repeated_fits": {"test_on": ["whole"], "repeats": 3, "models": ["ridge_plain"]},

@@ -17,8 +17,6 @@ RATE_HZ = 8_000
 AUDIO = AudioSettings(sample_rate_hz=RATE_HZ)
 FEATURES = FeatureSettings(window=64, hop=32)
 PERIOD = 4.0
-#: What is asked of a model: its kind, and whether the target repeats.
-QUESTIONS = ("classes", "two_classes", "number", "angle")
 #: Fewer steps than in use: what is exported has the same parts.
 SMALLER = {"cnn": {"min_steps": 10, "epochs": 1}}
 

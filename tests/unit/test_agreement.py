@@ -152,6 +152,15 @@ def test_without_a_known_chance_level_the_placebo_alone_decides():
     assert not placebo_test(large, small).is_better
 
 
+def test_without_a_known_chance_level_a_higher_accuracy_than_the_published_one_is_better():
+    accurate = accuracy(0.9, Interval(0.85, 0.95), chance=math.nan)
+    assert compare_with_published(accurate, 0.7) == "better"
+    assert compare_with_published(accurate, 1.0) == "worse"
+    error = Estimate(2.0, Interval(1.5, 2.5), math.nan, 0.0)
+    assert compare_with_published(error, 3.0) == "better"
+    assert compare_with_published(error, 1.0) == "worse"
+
+
 def test_no_score_is_better_than_a_perfect_placebo():
     placebo = accuracy(1.0, Interval(0.91, 1.0))
     assert not placebo_test(accuracy(0.8, Interval(0.7, 0.85)), placebo).is_better

@@ -51,7 +51,7 @@ SETTINGS = {
 def measured(paths: Paths, name: str, file: Variants) -> Table:
     """Return the scores of a file, measured by its job."""
     spec = read_dataset(paths, file.train)
-    settings = VariantsSettings.from_files({name: file})
+    settings = VariantsSettings(files={name: file})
     tables = paths.experiment(file.train, file.task, "variants", name)
     run_experiment(
         paths.features(file.train),

@@ -306,7 +306,7 @@ def compared(axis="", **values: tuple[float, ...]) -> TaskResults:
     result = Result(
         "s", "T", about, {"scores": score_table(rows, "T")}, {"scores": score_table((), "T")}
     )
-    settings = VariantsSettings.from_files({"s": file})
+    settings = VariantsSettings(files={"s": file})
     return sizes(result, settings=settings, experiment="variants")
 
 
