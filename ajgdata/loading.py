@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ajgdata.acquire.recipe import session_names
-from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
+from ajgdata.evaluate.task_data import TaskData, split_withheld, training_data
 from ajgdata.paths import Paths, find_project, run_name
 from ajgdata.store.features import open_store, read_store
 from ajgdata.store.freshness import changes_since_features
@@ -359,21 +359,11 @@ class Dataset:
         """Return the recordings that have the target of a task, and the sorted classes."""
         if task not in self.spec.tasks:
             raise self._error(f"there is no task {task!r}", f"use {', '.join(self.spec.tasks)}")
-        settings = self.spec.tasks[task]
-        target = settings.target
-        groups = settings.groups
-        classes = settings.classes
-        placebo = self.spec.placebo
-        kind = self.spec.targets[target].kind
+        settings = self.spec.training(task)
         table = read_store(self.paths.features(self.spec.name))
         with self._insufficient_data_reported(task):
-            if settings.min_groups:
-                frequent, _ = frequent_classes(
-                    table, target, groups, classes, settings.min_groups, placebo
-                )
-                classes = tuple(frequent)
-            rows = task_data(table, target, kind, groups, classes, placebo)
-        if kind == "regression":
+            rows = training_data(table, settings)
+        if settings.kind == "regression":
             return rows, ()
         return rows, tuple(sorted(set(rows.value.tolist())))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ajgdata.store.features import FeatureRows
 from ajgdata.types import Kind, NotPossibleError
+from ajgdata.types.task_settings import TrainingSettings
 
 
 class TaskData(NamedTuple):
@@ -157,3 +158,38 @@ def is_among(values: np.ndarray, listed: Sequence[float]) -> np.ndarray:
     """Return a boolean array (n,): whether each of `values` (n,) is `listed`, up to rounding."""
     equal = [np.isclose(values, value, rtol=1e-6, atol=1e-9) for value in listed]
     return np.any(equal, axis=0) if equal else np.zeros(len(values), bool)
+
+
+def classes_of(
+    table: FeatureRows, settings: TrainingSettings
+) -> tuple[Sequence[str], Mapping[str, int]]:
+    """Return the classes of a task (none: all), and the excluded classes.
+
+    An excluded class has fewer than `min_groups` groups; the mapping has its number of groups.
+    Raises NotPossibleError if too few classes remain.
+    """
+    if not settings.min_groups:
+        return settings.classes, {}
+    return frequent_classes(
+        table,
+        settings.target,
+        settings.groups,
+        settings.classes,
+        settings.min_groups,
+        settings.placebo_objects,
+    )
+
+
+def training_data(table: FeatureRows, settings: TrainingSettings) -> TaskData:
+    """Return the recordings of a task without those of excluded classes.
+
+    Raises NotPossibleError if no model can be trained on them; see `task_data`.
+    """
+    return task_data(
+        table,
+        settings.target,
+        settings.kind,
+        settings.groups,
+        classes_of(table, settings)[0],
+        settings.placebo_objects,
+    )

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from ajgdata.evaluate.agreement import NO_BETTER, UNDEFINED, Estimate, PaperVerdict
-from ajgdata.evaluate.task_data import TaskData, frequent_classes, split_withheld, task_data
+from ajgdata.evaluate.task_data import TaskData, classes_of, split_withheld, task_data
 from ajgdata.experiments.plots import BoundPlot, Plot
 from ajgdata.experiments.spec import ExperimentSpec
 from ajgdata.paths import short_name
@@ -104,17 +104,7 @@ class Inputs:
         An excluded class has fewer than `min_groups` groups; the mapping has its number of groups.
         Raises NotPossibleError if too few classes remain.
         """
-        task = self.task_settings
-        if not task.min_groups:
-            return task.classes, {}
-        return frequent_classes(
-            self.store,
-            task.target,
-            task.groups,
-            task.classes,
-            task.min_groups,
-            task.placebo_objects,
-        )
+        return classes_of(self.store, self.task_settings)
 
     def data(self, other: str = "") -> TaskData:
         """Return the recordings of `all_data` whose value is not withheld from training."""

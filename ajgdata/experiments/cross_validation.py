@@ -50,6 +50,7 @@ from ajgdata.experiments.base import Experiment, Inputs, Outcome
 from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.cross_validation_paper import paper_comparison
 from ajgdata.experiments.scores import (
+    PREDICTIONS,
     ScoreKey,
     ScoreRow,
     fold_scores,
@@ -62,7 +63,6 @@ from ajgdata.types import CrossValidationSettings, NotPossibleError
 from ajgdata.types.session import PLACEMENT_COLUMN, SESSION_COLUMN
 from ajgdata.types.table import table_of
 
-PREDICTIONS = "predictions"  #: name of the table of predictions
 PREDICTION_TITLES = {
     "recording": "Recording",
     "split": "Split",

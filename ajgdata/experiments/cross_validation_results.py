@@ -36,7 +36,7 @@ from ajgdata.evaluate.parts import (
 )
 from ajgdata.experiments.base import Result, TaskResults
 from ajgdata.experiments.plots import Plot, binned
-from ajgdata.experiments.scores import SCORES, is_fold
+from ajgdata.experiments.scores import PREDICTIONS, SCORES, is_fold
 from ajgdata.report.comparison import (
     Mark,
     PaperFigure,
@@ -207,7 +207,7 @@ class ModelResult:
 
         Predictions of a target with a period are given at the repetition nearest to the truth.
         """
-        table = self.result.tables["predictions"].where(**self._columns(part))
+        table = self.result.tables[PREDICTIONS].where(**self._columns(part))
         true = np.array(table.column("y_true"))
         predicted = np.array(table.column("y_pred"))
         if self.task.task_settings.period_deg:
@@ -216,7 +216,7 @@ class ModelResult:
 
     def mirror_inputs(self, part: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return true angles, predicted angles and folds (n,) of a part."""
-        table = self.result.tables["predictions"].where(**self._columns(part))
+        table = self.result.tables[PREDICTIONS].where(**self._columns(part))
         return table.numbers("y_true"), table.numbers("y_pred"), table.numbers("fold")
 
     def mirror_errors(self, part: str) -> MirrorErrors | None:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from ajgdata.types.table import Table, table_of
 
 SCORES = "scores"  #: name of the tables whose rows go into `results/metrics.csv`
+PREDICTIONS = "predictions"  #: name of the tables whose rows go into `results/predictions.csv`
 STATISTICS = ("mean", "sd", "pooled", "chance")
 _FOLD = "fold "
 

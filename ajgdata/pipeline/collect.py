@@ -6,9 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from ajgdata.evaluate.agreement import why_undefined
-from ajgdata.experiments.cross_validation import PREDICTIONS
 from ajgdata.experiments.requests import TaskKey, requests_for
-from ajgdata.experiments.scores import SCORES
+from ajgdata.experiments.scores import PREDICTIONS, SCORES
 from ajgdata.paths import Paths
 from ajgdata.pipeline.task_results import Measurement, computed, measurements
 from ajgdata.store.metrics import write_metrics, write_predictions

@@ -7,9 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from ajgdata.experiments.requests import Request, page_of
 from ajgdata.paths import Paths
-from ajgdata.report.comparison import parse_paper
 from ajgdata.report.report_data import ExperimentPage
-from ajgdata.store.report_files import read_experiment_text, read_page_text, read_paper
+from ajgdata.store.report_files import read_experiment_text, read_page_text
 from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec
 
 #: Groups of the navigation: experiments of the paper, and all other experiments.
@@ -22,16 +21,19 @@ COMPARISON = "Comparison with the paper"
 
 
 def experiment_pages(
-    paths: Paths, specs: Mapping[str, DatasetSpec], requests: Sequence[Request]
+    paths: Paths,
+    specs: Mapping[str, DatasetSpec],
+    requests: Sequence[Request],
+    published: Sequence[str],
 ) -> list[ExperimentPage]:
     """Return the pages of experiments: first those of the paper, in the paper's order.
 
-    Raises DataError if a data set has the name of a page of an experiment.
+    `published` are the ids of the published values in this order. Raises DataError if a data set
+    has the name of a page of an experiment.
     """
     by_page: dict[str, list[Request]] = {}
     for request in requests:
         by_page.setdefault(page_of(request, specs[request.dataset]), []).append(request)
-    published = list(parse_paper(read_paper(paths)))
     places = {name: _place(on_page, specs, published) for name, on_page in by_page.items()}
     of_paper = {name for name, place in places.items() if place < len(published)}
     pages = []
@@ -47,7 +49,7 @@ def experiment_pages(
 
 
 def _place(
-    requests: Iterable[Request], specs: Mapping[str, DatasetSpec], published: list[str]
+    requests: Iterable[Request], specs: Mapping[str, DatasetSpec], published: Sequence[str]
 ) -> int:
     """Return the place of the first published value of a page in the paper, or the end."""
     named: list[str] = []

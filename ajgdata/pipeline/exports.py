@@ -8,8 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ajgdata.experiments.base import TaskResults
-from ajgdata.experiments.cross_validation import PREDICTIONS
-from ajgdata.experiments.scores import SCORES
+from ajgdata.experiments.scores import PREDICTIONS, SCORES
 from ajgdata.paths import TABLES_FOLDER
 from ajgdata.report.comparison import PaperComparison
 from ajgdata.report.render import DrawnFigure

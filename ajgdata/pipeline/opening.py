@@ -12,6 +12,7 @@ import numpy as np
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.evaluate.parts import GROUPED, part_columns
+from ajgdata.experiments.scores import PREDICTIONS
 from ajgdata.gripper import Scene, build_plan
 from ajgdata.gripper.medium import Air
 from ajgdata.gripper.pressure_frames import PressureFrames, pressure_frames, ricker_wavelet
@@ -75,7 +76,7 @@ def _opening(paths: Paths, features: FeatureRows, tables: Path, audio: AudioSett
     dataset = about["dataset"]
     setups = _planned_setups(paths, dataset)
     digests = _by_recording(features, "setup_sha256")
-    all_predictions = next(table for table in results if table.name == "predictions")
+    all_predictions = next(table for table in results if table.name == PREDICTIONS)
     held_out = all_predictions.where(**part_columns(GROUPED, dataset)._asdict()).rows
     predictions = [row for row in held_out if digests.get(row["recording"]) in setups]
     if not predictions:

@@ -76,7 +76,7 @@ def report_content(
         sections=tuple(_sections(paths, results)),
         pages=tuple(
             dataclasses.replace(page, figures=page_figures(page.name, results))
-            for page in experiment_pages(paths, specs, requests)
+            for page in experiment_pages(paths, specs, requests, list(paper))
         ),
         comparisons=rows,
         paper=tuple(paper.values()),

@@ -55,12 +55,11 @@ def complete(
     models, unreadable_models = _final_models(paths, trained)
     skipped = _skipped(results, models)
     unreadable_results = {**about_report["unreadable"], **unreadable_models}
-    unreadable_recordings = {
-        name: unreadable(read_findings(paths.quarantine(name))) for name in datasets
-    }
+    findings = {name: read_findings(paths.quarantine(name)) for name in datasets}
+    unreadable_recordings = {name: unreadable(own) for name, own in findings.items()}
 
     lines = [f"left out  {error}" for error in unreadable_results.values()]
-    lines += _excluded_lines(paths, datasets)
+    lines += _excluded_lines(paths, findings)
     lines += _unreadable_lines(unreadable_recordings)
     lines += _rare_class_lines(results)
     lines += _skipped_lines(skipped, optional)
@@ -69,7 +68,7 @@ def complete(
         lines.append(about_report["placebo"])
     if about_report["agreements"]:
         lines.append(f"comparison with the paper: {tally_text(about_report['agreements'])}")
-    lines += _issue_lines(paths, datasets)
+    lines += _issue_lines(findings)
     lines.append(_used_line(paths, datasets))
     lines.append(_measurements_line(results, skipped))
     lines.append(f"report: {paths.report}")
@@ -138,14 +137,13 @@ def task_name(about: Mapping[str, Any]) -> str:
     return f"{about['dataset']}/{about['task']}"
 
 
-def _excluded_lines(paths: Paths, names: Sequence[str]) -> list[str]:
+def _excluded_lines(paths: Paths, findings: Mapping[str, Sequence[Finding]]) -> list[str]:
     """Return the number of excluded recordings per data set, with the file that lists them."""
     lines = []
-    for name in names:
-        file = paths.quarantine(name)
-        count = len(left_out(read_findings(file)))
+    for name, own in findings.items():
+        count = len(left_out(own))
         if count:
-            lines.append(f"left out  {many(count, 'recording')}: {file}")
+            lines.append(f"left out  {many(count, 'recording')}: {paths.quarantine(name)}")
     return lines
 
 
@@ -178,11 +176,9 @@ def _skipped_lines(
         yield f"{word}  {task}, {', '.join(parts)}: {reason}"
 
 
-def _issue_lines(paths: Paths, names: Sequence[str]) -> list[str]:
+def _issue_lines(findings: Mapping[str, Sequence[Finding]]) -> list[str]:
     """Return a line with the number of recordings with issues; no line if there are none."""
-    counts = sum(
-        (issue_counts(read_findings(paths.quarantine(name))) for name in names), IssueCounts()
-    )
+    counts = sum((issue_counts(own) for own in findings.values()), IssueCounts())
     return [f"recordings with issues: {counts}"] if counts else []
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from shutil import copytree
 from typing import Any
@@ -26,9 +26,8 @@ from ajgdata.evaluate.splits import Folds
 from ajgdata.evaluate.task_data import (
     TaskData,
     column_labels,
-    frequent_classes,
     grasp_names,
-    task_data,
+    training_data,
 )
 from ajgdata.models import fit_named_model, search_result
 from ajgdata.models.device import device_facts
@@ -96,36 +95,11 @@ def train_model(
         **device_facts(),
     }
     try:
-        data = _training_data(table, settings)
+        data = training_data(table, settings)
         description.update(_train(table, data, settings, model=model, seed=seed, folder=folder))
     except NotPossibleError as error:
         description["skipped"] = str(error)
     write_about(folder, plain(description))
-
-
-def _training_data(table: FeatureRows, settings: TrainingSettings) -> TaskData:
-    """Return the recordings of a task. Raises NotPossibleError if no model can be trained on them.
-
-    Classes with too few groups are excluded.
-    """
-    classes: Sequence[str] = settings.classes
-    if settings.min_groups:
-        classes, _ = frequent_classes(
-            table,
-            settings.target,
-            settings.groups,
-            classes,
-            settings.min_groups,
-            settings.placebo_objects,
-        )
-    return task_data(
-        table,
-        settings.target,
-        settings.kind,
-        settings.groups,
-        classes,
-        settings.placebo_objects,
-    )
 
 
 def _train(

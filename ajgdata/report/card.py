@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from ajgdata.paths import Paths, Tree
 from ajgdata.report.render import environment
-from ajgdata.report.report_data import DatasetSummary, findings_by_code
+from ajgdata.report.report_data import DatasetSummary, IssueLine, findings_by_code
 from ajgdata.store.files import yaml_bytes
 from ajgdata.store.publishing.about import About
 from ajgdata.store.publishing.table import PublishedColumn, PublishedTable
@@ -47,14 +47,6 @@ class CardFile(NamedTuple):
     content: str
 
 
-class CardIssue(NamedTuple):
-    """Number of issues of one code, and an example."""
-
-    n_issues: int
-    code: str
-    example: str
-
-
 @dataclass(frozen=True)
 class CardView:
     """Values of the template of a dataset card; `about` is the description of the data set.
@@ -78,7 +70,7 @@ class CardView:
     is_simulated: bool
     left_out: list[str]
     n_more_left_out: int
-    flagged: list[CardIssue]
+    flagged: list[IssueLine]
     provenance: list[tuple[str, str]]
 
 
@@ -134,7 +126,7 @@ def card_view(
         left_out=[_example(finding) for finding in left_out[:MAX_FINDINGS]],
         n_more_left_out=max(0, len(left_out) - MAX_FINDINGS),
         flagged=[
-            CardIssue(len(some), code, _example(some[0]))
+            IssueLine(len(some), code, _example(some[0]))
             for code, some in findings_by_code(flagged)
         ],
         provenance=list(provenance.items()),

@@ -10,19 +10,11 @@ from ajgdata.paths import Paths
 from ajgdata.report.format import Source, sentence, shortened, web_link
 from ajgdata.report.navigation import link_from_report
 from ajgdata.report.render import DrawnFigure
-from ajgdata.report.report_data import DatasetSummary, Report, findings_by_code
+from ajgdata.report.report_data import DatasetSummary, IssueLine, Report, findings_by_code
 from ajgdata.types import Finding
 
 #: Characters of a description that the page shows.
 MAX_DESCRIPTION = 240
-
-
-class IssueLine(NamedTuple):
-    """Issues of one code: their number and an example."""
-
-    n_issues: int
-    code: str
-    example: str
 
 
 class IssueGroup(NamedTuple):

@@ -126,6 +126,14 @@ class DatasetSummary:
         return issue_counts(self.findings)
 
 
+class IssueLine(NamedTuple):
+    """Issues of one code: their number and an example."""
+
+    n_issues: int
+    code: str
+    example: str
+
+
 def findings_by_code(findings: Iterable[Finding]) -> list[tuple[str, list[Finding]]]:
     """Return the findings of each code, in the alphabetical order of the codes."""
     by_code: dict[str, list[Finding]] = {}

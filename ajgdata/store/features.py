@@ -12,15 +12,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from ajgdata.paths import command_for
 from ajgdata.store.files import replacing
 from ajgdata.types import DataError
 from ajgdata.types.formats import FEATURES_FORMAT, FORMAT_KEY, LATENTS_FORMAT, FormatError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Rows of a chunk, which is read and checked as a whole.
 CHUNK_ROWS = 128
@@ -69,6 +71,8 @@ def write_store(path: Path, table: FeatureRows) -> None:
 
     Raises ValueError for a spectrum that is not finite and for columns of another length.
     """
+    import xarray as xr
+
     if not np.isfinite(table.feature).all():
         raise ValueError(f"{path}: a feature is NaN or infinite; no file is written")
     attrs = {"long_name": "spectrum", "units": "1"}
@@ -86,6 +90,8 @@ def write_store(path: Path, table: FeatureRows) -> None:
 
 def as_coordinates(columns: Mapping[str, FeatureColumn]) -> dict[str, xr.Variable]:
     """Return columns (n,) as coordinates along `recording`, in the order of their names."""
+    import xarray as xr
+
     return {
         name: xr.Variable("recording", column.values, dict(column.attrs))
         for name, column in sorted(columns.items())
@@ -163,6 +169,8 @@ def open_netcdf(path: Path) -> xr.Dataset:
 
     Raises DataError for a file that is damaged or of another kind.
     """
+    import xarray as xr
+
     options: dict[str, Any] = {"mask_and_scale": False, "decode_times": False}
     with damage_reported(path):
         file = xr.open_dataset(path, engine="h5netcdf", **options)
@@ -234,6 +242,8 @@ class Latents:
 
 def write_latents(path: Path, latents: Latents) -> None:
     """Write latents atomically; the same content gives the same bytes."""
+    import xarray as xr
+
     fold = FeatureColumn(latents.validation_fold.astype(np.int32))
     arrays = {
         f"{LATENT}{dimension}": xr.Variable(

@@ -91,6 +91,8 @@ STAY = {
     "ajgdata.gripper.variation": {"ajgdata.gripper.random_fields"},
     # half a second, and few recordings are resampled
     "ajgdata.store.audio": {"scipy.signal"},
+    # half a second, and processes that compute features or import recordings open no such file
+    "ajgdata.store.features": {"xarray"},
     # the command line imports the names of columns
     "ajgdata.store.metrics": {"pandas"},
     # two seconds, and most callers only read descriptions of models
