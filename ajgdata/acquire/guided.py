@@ -81,7 +81,8 @@ class GuidedAcquisition:
     def _grasp(self, grasp: PlannedGrasp) -> Choice:
         """Make one attempt at a grasp; return the decision about it."""
         attempt = self.session.begin(grasp)
-        self._problems, self._reason = [], "skipped by the operator"
+        self._problems = []
+        self._reason = "skipped by the operator"
         try:
             error = self._record(grasp, attempt)
             if error is not None:

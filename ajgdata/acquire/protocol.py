@@ -11,7 +11,9 @@ from ajgdata.types import GraspProtocol, Recording
 from ajgdata.types.recipe import EMPTY
 
 #: Columns of recordings.csv with the planned grasp of a recording.
-PLANNED, ATTEMPT, REFERENCE = "planned", "grasp_attempt", "reference"
+PLANNED = "planned"
+ATTEMPT = "grasp_attempt"
+REFERENCE = "reference"
 #: Column with the problems of a recording, also of one that is kept.
 DOUBT = "doubt"
 

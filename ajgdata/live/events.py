@@ -47,7 +47,8 @@ EventName = Literal[
 Event = Mapping[str, Any]
 Listener = Callable[[Event], object]
 #: Grasps and problems that a page lists.
-MAX_LISTED_GRASPS, MAX_LISTED_PROBLEMS = 24, 3
+MAX_LISTED_GRASPS = 24
+MAX_LISTED_PROBLEMS = 3
 #: Decision of a run that was uncertain.
 UNSURE = "unsure"
 

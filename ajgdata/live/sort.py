@@ -23,12 +23,10 @@ from ajgdata.live.steps import Control, Steps
 from ajgdata.types.protocol import NOTHING, SortPlan
 
 #: Columns of recordings.csv in addition to those of acquisition.
-SORT_COLUMN, PREDICTED_COLUMN, CONFIDENCE_COLUMN, VERDICT_COLUMN = (
-    "sort",
-    "predicted",
-    "confidence",
-    "verdict",
-)
+SORT_COLUMN = "sort"
+PREDICTED_COLUMN = "predicted"
+CONFIDENCE_COLUMN = "confidence"
+VERDICT_COLUMN = "verdict"
 #: Warning if the model does not recognise the empty gripper.
 CHANGED = (
     "the gripper has changed: the model no longer recognises it as empty; check filling, membrane "

@@ -14,7 +14,8 @@ class SortTerminal:
     """Shows a run line by line, and asks the person."""
 
     def __init__(self, console: Console, control: Control) -> None:
-        self._console, self._control = console, control
+        self._console = console
+        self._control = control
         self._state = RunState()
 
     def confirm(self, text: str) -> None:

@@ -37,7 +37,9 @@ def compared_sentence(row: PaperComparison) -> str:
     if not {"ours", "chance"} <= marks.keys() or row.paper.value is None:
         return ""
     ours = marks["ours"]
-    value, low, high = number(ours.value), number(ours.low), number(ours.high)
+    value = number(ours.value)
+    low = number(ours.low)
+    high = number(ours.high)
     chance = with_unit(number(marks["chance"].value), row.unit)
     published = with_unit(number(row.paper.value), row.paper.unit)
     result = f"{row.paper.metric.replace('rmse', 'RMSE')} {with_unit(value, row.unit)}"

@@ -16,7 +16,8 @@ from ajgdata.report.navigation import experiment_link
 from ajgdata.report.report_data import TaskSection
 
 #: Ends of the axis; marks below it are drawn as an arrow at its left end.
-AXIS_START, AXIS_END = -0.5, 1.0
+AXIS_START = -0.5
+AXIS_END = 1.0
 PERFECT_PER_CENT = 100.0
 #: Meaning of each mark, for the legend and for people who cannot see it.
 MARK_NAMES: dict[Role, str] = {
@@ -219,7 +220,8 @@ def _placed(marks: Mapping[Role, Mark], unit: str) -> tuple[tuple[MarkPosition, 
             continue
         value = skill(mark.value, chance.value, unit)
         ends = skill(mark.low, chance.value, unit), skill(mark.high, chance.value, unit)
-        low, high = place(min(ends)), place(max(ends))
+        low = place(min(ends))
+        high = place(max(ends))
         positions.append(MarkPosition(role, place(value), low, high, value < AXIS_START))
         listed.append(f"{name} {number(value, 2)}")
     return tuple(positions), f"skill: {', '.join(listed)}"

@@ -36,7 +36,8 @@ class Score(NamedTuple):
         It has no length if the deviation is unknown.
         """
         if self.has_interval:
-            below, above = self.mean - self.low, self.high - self.mean
+            below = self.mean - self.low
+            above = self.high - self.mean
         else:
             below = above = self.sd if math.isfinite(self.sd) else 0.0
         return [[abs(scale) * max(below, 0.0)], [abs(scale) * max(above, 0.0)]]

@@ -321,7 +321,8 @@ def _references(axes: Axes, content: FigureContent, panel: str, axis: Literal["x
     if len(content.published) == 1:
         line(content.published[0], label="the paper", **PUBLISHED_STYLE)
     elif content.published:
-        places, values = content.published[::2], content.published[1::2]
+        places = content.published[::2]
+        values = content.published[1::2]
         axes.plot(places, values, "*", color="black", ms=9, ls="", label="the paper")
     if content.ideal:
         x = [float(point.x) for point in content.points]

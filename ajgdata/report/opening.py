@@ -23,7 +23,8 @@ from ajgdata.report.format import number, words
 from ajgdata.report.scenes import draw_pressure, draw_section, section
 
 Real = NDArray[np.floating]
-LOWEST_HZ, HIGHEST_HZ = 100.0, 20_000.0
+LOWEST_HZ = 100.0
+HIGHEST_HZ = 20_000.0
 #: Titles of the frames of the sound field.
 MOMENTS = ("sound leaves", "meets object", "comes back")
 

@@ -42,7 +42,7 @@ NOTCH_M = 2e-3
 TEXT_PT = 10.0
 #: Pixels per cell of the grid and direction, so that no viewer shows the cells as squares.
 PIXELS_PER_CELL = 3
-#: Margins of a drawing: beside the rim, below the object, above the roof, and for names.
+#: Margins of a drawing: next to the rim, below the object, above the roof, and for names.
 BESIDE_MM = 7.0
 BELOW_MM = 4.0
 ABOVE_MM = 4.0
@@ -187,7 +187,8 @@ def _draw_parts(axes: Axes, scene: Scene, cut: Section, lw: float) -> None:
     """Draw gripper, filling, membrane and object in mm, cut at y = 0, and the two transducers."""
     gripper = scene.gripper
     membrane = _membrane(scene, cut)
-    x, floor = membrane.x, membrane.floor
+    x = membrane.x
+    floor = membrane.floor
     wall_x = [
         -gripper.rim_radius_mm,
         -gripper.roof_radius_mm,

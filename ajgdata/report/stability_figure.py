@@ -63,7 +63,8 @@ def _subtitle(long_runs: Table, limits: Table) -> str:
     cases = len(long_runs.split_by("case"))
     orders = np.abs(limits.numbers("measured_order"))
     orders = orders[np.isfinite(orders)]
-    low, high = number(float(orders.min()), 4), number(float(orders.max()), 4)
+    low = number(float(orders.min()), 4)
+    high = number(float(orders.max()), 4)
     gains = [
         f"{value(float(rows.numbers('gain').max()))} ({precision})"
         for precision, rows in long_runs.split_by("precision").items()
