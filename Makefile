@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: env reproduce everything real test test-slow test-cpus test-browser test-cluster test-jack test-lowest test-torture lint format bench docs readme sample lock clean
+.PHONY: env reproduce everything real test test-slow test-cpus test-browser test-cluster test-jack test-lowest test-torture lint format bench docs readme sample lock address clean
 
 # ARGS are passed on: make reproduce ARGS=--dry-run, make test ARGS=tests/docs.
 reproduce: $(VENV)/.test
@@ -101,6 +101,10 @@ sample: $(VENV)/.test
 lock: $(VENV)/.test
 	tools/lock.sh
 	$(BIN)/python tools/environment.py
+
+# The addresses of [project.urls] in pyproject.toml, written into all files (maintainers only).
+address: $(VENV)/.test
+	$(BIN)/python -m tools.address
 
 clean:
 	rm -rf results .ajgdata .snakemake

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tools.address import project_urls
+
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(sh|python|text)\n(.*?)^```", TEXT, flags=re.M | re.S)
@@ -35,7 +37,10 @@ def link_environment(prefix: str) -> list[str]:
 def shell_lines(block: str) -> list[str]:
     """Return the commands of a shell block as the test runs them."""
     lines = [line.partition("  #")[0].rstrip() for line in block.splitlines()]
-    lines = [QUICK.get(line, line).replace("clone REPOSITORY", f"clone '{ROOT}'") for line in lines]
+    source = project_urls(ROOT)["Source"]
+    lines = [
+        QUICK.get(line, line).replace(f"clone {source} ", f"clone '{ROOT}' ") for line in lines
+    ]
     at = lines.index("cd ajgdata") + 1 if "cd ajgdata" in lines else 0
     return [*lines[:at], *link_environment(sys.prefix), *lines[at:]] if at else lines
 
