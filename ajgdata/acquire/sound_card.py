@@ -186,23 +186,25 @@ class CardCheck(NamedTuple):
     snr_db: float
 
     @property
-    def issues(self) -> list[str]:
-        """Return problems with their fixes. A clipped recording cannot be used."""
+    def issues(self) -> list[tuple[str, str]]:
+        """Return pairs (problem, fix). A clipped recording cannot be used."""
         change_level = "change output or input gain until it is -9 dBFS"
         issues = []
         if self.clipped:
-            issues.append(f"{self.clipped} samples are clipped; lower output or input gain")
+            issues.append((f"{self.clipped} samples are clipped", "lower output or input gain"))
         elif self.peak_dbfs > LOUD_DBFS:
-            issues.append(f"peak is too loud; {change_level}")
+            issues.append(("peak is too loud", change_level))
         if self.peak_dbfs < QUIET_DBFS:
-            issues.append(f"peak is too quiet; {change_level}")
+            issues.append(("peak is too quiet", change_level))
         if self.snr_db < GOOD_SNR_DB:
-            issues.append("too much noise; play louder, or remove its source")
+            issues.append(("too much noise", "play louder, or remove its source"))
         spread = max(self.latency_samples) - min(self.latency_samples)
         if spread:
-            issues.append(f"latency differs by {spread} samples between takes; use another API")
+            issues.append((f"latency differs by {spread} samples between takes", "use another API"))
         if self.repeated:
-            issues.append(f"{self.repeated} takes repeated; close other programs; use another port")
+            issues.append(
+                (f"{self.repeated} takes repeated", "close other programs; use another port")
+            )
         return issues
 
 

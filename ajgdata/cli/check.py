@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from typing import Annotated
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.markup import escape
 
-from ajgdata.cli.console import ATTENTION, AllOption, out, say, shortened
+from ajgdata.cli.console import ATTENTION, AllOption, JsonOption, out, print_json, say, shortened
 from ajgdata.paths import Paths, find_project
 from ajgdata.store.sessions import list_datasets
 from ajgdata.types import (
@@ -22,6 +23,9 @@ from ajgdata.types import (
     many,
 )
 
+if TYPE_CHECKING:
+    from ajgdata.pipeline.accept import Accepted, NotAccepted
+
 
 def check(
     dataset: Annotated[list[str] | None, typer.Argument(help="data sets; default: all")] = None,
@@ -30,34 +34,67 @@ def check(
     accept: Annotated[
         bool, typer.Option("--accept", help="store the hash of new and changed files first")
     ] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Check recordings and labels, and list each issue with its fix."""
     from ajgdata.pipeline.validate import not_fetched, validate_dataset
 
     paths = find_project()
+    accepted: dict[str, list[Accepted]] = {}
+    not_accepted: dict[str, list[NotAccepted]] = {}
     if accept:
-        accept_changes(paths, dataset or (), everything=everything)
-    names = dataset
-    if not names:
-        absent = not_fetched(paths)
-        if absent:
-            say(f"not fetched, so not checked: {', '.join(absent)}")
-        names = [name for name in list_datasets(paths) if name not in absent]
+        accepted, not_accepted = accept_changes(
+            paths, dataset or (), everything=everything, quiet=as_json
+        )
+    absent = [] if dataset else not_fetched(paths)
+    if absent and not as_json:
+        say(f"not fetched, so not checked: {', '.join(absent)}")
+    names = dataset or [name for name in list_datasets(paths) if name not in absent]
     n_recordings = 0
     issues: list[Finding] = []
+    issues_by_set: dict[str, list[Finding]] = {}
     counts = IssueCounts()
-    for name in names:
+    for name in dict.fromkeys(names):
         n_recordings_of_set, issues_of_set = validate_dataset(paths, name)
         n_recordings += n_recordings_of_set
         issues += issues_of_set
+        issues_by_set[name] = issues_of_set
         counts += issue_counts(issues_of_set)
-    shown = [
-        issue for issue in issues if notes or issue.level != "note" or issue.recording_id == WHOLE
-    ]
-    print_issues(shown, everything=everything)
-    say(_summary(n_recordings, counts, issues, hides_notes=not notes))
+    if as_json:
+        print_json(
+            {
+                "datasets": list(issues_by_set),
+                "not_fetched": absent,
+                "n_recordings": n_recordings,
+                "n_errors": counts.errors,
+                "n_warnings": counts.warnings,
+                "n_notes": counts.notes,
+                "issues": _json_rows(issues_by_set),
+                "accepted": _json_rows(accepted),
+                "not_accepted": _json_rows(not_accepted),
+            }
+        )
+    else:
+        shown = [
+            issue
+            for issue in issues
+            if notes or issue.level != "note" or issue.recording_id == WHOLE
+        ]
+        print_issues(shown, everything=everything)
+        say(_summary(n_recordings, counts, issues, hides_notes=not notes))
     levels = {issue.level for issue in issues}
     raise typer.Exit(ATTENTION if levels & {"error", "warning"} else 0)
+
+
+def _json_rows(
+    rows_by_set: Mapping[str, Sequence[Finding | Accepted | NotAccepted]],
+) -> list[dict[str, str | None]]:
+    """Return one object per row, with the name of its data set first. Empty texts are None."""
+    return [
+        {"dataset": dataset, **{key: text or None for key, text in asdict(row).items()}}
+        for dataset, rows in rows_by_set.items()
+        for row in rows
+    ]
 
 
 def _summary(
@@ -77,35 +114,56 @@ def _summary(
     return text
 
 
-def accept_changes(paths: Paths, datasets: Sequence[str], *, everything: bool) -> None:
-    """Store the hashes of new and changed recordings of `datasets`, and print each recording.
+def accept_changes(
+    paths: Paths, datasets: Sequence[str], *, everything: bool, quiet: bool
+) -> tuple[dict[str, list[Accepted]], dict[str, list[NotAccepted]]]:
+    """Store the hashes of new and changed recordings of `datasets`.
 
-    Recordings that cannot be decoded are not accepted. Raises DataError if no data set is named.
+    Return the accepted recordings by data set, and the recordings that are not accepted, because
+    they cannot be decoded. Prints each recording, unless `quiet`. Raises DataError if no data set
+    is named.
     """
     from ajgdata.pipeline.accept import accept_recordings
 
     if not datasets:
         fix = "name the data sets: `ajgdata check NAME --accept`"
         raise DataError("--accept", "no data set is named", fix)
+    accepted: dict[str, list[Accepted]] = {}
+    not_accepted: dict[str, list[NotAccepted]] = {}
     for name in datasets:
-        accepted, not_accepted = accept_recordings(paths, name)
-        changes = [
-            (
-                f"{item.session_id}/{item.recording_id}",
-                "changed" if item.before else "had no sha256",
-            )
-            for item in accepted
-        ]
-        for recording, reason in shortened(changes, everything=everything):
-            say(f"[yellow]accepted[/yellow] {escape(f'{recording}: {reason}')}")
-        damaged = [
-            (f"{item.session_id}/{item.recording_id}: {item.problem}", item.fix)
-            for item in not_accepted
-        ]
-        for recording, fix in shortened(damaged, everything=everything):
-            say(f"[red]not accepted[/red] {escape(f'{recording}; {fix}')}")
-        noun = "recording" if len(accepted) == 1 else "recordings"
-        say(f"{len(accepted)} {noun} of [b]{name}[/b] accepted")
+        accepted[name], not_accepted[name] = accept_recordings(paths, name)
+        if not quiet:
+            print_accepted(name, accepted[name], not_accepted[name], everything=everything)
+    return accepted, not_accepted
+
+
+def print_accepted(
+    dataset: str,
+    accepted: Sequence[Accepted],
+    not_accepted: Sequence[NotAccepted],
+    *,
+    everything: bool,
+) -> None:
+    """Print one line per recording, and the number of accepted recordings.
+
+    Unless `everything`, only a few recordings with the same reason are printed.
+    """
+    changes = [
+        (
+            f"{item.session_id}/{item.recording_id}",
+            "changed" if item.sha256_before else "had no sha256",
+        )
+        for item in accepted
+    ]
+    for recording, reason in shortened(changes, everything=everything):
+        say(f"[yellow]accepted[/yellow] {escape(f'{recording}: {reason}')}")
+    damaged = [
+        (f"{item.session_id}/{item.recording_id}: {item.problem}", item.fix)
+        for item in not_accepted
+    ]
+    for recording, fix in shortened(damaged, everything=everything):
+        say(f"[red]not accepted[/red] {escape(f'{recording}; {fix}')}")
+    say(f"{many(len(accepted), 'recording')} of [b]{dataset}[/b] accepted")
 
 
 def print_issues(issues: Sequence[Finding], *, everything: bool) -> None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.markup import escape
 
-from ajgdata.cli.console import ATTENTION, warn
+from ajgdata.cli.console import ATTENTION, JsonOption, print_json, warn
 from ajgdata.paths import Paths
 from ajgdata.store.metrics import COST, KEYS, read_metrics
 from ajgdata.types import DataError
@@ -19,13 +19,15 @@ if TYPE_CHECKING:
 
 #: Largest relative difference of equal values.
 TOLERANCE = 1e-6
+#: Values of the column `change`, by the tables that have the row (names of pandas).
+CHANGES = {"left_only": "removed", "right_only": "new", "both": "changed"}
 
 FolderArgument = Annotated[
     Path, typer.Argument(help="results folder, or a folder that contains `results/`")
 ]
 
 
-def compare(old: FolderArgument, new: FolderArgument) -> None:
+def compare(old: FolderArgument, new: FolderArgument, as_json: JsonOption = False) -> None:
     """Compare the results of two runs, row by row.
 
     Prints the removed, new and changed rows of metrics.csv. Values are equal up to a relative
@@ -34,12 +36,24 @@ def compare(old: FolderArgument, new: FolderArgument) -> None:
     old_rows = read_scores(old)
     new_rows = read_scores(new)
     differences = compare_metrics(old_rows, new_rows)
-    counts = differences["change"].value_counts()
-    if len(differences):
-        differences.to_csv(sys.stdout, index=False)
-    summary = ", ".join(f"{counts.get(name, 0)} {name}" for name in ("removed", "new", "changed"))
-    sizes = f"{len(old_rows)} rows in {old}, {len(new_rows)} in {new}"
-    warn(escape(f"{sizes}: {summary}"))
+    counts = {name: int((differences["change"] == name).sum()) for name in CHANGES.values()}
+    if as_json:
+        print_json(
+            {
+                "old": str(old),
+                "new": str(new),
+                "n_rows_old": len(old_rows),
+                "n_rows_new": len(new_rows),
+                **{f"n_{name}": count for name, count in counts.items()},
+                "differences": _json_rows(differences),
+            }
+        )
+    else:
+        if len(differences):
+            differences.to_csv(sys.stdout, index=False)
+        summary = ", ".join(f"{count} {name}" for name, count in counts.items())
+        sizes = f"{len(old_rows)} rows in {old}, {len(new_rows)} in {new}"
+        warn(escape(f"{sizes}: {summary}"))
     raise typer.Exit(ATTENTION if len(differences) else 0)
 
 
@@ -73,8 +87,7 @@ def compare_metrics(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
 
     keys = list(KEYS)
     rows = old.merge(new, on=keys, how="outer", suffixes=("_old", "_new"), indicator="change")
-    names = {"left_only": "removed", "right_only": "new", "both": "changed"}
-    rows["change"] = rows["change"].astype(str).map(names)
+    rows["change"] = rows["change"].astype(str).map(CHANGES)
     before = rows["value_old"]
     after = rows["value_new"]
     larger = pd.concat([before.abs(), after.abs()], axis=1).max(axis=1)
@@ -82,3 +95,13 @@ def compare_metrics(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
     both_undefined = (rows["change"] == "changed") & before.isna() & after.isna()
     is_equal = (before == after) | (rows["relative_difference"] <= TOLERANCE) | both_undefined
     return rows[~is_equal].sort_values(["change", *keys], kind="stable")
+
+
+def _json_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the rows of a table. Cells that are missing or empty are None."""
+    import pandas as pd
+
+    return [
+        {str(name): None if pd.isna(cell) or cell == "" else cell for name, cell in row.items()}
+        for row in table.astype(object).to_dict("records")
+    ]

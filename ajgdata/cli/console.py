@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import math
+import sys
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -16,6 +19,10 @@ MAX_SHOWN = 5
 ATTENTION = 3
 #: The argument `everything` of `shortened`, as an option of a command.
 AllOption = Annotated[bool, typer.Option("--all", help="list all, not only a few of each kind")]
+#: The option of commands that can print JSON (docs/json.md lists the keys).
+JsonOption = Annotated[
+    bool, typer.Option("--json", help="print JSON instead of text; keys: docs/json.md")
+]
 out = Console(emoji=False, highlight=False)
 err = Console(stderr=True, emoji=False, highlight=False)
 
@@ -35,6 +42,32 @@ def print_facts(facts: Mapping[str, str], width: int = 0) -> None:
     width = max(width, *map(len, facts))
     for topic, value in facts.items():
         say(f"{escape(topic):{width}}  {escape(value)}")
+
+
+def print_json(document: Mapping[str, Any]) -> None:
+    """Print one JSON object: indented on a terminal, otherwise in one line.
+
+    The keys keep their order. JSON has no NaN and no infinity: these numbers become null.
+    """
+    content = _with_null(document)
+    indent = 2 if sys.stdout.isatty() else None
+    text = json.dumps(content, ensure_ascii=False, indent=indent)
+    try:
+        text.encode(sys.stdout.encoding or "utf-8")
+    except UnicodeEncodeError:  # for example on Windows, if the output is a pipe
+        text = json.dumps(content, indent=indent)
+    print(text, flush=True)
+
+
+def _with_null(value: Any) -> Any:
+    """Return a value of JSON with None in place of numbers that are NaN or infinite."""
+    if isinstance(value, Mapping):
+        return {key: _with_null(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_with_null(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
 
 
 def shortened(lines: Iterable[tuple[str, str]], *, everything: bool) -> Iterator[tuple[str, str]]:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.markup import escape
 
 from ajgdata.acquire.signals import ended_by_signals
-from ajgdata.cli.console import ATTENTION, out, print_facts, say, warn
+from ajgdata.cli.console import ATTENTION, JsonOption, err, out, print_facts, print_json, say, warn
 from ajgdata.paths import find_project
 from ajgdata.types import DataError, checked
+
+if TYPE_CHECKING:
+    from ajgdata.acquire.sound_card import CardCheck
 
 device = typer.Typer(
     no_args_is_help=True,
@@ -31,13 +34,16 @@ MicrophoneOption = Annotated[
 
 
 @device.command("list")
-def list_command() -> None:
+def list_command(as_json: JsonOption = False) -> None:
     """List the name, channels, default rate and API of each sound card."""
     from ajgdata.acquire.line import list_devices
 
     devices = list_devices()
     if not devices:
         raise DataError("PortAudio", "detects no sound card", "plug one in")
+    if as_json:
+        print_json({"devices": devices})
+        return
     width = max(len(card["name"]) for card in devices)
     for card in devices:
         channels = f"{card['inputs']:3} in {card['outputs']:3} out"
@@ -51,6 +57,7 @@ def check(
     rate_hz: Annotated[int, typer.Option("--rate", min=1, help="samples per second")] = 44_100,
     output_channel: OutputChannel = 1,
     microphone: MicrophoneOption = 1,
+    as_json: JsonOption = False,
 ) -> None:
     """Play sweeps and check the recorded response.
 
@@ -70,8 +77,21 @@ def check(
             "microphone": microphone,
         },
     )
-    with out.status("playing sweeps, then silence: keep quiet"), open_card(settings) as card:
+    with err.status("playing sweeps, then silence: keep quiet"), open_card(settings) as card:
         result = check_card(card)
+    is_unusable = result.clipped > 0 or result.snr_db < 0
+    if as_json:
+        issues = [{"problem": problem, "fix": fix} for problem, fix in result.issues]
+        print_json(
+            {**settings.model_dump(exclude={"attempts"}), **result._asdict(), "issues": issues}
+        )
+    else:
+        _print_check(result)
+    raise typer.Exit(ATTENTION if is_unusable else 0)
+
+
+def _print_check(result: CardCheck) -> None:
+    """Print the measurements of a sound card, and necessary changes."""
     latencies = ", ".join(str(latency) for latency in result.latency_samples)
     print_facts(
         {
@@ -81,12 +101,10 @@ def check(
         },
         width=11,
     )
-    for issue in result.issues:
-        say(f"[yellow]change      [/] {escape(issue)}")
+    for problem, fix in result.issues:
+        say(f"[yellow]change      [/] {escape(f'{problem}; {fix}')}")
     if not result.issues:
         say("[green]good        [/] the card is ready: record")
-    is_unusable = result.clipped > 0 or result.snr_db < 0
-    raise typer.Exit(ATTENTION if is_unusable else 0)
 
 
 def record(

@@ -14,9 +14,9 @@ from rich.bar import Bar
 from rich.markup import escape
 from rich.table import Table
 
-from ajgdata.acquire.robot import Robot, RobotGrasp
+from ajgdata.acquire.robot import RobotGrasp
 from ajgdata.acquire.signals import ended_by_signals
-from ajgdata.cli.console import out, say
+from ajgdata.cli.console import JsonOption, out, print_json, say
 from ajgdata.cli.device import CARD_PANEL, OutputChannel
 from ajgdata.paths import find_project
 from ajgdata.store.sessions import read_dataset
@@ -24,12 +24,8 @@ from ajgdata.types import DataError
 from ajgdata.types.protocol import NOTHING
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from ajgdata.acquire.card import Capture
-    from ajgdata.acquire.virtual import Card
-    from ajgdata.live.predictor import Prediction, Predictor
+    from ajgdata.live.predictor import Prediction
 
 #: Panel of the help text for options of the virtual gripper.
 _VIRTUAL_PANEL = "virtual gripper"
@@ -81,6 +77,7 @@ def sense(
             min=0, help="seed of the random objects and poses", rich_help_panel=_VIRTUAL_PANEL
         ),
     ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Classify the object in the gripper."""
     if source not in ("soundcard", "virtual"):
@@ -105,6 +102,7 @@ def sense(
             objects=objects or (),
             seed=seed,
             numbers=count(1) if watch else (1,),
+            as_json=as_json,
         )
 
 
@@ -127,6 +125,7 @@ def _sense(
     objects: Sequence[str],
     seed: int,
     numbers: Iterable[int],
+    as_json: bool,
 ) -> None:
     """Grasp, record, predict and print for each number.
 
@@ -160,34 +159,41 @@ def _sense(
     with ended_by_signals(), hands as (robot, opened_card, _):
         for number in numbers:
             name = objects[int(generator.integers(len(objects)))] if objects else ""
-            _sense_once(number, name, predictor, robot, opened_card, played)
+            if name:
+                grasp = RobotGrasp(
+                    grasp_id=f"sense_{number}",
+                    object="" if name == NOTHING else name,
+                    number=number,
+                    force_n=_FORCE_N,
+                )
+                robot.move("approach", **vars(grasp))
+            start = time.perf_counter()
+            capture = opened_card.take(played)
+            prediction = predictor.predict(capture.samples, predictor.sample_rate_hz)
+            seconds = time.perf_counter() - start
+            if as_json:
+                print_json(
+                    {
+                        "number": number,
+                        "source": "simulated" if source == VIRTUAL else "recorded",
+                        "object": name or None,
+                        "time_s": seconds,
+                        "peak_dbfs": capture.peak_dbfs,
+                        "clipped": capture.clipped,
+                        **_json_prediction(prediction),
+                    }
+                )
+            else:
+                _print_prediction(number, name, capture, prediction, seconds)
 
 
-def _sense_once(
-    number: int,
-    name: str,
-    predictor: Predictor,
-    robot: Robot,
-    card: Card,
-    played: NDArray[np.float32],
-) -> None:
-    """Grasp an object, play `played` (n,), record, predict and print.
-
-    `name` is the object of the virtual gripper. It is "" for a real gripper, which a person has
-    closed on an unknown object.
-    """
-    if name:
-        grasp = RobotGrasp(
-            grasp_id=f"sense_{number}",
-            object="" if name == NOTHING else name,
-            number=number,
-            force_n=_FORCE_N,
-        )
-        robot.move("approach", **vars(grasp))
-    start = time.perf_counter()
-    capture = card.take(played)
-    prediction = predictor.predict(capture.samples, predictor.sample_rate_hz)
-    _print_prediction(number, name, capture, prediction, time.perf_counter() - start)
+def _json_prediction(prediction: Prediction) -> dict[str, Any]:
+    """Return the fields of a prediction. Without an object in the gripper, `value` is None."""
+    content = prediction.plain()
+    content["unit"] = prediction.unit or None
+    if prediction.verdict == "nothing":
+        content["value"] = None
+    return content
 
 
 def _print_prediction(
@@ -195,7 +201,9 @@ def _print_prediction(
 ) -> None:
     """Print the level of a recording, the probability of each class, and the verdict.
 
-    `seconds` is the time from the first played sample to the prediction.
+    `name` is the object of the virtual gripper. It is "" for a real gripper, which a person has
+    closed on an unknown object. `seconds` is the time from the first played sample to the
+    prediction.
     """
     from ajgdata.acquire.operator import meter
     from ajgdata.live.sort import percent

@@ -27,11 +27,11 @@ HASH_COLUMN = "sha256"
 
 @dataclass(frozen=True)
 class Accepted:
-    """A recording with a new stored hash; `before` is the old hash, "" if there was none."""
+    """A recording with a new stored hash; `sha256_before` is the old hash, "" if there was none."""
 
     session_id: str
     recording_id: str
-    before: str
+    sha256_before: str
     sha256: str
 
 

@@ -10,19 +10,24 @@ GOOD = CardCheck((1_024, 1_024, 1_024), peak_dbfs=-9.0, clipped=0, repeated=0, s
 
 
 @pytest.mark.parametrize(
-    "changed, text",
+    "changed, problem, fix",
     [
-        ({"clipped": 7, "peak_dbfs": 0.0}, "7 samples are clipped; lower output"),
-        ({"peak_dbfs": -1.0}, "peak is too loud; change output"),
-        ({"peak_dbfs": -49.0}, "peak is too quiet; change output"),
-        ({"snr_db": 19.0}, "too much noise; play louder"),
-        ({"latency_samples": (5, 9, 5)}, "latency differs by 4 samples"),
-        ({"repeated": 1}, "1 takes repeated; close other programs"),
+        ({"clipped": 7, "peak_dbfs": 0.0}, "7 samples are clipped", "lower output"),
+        ({"peak_dbfs": -1.0}, "peak is too loud", "change output"),
+        ({"peak_dbfs": -49.0}, "peak is too quiet", "change output"),
+        ({"snr_db": 19.0}, "too much noise", "play louder"),
+        (
+            {"latency_samples": (5, 9, 5)},
+            "latency differs by 4 samples between takes",
+            "use another API",
+        ),
+        ({"repeated": 1}, "1 takes repeated", "close other programs"),
     ],
 )
-def test_each_issue_is_named(changed, text):
+def test_each_issue_is_named(changed, problem, fix):
     (issue,) = GOOD._replace(**changed).issues
-    assert issue.startswith(text)
+    assert issue[0] == problem
+    assert issue[1].startswith(fix)
 
 
 def test_a_good_card_is_measured_as_it_is():

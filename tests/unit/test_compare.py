@@ -2,9 +2,11 @@
 
 import csv
 import io
+import json
 import sys
 
 import pytest
+from json_page import assert_documented
 
 from ajgdata.cli import main
 from ajgdata.store.metrics import FACTS, KEYS, read_metrics, write_metrics
@@ -30,18 +32,24 @@ def write_results(folder, rows):
 
 @pytest.fixture
 def compare(tmp_path, monkeypatch, capsys):
-    """Compare a run of rows `old` with one of rows `new`; returns exit code, rows, summary."""
+    """Compare a run of rows `old` with one of rows `new`; returns exit code, rows, summary.
+
+    With `--json`, the object is returned instead of the rows.
+    """
     monkeypatch.chdir(tmp_path)
 
-    def run(old, new):
+    def run(old, new, *options):
         write_results(tmp_path / "old" / "results", old)
         write_results(tmp_path / "new", new)
-        monkeypatch.setattr(sys, "argv", ["ajgdata", "compare", "old", "new"])
+        monkeypatch.setattr(sys, "argv", ["ajgdata", "compare", "old", "new", *options])
         with pytest.raises(SystemExit) as stopped:
             main()
         printed = capsys.readouterr()
-        rows = list(csv.DictReader(io.StringIO(printed.out)))
-        return stopped.value.code, rows, printed.err
+        if "--json" in options:
+            content = json.loads(printed.out, parse_constant=pytest.fail)
+        else:
+            content = list(csv.DictReader(io.StringIO(printed.out)))
+        return stopped.value.code, content, printed.err
 
     return run
 
@@ -56,6 +64,33 @@ def test_removed_new_and_changed_rows_are_listed(compare):
     changes = [(row["change"], row["value_old"], row["value_new"]) for row in rows]
     assert changes == [("changed", "2.0", "2.5"), ("new", "", "2.5"), ("removed", "2.5", "")]
     assert float(rows[0]["relative_difference"]) == pytest.approx(0.2)  # 0.5 of 2.5
+
+
+def test_json_has_the_same_rows_with_null_in_empty_cells(compare):
+    old = [{"value": "2"}, {"statistic": "fold 0", "grasps": "16"}]
+    new = [{"value": "2.5"}, {"metric": "r2", "value": ""}]
+    code, document, message = compare(old, new, "--json")
+    assert (code, message) == (3, "")
+    assert_documented("compare", document)
+    counts = {name: number for name, number in document.items() if name.startswith("n_")}
+    assert counts == {
+        "n_rows_old": 2,
+        "n_rows_new": 2,
+        "n_removed": 1,
+        "n_new": 1,
+        "n_changed": 1,
+    }
+    changed, added, removed = document["differences"]
+    assert (changed["value_old"], changed["value_new"]) == (2.0, 2.5)
+    assert changed["relative_difference"] == pytest.approx(0.2)
+    assert (changed["grasps"], changed["condition"]) == (None, None)
+    assert (added["metric"], added["value_old"], added["value_new"]) == ("r2", None, None)
+    assert (removed["statistic"], removed["grasps"], removed["value_old"]) == ("fold 0", 16, 2.5)
+
+
+def test_json_of_equal_runs_has_no_differences(compare):
+    code, document, _ = compare([{}], [{}], "--json")
+    assert (code, document["differences"], document["n_changed"]) == (0, [], 0)
 
 
 @pytest.mark.parametrize(

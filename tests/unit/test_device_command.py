@@ -1,5 +1,6 @@
 """`ajgdata device`: lines for people, numbers and exit codes for scripts."""
 
+import json
 import re
 import sys
 from contextlib import contextmanager
@@ -7,6 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 from fake_card import FakeLine, fake_card
+from json_page import assert_documented
 from typer.testing import CliRunner
 
 from ajgdata import cli
@@ -52,3 +54,28 @@ def test_a_card_that_cannot_be_used_ends_with_code_3(card):
     card(FakeLine(np.array([1.5]), noise=1e-4))
     done = RUN.invoke(cli.app, ["device", "check", "fake"])
     assert done.exit_code == 3 and "samples are clipped; lower output" in done.stdout
+
+
+def test_the_list_as_json(monkeypatch):
+    card = {"name": "USB Audio", "api": "ALSA", "inputs": 2, "outputs": 0, "rate_hz": 48_000}
+    monkeypatch.setattr(line, "list_devices", lambda: [card])
+    done = RUN.invoke(cli.app, ["device", "list", "--json"])
+    document = json.loads(done.stdout)
+    assert (done.exit_code, document) == (0, {"devices": [card]})
+    assert_documented("device list", document)
+
+
+def test_the_check_as_json_has_numbers_and_the_same_exit_code(card):
+    card(FakeLine(np.array([1.5]), noise=1e-4))
+    done = RUN.invoke(cli.app, ["device", "check", "fake", "--rate", "48000", "--json"])
+    assert (done.exit_code, done.stderr) == (3, "")
+    document = json.loads(done.stdout)
+    assert_documented("device check", document)
+    assert (document["device"], document["sample_rate_hz"]) == ("fake", 48_000)
+    assert document["latency_samples"] == [1024, 1024, 1024]
+    assert document["clipped"] > 0
+    assert document["peak_dbfs"] == pytest.approx(20 * np.log10(0.9 * 1.5), abs=0.05)  # 0.9: sweep
+    assert document["issues"][0] == {
+        "problem": f"{document['clipped']} samples are clipped",
+        "fix": "lower output or input gain",
+    }

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from json_page import assert_documented
 from live_events import read_events
 from typer.testing import CliRunner
 
@@ -131,6 +132,30 @@ def test_sense_says_what_it_holds_on_any_terminal(run, monkeypatch, columns):
     assert all(len(row) <= columns for row in rows) and "█" in rows[0]
     assert last.startswith("known: box") and "\x1b" not in done.stdout
     assert not Path("data").exists()  # nothing is stored
+
+
+def test_sense_as_json_prints_one_object_per_grasp(run, monkeypatch):
+    monkeypatch.setattr("ajgdata.cli.sense.count", lambda first: (first, first + 1))
+    done = run(*SENSE, "--object", "cube", "--watch", "--json")
+    assert (done.exit_code, done.stderr) == (0, "")
+    documents = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [document["number"] for document in documents] == [1, 2]
+    for document in documents:
+        assert_documented("sense", document)
+        assert (document["object"], document["source"]) == ("cube", "simulated")
+        assert (document["kind"], document["value"]) == ("classification", "box")
+        assert (document["verdict"], document["unit"]) == ("known", None)
+        assert sum(document["probability"].values()) == pytest.approx(1)
+        assert document["probability"]["box"] > 0.9
+        assert document["novelty"] < 1 and document["interval"] is None
+        assert document["time_s"] > 0 and document["peak_dbfs"] < 0
+
+
+def test_sense_as_json_has_no_value_for_the_empty_gripper(run):
+    done = run(*SENSE, "--object", "empty", "--json")
+    assert done.exit_code == 0, done.output
+    document = json.loads(done.stdout)
+    assert (document["verdict"], document["value"]) == ("nothing", None)
 
 
 def change_calibration(trained, root, **values):
