@@ -20,16 +20,19 @@ def project_urls(root: Path) -> dict[str, str]:
     return tomllib.loads((root / "pyproject.toml").read_text())["project"]["urls"]
 
 
-def tracked_texts(root: Path) -> dict[Path, str]:
-    """Return the text files that git tracks, with their contents."""
+def tracked_files(root: Path) -> list[Path]:
+    """Return the files that git tracks, without deleted files."""
     listed = subprocess.run(
         ["git", "ls-files", "-z"], cwd=root, check=True, capture_output=True, text=True
     )
+    paths = [root / name for name in listed.stdout.split("\0")]
+    return [path for path in paths if path.is_file()]
+
+
+def tracked_texts(root: Path) -> dict[Path, str]:
+    """Return the text files that git tracks, with their contents."""
     texts = {}
-    for name in listed.stdout.split("\0"):
-        path = root / name
-        if not path.is_file():
-            continue
+    for path in tracked_files(root):
         content = path.read_bytes()
         if b"\0" not in content:
             texts[path] = content.decode()
