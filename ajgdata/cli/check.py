@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
+from ajgdata.cli.completion import dataset_names
 from ajgdata.cli.console import ATTENTION, AllOption, JsonOption, out, print_json, say, shortened
 from ajgdata.paths import Paths, find_project
 from ajgdata.store.sessions import list_datasets
@@ -28,7 +29,10 @@ if TYPE_CHECKING:
 
 
 def check(
-    dataset: Annotated[list[str] | None, typer.Argument(help="data sets; default: all")] = None,
+    dataset: Annotated[
+        list[str] | None,
+        typer.Argument(help="data sets; default: all", autocompletion=dataset_names),
+    ] = None,
     notes: Annotated[bool, typer.Option("--notes", help="also show notes on recordings")] = False,
     everything: AllOption = False,
     accept: Annotated[

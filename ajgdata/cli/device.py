@@ -8,6 +8,7 @@ import typer
 from rich.markup import escape
 
 from ajgdata.acquire.signals import ended_by_signals
+from ajgdata.cli.completion import dataset_names
 from ajgdata.cli.console import ATTENTION, JsonOption, err, out, print_facts, print_json, say, warn
 from ajgdata.paths import find_project
 from ajgdata.types import DataError, checked
@@ -108,7 +109,9 @@ def _print_check(result: CardCheck) -> None:
 
 
 def record(
-    dataset: Annotated[str, typer.Argument(help="data set with a protocol")],
+    dataset: Annotated[
+        str, typer.Argument(help="data set with a protocol", autocompletion=dataset_names)
+    ],
     device: Annotated[str, typer.Option(help="exact name in `ajgdata device list`")],
     session: Annotated[str, typer.Option(help="session; default: the incomplete session")] = "",
     microphone: MicrophoneOption = 1,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
+from ajgdata.cli.completion import dataset_names
 from ajgdata.cli.console import say
 from ajgdata.paths import find_project
 from ajgdata.store.files import write_bytes
@@ -24,7 +25,7 @@ OutFolder = Annotated[
 
 
 def export(
-    dataset: Annotated[str, typer.Argument(help="data set")],
+    dataset: Annotated[str, typer.Argument(help="data set", autocompletion=dataset_names)],
     task: Annotated[str, typer.Argument(help="task that the model was trained for")],
     model: Annotated[str, typer.Argument(help="cnn or cnn_per_bin")] = "cnn",
     folder: OutFolder = None,
@@ -78,7 +79,9 @@ def onnx_metadata(predictor: Predictor, about: dict[str, Any]) -> dict[str, Any]
 
 
 def scene(
-    dataset: Annotated[str, typer.Argument(help="data set with a recipe")],
+    dataset: Annotated[
+        str, typer.Argument(help="data set with a recipe", autocompletion=dataset_names)
+    ],
     object_name: Annotated[str, typer.Argument(metavar="OBJECT", help="object of the recipe")],
     folder: OutFolder = None,
 ) -> None:

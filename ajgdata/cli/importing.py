@@ -10,6 +10,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
+from ajgdata.cli.completion import dataset_names
 from ajgdata.cli.console import ATTENTION, AllOption, out, print_facts, say, shortened
 from ajgdata.paths import Paths, find_project
 from ajgdata.types import (
@@ -56,7 +57,9 @@ OnChangeOption = Annotated[
 
 def import_command(
     folder: Annotated[Path, typer.Argument(help="folder with the recordings")],
-    dataset: Annotated[str, typer.Option(help="data set; created if it is new")],
+    dataset: Annotated[
+        str, typer.Option(help="data set; created if it is new", autocompletion=dataset_names)
+    ],
     pattern: Pattern = "",
     table: TableOption = "",
     file: Annotated[str, typer.Option(help="template of a row's file, e.g. 'wav/{name}.wav'")] = "",

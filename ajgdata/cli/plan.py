@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
+from ajgdata.cli.completion import dataset_names
 from ajgdata.cli.console import ATTENTION, say, warn
 from ajgdata.evaluate.parts import GROUPED
 from ajgdata.paths import find_project
@@ -43,7 +44,10 @@ GraspMinutes = Annotated[float, typer.Option(min=0, help="time of a grasp with i
 
 
 def plan(
-    dataset: Annotated[str, typer.Argument(metavar="NAME", help="data set of the pilot")],
+    dataset: Annotated[
+        str,
+        typer.Argument(metavar="NAME", help="data set of the pilot", autocompletion=dataset_names),
+    ],
     task: TaskOption,
     half_width: HalfWidth,
     model: ModelOption = "cnn",

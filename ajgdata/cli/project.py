@@ -19,6 +19,7 @@ from typing import Annotated, NoReturn
 import typer
 from rich.markup import escape
 
+from ajgdata.cli.completion import dataset_names
 from ajgdata.cli.console import ATTENTION, print_facts, say, warn
 from ajgdata.paths import Paths, find_project
 from ajgdata.store.provenance import PACKAGE, environment, software
@@ -69,7 +70,11 @@ def diagnostics(paths: Paths | None) -> dict[str, str]:
 def status(
     arguments: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[NAME]... [OPTION]...", help="data sets, and options of Snakemake"),
+        typer.Argument(
+            metavar="[NAME]... [OPTION]...",
+            help="data sets, and options of Snakemake",
+            autocompletion=dataset_names,
+        ),
     ] = None,
 ) -> None:
     """List outdated results and the reasons.
@@ -146,7 +151,9 @@ def workflow_status(paths: Paths, options: Sequence[str] = ()) -> list[dict[str,
 Arguments = Annotated[
     list[str],
     typer.Argument(
-        metavar="NAME... [OPTION]...", help="data sets, and options of Snakemake, e.g. --dry-run"
+        metavar="NAME... [OPTION]...",
+        help="data sets, and options of Snakemake, e.g. --dry-run",
+        autocompletion=dataset_names,
     ),
 ]
 

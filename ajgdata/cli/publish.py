@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
+from ajgdata.cli.completion import dataset_names
 from ajgdata.cli.console import ATTENTION, say
 from ajgdata.cli.importing import show_import
 from ajgdata.paths import Paths, find_project
@@ -15,7 +16,9 @@ from ajgdata.store.sessions import read_dataset
 
 
 def publish(
-    dataset: Annotated[str, typer.Argument(metavar="NAME", help="data set")],
+    dataset: Annotated[
+        str, typer.Argument(metavar="NAME", help="data set", autocompletion=dataset_names)
+    ],
     folder: Annotated[
         Path | None,
         typer.Option("--out", help="folder to write; default: results/published/NAME"),
@@ -46,6 +49,7 @@ def fetch(
         typer.Argument(
             metavar="NAME|URL|FOLDER",
             help="public recordings by name, or a published data set",
+            autocompletion=dataset_names,
         ),
     ],
     name: Annotated[

@@ -16,6 +16,7 @@ from rich.table import Table
 
 from ajgdata.acquire.robot import RobotGrasp
 from ajgdata.acquire.signals import ended_by_signals
+from ajgdata.cli.completion import dataset_names
 from ajgdata.cli.console import JsonOption, out, print_json, say
 from ajgdata.cli.device import CARD_PANEL, OutputChannel
 from ajgdata.paths import find_project
@@ -46,7 +47,9 @@ _VERDICTS = {
 
 
 def sense(
-    dataset: Annotated[str, typer.Argument(help="data set of the model")],
+    dataset: Annotated[
+        str, typer.Argument(help="data set of the model", autocompletion=dataset_names)
+    ],
     task: Annotated[str, typer.Argument(help="task of the model")],
     model: Annotated[str, typer.Argument(help="cnn, linear, ...")] = "cnn",
     source: Annotated[str, typer.Option(help="soundcard, or virtual (no hardware)")] = "soundcard",
