@@ -84,6 +84,7 @@ bench: $(VENV)/.bench
 # The site, results/docs/index.html; it needs no network, to build or to read.
 docs: $(VENV)/.docs
 	$(BIN)/python tools/configuration.py
+	$(BIN)/python -m tools.examples
 	$(BIN)/typer ajgdata.cli utils docs --name ajgdata --title "Command line" --output docs/command-line.md
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 

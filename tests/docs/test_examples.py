@@ -21,6 +21,7 @@ from ajgdata.pipeline.recipes import acquire_virtual
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import read_store
 from ajgdata.store.sessions import read_dataset
+from tools import examples
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "examples"
 EDGES_MM = (12.0, 18.0, 24.0, 30.0)
@@ -228,8 +229,26 @@ def test_every_example_is_shown_and_tested():
     files = (Path(__file__), Path(__file__).with_name("test_tutorial.py"))
     tested = "".join(file.read_text() for file in (*files, unit / "test_export_check.py"))
     for path in FOLDER.glob("*.py"):
-        assert f'--8<-- "docs/examples/{path.name}"' in shown
+        assert f"<!-- example: docs/examples/{path.name} -->" in shown
         assert f'run("{path.stem}")' in tested or f"docs/examples/{path.name}" in tested
+
+
+@pytest.mark.parametrize("page", examples.PAGES, ids=lambda page: page.name)
+def test_pages_contain_the_present_code_of_their_examples(page):
+    text = page.read_text(encoding="utf-8")
+    assert examples.with_examples(text) == text, "`python -m tools.examples` copies the files"
+
+
+def test_the_code_between_the_comments_is_replaced_and_nothing_else():
+    comment = "<!-- example: docs/examples/spectrum.py -->\n"
+    old = f"before\n{comment}old\n<!-- /example -->\n<!-- other -->\n"
+    code = (FOLDER / "spectrum.py").read_text(encoding="utf-8")
+    new = f"{comment}\n```python\n{code}```\n\n<!-- /example -->\n"
+    assert examples.with_examples(old) == f"before\n{new}<!-- other -->\n"
+    with pytest.raises(ValueError, match="has no comment <!-- /example -->"):
+        examples.with_examples(f"{comment}text\n{comment}<!-- /example -->\n")
+    with pytest.raises(FileNotFoundError):
+        examples.with_examples(old.replace("spectrum.py", "no_file.py"))
 
 
 def test_the_notebook_runs_and_has_no_stored_output(monkeypatch):
