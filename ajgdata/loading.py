@@ -21,7 +21,13 @@ from ajgdata.store.features import open_store, read_store
 from ajgdata.store.freshness import changes_since_features
 from ajgdata.store.metrics import read_metrics
 from ajgdata.store.models import other_version_reported, read_about, read_estimator, read_guard
-from ajgdata.store.sessions import check_declared, check_one_source, read_dataset, whole_sessions
+from ajgdata.store.sessions import (
+    check_declared,
+    check_one_source,
+    how_to_get_sessions,
+    read_dataset,
+    whole_sessions,
+)
 from ajgdata.types import (
     AudioSettings,
     DataError,
@@ -101,7 +107,7 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
     check_one_source(paths, spec, sessions)
     recordings, issues = open_recordings([paths.session(name, s) for s in sessions], spec)
     if recordings is None:
-        fix = f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata record`"
+        fix = how_to_get_sessions(paths, name)
         raise DataError(paths.sessions(name), "holds no recording that can be used", fix)
     excluded = [issue for issue in issues if issue.leaves_out]
     used = [issue for issue in issues if not issue.leaves_out]

@@ -13,7 +13,7 @@ from ajgdata.experiments.cross_validation_results import ModelResult, models_of
 from ajgdata.report.format import Caption, Score, number
 from ajgdata.report.marks import FigureContent, Point, draw
 from ajgdata.report.report_data import Illustration
-from ajgdata.types import CROSS_VALIDATION
+from ajgdata.types import CROSS_VALIDATION, many
 from ajgdata.types.table import Table, table_of
 
 PAGE = "placement"
@@ -71,8 +71,7 @@ def placements_of(model: ModelResult) -> int:
 
 def order_of(model: ModelResult) -> str:
     """Return how often each object was placed in a session, in words."""
-    placements = placements_of(model)
-    return "1 placement" if placements == 1 else f"{placements} placements"
+    return many(placements_of(model), "placement")
 
 
 def placement_table(models: Sequence[ModelResult]) -> Table:

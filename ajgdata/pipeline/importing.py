@@ -40,6 +40,7 @@ from ajgdata.types import (
     checked,
     checked_name,
     describe,
+    many,
 )
 
 DECLARED_FOLDS = 5
@@ -207,8 +208,8 @@ def _note_cells(scanned: Scan, column: str, inference: InferredTarget) -> None:
     for file in scanned.files:
         files[file.text(column)].append(file.path.as_posix())
     for text in inference.target.missing:
-        noun = "recording" if len(files[text]) == 1 else "recordings"
-        reason = f"{text!r} is missing in {len(files[text])} {noun}: {listed(files[text])}"
+        recordings = many(len(files[text]), "recording")
+        reason = f"{text!r} is missing in {recordings}: {listed(files[text])}"
         scanned.remarks["note"].append((f"target {column}", reason))
     for doubt in inference.doubts:
         examples = [f"{text!r} ({listed(files[text])})" for text in doubt.texts]

@@ -9,7 +9,7 @@ from ajgdata.acquire.protocol import REFERENCE
 from ajgdata.pipeline.label_issues import MAX_LISTED, Tables, is_value, missing_texts
 from ajgdata.store.findings import is_rejected
 from ajgdata.store.listing import listed
-from ajgdata.types import Target
+from ajgdata.types import Target, many
 
 
 def label_counts(tables: Tables, targets: Mapping[str, Target]) -> dict[str, str]:
@@ -23,8 +23,7 @@ def label_counts(tables: Tables, targets: Mapping[str, Target]) -> dict[str, str
     grasps = Counter((session, row["grasp_id"]) for session, row in rows)
     sample_counts = []
     for samples, count in sorted(Counter(grasps.values()).items()):
-        noun = "grasp" if count == 1 else "grasps"
-        sample_counts.append(f"{samples} ({count} {noun})")
+        sample_counts.append(f"{samples} ({many(count, 'grasp')})")
     rejections = f" ({len(rows) - len(used)} rejected)" if len(used) < len(rows) else ""
     facts = {
         "recordings": f"{len(rows)}{rejections}",

@@ -21,6 +21,7 @@ from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import (
     check_one_source,
     dropped_sessions,
+    how_to_get_sessions,
     incomplete_sessions,
     list_datasets,
     list_sessions,
@@ -73,20 +74,16 @@ def plan(
         if sessions:
             plans[name] = DatasetPlan(spec, virtual, tuple(sessions), frozenset(others))
         elif only is not None:
-            raise DataError(paths.sessions(name), "holds no sessions", _how_to_import(name))
+            fix = how_to_get_sessions(paths, name)
+            raise DataError(paths.sessions(name), "holds no sessions", fix)
     for name, planned in plans.items():
         for missing in sorted(planned.other_sets - set(plans)):
             problem = f"needs the data set {missing!r}, which holds no sessions"
-            raise DataError(paths.dataset(name), problem, _how_to_import(missing))
+            raise DataError(paths.dataset(name), problem, how_to_get_sessions(paths, missing))
     if not plans:
         problem = "no data set here has recordings or a recipe"
-        raise DataError(paths.datasets, problem, _how_to_import("NAME"))
+        raise DataError(paths.datasets, problem, how_to_get_sessions(paths, "NAME"))
     return plans
-
-
-def _how_to_import(name: str) -> str:
-    """Return the fix for a data set without sessions."""
-    return f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata record`"
 
 
 def _check(

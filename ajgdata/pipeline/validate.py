@@ -18,6 +18,7 @@ from ajgdata.store.labels import bad_labels, comparable_labels, copies
 from ajgdata.store.session_audio import SessionAudio, check_session
 from ajgdata.store.sessions import (
     check_one_source,
+    how_to_get_sessions,
     list_datasets,
     list_sessions,
     read_dataset,
@@ -69,12 +70,7 @@ def _no_sessions(paths: Paths, spec: DatasetSpec, names: Sequence[str]) -> list[
     """Return an error for a data set without sessions. The next run simulates those of a recipe."""
     if names or spec.recipe:
         return []
-    fix = (
-        f"get some with `ajgdata import FOLDER --dataset {spec.name}` or "
-        f"`ajgdata record {spec.name}`"
-    )
-    if paths.source(spec.name).is_file():
-        fix = f"get some with `ajgdata fetch {spec.name}`"
+    fix = how_to_get_sessions(paths, spec.name)
     return [Finding(WHOLE, WHOLE, "", "error", "no_sessions", "there are no sessions", fix)]
 
 

@@ -15,7 +15,7 @@ from ajgdata.report.report_data import DatasetSummary, IssueLine, findings_by_co
 from ajgdata.store.files import yaml_bytes
 from ajgdata.store.publishing.about import About
 from ajgdata.store.publishing.table import PublishedColumn, PublishedTable
-from ajgdata.types import Finding
+from ajgdata.types import Finding, many
 
 #: Types that pandas has for the columns of metadata.csv.
 PANDAS_TYPES = {"string": "str", "integer": "int64", "number": "float64"}
@@ -103,7 +103,6 @@ def card_view(
     types = {column.name: PANDAS_TYPES[column.data_type] for column in table.columns}
     left_out = [finding for finding in summary.findings if finding.leaves_out]
     flagged = [finding for finding in summary.findings if not finding.leaves_out]
-    sessions = "session" if summary.n_sessions == 1 else "sessions"
     were = "recording was" if summary.n_left_out == 1 else "recordings were"
     return CardView(
         about=about,
@@ -111,7 +110,7 @@ def card_view(
         source="Simulated" if is_simulated else "Recorded",
         source_note=": computed, no microphone was involved" if is_simulated else "",
         size=(
-            f"{summary.n_recordings} recordings, {summary.n_sessions} {sessions}, "
+            f"{summary.n_recordings} recordings, {many(summary.n_sessions, 'session')}, "
             f"{summary.sample_rate_hz} Hz"
         ),
         licence="" if about.is_unlicensed else about.spdx or about.spec.licence,

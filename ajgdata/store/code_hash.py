@@ -215,6 +215,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "store/session_audio.py",
         "store/files.py:csv_bytes,json_bytes,numbered_rows,plain_text,yaml_bytes",
         "store/sessions.py:audio_path,read_recordings,read_session,write_session",
+        "types/errors.py:many",
         "types/issues.py:Finding,WHOLE,flagged,left_out",
         "types/names.py:NAME_PATTERN",
         "types/formats.py:DATASET_FORMAT,PACKAGE_KEY,PUBLISHED_FORMAT,SESSION_FORMAT",

@@ -66,6 +66,15 @@ def check_declared(paths: Paths, dataset: str) -> None:
     raise DataError(path, "no such data set", f"use one of {', '.join(proposed)}")
 
 
+def how_to_get_sessions(paths: Paths, dataset: str) -> str:
+    """Return the fix for a data set without recordings: the commands that add some."""
+    if paths.source(dataset).is_file():
+        return f"get some with `ajgdata fetch {dataset}`"
+    return (
+        f"get some with `ajgdata import FOLDER --dataset {dataset}` or `ajgdata record {dataset}`"
+    )
+
+
 def read_dataset(paths: Paths, dataset: str) -> DatasetSpec:
     """Return the declaration of a data set. Raises DataError with file, key, value and fix."""
     check_declared(paths, dataset)

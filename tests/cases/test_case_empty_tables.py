@@ -4,9 +4,11 @@ import pytest
 from recorded import make_features
 from sounds import resonances, write_wav
 
+from ajgdata.pipeline.plan import plan
 from ajgdata.pipeline.run_end import end_run
 from ajgdata.pipeline.run_summary import complete
 from ajgdata.store.files import csv_bytes, json_bytes, read_csv, write_bytes
+from ajgdata.types import DataError
 
 
 @pytest.fixture
@@ -67,6 +69,8 @@ def test_a_recipe_and_public_recordings_need_no_session_yet(ajgdata, paths):
     named = ajgdata("check", "public")
     assert named.code == 3
     assert "get some with `ajgdata fetch public`" in named.text
+    with pytest.raises(DataError, match=r"holds no sessions. Get some with `ajgdata fetch public`"):
+        plan(paths, ["public"])
 
 
 def run(paths) -> str:

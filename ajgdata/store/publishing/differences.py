@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from ajgdata.types import RECORDING_COLUMNS, SESSION_COLUMNS
+from ajgdata.types import RECORDING_COLUMNS, SESSION_COLUMNS, many
 
 #: Text of each cell by column, of each recording by `<session>/<recording_id>`.
 RowsByRecording = Mapping[str, Mapping[str, str]]
@@ -47,8 +47,7 @@ def differences(before: RowsByRecording, after: RowsByRecording) -> list[str]:
 
 def counted(noun: str, names: Collection[str], verb: str) -> str:
     """Return e.g. `2 recordings added, first day1/9_cube`."""
-    plural = "" if len(names) == 1 else "s"
-    return f"{len(names)} {noun}{plural} {verb}, first {min(names)}"
+    return f"{many(len(names), noun)} {verb}, first {min(names)}"
 
 
 def _columns(rows: RowsByRecording) -> set[str]:
@@ -58,11 +57,10 @@ def _columns(rows: RowsByRecording) -> set[str]:
 
 def _changed(column: str, count: int) -> str:
     """Return e.g. `3 labels of form`."""
-    plural = "" if count == 1 else "s"
     if column == "sha256":
-        return f"{count} audio file{plural} with different content"
+        return f"{many(count, 'audio file')} with different content"
     noun = "value" if column in _NOT_LABELS else "label"
-    return f"{count} {noun}{plural} of {column}"
+    return f"{many(count, noun)} of {column}"
 
 
 def _shown(cell: str) -> str:
