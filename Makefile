@@ -56,7 +56,7 @@ OF_LOCKED_VERSIONS = tests/contract/test_environment.py::test_installed_versions
 test-lowest:
 	@mkdir -p build
 	uv pip compile pyproject.toml workflow/logger/pyproject.toml --python $(PYTHON) --quiet \
-	  --resolution lowest-direct --extra publish --extra export --group setup --group test --output-file build/lowest.txt
+	  --resolution lowest-direct --extra all --group setup --group test --output-file build/lowest.txt
 	tools/bootstrap.sh $(PYTHON) build/lowest test build/lowest.txt
 	build/lowest/bin/pytest $(addprefix --deselect ,$(OF_LOCKED_VERSIONS)) $(ARGS)
 

@@ -42,4 +42,4 @@ if [ -n "$index" ] && [ "$(uname -s)" = Linux ] &&
     echo "pip's default index is used, which may add CUDA packages (several GB)." >&2
   }
 fi
-$pip --no-build-isolation --editable ".[publish,export]" --editable ./workflow/logger --group "$group"
+$pip --no-build-isolation --editable ".[all]" --editable ./workflow/logger --group "$group"

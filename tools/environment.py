@@ -16,24 +16,26 @@ def pins(lock: str) -> dict[str, str]:
 
 
 def direct(pyproject: dict) -> list[str]:
-    """Names of the packages that this project and its tests require, as tools/bootstrap.sh installs
-    them."""
-    extras = pyproject["project"]["optional-dependencies"]
-    requirements = [
-        *pyproject["project"]["dependencies"],
-        *extras["publish"],
-        *extras["export"],
-        *pyproject["dependency-groups"]["test"],
-    ]
-    return sorted(re.split(r"[^A-Za-z0-9._-]", text)[0].lower() for text in requirements)
+    """Return the packages that this project with all its extras and its tests require, without this
+    project."""
+    project = pyproject["project"]
+    requirements = [*project["dependencies"], *pyproject["dependency-groups"]["test"]]
+    for packages in project["optional-dependencies"].values():
+        requirements += packages  # an extra may name other extras of this project
+    names = {re.split(r"[^A-Za-z0-9._-]", text)[0].lower() for text in requirements}
+    return sorted(names - {project["name"]})
 
 
 def environment(pyproject: dict, lock: str) -> str:
-    """Text of environment.yml: the direct requirements pinned, all others constrained."""
+    """Return the text of environment.yml: the direct requirements with their locked versions.
+
+    The file names no other file, so that a copy of it works in any folder.
+    """
     locked = pins(lock)
     lines = [
-        "# The pins of requirements.lock for conda; made by tools/environment.py: do not edit.",
-        "# conda env create -f environment.yml && conda activate ajgdata && snakemake",
+        "# Versions of requirements.lock for conda; made by tools/environment.py: do not edit.",
+        "# 1. conda env create -f environment.yml && conda activate ajgdata",
+        "# 2. In a clone: pip install --no-deps -e . -e ./workflow/logger",
         "# The extra index has the CPU build of torch. If it cannot be reached, remove its line:",
         "# pip would try it again for each package.",
         "name: ajgdata",
@@ -43,10 +45,7 @@ def environment(pyproject: dict, lock: str) -> str:
         "  - pip",
         "  - pip:",
         f"    - --extra-index-url {CPU_INDEX}",
-        "    - --constraint requirements.lock",
         *(f"    - {name}=={locked[name]}" for name in direct(pyproject)),
-        "    - --editable .",
-        "    - --editable ./workflow/logger",
     ]
     return "\n".join(lines) + "\n"
 

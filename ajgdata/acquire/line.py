@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from ajgdata.acquire.card import CardError, CardSettings
 from ajgdata.types import DataError
+from ajgdata.types.extras import optional_packages
 
 #: A stream without a frame for this many seconds has failed.
 STALLED_S = 3.0
@@ -134,10 +135,8 @@ def _end_with_parent() -> None:
 def load_portaudio() -> Any:
     """Return the module sounddevice. DataError names the missing package."""
     try:
-        import sounddevice
-    except ModuleNotFoundError:
-        fix = "run `pip install 'ajgdata[live]'`"
-        raise DataError("sounddevice", "is not installed", fix) from None
+        with optional_packages("sound card"):
+            import sounddevice
     except OSError:
         fix = "run `sudo apt-get install libportaudio2`"
         raise DataError("PortAudio", "is not installed", fix) from None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,6 +14,7 @@ from ajgdata.paths import find_project
 from ajgdata.store.files import write_bytes
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DataError, NotPossibleError
+from ajgdata.types.extras import require_extra
 
 if TYPE_CHECKING:
     from ajgdata.live.predictor import Predictor
@@ -37,11 +37,9 @@ def export(
     from ajgdata.loading import load_predictor
     from ajgdata.store.models import other_version_reported, read_about
 
+    require_extra("export", "ajgdata export")
     paths = find_project()
     predictor = load_predictor(dataset, task, model, paths.root)
-    for package in ("onnx", "onnxscript"):
-        if find_spec(package) is None:
-            raise DataError(package, "is not installed", "run `pip install 'ajgdata[export]'`")
     from ajgdata.export import onnx_bytes  # loads torch, so errors above are printed first
 
     model_folder = paths.model(dataset, task, model)
@@ -89,6 +87,7 @@ def scene(
 
     Draws the cross-section of the object's first grasp as SVG and PDF files.
     """
+    require_extra("simulate", "ajgdata scene")
     from ajgdata.acquire.recipe import plan_session, session_names
     from ajgdata.gripper import Scene
     from ajgdata.report.canvas import save_figure

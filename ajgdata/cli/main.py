@@ -25,6 +25,7 @@ from ajgdata.cli.publish import fetch, publish
 from ajgdata.cli.sense import sense
 from ajgdata.cli.sort import sort
 from ajgdata.types import DataError, one_line
+from ajgdata.types.extras import optional_packages
 
 EXIT_CODES = (
     "Exit codes of all commands: 0 success; 1 error, in one line on standard error; "
@@ -77,9 +78,15 @@ def options(
 
 
 def main() -> None:
-    """Run the command. An error in data or files is printed in one line, with exit code 1."""
+    """Run the command.
+
+    An error in data or files is printed in one line, with exit code 1. So is a missing package of
+    an extra, with the command that installs it.
+    """
+    command = " ".join(["ajgdata", *sys.argv[1:2]])
     try:
-        app()
+        with optional_packages(command):
+            app()
     except (DataError, OSError, MemoryError) as error:
         warn(f"[red]error[/red] {escape(one_line(error))}")
         sys.exit(1)

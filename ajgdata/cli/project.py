@@ -26,6 +26,7 @@ from ajgdata.store.provenance import PACKAGE, environment, software
 from ajgdata.store.read_only import writable_view
 from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.types import DataError
+from ajgdata.types.extras import require_extra
 
 GB = 1e9
 #: Options of Snakemake that change the configuration.
@@ -180,6 +181,7 @@ def simulate(arguments: Arguments) -> None:
     """
     from ajgdata.acquire.recipe import session_names
 
+    require_extra("simulate", "ajgdata simulate")
     paths = find_project()
     names, options = split_arguments(arguments)
     targets = []
@@ -203,7 +205,8 @@ def _run_snakemake(paths: Paths, names: Sequence[str], options: Sequence[str]) -
 
 
 def check_console() -> None:
-    """Raise DataError if the logger plugin that the profiles select is not installed."""
+    """Raise DataError if Snakemake or the logger plugin of the profiles is not installed."""
+    require_extra("workflow", "the workflow")
     if find_spec("snakemake_logger_plugin_job_lines") is None:
         fix = "run `make env`, or `pip install ./workflow/logger` in the clone"
         raise DataError("Snakemake", "its logger plugin job-lines is not installed", fix)

@@ -13,6 +13,7 @@ from ajgdata.cli.console import ATTENTION, say
 from ajgdata.cli.importing import show_import
 from ajgdata.paths import Paths, find_project
 from ajgdata.store.sessions import read_dataset
+from ajgdata.types.extras import require_extra
 
 
 def publish(
@@ -29,6 +30,7 @@ def publish(
     The folder contains recordings, features, labels and their description for Croissant, Hugging
     Face, Frictionless, xarray and people. `sha256sum -c SHA256SUMS` verifies its files.
     """
+    require_extra("publish", "ajgdata publish")
     from ajgdata.pipeline.publish import publish as publish_dataset
 
     paths = find_project()

@@ -17,6 +17,7 @@ from ajgdata.live.events import EventLog
 from ajgdata.live.steps import Control
 from ajgdata.paths import find_project
 from ajgdata.store.files import read_model
+from ajgdata.types.extras import require_extra
 from ajgdata.types.protocol import SortPlan
 
 
@@ -36,6 +37,8 @@ def sort(
 
 def _sort(plan: SortPlan, *, has_dashboard: bool) -> int:
     """Run a plan, and return the exit code."""
+    if has_dashboard:
+        require_extra("live", "--dashboard")
     from ajgdata.live.terminal import SortTerminal
     from ajgdata.pipeline.sort import open_run
 

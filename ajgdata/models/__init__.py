@@ -14,6 +14,7 @@ from ajgdata.models.scaling import Circular
 from ajgdata.models.thinning import thinned
 from ajgdata.models.tuning import Tuned
 from ajgdata.types import MODELS, Kind
+from ajgdata.types.extras import optional_packages
 
 
 def make_model(name: str, kind: Kind, seed: int = 0, period: float | None = None) -> BaseEstimator:
@@ -23,7 +24,7 @@ def make_model(name: str, kind: Kind, seed: int = 0, period: float | None = None
     training rows. Networks, trees and inner folds use the `seed`. With a `period`, the targets y
     and y + period are equal: the model predicts (sin, cos) of 2 pi y / period (see
     `scaling.Circular`). Raises ValueError for an unknown name or kind, and for a classification
-    with a period.
+    with a period. Raises DataError for a network if its packages are not installed.
 
     >>> import numpy as np
     >>> from ajgdata.models import make_model
@@ -38,7 +39,9 @@ def make_model(name: str, kind: Kind, seed: int = 0, period: float | None = None
         raise ValueError(f"unknown kind {kind!r}: choose one of {', '.join(get_args(Kind))}")
     if period is not None and kind != "regression":
         raise ValueError("classes have no period: leave it out")
-    estimator = resolve_name(model.make)(kind, seed)
+    with optional_packages(f"model {name}"):
+        make = resolve_name(model.make)
+    estimator = make(kind, seed)
     if period is None:
         return estimator
     return _circular(estimator, period, model.several)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from importlib.util import find_spec
 
 from ajgdata.types import DataError
 
@@ -32,13 +33,15 @@ def _available(device: str) -> str:
     """Return `cpu` or `cuda` for a setting."""
     if device == CPU:
         return CPU  # without an import of torch, which most jobs do not need
-    import torch
+    has_torch = find_spec("torch") is not None
+    if has_torch:
+        import torch
 
-    if torch.cuda.is_available():
-        return CUDA
+        if torch.cuda.is_available():
+            return CUDA
     if device == AUTO:
         return CPU
-    problem = "PyTorch finds no GPU on this computer"
+    problem = "PyTorch finds no GPU on this computer" if has_torch else "PyTorch is not installed"
     raise DataError(f"device={device}", problem, "use device=cpu, or a CUDA build (TORCH_INDEX)")
 
 

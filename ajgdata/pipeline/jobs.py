@@ -17,6 +17,7 @@ from ajgdata.models.device import CPU, training_on
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import clear_line
 from ajgdata.types import DataError, one_line
+from ajgdata.types.extras import optional_packages
 
 
 def run_job(job: Any) -> None:
@@ -26,7 +27,6 @@ def run_job(job: Any) -> None:
     outputs, wildcards and params of the rule, or `paths`, `log` and `threads`. Values are converted
     to the annotated types, for example paths and settings. Networks are trained on `device`.
     """
-    function = resolve_name(f"{__package__}.{job.params.function}")
     values = {
         "paths": Paths(run=job.params.get("run", "")),
         "log": job.log[0],
@@ -35,10 +35,14 @@ def run_job(job: Any) -> None:
     for named in (job.input, job.output, job.wildcards, job.params):
         for name, value in named.items():
             values[name] = [*value] if isinstance(value, list) else value
-    arguments = {
-        name: values[name] for name in inspect.signature(function).parameters if name in values
-    }
-    with logged(job.log[0]), training_on(job.params.get("device", CPU)):
+    with (
+        logged(job.log[0]),
+        optional_packages(f"rule {job.rule}"),
+        training_on(job.params.get("device", CPU)),
+    ):
+        function = resolve_name(f"{__package__}.{job.params.function}")
+        parameters = inspect.signature(function).parameters
+        arguments = {name: values[name] for name in parameters if name in values}
         validate_call(function)(**arguments)
 
 

@@ -7,13 +7,13 @@ module and calls it while it parses, so nothing is written.
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 from ajgdata.acquire.recipe import session_names
-from ajgdata.experiments.requests import all_requests
+from ajgdata.experiments.requests import Request, all_requests
 from ajgdata.paths import Paths
 from ajgdata.pipeline.planned_grasps import planned_grasps
 from ajgdata.report.comparison import parse_paper
@@ -28,7 +28,8 @@ from ajgdata.store.sessions import (
     read_dataset,
 )
 from ajgdata.store.variants import files_without_data
-from ajgdata.types import DataError, DatasetSpec, one_line
+from ajgdata.types import MODELS, DataError, DatasetSpec, one_line
+from ajgdata.types.extras import require_extra
 
 
 @dataclass(frozen=True)
@@ -53,8 +54,8 @@ def plan(
     They are those of `only`, or else all with sessions or a recipe, and the other data sets that
     their tasks need before `snakemake everything`. Raises DataError for an invalid config, and if
     there is nothing to run. With `check`, it is also raised for `config_problems`, for simulated
-    and recorded sessions in one data set, and for scenes that the gripper cannot simulate; files of
-    variants without a data set are printed.
+    and recorded sessions in one data set, for scenes that the gripper cannot simulate, and if a
+    package is not installed that the run needs; files of variants without a data set are printed.
     """
     names = list(only) if only is not None else list_datasets(paths)
     if check:
@@ -63,12 +64,13 @@ def plan(
     plans = {}
     for name in names:  # grows by the data sets that tasks need
         spec = read_dataset(paths, name)
-        requests = all_requests(spec, paths.dataset(name))
+        requests = list(all_requests(spec, paths.dataset(name)))
         others = {other for request in requests for other in request.first_sets}
         virtual = tuple(session_names(spec.recipe))
         recorded = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
         if check:
             _check(paths, spec, virtual, recorded)
+            check_packages(paths, spec, requests, virtual)
         names += sorted(others - set(names))
         sessions = sorted({*virtual, *recorded})
         if sessions:
@@ -99,6 +101,25 @@ def _check(
     if to_record:
         planned_grasps(paths.dataset(spec.name), spec, sorted(to_record))
     check_one_source(paths, spec, recorded)
+
+
+def check_packages(
+    paths: Paths, spec: DatasetSpec, requests: Iterable[Request], virtual: Sequence[str]
+) -> None:
+    """Raise DataError if a package is not installed that the first results of a data set need.
+
+    A model or an embedding of `requests` may need an extra, and missing recordings of a recipe need
+    the virtual gripper. `virtual` are the sessions of the recipe.
+    """
+    file = paths.dataset(spec.name)
+    if incomplete_sessions(paths, spec.name, virtual):
+        require_extra("simulate", f"{file}: recipe")
+    if spec.embeddings:
+        require_extra("cnn", f"{file}: embeddings")
+    parts = [part.name for request in requests for part in request.parts if not part.is_late]
+    for name in dict.fromkeys(parts):
+        if name in MODELS and MODELS[name].extra:
+            require_extra(MODELS[name].extra, f"{file}: model {name}")
 
 
 def config_problems(paths: Paths, spec: DatasetSpec) -> Iterator[tuple[str, str]]:

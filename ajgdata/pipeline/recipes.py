@@ -15,7 +15,6 @@ from ajgdata.acquire.writer import Acquired, acquire_session
 from ajgdata.paths import Paths
 from ajgdata.pipeline.planned_grasps import planned_grasps, recipe_of
 from ajgdata.pipeline.progress import tell
-from ajgdata.pipeline.savings import measured_savings
 from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import check_one_source, list_sessions, read_dataset
 from ajgdata.types import DataError, NotPossibleError
@@ -54,6 +53,8 @@ def acquire_virtual(paths: Paths, dataset: str, session: str) -> Acquired:
 
 def _show_savings(session: str, grasp: RecipeGrasp) -> None:
     """Print the omitted physics of a grasp's scene, the time that this saves, and its error."""
+    from ajgdata.pipeline.savings import measured_savings  # experiments need no simulation
+
     savings = measured_savings(gripper.Scene.model_validate(grasp.setup))
     if savings is not None:
         tell(f"          {session}: {savings} (measured on {grasp.grasp_id})")

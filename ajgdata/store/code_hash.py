@@ -11,13 +11,13 @@ import functools
 import json
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 
 from ajgdata.store.files import read_yaml, sha256_of
 from ajgdata.store.provenance import PACKAGE
 from ajgdata.store.syntax import deciding_tree, defined_names, used_statements
+from ajgdata.types.extras import installed_version
 from ajgdata.types.registry import OWN_MODELS
 
 #: Session -> its table and files -> samples, issues and spectra.
@@ -228,9 +228,13 @@ WHOLE_FILES = ("acquire", "embed", "evaluate", "features")
 #: The package whose files decide by the definitions that a measurement uses: the others draw.
 EXPERIMENTS_PACKAGE = "experiments"
 #: Libraries whose versions can change any result.
-NUMERICAL = ("numba", "numpy", "scipy", "soundfile")
-#: Libraries whose versions can change results of models.
-LEARNING = ("scikit-learn", "torch", "umap-learn")
+NUMERICAL = ("numpy", "scipy", "soundfile")
+#: The library whose version can also change simulations.
+SIMULATING = "numba"
+#: Libraries whose versions can also change results of models; umap-learn computes with numba.
+LEARNING = ("numba", "scikit-learn", "torch", "umap-learn")
+#: Types of jobs that simulate, without models.
+SIMULATIONS = ("gripper", "acquire", "study")
 #: Types of jobs without models.
 WITHOUT_MODELS = ("gripper", "features", "sample", "acquire", "study", "collect", "publish")
 
@@ -283,16 +287,19 @@ def code_hash(job_type: str, *added: CodeSource) -> str:
     """Return the hash of the code of a type of job, and of the versions of its libraries.
 
     A rule has it as a parameter, so that its results are computed again if it changes. `added` are
-    further sources. Models of other packages count as a whole.
+    further sources. Models of other packages count as a whole. A library of an extra that is not
+    installed has the version "".
     """
     own = [*sources(job_type), *added]
-    libraries: tuple[str, ...] = NUMERICAL
+    libraries = list(NUMERICAL)
+    if job_type in SIMULATIONS:
+        libraries.append(SIMULATING)
     if job_type not in WITHOUT_MODELS:
-        libraries = (*NUMERICAL, *LEARNING)
+        libraries += LEARNING
         own += [CodeSource(file) for file in _own_models()]
     content = {
         "sources": sorted({f"{s.place}:{','.join(s.names)} {_digest(s)}" for s in own}),
-        "libraries": {name: version(name) for name in libraries},
+        "libraries": {name: installed_version(name) for name in libraries},
     }
     return sha256_of(json.dumps(content, sort_keys=True).encode())[:16]
 

@@ -16,6 +16,7 @@ from safetensors.numpy import load_file, save
 from ajgdata.paths import command_for
 from ajgdata.store.files import json_bytes, read_json, replacing, write_bytes
 from ajgdata.types import DataError, describe
+from ajgdata.types.extras import optional_packages
 from ajgdata.types.formats import FORMAT_KEY, MODEL_FORMAT
 
 if TYPE_CHECKING:
@@ -54,14 +55,17 @@ def write_estimator(folder: Path, estimator: BaseEstimator) -> None:
 def read_estimator(folder: Path, trusted: Sequence[str]) -> BaseEstimator:
     """Return a fitted estimator.
 
-    Raises DataError for a type that is not of scikit-learn or numpy and not `trusted`, and for a
-    file that is not readable.
+    Raises DataError for a type that is not of scikit-learn or numpy and not `trusted`, for a file
+    that is not readable, and for a network if its packages are not installed.
     """
     from skops.io import load  # two seconds; most callers only read descriptions
 
     try:
         _check_size(folder / ESTIMATOR_FILE)
-        return load(folder / ESTIMATOR_FILE, trusted=list(trusted))
+        with optional_packages(folder):
+            return load(folder / ESTIMATOR_FILE, trusted=list(trusted))
+    except DataError:
+        raise
     except Exception as error:  # skops does not check its schema: any type can be raised
         raise _unreadable(folder / ESTIMATOR_FILE, error) from None
 

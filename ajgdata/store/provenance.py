@@ -32,10 +32,10 @@ def software() -> dict[str, str]:
 
 @functools.cache
 def environment() -> dict[str, Any]:
-    """Return the versions of Python and of the declared dependencies of this package."""
+    """Return the versions of Python and of the installed dependencies, with those of the extras."""
     dependencies = {re.split(r"[^A-Za-z0-9._-]", line)[0] for line in requires(PACKAGE.name) or ()}
     versions = {}
-    for name in sorted(dependencies):
+    for name in sorted(dependencies - {PACKAGE.name}):  # an extra may include other extras
         with contextlib.suppress(PackageNotFoundError):
             versions[name] = version(name)
     return {"python": platform.python_version(), "packages": versions}

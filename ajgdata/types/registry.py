@@ -50,6 +50,7 @@ class Model:
     regression: str = ""  #: label in the report for regression; "" if it is the same
     several: bool = True  #: whether the regressor also fits targets (n, k)
     plain: str = ""  #: name of the same model with fixed settings; "" if no setting is tuned
+    extra: str = ""  #: extra of the installation that the model needs; "" for none
 
     def label(self, kind: Kind) -> str:
         """Return the label in the report."""
@@ -91,7 +92,7 @@ _BASELINES = "ajgdata.models.baselines"
 MODELS = Registry(
     "model",
     {
-        "cnn": Model("ajgdata.models.cnn:cnn", "CNN", _NETWORK),
+        "cnn": Model("ajgdata.models.cnn:cnn", "CNN", _NETWORK, extra="cnn"),
         "linear": Model(
             f"{_BASELINES}:linear", "logistic regression", regression="ridge", plain="linear_plain"
         ),
@@ -115,7 +116,9 @@ MODELS = Registry(
         "svm_plain": Model(
             f"{_BASELINES}:support_vectors_plain", "SVM, plain", _SVM, several=False
         ),
-        "cnn_per_bin": Model("ajgdata.models.cnn:cnn_per_bin", "CNN, scale per bin", _NETWORK),
+        "cnn_per_bin": Model(
+            "ajgdata.models.cnn:cnn_per_bin", "CNN, scale per bin", _NETWORK, extra="cnn"
+        ),
     },
 )
 #: Models that share one job, because measuring one of them takes about as long as starting a job.

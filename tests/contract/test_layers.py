@@ -20,6 +20,7 @@ NEUTRAL = {
     "store/code_hash.py",
     "store/freshness.py",
     "store/provenance.py",
+    "types/extras.py",
 }
 #: Functions that read and write files of any content, except `numbered_rows` and `plain_text`.
 READING_AND_WRITING = {

@@ -89,6 +89,8 @@ LATE_PARTS = {
 STAY = {
     # Snakemake parses recipes without numba
     "ajgdata.gripper.variation": {"ajgdata.gripper.random_fields"},
+    # experiments import the module, and most of them need no simulation and no numba
+    "ajgdata.pipeline.recipes": {"ajgdata.pipeline.savings"},
     # half a second, and few recordings are resampled
     "ajgdata.store.audio": {"scipy.signal"},
     # half a second, and processes that compute features or import recordings open no such file

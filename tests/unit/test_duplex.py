@@ -93,7 +93,7 @@ def test_devices_are_listed_with_their_channels_and_rate():
 
 def test_the_one_package_that_is_missing_is_named(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "sounddevice", None)
-    with pytest.raises(DataError, match=r"pip install 'ajgdata\[live\]'"):
+    with pytest.raises(DataError, match=r'pip install "ajgdata\[live\]"'):
         load_portaudio()
     monkeypatch.delitem(sys.modules, "sounddevice")
     (tmp_path / "sounddevice.py").write_text("raise OSError('PortAudio library not found')")
