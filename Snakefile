@@ -108,11 +108,11 @@ if PAPER:
         name for item in PAPER.values() for name in (item.dataset, *item.other_sets)
     ]
     FIRST_DATASETS = list(dict.fromkeys(used))
-# Data sets with final models.
-TRAINED = [
-    name
+# Final models as (data set, task, model).
+FINAL_MODELS = [
+    (name, task, model)
     for name, spec in SPECS.items()
-    if spec.final_models and any(task.models for task in spec.tasks.values())
+    for task, model in spec.trained_models()
 ]
 
 
@@ -123,6 +123,7 @@ wildcard_constraints:
     embedding="[A-Za-z0-9_-]+",
     experiment="[A-Za-z0-9_-]+",
     models="[A-Za-z0-9_-]+",
+    model="[A-Za-z0-9_-]+",
 
 
 # Times of the summaries before the run.

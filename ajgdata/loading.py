@@ -29,6 +29,7 @@ from ajgdata.store.sessions import (
     whole_sessions,
 )
 from ajgdata.types import (
+    MODELS,
     AudioSettings,
     DataError,
     DatasetSpec,
@@ -234,23 +235,21 @@ def load_predictor(name: str, task: str, model: str = "cnn", project: Project = 
 
 
 def _model_folder(paths: Paths, name: str, task: str, model: str) -> Path:
-    """Return the folder of a trained model.
-
-    Raises DataError, which lists the models of the data set, if there is no such folder.
-    """
+    """Return the folder of a trained model. Raises DataError if there is no such folder."""
     folder = paths.model(
         checked_name(name), checked_name(task, "task"), checked_name(model, "model")
     )
     if folder.is_dir():
         return folder
-    spec = read_dataset(paths, name)
-    problem = "there is no such model" if task in spec.tasks else f"there is no task {task!r}"
-    trained = "none"
-    if spec.final_models:
-        models = {key: settings.models for key, settings in spec.tasks.items()}
-        texts = [f"{key}: {', '.join(own)}" for key, own in models.items() if own]
-        trained = "; ".join(texts) or "none"
-    raise DataError(folder, problem, f"`ajgdata run {name}` trains {trained}")
+    tasks = read_dataset(paths, name).tasks
+    if task not in tasks:
+        fix = f"use one of {', '.join(tasks)}" if tasks else "add it to dataset.yaml"
+        raise DataError(folder, f"there is no task {task!r}", fix)
+    if model not in MODELS:
+        fix = f"use one of {', '.join(MODELS)}"
+        raise DataError(folder, f"there is no model {model!r}", fix)
+    fix = f"run `ajgdata train {name} {task} --model {model}`"
+    raise DataError(folder, "this model has not been trained", fix)
 
 
 def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:

@@ -99,8 +99,8 @@ def command_for(result: Path) -> str:
             command = f"ajgdata run {name} --forcerun features"
         case ("embed", dataset, *_):
             command = f"ajgdata run {dataset} --forcerun embed"
-        case ("models", dataset, *_):
-            command = f"ajgdata run {dataset} --forcerun train"
+        case ("models", dataset, task, model, *_):
+            command = f"ajgdata train {dataset} {task} --model {model} --force"
         case ("tasks", dataset, *_):
             command = f"ajgdata run {dataset} --forcerun {file}"
         case ("gripper",):
@@ -201,7 +201,6 @@ class Paths:
     experiment_cost = PathTemplate("results/tasks/{dataset}/{task}/{experiment}.{models}.cost.json")
     training_cost = PathTemplate("results/embed/{dataset}/{embedding}/cost.json")
     latents = PathTemplate("results/embed/{dataset}/{embedding}/latents.nc")
-    models = PathTemplate("results/models/{dataset}")
     model = PathTemplate("results/models/{dataset}/{task}/{model}")
     exported = FixedPath("results/exported")  #: models as files for other computers
     sample = PathTemplate("results/samples/{dataset}.nc")  #: part of the features, for the package

@@ -24,15 +24,16 @@ from ajgdata.cli.project import doctor, run, simulate, status
 from ajgdata.cli.publish import fetch, publish
 from ajgdata.cli.sense import sense
 from ajgdata.cli.sort import sort
+from ajgdata.cli.train import train
 from ajgdata.types import DataError, one_line
 from ajgdata.types.extras import optional_packages
 
 EXIT_CODES = (
     "Exit codes of all commands: 0 success; 1 error, in one line on standard error; "
     "2 invalid option or argument; 3 finished, but the result needs attention (see the command's "
-    "help); 130 stopped by Ctrl-C. Exceptions: `run` and `simulate` return the exit code of "
-    "Snakemake; `run` also returns 1 if a required task was skipped; `record`, `sense` and `sort` "
-    "return 143 after SIGTERM and 129 if their terminal was closed."
+    "help); 130 stopped by Ctrl-C. Exceptions: `run`, `simulate` and `train` return the exit code "
+    "of Snakemake; `run` also returns 1 if a required task was skipped; `record`, `sense` and "
+    "`sort` return 143 after SIGTERM and 129 if their terminal was closed."
 )
 app = typer.Typer(
     no_args_is_help=True,
@@ -43,12 +44,12 @@ app = typer.Typer(
 #: Commands by panel of the help text, in the order of the help text.
 PANELS = {
     "Data": (import_command, record, simulate, check, publish, fetch),
-    "Run": (run, status, compare, plan),
+    "Run": (run, train, status, compare, plan),
     "Use": (export, sense, sort),
     "Tools": (scene, doctor),
 }
 #: Commands that pass unknown options to Snakemake.
-SNAKEMAKE_COMMANDS = (run, simulate, status)
+SNAKEMAKE_COMMANDS = (run, simulate, status, train)
 for panel, commands in PANELS.items():
     for command in commands:
         register = app.command(

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from itertools import takewhile
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
 from rich.markup import escape
@@ -171,7 +171,7 @@ def run(arguments: Arguments) -> None:
     for name in names or arguments[:1]:
         # Raises DataError for an unknown data set, and for an option without a data set.
         read_dataset(paths, name)
-    _run_snakemake(paths, names, options)
+    raise typer.Exit(run_snakemake(paths, names, options))
 
 
 def simulate(arguments: Arguments) -> None:
@@ -192,16 +192,16 @@ def simulate(arguments: Arguments) -> None:
             raise DataError(paths.dataset(name), "has no recipe", fix)
         for session in session_names(recipe):
             targets.append(str(paths.acquired(name, session).relative_to(paths.root)))
-    _run_snakemake(paths, names, [*targets, *options])
+    raise typer.Exit(run_snakemake(paths, names, [*targets, *options]))
 
 
-def _run_snakemake(paths: Paths, names: Sequence[str], options: Sequence[str]) -> NoReturn:
-    """Print and run the command of Snakemake for data sets, and exit with its exit code."""
+def run_snakemake(paths: Paths, names: Sequence[str], options: Sequence[str]) -> int:
+    """Print and run the command of Snakemake for data sets, and return its exit code."""
     command = snakemake_command(paths, names, options)
     check_console()
     print(shlex.join(command), flush=True)
     process = subprocess.run([sys.executable, "-m", *command], check=False, cwd=paths.root)
-    raise typer.Exit(process.returncode)
+    return process.returncode
 
 
 def check_console() -> None:

@@ -51,7 +51,9 @@ def sense(
         str, typer.Argument(help="data set of the model", autocompletion=dataset_names)
     ],
     task: Annotated[str, typer.Argument(help="task of the model")],
-    model: Annotated[str, typer.Argument(help="cnn, linear, ...")] = "cnn",
+    model: Annotated[
+        str, typer.Argument(help="model; default: cnn, else the first of the task")
+    ] = "",
     source: Annotated[str, typer.Option(help="soundcard, or virtual (no hardware)")] = "soundcard",
     watch: Annotated[bool, typer.Option("--watch", help="repeat until Ctrl-C")] = False,
     device: Annotated[
@@ -143,6 +145,7 @@ def _sense(
 
     paths = find_project()
     spec = read_dataset(paths, dataset)
+    model = model or spec.default_model(task)
     predictor = load_predictor(dataset, task, model, paths.root)
     if source == VIRTUAL and spec.recipe and not objects:
         objects = [item.name for item in spec.recipe.objects]

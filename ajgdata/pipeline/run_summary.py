@@ -30,7 +30,7 @@ def complete(
     paths: Paths,
     datasets: Sequence[str],
     requested: Sequence[MeasurementKey],
-    trained: Sequence[str],
+    trained: Sequence[tuple[str, str, str]],
     optional: Sequence[str],
     files: Sequence[Path],
     summary: Path,
@@ -38,7 +38,7 @@ def complete(
     """Write the `summary` of a target.
 
     `datasets`, measurements `requested` and `files` of measurements and studies are those of the
-    target. `trained` are the data sets whose final models it trains, and `optional` the tasks that
+    target. `trained` are its final models as (data set, task, model), and `optional` the tasks that
     may be skipped, as `data set/task`.
 
     The last nine lines are the answer: sentences on the results, the number of skipped
@@ -93,20 +93,21 @@ def complete(
 
 
 def _final_models(
-    paths: Paths, datasets: Sequence[str]
+    paths: Paths, trained: Sequence[tuple[str, str, str]]
 ) -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
-    """Return the descriptions of the final models of data sets, and of unreadable ones the errors.
+    """Return the descriptions of the final models `trained`, and the errors of unreadable models.
 
     Both are by file.
     """
     models = {}
     errors = {}
-    for name in datasets:
-        for file in sorted(paths.models(name).glob(f"*/*/{ABOUT_FILE}")):
-            try:
-                models[str(file)] = read_description(file.parent)
-            except DataError as error:
-                errors[str(file)] = str(error)
+    for key in trained:
+        folder = paths.model(*key)
+        file = str(folder / ABOUT_FILE)
+        try:
+            models[file] = read_description(folder)
+        except DataError as error:
+            errors[file] = str(error)
     return models, errors
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
 from shutil import copytree
 from typing import Any
@@ -40,32 +40,31 @@ from ajgdata.types import (
     Embedding,
     Kind,
     NotPossibleError,
-    TaskTraining,
     TrainingSettings,
 )
 
 
-def train_models(
-    store: Path, *, tasks: Mapping[str, TaskTraining], seed: int, folder: Path
+def train_final_model(
+    store: Path,
+    equal: Sequence[Path],
+    *,
+    settings: TrainingSettings,
+    task: str,
+    model: str,
+    seed: int,
+    folder: Path,
 ) -> None:
-    """Train every model of every task on the feature file `store`.
+    """Train a model of a task on the feature file `store`, and write it into `folder`.
 
-    `tasks` are those of `DatasetSpec.trainings`. Each model is written into `folder`/task/model.
-    Tasks with equal settings share a training.
+    `equal` has the folder of the same model of a task with equal settings, which is copied; without
+    such a task it is empty.
     """
+    if equal:
+        copytree(equal[0], folder, dirs_exist_ok=True)
+        write_about(folder, {**read_json(folder / ABOUT_FILE), "task": task})
+        return
     table = read_store(store)
-    trained: dict[tuple[str, str], Path] = {}
-    for task, training in tasks.items():
-        for model in training.models:
-            print(f"{task}: {model}")
-            own = folder / task / model
-            key = training.settings.model_dump_json(), model
-            if key in trained:
-                copytree(trained[key], own)
-                write_about(own, {**read_json(own / ABOUT_FILE), "task": task})
-            else:
-                train_model(table, training.settings, task=task, model=model, seed=seed, folder=own)
-                trained[key] = own
+    train_model(table, settings, task=task, model=model, seed=seed, folder=folder)
 
 
 def train_model(

@@ -152,7 +152,7 @@ CODE: dict[str, tuple[str, ...]] = {
         "evaluate/metrics.py",
         "evaluate/novelty.py",
         "evaluate/splits.py",
-        "pipeline/train.py:train_models",
+        "pipeline/train.py:train_final_model",
         "store/models.py",
         "store/tables.py:plain",
         "types/formats.py:MODEL_FORMAT",

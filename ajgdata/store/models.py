@@ -127,7 +127,8 @@ def other_version_reported(folder: Path) -> Iterator[None]:
     else:
         return
     problem = f"was written by another version of ajgdata ({detail})"
-    raise DataError(folder / ABOUT_FILE, problem, MODEL_FORMAT.fix(command_for(folder)))
+    file = folder / ABOUT_FILE
+    raise DataError(file, problem, MODEL_FORMAT.fix(command_for(file)))
 
 
 def _unreadable(path: Path, error: Exception) -> DataError:

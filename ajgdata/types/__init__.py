@@ -40,5 +40,5 @@ from ajgdata.types.session import (
 )
 from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
 from ajgdata.types.source import DatasetSource, GitOrigin, GitPart
-from ajgdata.types.task_settings import TaskSettings, TaskTraining, TrainingSettings
+from ajgdata.types.task_settings import TaskSettings, TrainingSettings
 from ajgdata.types.tasks import CROSS_VALIDATION, CrossValidationSettings, Embedding, Task

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from enum import StrEnum
+from itertools import takewhile
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -16,7 +17,7 @@ from ajgdata.types.recipe import Recipe
 from ajgdata.types.registry import Kind
 from ajgdata.types.session import SESSION_COLUMNS, is_reserved
 from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
-from ajgdata.types.task_settings import TaskSettings, TaskTraining, TrainingSettings
+from ajgdata.types.task_settings import TaskSettings, TrainingSettings
 from ajgdata.types.tasks import Embedding, Task
 
 
@@ -232,9 +233,22 @@ class DatasetSpec(Strict):
             settings.model_dump(include=set(TrainingSettings.model_fields))
         )
 
-    def trainings(self) -> dict[str, TaskTraining]:
-        """Return the names and the settings of the final models of each task, by task."""
-        return {
-            name: TaskTraining(models=task.models, settings=self.training(name))
-            for name, task in self.tasks.items()
-        }
+    def default_model(self, task: str) -> str:
+        """Return the model of a task that commands use if none is named: the CNN if the task has
+        it or has no model, else its first model."""
+        models = self.tasks[task].models if task in self.tasks else ()
+        return "cnn" if "cnn" in models or not models else models[0]
+
+    def trained_models(self) -> list[tuple[str, str]]:
+        """Return the final models of a run as (task, model); none if `final_models` is false."""
+        if not self.final_models:
+            return []
+        return [(name, model) for name, task in self.tasks.items() for model in task.models]
+
+    def equal_training(self, task: str, model: str) -> str:
+        """Return the first task before `task` with `model` and equal `training`; "" for none."""
+        settings = self.training(task)
+        for earlier in takewhile(lambda name: name != task, self.tasks):
+            if model in self.tasks[earlier].models and self.training(earlier) == settings:
+                return earlier
+        return ""

@@ -31,10 +31,3 @@ class TaskSettings(TrainingSettings):
     folds: int
     withhold: tuple[float, ...] = ()
     kinds: dict[str, Kind] = {}  #: kind of every target of the data set by name, for embeddings
-
-
-class TaskTraining(Strict):
-    """The final models of a task, and the settings of their training."""
-
-    models: tuple[str, ...]
-    settings: TrainingSettings

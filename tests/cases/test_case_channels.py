@@ -338,10 +338,10 @@ def test_a_model_of_an_older_version_must_be_trained_again(ajgdata, paths, train
     with pytest.raises(DataError) as refused:
         read_predictor(file.parent, "mine", "label")
     assert "channel was replaced by microphone" in refused.value.problem
-    assert refused.value.fix.startswith("run `ajgdata run mine --forcerun train`")
+    assert refused.value.fix.startswith("run `ajgdata train mine label --model knn --force`")
     sensed = ajgdata("sense", "mine", "label", "knn", "--device", "x")
     assert sensed.code == 1
-    assert sensed.err.count("\n") == 1 and "--forcerun train" in sensed.text
+    assert sensed.err.count("\n") == 1 and "ajgdata train mine label" in sensed.text
 
 
 #: Replaces ONNX Runtime: stores the samples that the example gives to the model.

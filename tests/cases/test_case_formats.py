@@ -21,7 +21,7 @@ from ajgdata.acquire.writer import acquire_session
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.fetch import fetch
 from ajgdata.pipeline.report import build_report
-from ajgdata.pipeline.train import train_embedding, train_models
+from ajgdata.pipeline.train import train_embedding, train_model
 from ajgdata.store.features import read_latents, read_store
 from ajgdata.store.files import read_yaml
 from ajgdata.store.findings import read_findings
@@ -48,10 +48,11 @@ def imported(paths, import_balls_and_cubes) -> Paths:
 @pytest.fixture
 def trained(imported) -> Path:
     """The folder of a model of the data set."""
-    spec = read_dataset(imported, NAME)
-    folder = imported.models(NAME)
-    train_models(imported.features(NAME), tasks=spec.trainings(), seed=0, folder=folder)
-    return imported.model(NAME, "label", "knn")
+    settings = read_dataset(imported, NAME).training("label")
+    folder = imported.model(NAME, "label", "knn")
+    table = read_store(imported.features(NAME))
+    train_model(table, settings, task="label", model="knn", seed=0, folder=folder)
+    return folder
 
 
 @pytest.fixture
@@ -264,7 +265,7 @@ OTHER_MODELS = {
 def test_a_model_of_another_version_is_trained_again(trained, ajgdata, version):
     file = trained / "model.json"
     set_json(file, version)
-    command = f"ajgdata run {NAME} --forcerun train"
+    command = f"ajgdata train {NAME} label --model knn --force"
     line = f"{file}: {OTHER_MODELS[version]}. Run `{command}`, which computes it again."
     for load in (library.load_model, library.load_predictor):
         with pytest.raises(FormatError) as refused:

@@ -6,6 +6,7 @@ from collections import defaultdict
 import typer
 
 from ajgdata.cli import app
+from ajgdata.store.models import write_about
 
 GROUP = typer.main.get_command(app)
 COMMANDS = {name: command for name, command in GROUP.commands.items() if name != "device"}
@@ -13,8 +14,8 @@ COMMANDS |= {
     f"device {name}": command for name, command in GROUP.commands["device"].commands.items()
 }
 #: Both uses mean the same name: of a session, of an object in the gripper, of a microphone (channel
-#: of a file, input of a sound card).
-TWO_TEXTS = {"--session", "--object", "--out", "--microphone"}
+#: of a file, input of a sound card), of a model.
+TWO_TEXTS = {"--session", "--object", "--out", "--microphone", "--model"}
 
 
 def test_options_have_a_short_help_and_one_meaning():
@@ -57,6 +58,37 @@ def test_simulate_runs_the_sessions_of_a_recipe(ajgdata, project, monkeypatch):
     sessions = [f"results/acquired/d/virtual-0{number}.done" for number in (1, 2)]
     assert commands[0][:4] == ["snakemake", *sessions, "--dry-run"]
     assert "datasets=[d]" in commands[0]
+
+
+def test_train_runs_one_job_and_proposes_to_sense(ajgdata, project, monkeypatch):
+    commands = []
+
+    def run(words, **_):
+        commands.append(words[2:])
+        return subprocess.CompletedProcess(words, 0)
+
+    monkeypatch.setattr(subprocess, "run", run)
+    (project.root / "Snakefile").touch()
+    tasks = {"what": {"target": "object", "models": ["svm", "knn"]}}
+    project.declare(targets={"object": {"kind": "classification"}}, tasks=tasks)
+    for arguments, problem in (
+        (("train", "d", "who"), "there is no task 'who'. Use one of what"),
+        (("train", "d", "what", "--model", "kn"), "unknown model 'kn'. Use one of cnn, "),
+    ):
+        assert problem in ajgdata(*arguments)[2]
+    code, out, _ = ajgdata("train", "d", "what", "--model", "knn", "--dry-run")
+    assert (code, out.count("\n")) == (0, 1)
+    folder = project.paths.model("d", "what", "svm")
+    write_about(folder, {})
+    code, out, _ = ajgdata("train", "d", "what")
+    assert code == 0
+    assert out.splitlines()[1].startswith("next: ajgdata sense d what svm --device ")
+    assert [words[:3] for words in commands] == [
+        ["snakemake", "results/models/d/what/knn", "--dry-run"],
+        ["snakemake", "results/models/d/what/svm", "--config"],
+    ]
+    write_about(folder, {"skipped": "one class only"})
+    assert "was not trained: one class only" in ajgdata("train", "d", "what")[2]
 
 
 def test_scene_draws_an_object_of_a_recipe(ajgdata, project, tmp_path):

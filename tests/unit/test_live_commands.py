@@ -198,7 +198,7 @@ def test_sense_calls_nothing_known_if_most_novel_objects_are_missed(
     "arguments, said",
     [
         (("sense", "d", "what"), "requires a device"),
-        (("sense", "d", "who", "--source", "virtual"), "no task 'who'. .* trains what: linear"),
+        (("sense", "d", "who", "--source", "virtual"), "there is no task 'who'. Use one of what"),
         ((*SENSE, "--object", "rock"), "the recipe has no object 'rock'"),
         (
             ("sense", "d", "what", "--device", "x", "--object", "cube"),
@@ -263,7 +263,7 @@ def test_doubt_stops_it_with_an_exit_code_of_its_own(run):
         ({"bins": {"box": "A"}}, "bins: no bin for rod. Name a bin for each class"),
         ({"objects": ["rock"]}, "objects: the label of rock is unknown"),
         ({"threshold": 7}, r"plan.yaml:\d+: threshold = 7"),
-        ({"model": "knn"}, "there is no such model. .ajgdata run d. trains what: linear"),
+        ({"model": "knn"}, "has not been trained. Run `ajgdata train d what --model knn`"),
         ({"source": "soundcard", "card": {"device": "x"}, "objects": []}, "both in one data set"),
     ],
 )

@@ -239,9 +239,11 @@ def test_models_that_cannot_be_used_are_refused(trained, tmp_path):
     for name in ("guard.safetensors", "model.skops"):
         (folder / name).write_bytes(b"spoilt")
         refused("not a readable model")
-    with pytest.raises(DataError, match=r"there is no such model. `ajgdata run d` trains "):
+    with pytest.raises(DataError, match=r"Run `ajgdata train d size --model linear`"):
         load(trained, "size", "linear")
-    with pytest.raises(DataError, match=r"no task 'colour'. .* trains .*size: .*what: "):
+    with pytest.raises(DataError, match=r"there is no model 'linaer'. Use one of cnn, linear, "):
+        load(trained, "size", "linaer")
+    with pytest.raises(DataError, match=r"there is no task 'colour'. Use one of size, what"):
         load(trained, "colour", "linear")
 
 

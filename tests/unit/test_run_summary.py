@@ -52,7 +52,7 @@ def paths(tmp_path, monkeypatch) -> Paths:
 
 def summary(paths, optional=("d/x",), files=()) -> list[str]:
     requested = [("d", task, *names) for task in ("t", "u") for names in MEASUREMENTS]
-    complete(paths, ["d"], requested, ["d"], optional, files, paths.complete)
+    complete(paths, ["d"], requested, [("d", "t", "cnn")], optional, files, paths.complete)
     return paths.complete.read_text().splitlines()
 
 
@@ -113,7 +113,9 @@ def test_a_model_of_another_version_changes_the_exit_code(paths):
     write_bytes(file, json_bytes({"format": 99}))
     lines = summary(paths, optional=["d/t"])
     assert lines[0].startswith(f"left out  {file}: format 99 is of a later version of ajgdata")
-    assert lines[0].endswith(". Run `ajgdata run d --forcerun train`, which computes it again.")
+    assert lines[0].endswith(
+        ". Run `ajgdata train d t --model cnn --force`, which computes it again."
+    )
     assert lines[-1] == "incomplete: 1 result could not be read (reasons above)"
 
 

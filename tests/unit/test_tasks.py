@@ -34,6 +34,38 @@ def test_a_task_may_be_about_some_of_the_classes():
         spec("classification", classes=["a", "b", "a"])
 
 
+def test_a_model_is_trained_once_for_tasks_with_equal_settings():
+    """The number of folds does not change a final model."""
+    tasks = {
+        "a": {"models": ["knn", "svm"]},
+        "folds": {"models": ["cnn", "knn"], "folds": 3},
+        "few": {"models": ["knn"], "min_groups": 2},
+        "last": {"models": ["cnn", "knn", "svm"]},
+    }
+    content = {"name": "d", "targets": {"x": {"kind": "classification"}}}
+    content["tasks"] = {name: {"target": "x", **task} for name, task in tasks.items()}
+    several = DatasetSpec.model_validate(content)
+    equal = {
+        (task, model): several.equal_training(task, model)
+        for task, settings in several.tasks.items()
+        for model in settings.models
+    }
+    assert {key: task for key, task in equal.items() if task} == {
+        ("folds", "knn"): "a",
+        ("last", "cnn"): "folds",
+        ("last", "knn"): "a",
+        ("last", "svm"): "a",
+    }
+
+
+@pytest.mark.parametrize(
+    ("models", "model"),
+    [(["knn", "cnn"], "cnn"), (["svm", "knn"], "svm"), ([], "cnn")],
+)
+def test_the_model_of_a_command_that_names_none(models, model):
+    assert spec("classification", models=models).default_model("t") == model
+
+
 def test_the_papers_figures_by_part():
     assert Task(target="x", paper="ycb").papers == {"known": "ycb"}
     assert Task(target="x").papers == {}

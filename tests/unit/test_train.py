@@ -7,10 +7,10 @@ import pytest
 
 from ajgdata.loading import read_model
 from ajgdata.models import fit_model, make_model, search_result
-from ajgdata.pipeline.train import train_model, train_models
+from ajgdata.pipeline.train import train_final_model, train_model
 from ajgdata.store.features import FeatureColumn, FeatureRows, read_store, text_column, write_store
 from ajgdata.store.models import read_guard
-from ajgdata.types import DataError, NotPossibleError, TaskTraining, TrainingSettings
+from ajgdata.types import DataError, NotPossibleError, TrainingSettings
 
 TASKS = {"edge_mm": "regression", "kind": "classification"}
 
@@ -126,26 +126,15 @@ def test_a_model_of_some_classes_knows_no_others(store):
 
 
 @pytest.mark.usefixtures("uncalibrated")
-def test_tasks_with_equal_settings_share_a_training(store, monkeypatch):
-    trained = []
-    monkeypatch.setattr(
-        "ajgdata.pipeline.train.train_model",
-        lambda *args, **settings: (
-            trained.append(settings["task"]),
-            train_model(*args, **settings),
-        ),
-    )
-    same = settings_of("edge_mm")
-    declared = {"a": same, "b": same, "c": settings_of("edge_mm", min_groups=1)}
-    tasks = {
-        name: TaskTraining(models=("linear_plain",), settings=settings)
-        for name, settings in declared.items()
-    }
-    folder = store.parent / "models"
-    train_models(store, tasks=tasks, seed=3, folder=folder)
-    assert trained == ["a", "c"]
-    (first, _), (copy, about) = (read_model(folder / name / "linear_plain") for name in "ab")
-    assert about["task"] == "b"
+def test_a_model_with_equal_settings_is_copied_with_the_name_of_its_own_task(store, monkeypatch):
+    settings = settings_of("edge_mm")
+    folders = {task: store.parent / task for task in ("a", "b")}
+    options = {"settings": settings, "model": "linear_plain", "seed": 3}
+    train_final_model(store, [], task="a", folder=folders["a"], **options)
+    monkeypatch.delattr("ajgdata.pipeline.train.train_model")
+    train_final_model(store, [folders["a"]], task="b", folder=folders["b"], **options)
+    (first, about), (copy, about_copy) = (read_model(folder) for folder in folders.values())
+    assert about_copy == {**about, "task": "b"}
     rows = read_store(store).feature
     assert np.array_equal(first.predict(rows), copy.predict(rows))
 

@@ -37,6 +37,25 @@ def test_an_unchanged_or_touched_project_has_nothing_to_do(project):
     assert project.planned(*END) == {}
 
 
+@pytest.mark.parametrize("model", ["knn", "svm"])
+def test_one_model_needs_only_the_features(project, model):
+    """Also a model that the task does not list."""
+    folder = str(Paths().model("tones", "pitch", model))
+    assert project.planned(folder) == {"train": 1}
+    add_recording(project)
+    assert project.planned(folder) == {"features": 1, "train": 1}
+
+
+def test_tasks_with_equal_settings_share_a_training(project):
+    """The job of the second task copies the model of the first."""
+    redeclare(project, tasks={"first": PITCH | {"folds": 2}, "pitch": PITCH})
+    folder = str(Paths().model("tones", "pitch", "knn"))
+    assert project.jobs_of(folder) == {
+        ("train", "tones", "first", "knn"): 1,
+        ("train", "tones", "pitch", "knn"): 1,
+    }
+
+
 def remove_recording(project):
     (project.folder("day2") / "audio/0.wav").unlink()
     edit_table(project, "day2", lambda rows: rows[1:])

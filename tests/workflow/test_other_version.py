@@ -50,7 +50,7 @@ def results(paths: Paths) -> dict[str, tuple[object, list[str]]]:
         "features": (paths.features(NAME), ["features", *follows]),
         "quarantine": (paths.quarantine(NAME), ["features", *follows]),
         "experiment": (paths.experiment(*CROSS_VALIDATION), ["experiment", "collect", "report"]),
-        "models": (paths.models(NAME), ["train"]),
+        "model": (paths.model(NAME, "pitch", "knn"), ["train"]),
         "metrics": (paths.metrics_table, ["collect"]),
         "predictions": (paths.predictions, ["collect"]),
         "report": (paths.report, ["report"]),
@@ -74,7 +74,6 @@ def test_a_deleted_result_is_computed_again(project, name):
         (Paths().features(NAME), "features"),
         (Paths().quarantine(NAME), "features"),
         (Paths().experiment(*CROSS_VALIDATION), "experiment"),
-        (Paths().model(NAME, "pitch", "knn") / "model.json", "train"),
         (Paths(run=NAME).metrics_table, "collect"),
     ],
 )
@@ -85,6 +84,15 @@ def test_the_command_for_a_result_runs_its_job(project, result, rule):
     jobs = project.planned(*with_datasets([NAME], [option, target]))
     assert jobs[rule] == 1
     assert jobs["all"] == 1
+
+
+def test_the_command_for_a_model_runs_its_job(project):
+    """Also if the job is up to date."""
+    folder = Paths().model(NAME, "pitch", "knn")
+    *command, force = shlex.split(command_for(folder / "model.json"))
+    assert command == ["ajgdata", "train", NAME, "pitch", "--model", "knn"]
+    assert project.planned(*with_datasets([NAME], [str(folder)])) == {}
+    assert project.planned(*with_datasets([NAME], [str(folder), force])) == {"train": 1}
 
 
 @pytest.mark.parametrize(

@@ -88,10 +88,19 @@ def other_tasks(wildcards):
     }
 
 
-def trainings(wildcards):
-    """Return the final models of each task, and the settings of their training."""
-    tasks = SPECS[wildcards.dataset].trainings()
-    return {name: task.model_dump(mode="json") for name, task in tasks.items()}
+def training_settings(wildcards):
+    """Return the settings of a task that its final models depend on, as plain values."""
+    return SPECS[wildcards.dataset].training(wildcards.task).model_dump(mode="json")
+
+
+def equal_model(wildcards):
+    """Return the same final model of an earlier task with equal settings; none if there is none.
+
+    The job copies this model, so it is trained once.
+    """
+    spec = SPECS[wildcards.dataset]
+    task = spec.equal_training(wildcards.task, wildcards.model)
+    return [PATHS.model(wildcards.dataset, task, wildcards.model)] if task else []
 
 
 def solved_before(wildcards):

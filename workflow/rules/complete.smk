@@ -4,7 +4,7 @@ rule complete:
     input:
         runs=PATHS.runs,
         metrics=PATHS.metrics_table,
-        models=[PATHS.models(name) for name in TRAINED if not PAPER],
+        models=[] if PAPER else [PATHS.model(*key) for key in FINAL_MODELS],
         files=[
             *rules.report.input.tables,
             *rules.report.input.costs,
@@ -20,7 +20,7 @@ rule complete:
         function="run_summary:complete",
         datasets=FIRST_DATASETS,
         requested=FIRST_RESULTS,
-        trained=[] if PAPER else TRAINED,
+        trained=[] if PAPER else FINAL_MODELS,
         run=PATHS.run,
         optional=[
             f"{name}/{task}"
@@ -38,7 +38,7 @@ rule complete:
 use rule complete as complete_everything with:
     input:
         report=PATHS.report_on_everything,
-        models=[PATHS.models(name) for name in TRAINED],
+        models=[PATHS.model(*key) for key in FINAL_MODELS],
         files=[
             *rules.report_everything.input.tables,
             *rules.report_everything.input.costs,
@@ -51,4 +51,4 @@ use rule complete as complete_everything with:
     params:
         datasets=list(PLANS),
         requested=RESULTS,
-        trained=TRAINED,
+        trained=FINAL_MODELS,

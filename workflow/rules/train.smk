@@ -1,24 +1,26 @@
-# One job trains all final models of a data set, so it imports heavy packages only once.
+# Trains one final model of a task on all recordings.
 rule train:
     input:
         store=PATHS.features("{dataset}"),
         hashes=PATHS.session_hashes("{dataset}"),
+        equal=equal_model,
     output:
-        folder=directory(PATHS.models("{dataset}")),
+        folder=directory(PATHS.model("{dataset}", "{task}", "{model}")),
     log:
-        "results/logs/train/{dataset}.log",
+        "results/logs/train/{dataset}/{task}/{model}.log",
     benchmark:
-        "results/benchmarks/train/{dataset}.tsv"
+        "results/benchmarks/train/{dataset}/{task}/{model}.tsv"
+    priority: lambda wildcards: int("cnn" in wildcards.model)  # networks take longest
     conda:
         "../../environment.yml"
     params:
-        function="train:train_models",
-        tasks=trainings,
+        function="train:train_final_model",
+        settings=training_settings,
         seed=config["seed"],
         device=config["device"],
         data=own_features,
         code=lambda wildcards: code_hash("train"),
     message:
-        "Training the final models of {wildcards.dataset}"
+        "Training {wildcards.model} for {wildcards.task} of {wildcards.dataset}"
     script:
         "../scripts/run.py"
