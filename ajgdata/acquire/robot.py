@@ -165,11 +165,19 @@ class CommandRobot:
         ) as process:
             try:
                 output, errors = process.communicate(message, timeout=limit_s)
-            except BaseException:  # the program and its child processes end, so the arm stops
-                with suppress(ProcessLookupError):
-                    os.killpg(process.pid, signal.SIGKILL)
+            except BaseException:  # the program ends, so the arm stops
+                _kill(process)
                 raise
         return process.returncode, output, errors
+
+
+def _kill(process: subprocess.Popen[str]) -> None:
+    """Kill a program that has a session of its own, and, except on Windows, its child processes."""
+    if hasattr(os, "killpg"):
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()
 
 
 def make_robot(program: RobotProgram | None, confirm: Confirm) -> Robot:

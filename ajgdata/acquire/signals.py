@@ -8,16 +8,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-_ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
+#: Signals that end a program. Windows has no SIGHUP.
+ENDING_SIGNALS = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
 
 
 @contextmanager
-def ended_by_signals(names: tuple[str, ...] = _ENDING[1:]) -> Iterator[None]:
+def ended_by_signals(*, also_ctrl_c: bool = False) -> Iterator[None]:
     """Let the first signal end the program, and ignore later signals.
 
-    SIGINT raises KeyboardInterrupt; other signals raise SystemExit of 128 plus their number. A
-    signal that was ignored before (`nohup`) stays ignored, except SIGINT, which stops a live run.
-    Only the main thread may call this.
+    SIGTERM and SIGHUP raise SystemExit of 128 plus their number. If `also_ctrl_c`, SIGINT raises
+    KeyboardInterrupt in the same way. A signal that was ignored before (`nohup`) stays ignored,
+    except SIGINT, which stops a live run. Only the main thread may call this.
     """
 
     def end(number: int, _frame: FrameType | None) -> None:
@@ -27,9 +30,11 @@ def ended_by_signals(names: tuple[str, ...] = _ENDING[1:]) -> Iterator[None]:
 
     numbers = [
         number
-        for number in (getattr(signal, name) for name in names)
-        if number == signal.SIGINT or signal.getsignal(number) != signal.SIG_IGN
+        for number in ENDING_SIGNALS
+        if number != signal.SIGINT and signal.getsignal(number) != signal.SIG_IGN
     ]
+    if also_ctrl_c:
+        numbers.append(signal.SIGINT)
     before = [signal.signal(number, end) for number in numbers]
     try:
         yield
@@ -47,9 +52,9 @@ def undisturbed() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {name: signal.signal(getattr(signal, name), signal.SIG_IGN) for name in _ENDING}
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in ENDING_SIGNALS}
     try:
         yield
     finally:
-        for name, handler in before.items():
-            signal.signal(getattr(signal, name), handler)
+        for number, handler in before.items():
+            signal.signal(number, handler)

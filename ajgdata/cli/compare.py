@@ -50,7 +50,7 @@ def compare(old: FolderArgument, new: FolderArgument, as_json: JsonOption = Fals
         )
     else:
         if len(differences):
-            differences.to_csv(sys.stdout, index=False)
+            differences.to_csv(sys.stdout, index=False, lineterminator="\n")
         summary = ", ".join(f"{count} {name}" for name, count in counts.items())
         sizes = f"{len(old_rows)} rows in {old}, {len(new_rows)} in {new}"
         warn(escape(f"{sizes}: {summary}"))

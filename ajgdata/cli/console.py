@@ -7,6 +7,7 @@ import math
 import sys
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
+from io import TextIOWrapper
 from typing import Annotated, Any
 
 import typer
@@ -25,6 +26,16 @@ JsonOption = Annotated[
 ]
 out = Console(emoji=False, highlight=False)
 err = Console(stderr=True, emoji=False, highlight=False)
+
+
+def print_any_character() -> None:
+    """Let standard output print characters outside its encoding as escapes, such as \\u2192.
+
+    Standard error does so already. On Windows, output to a file or another program has an encoding
+    with 256 characters.
+    """
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 def say(text: str) -> None:

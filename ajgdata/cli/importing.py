@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -22,6 +21,7 @@ from ajgdata.types import (
     checked,
     checked_name,
 )
+from ajgdata.types.shell import shell_quoted
 
 if TYPE_CHECKING:
     from ajgdata.pipeline.importing import Imported
@@ -146,12 +146,12 @@ def check_file_names(folder: Path) -> None:
     say("Patterns to copy and edit (label: to predict; grasp, sample: counters; field_N: stored):")
     pattern_of_folders = folder_pattern(files)
     if pattern_of_folders:
-        say(escape(f"  --pattern {shlex.quote(pattern_of_folders)}   (the folder is the label)"))
+        say(escape(f"  --pattern {shell_quoted(pattern_of_folders)}   (the folder is the label)"))
     for roles in form.proposals():
-        options = f"--pattern {shlex.quote(form.pattern(roles))}"
+        options = f"--pattern {shell_quoted(form.pattern(roles))}"
         template = form.grasp_template(roles)
         if template:
-            options += f" --grasp {shlex.quote(template)}"
+            options += f" --grasp {shell_quoted(template)}"
         say(escape(f"  {options}"))
     fix = "add a --pattern, or --table; --pattern starter-kit reads <n>_<label>.wav unchecked"
     raise DataError(folder, objection, fix)

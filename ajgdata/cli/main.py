@@ -15,7 +15,7 @@ from rich.markup import escape
 from ajgdata import __version__
 from ajgdata.cli.check import check
 from ajgdata.cli.compare import compare
-from ajgdata.cli.console import warn
+from ajgdata.cli.console import print_any_character, warn
 from ajgdata.cli.device import device, record
 from ajgdata.cli.export import export, scene
 from ajgdata.cli.importing import import_command
@@ -85,6 +85,7 @@ def main() -> None:
     an extra, with the command that installs it.
     """
     command = " ".join(["ajgdata", *sys.argv[1:2]])
+    print_any_character()
     try:
         with optional_packages(command):
             app()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import os
 import platform
-import shlex
 import shutil
 import subprocess
 import sys
@@ -27,6 +26,7 @@ from ajgdata.store.read_only import writable_view
 from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.types import DataError
 from ajgdata.types.extras import require_extra
+from ajgdata.types.shell import shell_command
 
 GB = 1e9
 #: Options of Snakemake that change the configuration.
@@ -55,17 +55,24 @@ def diagnostics(paths: Paths | None) -> dict[str, str]:
         "HDF5": h5py.version.hdf5_version,
         "libsndfile": soundfile.__libsndfile_version__,
     }
-    memory_gb = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / GB
     free_gb = shutil.disk_usage(paths.root if paths else Path.cwd()).free / GB
     return {
         "ajgdata": f"{versions['ajgdata_version']}, commit {versions['git_commit'] or 'unknown'}",
         "python": f"{platform.python_version()} ({sys.executable})",
         "system": f"{platform.platform()}, {platform.machine()}",
         "packages": ", ".join(f"{name} {version}" for name, version in packages.items()),
-        "resources": f"{os.cpu_count()} cores, {memory_gb:.1f} GB of memory, "
-        f"{free_gb:.1f} GB of disk space free",
+        "resources": f"{os.cpu_count()} cores, {_memory()}, {free_gb:.1f} GB of disk space free",
         "project": str(paths.root) if paths else "none here or above",
     }
+
+
+def _memory() -> str:
+    """Return the size of the memory. Windows does not report it through `os`."""
+    try:
+        size_gb = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / GB
+    except (AttributeError, ValueError):
+        return "memory unknown"
+    return f"{size_gb:.1f} GB of memory"
 
 
 def status(
@@ -199,7 +206,7 @@ def run_snakemake(paths: Paths, names: Sequence[str], options: Sequence[str]) ->
     """Print and run the command of Snakemake for data sets, and return its exit code."""
     command = snakemake_command(paths, names, options)
     check_console()
-    print(shlex.join(command), flush=True)
+    print(shell_command(command), flush=True)
     process = subprocess.run([sys.executable, "-m", *command], check=False, cwd=paths.root)
     return process.returncode
 

@@ -49,7 +49,7 @@ def _sort(plan: SortPlan, *, has_dashboard: bool) -> int:
     )
     with (
         stopped_by_hand(),
-        ended_by_signals(("SIGINT", "SIGTERM", "SIGHUP")),
+        ended_by_signals(also_ctrl_c=True),
         run as sorter,
         _dashboard(sorter.log, control) if has_dashboard else nullcontext(),
     ):

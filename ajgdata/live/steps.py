@@ -31,8 +31,7 @@ class Control:
         """
         with self._lock:
             if self._in_run and not self.stopped:
-                # A signal also interrupts sleeping, reading, and waiting for a program.
-                signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+                _interrupt_main_thread()
             self.stopped = True
 
     def begin(self) -> None:
@@ -53,6 +52,18 @@ class Control:
         with self._lock:
             self._in_run = False
             self.stopped = True
+
+
+def _interrupt_main_thread() -> None:
+    """Raise KeyboardInterrupt in the main thread.
+
+    The signal also interrupts sleeping, reading, and waiting for a program. On Windows, which does
+    not send signals to threads, reading and waiting go on until they are done.
+    """
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+    else:
+        signal.raise_signal(signal.SIGINT)
 
 
 @dataclass

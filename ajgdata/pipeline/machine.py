@@ -52,6 +52,6 @@ def calibrate() -> float:
 
 def cpu_name() -> str:
     """Return the name of the processor, else its architecture."""
-    lines = CPU_INFO.read_text().splitlines() if CPU_INFO.is_file() else []
+    lines = CPU_INFO.read_text(encoding="utf-8").splitlines() if CPU_INFO.is_file() else []
     names = [line.partition(": ")[2] for line in lines if line.startswith("model name")]
     return names[0] if names else platform.machine()

@@ -22,6 +22,8 @@ Returned = TypeVar("Returned")
 #: Recordings for each process. A process needs 0.45 s to import its modules. In this time, one core
 #: computes the features of 650 recordings of one second.
 ITEMS_PER_PROCESS = 1_000
+#: Largest number of processes that share a job. Windows does not allow more.
+MAX_PROCESSES = 61
 #: Items that a process computes at a time, in about 20 ms.
 _BLOCK = 32
 
@@ -53,7 +55,7 @@ def results_of(
     # A fork would copy locks that other threads hold.
     context = multiprocessing.get_context("spawn")
     try:
-        with ProcessPoolExecutor(processes, context, _prepare_worker) as pool:
+        with ProcessPoolExecutor(min(processes, MAX_PROCESSES), context, _prepare_worker) as pool:
             try:
                 blocks = [pool.submit(_each, function, block) for block in _blocks(every)]
                 return [result for block in blocks for result in block.result()]

@@ -10,6 +10,7 @@ import hashlib
 import io
 import math
 import re
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -36,6 +37,9 @@ MAX_DURATION_S = 3600
 _LENGTHS = re.compile(r"(?:data|Riff size|SSND|Data Size) *: (\d+) \(should be (\d+)\)")
 #: Least size that programs declare if they write to a pipe (ffmpeg 0xFFFFFFFF, SoX 0x7FFFF000).
 _UNKNOWN_SIZE = 0x7FFF_F000
+#: Whether libsndfile reads descriptors of open files. On Windows it has descriptors of its own, and
+#: reads through Python, which is slower.
+_READS_DESCRIPTORS = sys.platform != "win32"
 _RECORD_AGAIN = "record it again, or fetch a whole copy"
 
 
@@ -160,7 +164,8 @@ def _decoded(path: Path, stream: io.FileIO) -> Iterator[soundfile.SoundFile]:
         raise AudioError(path, "empty", "the file is empty", _RECORD_AGAIN)
     stream.seek(0)
     try:
-        with soundfile.SoundFile(stream.fileno(), closefd=False) as file:
+        source = stream.fileno() if _READS_DESCRIPTORS else stream
+        with soundfile.SoundFile(source, closefd=False) as file:
             yield file
     except soundfile.LibsndfileError as error:
         reason = error.error_string.rstrip(".") or f"libsndfile error {error.code}"

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import re
-import shlex
 import shutil
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -34,6 +33,7 @@ from ajgdata.store.sessions import (
     write_session,
 )
 from ajgdata.types import DataError, Excitation, OnChange, Recording, Session, describe
+from ajgdata.types.shell import shell_quoted
 
 #: Digits of the sha256 in the name of a copy whose path another recording has.
 DIGEST_DIGITS = 12
@@ -251,13 +251,13 @@ class _SessionImport:
             f" {shared or 'none'} of the {len(files)} files of {self.folder}"
         )
         proposed = self._proposed_session(set(files.values()), is_only=is_only)
-        fix = f"import the folder with --session {shlex.quote(proposed)}"
+        fix = f"import the folder with --session {shell_quoted(proposed)}"
         if compared.edited and not has_several:
             fix += f"; if its files were edited (e.g. {compared.edited[0].as_posix()!r}), use "
             fix += "--on-change files"
         elif is_only:
             text = self.declared.imported_as or self.target.name
-            fix += f" (--session {shlex.quote(text)} adds it to this session)"
+            fix += f" (--session {shell_quoted(text)} adds it to this session)"
         raise DataError(self.target, problem, fix)
 
     def _compared(self, files: Mapping[Path, str], contents: Contents) -> FolderComparison:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from filelock import FileLock, Timeout
@@ -20,20 +20,29 @@ ADDING_RECORDINGS = "bringing recordings into this data set"
 def locked(path: Path, work: str, fix: str = "wait for that one, or stop it") -> Iterator[None]:
     """Hold the lock of `path`, a file or folder that need not exist, during `work`.
 
-    The file of the lock states the work and the process. The system frees the lock when the process
-    ends. Raises DataError with this text if another process holds the lock.
+    A file next to the lock states the work and the process, because Windows does not let anyone
+    read or write a locked file. The system frees the lock when the process ends. Raises DataError
+    with this text if another process holds the lock.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    file = path.with_name(f".{path.name}.lock")
-    lock = FileLock(file, timeout=0)
+    lock = FileLock(path.with_name(f".{path.name}.lock"), timeout=0)
+    holder = path.with_name(f".{path.name}.holder")
     try:
         lock.acquire()
     except Timeout:
-        holder = " ".join(file.read_text(encoding="utf-8").split()) or "at it"
-        raise DataError(path, f"another process is {holder}", fix) from None
+        raise DataError(path, f"another process is {_text_of(holder)}", fix) from None
     try:
-        file.write_text(f"{work} (pid {os.getpid()} on {platform.node()})", encoding="utf-8")
+        holder.write_text(f"{work} (pid {os.getpid()} on {platform.node()})", encoding="utf-8")
         yield
     finally:
-        file.write_text("", encoding="utf-8")
+        with suppress(OSError):  # another process reads it; the next holder replaces the text
+            holder.unlink()
         lock.release()
+
+
+def _text_of(holder: Path) -> str:
+    """Return the work and the process of a holder, or "at it" before it has written them."""
+    try:
+        return " ".join(holder.read_text(encoding="utf-8").split()) or "at it"
+    except OSError:
+        return "at it"

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from ajgdata.types import DataError
+
 #: Folder in which Snakemake stores its locks and its records of results.
 STATE = ".snakemake"
 #: Records of results, which a dry run only reads.
@@ -20,7 +22,7 @@ def writable_view(root: Path) -> Iterator[Path]:
 
     The temporary folder has links to the files and folders of `root`. The state of Snakemake is a
     new folder with links to the records, because Snakemake writes a lock and a cache there even in
-    a dry run.
+    a dry run. Raises DataError if the system does not allow links (Windows, by default).
     """
     state = root / STATE
     if os.access(state if state.is_dir() else root, os.W_OK):
@@ -28,11 +30,24 @@ def writable_view(root: Path) -> Iterator[Path]:
         return
     with tempfile.TemporaryDirectory() as temporary:
         view = Path(temporary)
-        (view / STATE).mkdir()
-        for path in root.iterdir():
-            if path.name != STATE:
-                (view / path.name).symlink_to(path)
-        for name in RECORDS:
-            if (state / name).is_dir():
-                (view / STATE / name).symlink_to(state / name)
+        try:
+            _link_project(root, view)
+        except OSError as error:
+            problem = f"is read-only, and links to its files are not possible ({error.strerror})"
+            raise DataError(root, problem, "make the folder writable") from None
         yield view
+
+
+def _link_project(root: Path, view: Path) -> None:
+    """Fill `view` with links to the content of `root`, and with a new folder of Snakemake's state.
+
+    Raises OSError.
+    """
+    (view / STATE).mkdir()
+    for path in root.iterdir():
+        if path.name != STATE:
+            (view / path.name).symlink_to(path)
+    for name in RECORDS:
+        records = root / STATE / name
+        if records.is_dir():
+            (view / STATE / name).symlink_to(records)

@@ -8,6 +8,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from ajgdata.types.names import is_device_name
+
 #: Digits of the hash at the end of names that would otherwise be equal.
 HASH_DIGITS = 6
 #: Name of a value without Latin letters and digits, before its hash.
@@ -40,10 +42,11 @@ def stored_session_names(
 ) -> dict[str, str]:
     """Return the name of a session for each value. Names differ even if case is ignored.
 
-    A leading sign becomes a word. The name of a value with characters of other scripts ends with a
-    hash of the value. If several values would have one name, all of them except one have a hash.
-    `known` are the sessions of the data set by name. A value keeps its name in later imports, and
-    no other value gets this name. `files` are the paths of recordings by value.
+    A leading sign becomes a word. The name of a value ends with a hash of the value if the value
+    has characters of other scripts or is the name of a device on Windows. If several values would
+    have one name, all of them except one have a hash. `known` are the sessions of the data set by
+    name. A value keeps its name in later imports, and no other value gets this name. `files` are
+    the paths of recordings by value.
 
     >>> stored_session_names(["run 1", "run_1", "-5"])
     {'run_1': 'run_1', '-5': 'minus5', 'run 1': 'run_1-b945d8'}
@@ -99,7 +102,8 @@ def _plain_name(value: str) -> str:
     if loses_letters or is_empty:
         readable = NAMELESS if is_empty else slug(text)
         return f"{readable}-{_hash(value)}"
-    return slug(text)
+    name = slug(text)
+    return f"{name}-{_hash(value)}" if is_device_name(name) else name
 
 
 def _hash(value: str) -> str:

@@ -179,6 +179,18 @@ class DatasetSpec(Strict):
         return self
 
     @model_validator(mode="after")
+    def _names_of_distinct_files(self) -> DatasetSpec:
+        # Results are in folders with the names of tasks and embeddings.
+        names: dict[str, str] = {}
+        for name in (*self.tasks, *self.embeddings):
+            other = names.setdefault(name.casefold(), name)
+            if other != name:
+                raise ValueError(
+                    f"{other} and {name} would have the same files on macOS and Windows: rename one"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _valid_embeddings(self) -> DatasetSpec:
         for name in sorted(self.embeddings):
             if name in self.tasks:

@@ -21,6 +21,24 @@ NAME_RULE = (
 #: A part that is repeated 20 times at the end of a name. Snakemake does not run a job whose files
 #: have this name.
 _REPEATED_PART = re.compile(r"(.+)\1{19}$")
+#: Names of devices on Windows.
+_DEVICE = re.compile(r"(?i)con|prn|aux|nul|com\d|lpt\d")
+
+
+def is_device_name(name: str) -> bool:
+    """Return True if Windows reserves a name, so that no file or folder can have it.
+
+    >>> is_device_name("Aux"), is_device_name("auxiliary")
+    (True, False)
+    """
+    return _DEVICE.fullmatch(name) is not None
+
+
+def without_device_name(name: str) -> str:
+    """Return `name`. Raises ValueError if Windows reserves it."""
+    if is_device_name(name):
+        raise ValueError(f"{name!r} is reserved by Windows: use another name")
+    return name
 
 
 def without_repeated_part(name: str) -> str:
@@ -35,6 +53,7 @@ Name = Annotated[
     str,
     Field(pattern=NAME_PATTERN.pattern, description="letters, digits, _ and -"),
     AfterValidator(without_repeated_part),
+    AfterValidator(without_device_name),
 ]
 ModelName = Annotated[Name, AfterValidator(MODELS.checked)]
 
@@ -45,6 +64,8 @@ def checked_name(name: str, what: str = "data set") -> str:
         rule = NAME_RULE
     elif _REPEATED_PART.search(name):
         rule = "a name that does not end with the same part 20 times: Snakemake refuses it"
+    elif is_device_name(name):
+        rule = "another name: Windows reserves this one for a device"
     else:
         return name
     raise DataError(reprlib.repr(name), f"is not a valid name of a {what}", f"use {rule}")
