@@ -145,7 +145,11 @@ def state_of(root: Path) -> dict[str, str]:
     digests = {}
     for name, path in files_of(root).items():
         own = path.name
-        if name.startswith(ASIDE) or own in ASIDE_NAMES or own.endswith((".cost.json", ".lock", ".holder")):
+        if (
+            name.startswith(ASIDE)
+            or own in ASIDE_NAMES
+            or own.endswith((".cost.json", ".lock", ".holder"))
+        ):
             continue
         if any(part.endswith(".tmp") for part in Path(name).parts):  # of a killed process
             continue
