@@ -70,7 +70,7 @@ lint: $(VENV)/.lint
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/snakefmt --check Snakefile workflow
-	$(BIN)/snakemake --lint
+	$(BIN)/python -m tools.lint_workflow
 
 format: $(VENV)/.lint
 	$(BIN)/ruff check --fix .

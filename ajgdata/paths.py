@@ -40,8 +40,26 @@ TABLES_FOLDER = "tables"  #: tables as CSV files
 EXPERIMENT_PAGES_FOLDER = "experiments"
 RUNS_FILE = "runs.json"  #: data sets and models of the report
 FIGURE_FORMATS = ("svg", "pdf")
+#: Folder of the package `ajgdata`.
+PACKAGE = Path(__file__).resolve().parent
 #: Largest number of characters of a run's name that lists all its data sets.
 LONGEST_RUN_NAME = 100
+
+
+def packaged(name: str) -> Path:
+    """Return a folder that is at the top of a clone, and a part of an installed package.
+
+    Such folders are `workflow`, `profiles`, `reports` and `datasets`; setup.py lists their files.
+
+    >>> packaged("workflow").joinpath("Snakefile").is_file()
+    True
+    """
+    folder = PACKAGE / name
+    return folder if folder.is_dir() else PACKAGE.parent / name
+
+
+#: The workflow that comes with the package; Snakefiles of projects use it as a module.
+SNAKEFILE = packaged("workflow") / "Snakefile"
 
 
 def run_name(datasets: Sequence[str]) -> str:
@@ -172,7 +190,11 @@ class Paths:
     source_schema = FixedPath("datasets/source.schema.json")
     reports = FixedPath("reports")  #: texts and templates of the report, see `store.report_files`
     variants = FixedPath("reports/variants")  #: files of variants, see `types.variants`
-    snakefile = FixedPath("Snakefile")  #: the workflow, if the project has its own
+    snakefile = FixedPath("Snakefile")  #: uses the workflow of the package as a module
+    profile = FixedPath("profiles/default/config.yaml")  #: options of Snakemake
+    project_readme = FixedPath("README.md")
+    gitignore = FixedPath(".gitignore")
+    example_dataset = FixedPath("datasets/example.yaml")  #: an explained dataset.yaml
 
     # Written by acquisition and import.
     data = FixedPath("data")
@@ -297,8 +319,8 @@ def find_project(start: str | Path | None = None) -> Paths:
         if (folder / "datasets").is_dir():
             return Paths(folder)
     raise FileNotFoundError(
-        f"no project at {first} or above it. Go to the folder that contains datasets/, "
-        "or set AJGDATA_ROOT to it."
+        f"no project at {first} or above it. Create one with `ajgdata new FOLDER`, or go to the "
+        "folder that contains datasets/."
     )
 
 

@@ -32,7 +32,7 @@ import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
 AJGDATA = str(Path(sys.executable).with_name("ajgdata"))
-SNAKEMAKE = (sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile"))
+SNAKEMAKE = (sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "workflow/Snakefile"))
 PAGE = ROOT / "docs/scale.md"
 # Markers before and after the table.
 BEGIN = "<!-- benchmarks/scale.py -->"

@@ -183,7 +183,7 @@ def table(model: Model) -> list[str]:
 def workflow_table() -> list[str]:
     """The keys of the workflow's own settings."""
     schema = yaml.safe_load((ROOT / "workflow/schemas/config.schema.yaml").read_text())
-    defaults = yaml.safe_load((ROOT / "workflow/config/default.yaml").read_text())
+    defaults = yaml.safe_load((ROOT / "config/config.yaml").read_text())
     rows = ["| key | default | meaning |", "|---|---|---|"]
     for key, setting in schema["properties"].items():
         default = json.dumps(defaults[key])
@@ -206,7 +206,7 @@ def page() -> str:
         "",
         "## Workflow",
         "",
-        "The defaults are in `workflow/config/default.yaml`. To change keys for a run: "
+        "The defaults are in `config/config.yaml`. To change keys for a run: "
         "`snakemake --config 'datasets=[size]' seed=1`.",
         "",
         *workflow_table(),

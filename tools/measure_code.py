@@ -224,7 +224,13 @@ def traced_files() -> dict[str, list[str]]:
         tracer = TRACER.format(steps=STEPS, folder=str(notes), package=package)
         (folder / "sitecustomize.py").write_text(tracer, encoding="utf-8")
         environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), str(ROOT)])}
-        command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
+        command = [
+            sys.executable,
+            "-m",
+            "snakemake",
+            "--snakefile",
+            str(ROOT / "workflow/Snakefile"),
+        ]
         command += ["--cores", "1", "--config", "pages=[]", "publish=[]"]
         subprocess.run(command, cwd=project, env=environment, check=True, capture_output=True)
         steps: dict[str, set[str]] = {step: set() for step in STEPS}

@@ -1,4 +1,4 @@
-"""The `ajgdata` command: its sub-commands in four panels, and errors in one line.
+"""The `ajgdata` command: its sub-commands in panels, and errors in one line.
 
 At the top, the modules of this package import only what loads fast, without numpy, so that
 `ajgdata --help` is fast. A command imports all other modules when it runs.
@@ -19,6 +19,7 @@ from ajgdata.cli.console import print_any_character, warn
 from ajgdata.cli.device import device, record
 from ajgdata.cli.export import export, scene
 from ajgdata.cli.importing import import_command
+from ajgdata.cli.new import new, paper
 from ajgdata.cli.plan import plan
 from ajgdata.cli.project import doctor, run, simulate, status
 from ajgdata.cli.publish import fetch, publish
@@ -43,6 +44,7 @@ app = typer.Typer(
 )
 #: Commands by panel of the help text, in the order of the help text.
 PANELS = {
+    "Start": (new, paper),
     "Data": (import_command, record, simulate, check, publish, fetch),
     "Run": (run, train, status, compare, plan),
     "Use": (export, sense, sort),

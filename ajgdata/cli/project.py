@@ -20,8 +20,8 @@ from rich.markup import escape
 
 from ajgdata.cli.completion import dataset_names
 from ajgdata.cli.console import ATTENTION, print_facts, say, warn
-from ajgdata.paths import Paths, find_project
-from ajgdata.store.provenance import PACKAGE, environment, software
+from ajgdata.paths import SNAKEFILE, Paths, find_project, packaged
+from ajgdata.store.provenance import environment, software
 from ajgdata.store.read_only import writable_view
 from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.types import DataError
@@ -155,33 +155,40 @@ def workflow_status(paths: Paths, options: Sequence[str] = ()) -> list[dict[str,
     return list(csv.DictReader(table, delimiter="\t"))
 
 
-#: Arguments of `run` and `simulate`.
-Arguments = Annotated[
-    list[str],
-    typer.Argument(
-        metavar="NAME... [OPTION]...",
-        help="data sets, and options of Snakemake, e.g. --dry-run",
-        autocompletion=dataset_names,
-    ),
-]
+def run(
+    arguments: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[NAME]... [OPTION]...",
+            help="data sets (default: all), and options of Snakemake, e.g. --dry-run",
+            autocompletion=dataset_names,
+        ),
+    ] = None,
+) -> None:
+    """Run the pipeline.
 
-
-def run(arguments: Arguments) -> None:
-    """Run the pipeline for selected data sets.
-
-    Computes features, models, experiments and the report. Prints the equivalent `snakemake`
-    command first, and a summary at the end. Exit code 1 if a task was skipped that is not optional,
+    Computes features, models, experiments and the report. Without a name, it computes the paper's
+    results if the project has data sets of the paper. Prints the equivalent `snakemake` command
+    first, and a summary at the end. Exit code 1 if a task was skipped that is not optional,
     if recordings or requested results could not be read, or if tables changed during the run.
     """
     paths = find_project()
-    names, options = split_arguments(arguments)
-    for name in names or arguments[:1]:
-        # Raises DataError for an unknown data set, and for an option without a data set.
-        read_dataset(paths, name)
+    names, options = split_arguments(arguments or ())
+    for name in names:
+        read_dataset(paths, name)  # raises DataError for an unknown data set
     raise typer.Exit(run_snakemake(paths, names, options))
 
 
-def simulate(arguments: Arguments) -> None:
+def simulate(
+    arguments: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="NAME... [OPTION]...",
+            help="data sets, and options of Snakemake, e.g. --dry-run",
+            autocompletion=dataset_names,
+        ),
+    ],
+) -> None:
     """Record the recipes of data sets with the virtual gripper.
 
     `ajgdata run` records and evaluates. Prints the equivalent `snakemake` command first.
@@ -215,7 +222,7 @@ def check_console() -> None:
     """Raise DataError if Snakemake or the logger plugin of the profiles is not installed."""
     require_extra("workflow", "the workflow")
     if find_spec("snakemake_logger_plugin_job_lines") is None:
-        fix = "run `make env`, or `pip install ./workflow/logger` in the clone"
+        fix = "run `make env` in the clone, or `pip install 'ajgdata[workflow]'`"
         raise DataError("Snakemake", "its logger plugin job-lines is not installed", fix)
 
 
@@ -245,22 +252,18 @@ def with_datasets(names: Sequence[str], options: Sequence[str]) -> list[str]:
 
 
 def snakefile_of(paths: Paths) -> Path:
-    """Return the Snakefile of the project, or else of the folder that contains the package.
-
-    Raises DataError if there is neither: an installed package has no workflow.
-    """
-    for file in (paths.snakefile, PACKAGE.parent / paths.snakefile.name):
-        if file.is_file():
-            return file
-    problem = "there is no workflow here, and none came with the installed package"
-    fix = "work in a copy of the source (git clone), or put its Snakefile and workflow/ here"
-    raise DataError(paths.snakefile, problem, fix)
+    """Return the Snakefile of the project, or else that of the package."""
+    return paths.snakefile if paths.snakefile.is_file() else SNAKEFILE
 
 
 def snakemake_command(paths: Paths, names: Sequence[str], options: Sequence[str]) -> list[str]:
-    """Return the `snakemake` command for data sets, for the folder of the project."""
+    """Return the `snakemake` command for data sets, for the folder of the project.
+
+    A project without Snakefile or profile uses those of the package.
+    """
     command = ["snakemake"]
-    snakefile = snakefile_of(paths)
-    if snakefile != paths.snakefile:
-        command += ["--snakefile", str(snakefile)]
+    if not paths.snakefile.is_file():
+        command += ["--snakefile", str(SNAKEFILE)]
+    if not paths.profile.is_file():
+        command += ["--workflow-profile", str(packaged("profiles") / "default")]
     return [*command, *with_datasets(names, options)]

@@ -60,12 +60,15 @@ def fetch(
 ) -> None:
     """Download a published data set or a public recording collection.
 
-    NAME is a data set with datasets/NAME/source.yaml; its recordings are cached outside the
-    project. URL or FOLDER is a published data set. Every file is verified by its hash. If the
-    download is interrupted, run the command again to resume. Exit code 3 if recordings are missing.
+    NAME has a file datasets/NAME/source.yaml in the project or in the package; its recordings are
+    cached outside the project. URL or FOLDER is a published data set. Every file is verified by its
+    hash. If the download is interrupted, run the command again to resume. Exit code 3 if recordings
+    are missing.
     """
+    from ajgdata.store.packaged_datasets import copy_public_dataset
+
     paths = find_project()
-    if paths.source(source).is_file():
+    if copy_public_dataset(paths, source):
         _fetch_by_name(paths, source)
     else:
         _fetch_published(paths, source, name)

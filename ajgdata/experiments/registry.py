@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 from ajgdata.experiments.built_in import BUILT_IN
 from ajgdata.experiments.spec import ExperimentSpec
+from ajgdata.paths import PACKAGE
 from ajgdata.store.code_hash import CodeSource, used_sources, with_own_imports
-from ajgdata.store.provenance import PACKAGE
 from ajgdata.types.registry import Registry
 
 if TYPE_CHECKING:

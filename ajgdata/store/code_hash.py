@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
+from ajgdata.paths import PACKAGE
 from ajgdata.store.files import read_yaml, sha256_of
-from ajgdata.store.provenance import PACKAGE
 from ajgdata.store.syntax import deciding_tree, defined_names, used_statements
 from ajgdata.types.extras import installed_version
 from ajgdata.types.registry import OWN_MODELS

@@ -10,12 +10,11 @@ import platform
 import re
 import subprocess
 from importlib.metadata import PackageNotFoundError, requires, version
-from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 
-PACKAGE = Path(__file__).resolve().parents[1]
+from ajgdata.paths import PACKAGE
 
 
 @functools.cache

@@ -10,13 +10,10 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
-from ajgdata.paths import Paths
+from ajgdata.paths import Paths, packaged
 from ajgdata.store.files import read_text, read_yaml
-from ajgdata.store.provenance import PACKAGE
 
-#: The folder is a part of the package in a wheel (setup.py), and at the top of a checkout.
-_IN_WHEEL = PACKAGE / "reports"
-PACKAGED = _IN_WHEEL if _IN_WHEEL.is_dir() else PACKAGE.parent / "reports"
+PACKAGED = packaged("reports")
 #: Published values, with which results are compared.
 PAPER_FILE = "paper.yaml"
 #: Differences between machines, which `benchmarks/machines.py` measures.

@@ -14,6 +14,7 @@ from pathlib import Path
 from ajgdata.paths import SOURCE_FILE, Paths, public_recordings
 from ajgdata.store.files import read_model, write_if_changed
 from ajgdata.store.lock import locked
+from ajgdata.store.packaged_datasets import public_datasets
 from ajgdata.store.publishing.download import RUN_AGAIN
 from ajgdata.types import DataError, DatasetSource, GitPart
 
@@ -32,7 +33,8 @@ _SETTINGS = (
 
 def list_sources(paths: Paths) -> list[str]:
     """Return the names of the data sets that can be fetched by name."""
-    return sorted(file.parent.name for file in paths.datasets.glob(f"*/{SOURCE_FILE}"))
+    own = {file.parent.name for file in paths.datasets.glob(f"*/{SOURCE_FILE}")}
+    return sorted(own | set(public_datasets()))
 
 
 def read_source(paths: Paths, dataset: str) -> DatasetSource:

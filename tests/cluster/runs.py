@@ -24,7 +24,7 @@ class Project:
         self.paths = Paths(root)
 
     def command(self, *arguments: str) -> list[str]:
-        given = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
+        given = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "workflow/Snakefile")]
         return [*given, "--configfile", "settings.yaml", *arguments]
 
     def run_here(self, *arguments: str) -> None:

@@ -67,7 +67,7 @@ def test_bounds_are_tested_and_stated_once():
     pairs = {tuple(text.split(">=")) for text in tested}
     lowest = dict(pairs)
     assert len(lowest) == len(pairs)  # a package of two extras has one bound
-    assert f'min_version("{lowest["snakemake"]}")' in (ROOT / "Snakefile").read_text()
+    assert f'min_version("{lowest["snakemake"]}")' in (ROOT / "workflow/Snakefile").read_text()
     assert f"rich>={lowest['rich']}" in PLUGIN["dependencies"]
 
 

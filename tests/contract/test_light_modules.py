@@ -104,7 +104,9 @@ STAY = {
 
 def parsed_imports() -> str:
     """Return the imports of the package at the top of the Snakefile. The rules import nothing."""
-    top, _, rest = (ROOT / "Snakefile").read_text(encoding="utf-8").partition("min_version(")
+    top, _, rest = (
+        (ROOT / "workflow/Snakefile").read_text(encoding="utf-8").partition("min_version(")
+    )
     rules = (ROOT / "workflow/rules").glob("*.smk")
     for text in (rest, *(file.read_text(encoding="utf-8") for file in rules)):
         assert "\nfrom ajgdata" not in text

@@ -51,7 +51,9 @@ def test_every_key_is_read():
 
 
 def test_every_key_of_the_workflow_is_said_and_read():
-    rules = "".join(p.read_text() for p in [ROOT / "Snakefile", *ROOT.glob("workflow/rules/*.smk")])
+    rules = "".join(
+        p.read_text() for p in [ROOT / "workflow/Snakefile", *ROOT.glob("workflow/rules/*.smk")]
+    )
     for key, schema in SETTINGS.items():
         assert schema["description"]
         assert f'config["{key}"]' in rules

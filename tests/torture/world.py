@@ -27,7 +27,7 @@ from ajgdata.store.audio import write_pcm24
 RATE_HZ = 44_100
 MATERIALS = ("Ceramic", "Marble", "Wood")
 TAKES = 4
-SNAKEFILE = Path(__file__).resolve().parents[2] / "Snakefile"
+SNAKEFILE = Path(__file__).resolve().parents[2] / "workflow/Snakefile"
 PATTERN = r"(?P<material>[^/]+)/(?P<clip>\d+)\.wav"
 DECLARATION = {
     "name": "knock",

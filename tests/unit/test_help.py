@@ -52,7 +52,9 @@ def test_simulate_runs_the_sessions_of_a_recipe(ajgdata, project, monkeypatch):
 
     monkeypatch.setattr(subprocess, "run", run)
     assert "has no recipe. Use `ajgdata record`" in ajgdata("simulate", "d")[2]
-    (project.root / "Snakefile").touch()
+    for file in (project.paths.snakefile, project.paths.profile):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.touch()
     project.declare(recipe=RECIPE)
     assert ajgdata("simulate", "d", "--dry-run")[0] == 0
     sessions = [f"results/acquired/d/virtual-0{number}.done" for number in (1, 2)]

@@ -1,5 +1,7 @@
 """What a run tells at its end, and when its exit code says that something is wanting."""
 
+from pathlib import Path
+
 import pytest
 from experiment_samples import small_store
 
@@ -15,6 +17,7 @@ from ajgdata.store.findings import write_findings
 from ajgdata.store.models import write_about
 from ajgdata.types import DataError, Finding
 
+ROOT = Path(__file__).parents[2]
 MEASUREMENTS = (("cross_validation", "cnn"), ("cross_validation", "my-model"), ("energy", ""))
 
 
@@ -121,7 +124,9 @@ def test_a_model_of_another_version_changes_the_exit_code(paths):
 
 def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path):
     paths = Paths(tmp_path)
-    (tmp_path / "Snakefile").touch()
+    paths.profile.parent.mkdir(parents=True)
+    for file in (paths.snakefile, paths.profile):
+        file.touch()
     assert split_arguments(["a", "b", "--cores", "2"]) == (["a", "b"], ["--cores", "2"])
     assert command(paths, ["a", "b"], ["-n"]) == [
         "snakemake",
@@ -136,8 +141,14 @@ def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path)
     for given in (["--config", "quick=True"], ["--config=quick=True"], ["-C", "quick=True"]):
         with pytest.raises(DataError, match="Call snakemake with your own --config"):
             command(paths, ["a"], given)
-    (tmp_path / "Snakefile").unlink()
-    assert command(paths, ["a"], [])[1] == "--snakefile"  # that of the package
+    paths.snakefile.unlink()
+    paths.profile.unlink()
+    _, *options = command(paths, [], [])
+    assert options[::2] == ["--snakefile", "--workflow-profile"]
+    assert [Path(given).relative_to(ROOT).as_posix() for given in options[1::2]] == [
+        "workflow/Snakefile",
+        "profiles/default",
+    ]
 
 
 def test_a_run_of_some_data_sets_is_named_after_them(tmp_path):

@@ -50,7 +50,7 @@ EMBEDDING = {
 
 
 #: The workflow and all that its rules read.
-WORKFLOW = ("Snakefile", "workflow", "profiles", "environment.yml")
+WORKFLOW = ("Snakefile", "workflow", "profiles", "config")
 #: The studies of the virtual gripper take minutes; tests ask for what they look at.
 SETTINGS = {"pages": [], "publish": [], "quick": True}
 

@@ -6,7 +6,7 @@ from conftest import ROOT, snakemake_here
 
 def complaint(capsys, root, *arguments):
     """The text that Python prints for a SystemExit, which is all that is said."""
-    call = ["--snakefile", str(ROOT / "Snakefile"), "--directory", str(root), "--dry-run"]
+    call = ["--snakefile", str(ROOT / "workflow/Snakefile"), "--directory", str(root), "--dry-run"]
     line = snakemake_here(*call, "--quiet", "all", *arguments)
     said = capsys.readouterr().err.splitlines()
     assert [line for line in said if not line.startswith(("Using", "Config"))] == []

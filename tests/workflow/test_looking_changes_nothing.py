@@ -1,4 +1,4 @@
-"""A dry run, a summary, a lint and `ajgdata status` leave every byte where it was."""
+"""A dry run, a summary and `ajgdata status` leave every byte where it was."""
 
 import contextlib
 import hashlib
@@ -15,12 +15,12 @@ from ajgdata.types import DataError
 
 #: Snakemake leaves files of its own open.
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-SEEN = [["--dry-run"], ["--summary"], ["--lint"], ["--list-rules"], ["--dag"], ["--list-untracked"]]
+SEEN = [["--dry-run"], ["--summary"], ["--list-rules"], ["--dag"], ["--list-untracked"]]
 
 
 def snakemake(project, *arguments):
     """What Snakemake says; in this process, which is quicker than a new one."""
-    command = ["--snakefile", str(ROOT / "Snakefile"), "--directory", str(project.root)]
+    command = ["--snakefile", str(ROOT / "workflow/Snakefile"), "--directory", str(project.root)]
     command += ["--configfile", str(project.root / "settings.yaml"), "--cores", "1", *arguments]
     said = io.StringIO()
     with (

@@ -114,7 +114,12 @@ def _logged(project, dataset):
 def test_a_dry_run_pays_for_no_compiler(simulation):
     """Neither the main process nor what it imports: numba would be compiled or loaded there."""
     command = [sys.executable, "-X", "importtime", "-m", "snakemake", "--dry-run", "--cores", "2"]
-    command += ["--snakefile", str(ROOT / "Snakefile"), "--directory", str(simulation.root)]
+    command += [
+        "--snakefile",
+        str(ROOT / "workflow/Snakefile"),
+        "--directory",
+        str(simulation.root),
+    ]
     done = subprocess.run(command, check=True, capture_output=True, text=True, env=os.environ)
     imported = set(re.findall(r"^import time:.*\| +([\w.]+)$", done.stderr, flags=re.M))
     assert {"ajgdata.gripper.scene", "ajgdata.pipeline.plan"} <= imported

@@ -17,8 +17,6 @@ rule acquire:
     wildcard_constraints:
         dataset="|".join(name for name, item in PLANS.items() if item.virtual) or "-",
         session="|".join(VIRTUAL) or "-",
-    conda:
-        "../../environment.yml"
     params:
         function="recipes:acquire_virtual",
         recipe=recipe_of_session,

@@ -14,8 +14,6 @@ rule complete:
         summary=PATHS.complete,
     log:
         str(PATHS.log("complete")),
-    conda:
-        "../../environment.yml"
     params:
         function="run_summary:complete",
         datasets=FIRST_DATASETS,

@@ -11,8 +11,6 @@ rule embed:
     benchmark:
         "results/benchmarks/embed/{dataset}.{embedding}.tsv"
     priority: 1  # the training takes long, and experiments wait for it
-    conda:
-        "../../environment.yml"
     params:
         function="train:train_embedding",
         settings=embedding_settings,

@@ -22,8 +22,6 @@ rule experiment:
         lambda wildcards: int(
             requested(wildcards).experiment.renders or "cnn" in wildcards.models
         )
-    conda:
-        "../../environment.yml"
     params:
         function="experiments:run_experiment",
         parts=lambda wildcards: requested(wildcards).part_names,

@@ -11,8 +11,6 @@ rule features:
         "results/logs/features/{dataset}.log",
     benchmark:
         "results/benchmarks/features/{dataset}.tsv"
-    conda:
-        "../../environment.yml"
     threads: feature_processes
     params:
         function="feature_file:build_feature_file",

@@ -16,8 +16,6 @@ rule publish_dataset:
         "results/logs/publish/{dataset}.log",
     benchmark:
         "results/benchmarks/publish/{dataset}.tsv"
-    conda:
-        "../../environment.yml"
     params:
         function="publish:publish",
         out=str(PATHS.published("{dataset}")),
@@ -40,8 +38,6 @@ rule sample:
         sample=PATHS.sample("{dataset}"),
     log:
         "results/logs/sample/{dataset}.log",
-    conda:
-        "../../environment.yml"
     params:
         function="sample:write_sample",
         grasps=2,

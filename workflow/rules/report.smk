@@ -12,8 +12,6 @@ rule collect:
         str(PATHS.benchmark("collect"))
     # This job is before the report, so metrics exist even if the report fails.
     priority: 2
-    conda:
-        "../../environment.yml"
     params:
         function="collect:collect",
         datasets=list(PLANS),
@@ -64,8 +62,6 @@ rule report:
         str(PATHS.log("report")),
     benchmark:
         str(PATHS.benchmark("report"))
-    conda:
-        "../../environment.yml"
     params:
         function="report:build_report",
         datasets=list(PLANS),

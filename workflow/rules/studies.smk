@@ -10,8 +10,6 @@ rule study:
         "results/logs/study/{study}.log",
     benchmark:
         "results/benchmarks/study/{study}.tsv"
-    conda:
-        "../../environment.yml"
     params:
         function="studies:run_study",
         quick=config["quick"],
@@ -36,8 +34,6 @@ if OPENING:
             "results/logs/opening.log",
         benchmark:
             "results/benchmarks/opening.tsv"
-        conda:
-            "../../environment.yml"
         params:
             function="opening:build_opening",
             audio=SPECS[OPENING].audio.model_dump(mode="json"),

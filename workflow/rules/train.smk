@@ -11,8 +11,6 @@ rule train:
     benchmark:
         "results/benchmarks/train/{dataset}/{task}/{model}.tsv"
     priority: lambda wildcards: int("cnn" in wildcards.model)  # networks take longest
-    conda:
-        "../../environment.yml"
     params:
         function="train:train_final_model",
         settings=training_settings,
