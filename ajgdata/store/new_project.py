@@ -15,7 +15,7 @@ _CONTENT = PACKAGE / "new_project"
 def create_project(folder: Path) -> list[Path]:
     """Create a project in a folder, which may contain other files; return the new files.
 
-    Raises DataError, and writes nothing, if the folder is a project or has one of these files.
+    Raises DataError, and writes nothing, if the folder is a project or if a file exists already.
     """
     paths = Paths(folder)
     if paths.datasets.exists():
