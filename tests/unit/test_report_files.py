@@ -1,8 +1,5 @@
 """`reports/`: found in a checkout and in an installed package; a project's own files come first."""
 
-import subprocess
-import sys
-import zipfile
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -74,43 +71,3 @@ def test_markdown_cannot_bring_in_what_runs(text):
     assert {tag for tag, _ in tags} <= {"p", "a"}
     assert all(set(given) <= {"href", "title"} for _, given in tags)
     assert all(given.get("href", "https:").startswith("https:") for _, given in tags)
-
-
-@pytest.mark.slow
-def test_an_installed_package_holds_what_pages_are_made_of(tmp_path):
-    source = tmp_path / "source"
-    target = tmp_path / "target"
-    source.mkdir()
-    for name in ("ajgdata", "reports", "pyproject.toml", "setup.py", "README.md", "LICENSE"):
-        (source / name).symlink_to(ROOT / name)
-    build = f"from setuptools.build_meta import build_wheel; build_wheel({str(tmp_path)!r})"
-    subprocess.run([sys.executable, "-c", build], cwd=source, check=True, stdout=subprocess.DEVNULL)
-    (wheel,) = tmp_path.glob("ajgdata-*.whl")
-    with zipfile.ZipFile(wheel) as content:  # as pip does, scripts aside
-        content.extractall(target)
-    code = (
-        "from ajgdata.store.report_files import PACKAGED\n"
-        "from ajgdata.report.render import environment\n"
-        "assert environment().get_template('base.html.j2')\n"
-        "import ajgdata\n"
-        "assert ajgdata.tutorial.load_features('ycb').attrs['source'] == 'simulated'\n"
-        "print(PACKAGED)"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=tmp_path,
-        env={"PYTHONPATH": str(target), "PATH": "/usr/bin:/bin"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    packaged = Path(done.stdout.strip())
-    assert packaged.is_relative_to(target)
-    assert {path.name.split("-")[0] for path in target.iterdir()} == {"ajgdata"}
-    # variants are of the data sets of a project
-    folders = [ROOT / "reports" / name for name in ("templates", "experiments", "pages")]
-    own = (ROOT / "reports").glob("*.yaml")
-    for path in (*own, *(p for folder in folders for p in folder.iterdir())):
-        installed = packaged / path.relative_to(ROOT / "reports")
-        assert installed.read_bytes() == path.read_bytes()
