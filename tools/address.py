@@ -9,6 +9,7 @@ import re
 import subprocess
 import tomllib
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import yaml
 
@@ -18,6 +19,18 @@ ROOT = Path(__file__).resolve().parents[1]
 def project_urls(root: Path) -> dict[str, str]:
     """Return the addresses in pyproject.toml by their names."""
     return tomllib.loads((root / "pyproject.toml").read_text())["project"]["urls"]
+
+
+def snakemake_reference(source: str) -> str:
+    """Return the beginning of a reference to a workflow in a repository, for a Snakefile.
+
+    >>> snakemake_reference("https://github.com/lab/gripper")
+    'github("lab/gripper"'
+    >>> snakemake_reference("https://gitlab.com/lab/gripper")
+    'gitlab("lab/gripper"'
+    """
+    parts = urlsplit(source)
+    return f'{parts.hostname.removesuffix(".com")}("{parts.path.strip("/")}"'
 
 
 def tracked_files(root: Path) -> list[Path]:
@@ -43,7 +56,12 @@ def replaced_addresses(root: Path) -> dict[str, str]:
     """Return the addresses before the edit with their new values, if they differ."""
     citation = yaml.safe_load((root / "CITATION.cff").read_text())
     urls = project_urls(root)
-    new = {citation["repository-code"]: urls["Source"], citation["url"]: urls["Documentation"]}
+    before = citation["repository-code"]
+    new = {
+        before: urls["Source"],
+        citation["url"]: urls["Documentation"],
+        snakemake_reference(before): snakemake_reference(urls["Source"]),
+    }
     return {before: after for before, after in new.items() if before != after}
 
 

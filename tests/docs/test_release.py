@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from tools.address import project_urls, rewrite, tracked_texts
+from tools.address import project_urls, rewrite, snakemake_reference, tracked_texts
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -48,6 +48,12 @@ def test_all_files_have_the_addresses_of_pyproject(own_files):
     assert other == set(), "edit [project.urls] in pyproject.toml, then run `make address`"
     for name in ("README.md", "docs/use-the-data.md", "docs/examples/explore_sample.ipynb"):
         assert urls["Source"] in own_files[ROOT / name]
+    references = {
+        (reference, tag)
+        for text in own_files.values()
+        for reference, tag in re.findall(r'\b(git\w+\("[^"]+").*tag="([^"]+)"', text)
+    }
+    assert references == {(snakemake_reference(urls["Source"]), f"v{PROJECT['version']}")}
     assert urls["Homepage"] == urls["Source"]
     assert urls["Issues"].startswith(urls["Source"] + "/")
     assert urls["Changelog"].startswith(urls["Source"] + "/")
@@ -73,20 +79,22 @@ def test_addresses_are_recognised(text, expected):
 
 
 def test_an_edit_of_pyproject_changes_all_files(tmp_path):
-    source = "https://github.com/ajgdata/ajgdata"
-    site = "https://ajgdata.github.io/ajgdata"
-    new = "https://github.com/ajgdata/ajgdata-2"
+    source = "https://github.com/lab/jamming"
+    site = "https://lab.github.io/jamming"
+    new = "https://github.com/lab/jamming-2"
     (tmp_path / "pyproject.toml").write_text(
         f'[project.urls]\nSource = "{new}"\nIssues = "{source}/issues"\nDocumentation = "{site}"\n'
     )
     (tmp_path / "CITATION.cff").write_text(f"repository-code: {source}\nurl: {site}\n")
-    (tmp_path / "README.md").write_text(f"git clone {source}\n{source}-data\n{site}\n")
+    text = 'git clone {0}\n{1}-data\n{2}\nsnakefile: github("{3}", path="a")\n'
+    (tmp_path / "README.md").write_text(text.format(source, source, site, "lab/jamming"))
     (tmp_path / "sound.wav").write_bytes(b"RIFF\0" + source.encode())
     subprocess.run(["git", "init", "-q"], cwd=tmp_path, check=True)
     subprocess.run(["git", "add", "."], cwd=tmp_path, check=True)
     changed = {path.name for path in rewrite(tmp_path)}
     assert changed == {"pyproject.toml", "CITATION.cff", "README.md"}
-    assert (tmp_path / "README.md").read_text() == f"git clone {new}\n{source}-data\n{site}\n"
+    expected = text.format(new, source, site, "lab/jamming-2")
+    assert (tmp_path / "README.md").read_text() == expected
     assert project_urls(tmp_path) == {
         "Source": new,
         "Issues": f"{new}/issues",
