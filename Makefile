@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: env reproduce everything real test test-slow test-cpus test-browser test-cluster test-jack test-lowest test-torture lint format bench docs readme sample lock address clean
+.PHONY: env reproduce everything real test test-slow test-cpus test-browser test-cluster test-jack test-lowest test-torture test-workflow lint format bench docs readme sample lock address clean
 
 # ARGS are passed on: make reproduce ARGS=--dry-run, make test ARGS=tests/docs.
 reproduce: $(VENV)/.test
@@ -28,6 +28,13 @@ test: $(VENV)/.test
 # What takes minutes: long runs of the solver, many kills, an installed package.
 test-slow: $(VENV)/.test
 	$(BIN)/pytest -m slow
+
+# All rules of the workflow on two simulated cubes, then Snakemake's own report: a minute.
+test-workflow: $(VENV)/.test
+	$(BIN)/snakemake everything --directory .test --snakefile workflow/Snakefile \
+	  --configfile .test/config/config.yaml --workflow-profile profiles/default
+	$(BIN)/snakemake --report results/report.zip --directory .test --snakefile workflow/Snakefile \
+	  --configfile .test/config/config.yaml
 
 # The tests with other CPU kernels and thread counts; after `make reproduce`, also the checks of its results.
 VARIANTS ?= ATEN_CPU_CAPABILITY=default OPENBLAS_CORETYPE=Haswell OPENBLAS_CORETYPE=Prescott \

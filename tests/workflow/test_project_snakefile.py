@@ -1,7 +1,10 @@
 """Projects use the workflow as a module: of the package, or of a git repository."""
 
+import shutil
 import subprocess
 import sys
+import zipfile
+from pathlib import Path
 
 import pytest
 import yaml
@@ -62,3 +65,22 @@ def test_the_workflow_is_deployed_from_a_git_reference(project):
     assert done.returncode == 0, done.stdout + done.stderr
     assert project.paths.report.is_file()
     assert "machine: " in done.stdout
+
+
+@pytest.mark.slow
+def test_the_small_project_of_the_workflow_runs_and_its_report_is_not_empty(tmp_path):
+    """`make test-workflow`: all rules on two simulated cubes, then `snakemake --report`."""
+    target = tmp_path / "test"
+    shutil.copytree(ROOT / ".test", target, ignore=shutil.ignore_patterns("results", ".snakemake"))
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "workflow/Snakefile")]
+    command += ["--configfile", "config/config.yaml"]
+    profile = ["--workflow-profile", str(ROOT / "profiles/default")]
+    for options in ([*profile, "everything"], ["--report", "report.zip", "--cores", "1"]):
+        done = subprocess.run(
+            [*command, *options], cwd=target, check=False, capture_output=True, text=True
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+    with zipfile.ZipFile(target / "report.zip") as report:
+        names = {Path(name).name for name in report.namelist()}
+    assert {"metrics.csv", "predictions.csv", "spectra--cubes.svg"} < names
+    assert (target / "results/published/cubes/croissant.json").is_file()

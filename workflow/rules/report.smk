@@ -4,8 +4,12 @@ rule collect:
         tables=[PATHS.experiment(*key) for key in FIRST],
         costs=[PATHS.experiment_cost(*key) for key in FIRST],
     output:
-        metrics=PATHS.metrics_table,
-        predictions=PATHS.predictions,
+        metrics=report(
+            PATHS.metrics_table, caption="../report/metrics.rst", category="Tables"
+        ),
+        predictions=report(
+            PATHS.predictions, caption="../report/predictions.rst", category="Tables"
+        ),
     log:
         str(PATHS.log("collect")),
     benchmark:
@@ -55,7 +59,13 @@ rule report:
         page=PATHS.report,
         fixed=[PATHS.report.with_name(page.link) for page in FIXED.values()],
         runs=PATHS.runs,
-        figures=directory(PATHS.report.parent / FIGURES_FOLDER),
+        figures=report(
+            directory(PATHS.report.parent / FIGURES_FOLDER),
+            patterns=["{figure}.svg"],
+            caption="../report/figures.rst",
+            category="Figures",
+            labels={"figure": "{figure}"},
+        ),
         experiments=directory(PATHS.report.parent / EXPERIMENT_PAGES_FOLDER),
         tables=directory(PATHS.report.parent / TABLES_FOLDER),
     log:
