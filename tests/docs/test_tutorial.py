@@ -32,7 +32,7 @@ GIVEN = (
     "profiles",
     "tests",
     "docs",
-    "environment.yml",
+    "config",
     "README.md",
     "tools",
     "pyproject.toml",
