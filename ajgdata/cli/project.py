@@ -145,7 +145,8 @@ def workflow_status(paths: Paths, options: Sequence[str] = ()) -> list[dict[str,
             check=False,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,  # dry runs print errors to standard output, others do not
-            text=True,
+            encoding="utf-8",
+            env=_utf8_environment(),
         )
     lines = [line for line in process.stdout.splitlines() if line.strip()]
     if process.returncode:
@@ -214,8 +215,15 @@ def run_snakemake(paths: Paths, names: Sequence[str], options: Sequence[str]) ->
     command = snakemake_command(paths, names, options)
     check_console()
     print(shell_command(command), flush=True)
-    process = subprocess.run([sys.executable, "-m", *command], check=False, cwd=paths.root)
+    process = subprocess.run(
+        [sys.executable, "-m", *command], check=False, cwd=paths.root, env=_utf8_environment()
+    )
     return process.returncode
+
+
+def _utf8_environment() -> dict[str, str]:
+    """Return variables with which Snakemake and its jobs print and write UTF-8, also on Windows."""
+    return os.environ | {"PYTHONUTF8": "1"}
 
 
 def check_console() -> None:

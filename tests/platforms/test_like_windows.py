@@ -36,7 +36,10 @@ def project(tmp_path) -> Paths:
 
 def python(project: Paths, *arguments: str) -> subprocess.CompletedProcess[str]:
     """Run Python in the project as on Windows, with an output of 256 characters."""
-    path = os.pathsep.join(map(str, (LIKE_WINDOWS, ROOT, ROOT / "workflow/logger")))
+    folders = [ROOT, ROOT / "workflow/logger"]
+    if sys.platform == "linux":
+        folders.insert(0, LIKE_WINDOWS)
+    path = os.pathsep.join(map(str, folders))
     environment = {name: text for name, text in os.environ.items() if name != "AJGDATA_ROOT"}
     return subprocess.run(
         [sys.executable, *arguments],
