@@ -21,10 +21,11 @@ from ajgdata.cli.export import export, scene
 from ajgdata.cli.importing import import_command
 from ajgdata.cli.new import new, paper
 from ajgdata.cli.plan import plan
-from ajgdata.cli.project import doctor, run, simulate, status
+from ajgdata.cli.project import doctor, run, simulate
 from ajgdata.cli.publish import fetch, publish
 from ajgdata.cli.sense import sense
 from ajgdata.cli.sort import sort
+from ajgdata.cli.status import status
 from ajgdata.cli.train import train
 from ajgdata.types import DataError, one_line
 from ajgdata.types.extras import optional_packages

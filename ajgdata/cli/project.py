@@ -1,14 +1,12 @@
-"""Commands on the project: `run`, `simulate` and `status`, which call Snakemake, and `doctor`."""
+"""Commands on the project: `run` and `simulate`, which call Snakemake, and `doctor`."""
 
 from __future__ import annotations
 
-import csv
 import os
 import platform
 import shutil
 import subprocess
 import sys
-from collections import Counter
 from collections.abc import Sequence
 from importlib.util import find_spec
 from itertools import takewhile
@@ -16,14 +14,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.markup import escape
 
 from ajgdata.cli.completion import dataset_names
-from ajgdata.cli.console import ATTENTION, print_facts, say, warn
+from ajgdata.cli.console import print_facts
 from ajgdata.paths import SNAKEFILE, Paths, find_project, packaged
 from ajgdata.store.provenance import environment, software
-from ajgdata.store.read_only import writable_view
-from ajgdata.store.sessions import list_datasets, read_dataset
+from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DataError
 from ajgdata.types.extras import require_extra
 from ajgdata.types.shell import shell_command
@@ -31,8 +27,6 @@ from ajgdata.types.shell import shell_command
 GB = 1e9
 #: Options of Snakemake that change the configuration.
 CONFIG_OPTIONS = ("--config", "-C")
-#: Number of columns of Snakemake's summary: file, date, rule, log files, status, plan.
-SUMMARY_COLUMNS = 6
 
 
 def doctor() -> None:
@@ -73,87 +67,6 @@ def _memory() -> str:
     except (AttributeError, ValueError):
         return "memory unknown"
     return f"{size_gb:.1f} GB of memory"
-
-
-def status(
-    arguments: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[NAME]... [OPTION]...",
-            help="data sets, and options of Snakemake",
-            autocompletion=dataset_names,
-        ),
-    ] = None,
-) -> None:
-    """List outdated results and the reasons.
-
-    Exit code 3 if a table of a session cannot be used.
-    """
-    paths = find_project()
-    names, options = split_arguments(arguments or ())
-    target = [] if names else ["everything"]
-    results = workflow_status(paths, [*target, *with_datasets(names, options)])
-    outdated: Counter[tuple[str, str]] = Counter()  # by rule and reason
-    for row in reversed(results):  # Snakemake lists the last job first
-        if row["plan"] != "no update":
-            # The status is "ok" if the job runs only because its inputs will be written again.
-            reason = row["status"].replace("ok", "outdated inputs")
-            outdated[row["rule"], reason] += 1
-    for (rule, reason), count in outdated.items():
-        say(f"[yellow]{rule}[/yellow] would write {count} files ({escape(reason)})")
-    changes, problems = data_changes(paths, names or list_datasets(paths))
-    for line in changes:
-        say(f"[yellow]features[/yellow] {escape(line)}")
-    say(f"{len(results) - outdated.total()} results are current, {outdated.total()} are not")
-    for problem in problems:
-        warn(f"[red]unusable[/red] {escape(problem)}")
-    raise typer.Exit(ATTENTION if problems else 0)
-
-
-def data_changes(paths: Paths, names: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return one line per data set with outdated features, and one line per unusable table.
-
-    Raises DataError for a table that cannot be read.
-    """
-    from ajgdata.acquire.recipe import session_names
-    from ajgdata.store.freshness import changes_since_features, table_problems
-
-    changes = []
-    problems = []
-    for name in names:
-        spec = read_dataset(paths, name)
-        simulated_sessions = session_names(spec.recipe)
-        reasons = changes_since_features(paths, spec, simulated_sessions)
-        if reasons:
-            changes.append(f"of {name} are outdated: {', '.join(reasons)}")
-        problems += [str(error) for error in table_problems(paths, name, simulated_sessions)]
-    return changes, problems
-
-
-def workflow_status(paths: Paths, options: Sequence[str] = ()) -> list[dict[str, str]]:
-    """Return the rows of `snakemake --summary`, one per result file, see SUMMARY_COLUMNS.
-
-    `options` are other arguments of Snakemake. The project is not changed, and it may be read-only.
-    Raises DataError with Snakemake's message.
-    """
-    snakemake = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile_of(paths))]
-    check_console()
-    summary = ["--summary", "--dry-run"]  # a dry run writes no log
-    with writable_view(paths.root) as folder:
-        process = subprocess.run(
-            [*snakemake, "--directory", str(folder), *summary, *options],
-            check=False,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,  # dry runs print errors to standard output, others do not
-            encoding="utf-8",
-            env=_utf8_environment(),
-        )
-    lines = [line for line in process.stdout.splitlines() if line.strip()]
-    if process.returncode:
-        problem = lines[-1].strip(" .") if lines else "snakemake stopped without a message"
-        raise DataError(paths.root, problem, "run `snakemake --dry-run` for details")
-    table = (line for line in lines if line.count("\t") == SUMMARY_COLUMNS - 1)
-    return list(csv.DictReader(table, delimiter="\t"))
 
 
 def run(
@@ -216,12 +129,12 @@ def run_snakemake(paths: Paths, names: Sequence[str], options: Sequence[str]) ->
     check_console()
     print(shell_command(command), flush=True)
     process = subprocess.run(
-        [sys.executable, "-m", *command], check=False, cwd=paths.root, env=_utf8_environment()
+        [sys.executable, "-m", *command], check=False, cwd=paths.root, env=utf8_environment()
     )
     return process.returncode
 
 
-def _utf8_environment() -> dict[str, str]:
+def utf8_environment() -> dict[str, str]:
     """Return variables with which Snakemake and its jobs print and write UTF-8, also on Windows."""
     return os.environ | {"PYTHONUTF8": "1"}
 

@@ -1,4 +1,4 @@
-"""A folder in which Snakemake can read the state of a project that cannot be written."""
+"""A folder in which Snakemake can read the state of a project without writing into it."""
 
 from __future__ import annotations
 
@@ -18,23 +18,25 @@ RECORDS = ("metadata", "incomplete")
 
 @contextmanager
 def writable_view(root: Path) -> Iterator[Path]:
-    """Yield the folder `root` if it can be written, else a temporary folder with its content.
+    """Yield a temporary folder with the content of the folder `root`.
 
     The temporary folder has links to the files and folders of `root`. The state of Snakemake is a
     new folder with links to the records, because Snakemake writes a lock and a cache there even in
-    a dry run. Raises DataError if the system does not allow links (Windows, by default).
+    a dry run. If the system does not allow links (Windows, by default), the folder is `root`
+    itself. Raises DataError if `root` can then not be written.
     """
-    state = root / STATE
-    if os.access(state if state.is_dir() else root, os.W_OK):
-        yield root
-        return
     with tempfile.TemporaryDirectory() as temporary:
         view = Path(temporary)
         try:
             _link_project(root, view)
         except OSError as error:
-            problem = f"is read-only, and links to its files are not possible ({error.strerror})"
-            raise DataError(root, problem, "make the folder writable") from None
+            state = root / STATE
+            if not os.access(state if state.is_dir() else root, os.W_OK):
+                problem = (
+                    f"is read-only, and links to its files are not possible ({error.strerror})"
+                )
+                raise DataError(root, problem, "make the folder writable") from None
+            view = root
         yield view
 
 

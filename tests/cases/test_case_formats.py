@@ -18,6 +18,7 @@ from sounds import resonances, write_wav
 
 import ajgdata as library
 from ajgdata.acquire.writer import acquire_session
+from ajgdata.cli.status import WorkflowStatus
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.fetch import fetch
 from ajgdata.pipeline.report import build_report
@@ -126,7 +127,7 @@ def assert_one_line(printed, line: str) -> None:
 def test_settings_of_another_version_are_refused(
     imported, ajgdata, monkeypatch, command, version, message
 ):
-    monkeypatch.setattr("ajgdata.cli.project.workflow_status", lambda *_: [])
+    monkeypatch.setattr("ajgdata.cli.status.workflow_status", lambda *_: WorkflowStatus([], []))
     file = imported.dataset(NAME)
     set_yaml(file, version)
     line = f"{file}:{last_line(file)}: {message}"
@@ -156,7 +157,7 @@ def test_settings_that_are_derived_from_those_of_another_version_are_refused(imp
 
 
 def test_a_session_of_another_version_is_an_error(imported, ajgdata, monkeypatch):
-    monkeypatch.setattr("ajgdata.cli.project.workflow_status", lambda *_: [])
+    monkeypatch.setattr("ajgdata.cli.status.workflow_status", lambda *_: WorkflowStatus([], []))
     file = imported.session_file(NAME, "src")
     set_yaml(file, 2)
     line = f"{file}:{last_line(file)}: {LATER}. Update ajgdata."

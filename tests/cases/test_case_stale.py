@@ -11,7 +11,7 @@ from recorded import make_features
 from sounds import resonances, write_wav
 
 import ajgdata as library
-from ajgdata.cli.project import data_changes
+from ajgdata.cli.status import WorkflowStatus, data_changes
 from ajgdata.paths import Paths
 from ajgdata.pipeline.plan import plan
 from ajgdata.pipeline.publish import publish
@@ -292,12 +292,12 @@ def test_a_table_that_cannot_be_read_stops_what_depends_on_it(imported):
 
 
 def test_status_names_a_table_without_columns(imported, ajgdata, monkeypatch):
-    monkeypatch.setattr("ajgdata.cli.project.workflow_status", lambda *_: [])
+    monkeypatch.setattr("ajgdata.cli.status.workflow_status", lambda *_: WorkflowStatus([], []))
     assert ajgdata("status").code == 0
     table(imported).write_bytes(b"\xff\xfe garbage")
     printed = ajgdata("status")
     assert printed.code == 3
-    assert "features of tones are outdated: session src changed" in printed.text
+    assert "tones features: session src changed" in printed.text
     assert "recordings.csv: not UTF-8 text" in printed.text
 
 

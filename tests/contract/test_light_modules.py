@@ -53,6 +53,7 @@ LIGHT = {
     "paths",
     "pipeline",
     "pipeline.opening_subject",
+    "pipeline.outdated",
     "pipeline.plan",
     "pipeline.planned_grasps",
     "pipeline.processes",

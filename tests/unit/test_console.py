@@ -1,6 +1,7 @@
 """Lines of a run for the records of Snakemake's loggers."""
 
 import io
+import json
 import logging
 import re
 from pathlib import Path
@@ -10,7 +11,7 @@ import yaml
 from snakemake_interface_logger_plugins.common import LogEvent
 from snakemake_interface_logger_plugins.registry import LoggerPluginRegistry
 from snakemake_interface_logger_plugins.tests import MockOutputSettings, TestLogHandlerBase
-from snakemake_logger_plugin_job_lines import JobLines, LogHandler
+from snakemake_logger_plugin_job_lines import JobLines, LogHandler, LogHandlerSettings
 
 ROOT = Path(__file__).resolve().parents[2]
 START_S = 1_000_000.0
@@ -118,9 +119,33 @@ def test_dry_runs_and_detailed_runs_have_snakemakes_own_console(setting, capsys)
     assert capsys.readouterr().err == ""
 
 
-def test_the_profiles_select_the_plugin_which_has_no_settings():
+def test_a_dry_run_writes_its_jobs_into_a_file(tmp_path, capsys):
+    common = MockOutputSettings()
+    common.dryrun = True
+    plan = tmp_path / "plan.jsonl"
+    handler = LogHandler(common, LogHandlerSettings(str(plan)))
+    for name in "ab":
+        entry = started(1, dataset=name)
+        entry.output = [f"{name}.nc"]
+        handler.handle(entry)
+    handler.handle(record(LogEvent.RUN_INFO, msg="Job stats:"))
+    handler.close()
+    assert [json.loads(line) for line in plan.read_text().splitlines()] == [
+        {
+            "rule_name": "rule",
+            "wildcards": {"dataset": name},
+            "output": [f"{name}.nc"],
+            "reason": "why",
+        }
+        for name in "ab"
+    ]
+    assert capsys.readouterr() == ("", "")
+
+
+def test_the_profiles_select_the_plugin():
     plugin = LoggerPluginRegistry().get_plugin("job-lines")
-    assert plugin.log_handler is LogHandler and plugin.settings_cls is None
+    assert plugin.log_handler is LogHandler
+    assert plugin.settings_cls is LogHandlerSettings
     for name in ("default", "slurm"):
         profile = yaml.safe_load((ROOT / "profiles" / name / "config.yaml").read_text())
         assert profile["logger"] == ["job-lines"]
@@ -135,4 +160,4 @@ class TestInterface(TestLogHandlerBase):
         return LogHandler
 
     def get_log_handler_settings(self):
-        return None
+        return LogHandlerSettings()

@@ -70,7 +70,9 @@ def test_train_runs_one_job_and_proposes_to_sense(ajgdata, project, monkeypatch)
         return subprocess.CompletedProcess(words, 0)
 
     monkeypatch.setattr(subprocess, "run", run)
-    (project.root / "Snakefile").touch()
+    for file in (project.paths.snakefile, project.paths.profile):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.touch()
     tasks = {"what": {"target": "object", "models": ["svm", "knn"]}}
     project.declare(targets={"object": {"kind": "classification"}}, tasks=tasks)
     for arguments, problem in (

@@ -10,7 +10,7 @@ import pytest
 from conftest import ROOT, add_recording
 from snakemake.cli import main as snakemake_main
 
-from ajgdata.cli.project import workflow_status
+from ajgdata.cli.status import workflow_status
 from ajgdata.types import DataError
 
 #: Snakemake leaves files of its own open.
@@ -69,7 +69,7 @@ def test_looking_changes_nothing(project, state):
         assert snapshot(project.root) == before, arguments
     before = snapshot(project.root, besides=())
     settings = str(project.root / "settings.yaml")
-    results = workflow_status(project.paths, ["--configfile", settings])
+    results = workflow_status(project.paths, [], ["--configfile", settings]).files
     assert snapshot(project.root, besides=()) == before
     (plan,) = {(row["status"], row["plan"]) for row in results if row["rule"] == "features"}
     assert (
@@ -84,5 +84,5 @@ def test_looking_changes_nothing(project, state):
 
 def test_status_says_what_snakemake_complains_of(project):
     with pytest.raises(DataError, match="no such data set"):
-        workflow_status(project.paths, ["--config", "datasets=[absent]"])
+        workflow_status(project.paths, ["absent"])
     assert Path.cwd() != project.root

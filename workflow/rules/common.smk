@@ -31,7 +31,7 @@ def feature_processes(wildcards):
 
 
 def features_of(*names):
-    """Return a digest of everything that determines the features of data sets.
+    """Return FEATURES and a digest of everything that determines the features of data sets.
 
     If the digest differs, a job that reads the features is outdated. The digest does not need the
     features, because Snakemake evaluates parameters before a run. The hashes of the features are
@@ -46,7 +46,7 @@ def features_of(*names):
             for session in PLANS[name].virtual
         ]
         keys.append(features_key([*tables_of(name), *recipes], spec))
-    return " ".join(keys)
+    return " ".join([FEATURES, *keys])
 
 
 def own_features(wildcards):
@@ -119,9 +119,9 @@ def solved_before(wildcards):
 
 
 def recipe_of_session(wildcards):
-    """Return the hash of the recipe's settings for a session."""
+    """Return RECIPE and the hash of the recipe's settings for a session."""
     spec = SPECS[wildcards.dataset]
-    return recipe_hash(spec.recipe, wildcards.session, spec.excitation)
+    return f"{RECIPE} {recipe_hash(spec.recipe, wildcards.session, spec.excitation)}"
 
 
 def embedding_settings(wildcards):
@@ -142,11 +142,14 @@ def report_code(wildcards):
 
 
 def rendered_from(wildcards):
-    """Return the digest of the recipe whose scenes an experiment renders, "" if it renders none."""
+    """Return RECIPE and the digest of the recipe whose scenes an experiment renders.
+
+    Returns "" if it renders none.
+    """
     recipe = SPECS[wildcards.dataset].recipe
     if not requested(wildcards).experiment.renders or recipe is None:
         return ""
-    return settings_digest(recipe)
+    return f"{RECIPE} {settings_digest(recipe)}"
 
 
 def encoder_files(wildcards):

@@ -1,18 +1,21 @@
 """Console of a run: one line per finished job, errors, and a bar with the remaining time.
 
-A plugin of Snakemake's interface for loggers: `snakemake --logger job-lines`.
+A plugin of Snakemake's interface for loggers: `snakemake --logger job-lines`. In a dry run, it can
+also write the jobs with their reasons into a file, which `ajgdata status` reads.
 """
 
-from __future__ import annotations
-
+import json
 import logging
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
+from snakemake_interface_logger_plugins.settings import LogHandlerSettingsBase
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -21,6 +24,21 @@ if TYPE_CHECKING:
 MEASURED_S = 24 * 3600
 #: Error of Snakemake that only repeats which command failed; the record of the job follows.
 REPEATED = "RuleException"
+#: Keys of a job in the file of a dry run.
+PLANNED_KEYS = ("rule_name", "wildcards", "output", "reason")
+
+
+@dataclass
+class LogHandlerSettings(LogHandlerSettingsBase):
+    """Options of the command line, with the prefix `--logger-job-lines-`.
+
+    Snakemake reads the types of the fields, so this module has no postponed annotations.
+    """
+
+    plan: str = field(
+        default="",
+        metadata={"help": "file for the jobs of a dry run, one JSON object per line"},
+    )
 
 
 class LogHandler(LogHandlerBase):
@@ -31,6 +49,9 @@ class LogHandler(LogHandlerBase):
 
     def __post_init__(self) -> None:
         self._lines = JobLines(sys.stderr) if self.writes_to_stream else None
+        self._plan: Path | None = None
+        if isinstance(self.settings, LogHandlerSettings) and self.settings.plan:
+            self._plan = Path(self.settings.plan)
 
     @property
     def writes_to_stream(self) -> bool:
@@ -62,6 +83,11 @@ class LogHandler(LogHandlerBase):
         """Write the lines of a record, if it has any."""
         if self._lines is not None:
             self._lines.write(record, self.format)
+        fields = vars(record)
+        if self._plan is not None and fields.get("event") == LogEvent.JOB_INFO:
+            job = {key: fields[key] for key in PLANNED_KEYS}
+            with self._plan.open("a", encoding="utf-8") as stream:
+                stream.write(json.dumps(job) + "\n")
 
     def close(self) -> None:
         """Remove the bar."""
@@ -146,7 +172,7 @@ class JobLines:
         self._bar.stop()
 
 
-def _bar(stream: TextIO) -> Progress:
+def _bar(stream: TextIO) -> "Progress":
     """Return a bar that shows nothing if `stream` is not a terminal."""
     from rich import progress  # 0.1 s, which each job would need: Snakemake imports all plugins
     from rich.console import Console
