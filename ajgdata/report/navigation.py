@@ -106,7 +106,12 @@ def experiment_link(page: str) -> str:
 
 
 def link_from_report(paths: Paths, target: Path) -> str:
-    """Return the link from the report of `paths` to a file or folder of the same project."""
+    """Return the link from the report of `paths` to a file or folder.
+
+    The link is relative, except to another drive of Windows, where imported audio can be.
+    """
+    if target.absolute().drive != paths.report.absolute().drive:
+        return target.absolute().as_uri()
     return quote(Path(os.path.relpath(target, paths.report.parent)).as_posix())
 
 

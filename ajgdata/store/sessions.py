@@ -326,6 +326,7 @@ def inside(base: Path, file: str) -> Path:
     steps = [base.joinpath(*parts[:count]) for count in range(1, len(parts) + 1)]
     is_linked = any(step.is_symlink() for step in steps)
     leaves = is_linked and not path.resolve().is_relative_to(base.resolve())
-    if leaves or ".." in parts or Path(file).is_absolute():
+    # On Windows, "/a" and "C:a" have an anchor, although they are not absolute.
+    if leaves or ".." in parts or Path(file).anchor:
         raise DataError(file, f"leaves its folder {base}", "put the file inside and correct `file`")
     return path

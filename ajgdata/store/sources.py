@@ -93,7 +93,7 @@ def _git(objects: Path, *words: str, may_fail: bool = False, **variables: str) -
         [program, *settings, "--git-dir", str(objects), *words],
         stdin=subprocess.DEVNULL,
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         errors="replace",
         check=False,
         env={**os.environ, "GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C", **variables},
