@@ -1,6 +1,6 @@
 #!/bin/sh
 # Make a project in an empty folder with the installed `ajgdata`, and run it up to its report.
-# The release workflow and the container call it after the installation of the wheel.
+# CI and the container call it after the installation of the package with the extra `simulate` or `all`.
 set -eu
 example=$(realpath "$(dirname "$0")/../docs/examples/make_takes.py")
 folder=$(mktemp -d)
