@@ -12,6 +12,7 @@ from ajgdata.cli.completion import dataset_names
 from ajgdata.cli.console import ATTENTION, JsonOption, err, out, print_facts, print_json, say, warn
 from ajgdata.paths import find_project
 from ajgdata.types import DataError, checked
+from ajgdata.types.extras import require_extra
 
 if TYPE_CHECKING:
     from ajgdata.acquire.sound_card import CardCheck
@@ -112,7 +113,8 @@ def record(
     dataset: Annotated[
         str, typer.Argument(help="data set with a protocol", autocompletion=dataset_names)
     ],
-    device: Annotated[str, typer.Option(help="exact name in `ajgdata device list`")],
+    device: Annotated[str, typer.Option(help="exact name in `ajgdata device list`")] = "",
+    source: Annotated[str, typer.Option(help="soundcard, or virtual (no hardware)")] = "soundcard",
     session: Annotated[str, typer.Option(help="session; default: the incomplete session")] = "",
     microphone: MicrophoneOption = 1,
     output_channel: OutputChannel = 1,
@@ -120,19 +122,29 @@ def record(
         bool, typer.Option("--yes", help="run unattended: answer every prompt with the default")
     ] = False,
 ) -> None:
-    """Record the missing grasps of a protocol with a sound card.
+    """Record the missing grasps of a protocol.
 
-    Safe to interrupt: run the same command again to resume. Exit code 3 if a grasp was skipped.
+    `--source virtual` tries the command without hardware, and the session is simulated. Safe to
+    interrupt: run the same command again to resume. Exit code 3 if a grasp was skipped.
     """
     from ajgdata.acquire.operator import Operator, Unattended
     from ajgdata.pipeline.acquire_live import acquire_live
 
+    if source not in ("soundcard", "virtual"):
+        raise DataError("--source", f"unknown value {source!r}", "use soundcard or virtual")
+    if source == "soundcard" and not device:
+        fix = 'add --device "…" (see `ajgdata device list`), or --source virtual'
+        raise DataError("--source soundcard", "requires a device", fix)
+    if source == "virtual":
+        require_extra("simulate", "--source virtual")
+        if device:
+            raise DataError("--device", "is only used with --source soundcard", "remove it")
     operator = Unattended(out) if yes else Operator(out)
     card = {"device": device, "microphone": microphone, "output_channel": output_channel}
     try:
         with ended_by_signals():
             name, outcome = acquire_live(
-                find_project(), dataset, session, device=card, operator=operator
+                find_project(), dataset, session, source=source, device=card, operator=operator
             )
     except KeyboardInterrupt:
         say(f"stopped; recordings are kept: {_RESUME}")
@@ -140,7 +152,8 @@ def record(
     remaining = "all grasps are recorded"
     if outcome.left:
         remaining = f"{outcome.left} grasps left: {_RESUME}"
-    say(f"{dataset}/{name}: {outcome.recorded} recorded, {remaining}")
+    simulated = " (simulated)" if source == "virtual" else ""
+    say(f"{dataset}/{name}{simulated}: {outcome.recorded} recorded, {remaining}")
     for grasp, reason in outcome.skipped.items():
         warn(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}")
     is_incomplete = bool(outcome.skipped) or (yes and outcome.left > 0)

@@ -1,10 +1,10 @@
-"""Record a session of a protocol with robot and sound card, or with the virtual gripper."""
+"""Record a session of a protocol with a sound card, or with the virtual gripper."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,9 @@ from ajgdata.acquire.protocol import plan_protocol, remaining
 from ajgdata.acquire.robot import Confirm, Robot, make_robot
 from ajgdata.acquire.sound_card import open_card
 from ajgdata.acquire.virtual import Card, VirtualTable
+from ajgdata.gripper import SAMPLE_RATE_HZ
+from ajgdata.gripper.object_library import OBJECTS
+from ajgdata.gripper.scene import derive_seed
 from ajgdata.paths import EXCITATION_FILE, Paths
 from ajgdata.store.audio import read_audio
 from ajgdata.store.sessions import (
@@ -31,34 +34,64 @@ from ajgdata.types import AudioSettings, DataError, DatasetSpec, GraspProtocol
 from ajgdata.types.base import checked
 from ajgdata.types.names import checked_name
 from ajgdata.types.protocol import RobotProgram
+from ajgdata.types.recipe import Recipe, RecipeObject
 
-_NAME = re.compile(r"soundcard-(\d+)")
+SOUNDCARD = "soundcard"
 VIRTUAL = "virtual"
+#: Keys of session.yaml of a session of the virtual gripper.
+SIMULATED = {"gripper": VIRTUAL, "medium": VIRTUAL, "source": VIRTUAL}
 
 
 def acquire_live(
-    paths: Paths, dataset: str, session: str, *, device: Mapping[str, Any], operator: Operator
+    paths: Paths,
+    dataset: str,
+    session: str,
+    *,
+    operator: Operator,
+    source: str = SOUNDCARD,
+    device: Mapping[str, Any] | None = None,
 ) -> tuple[str, AcquisitionOutcome]:
     """Record the missing grasps of a protocol; return the session's name and the outcome.
 
-    An empty `session` means `session_name`. `device` are keys of `CardSettings` except the rate,
-    which the data set declares. Raises DataError if recording is impossible.
+    An empty `session` means `session_name`. `source` is `soundcard` or `virtual`. For a sound card,
+    `device` has the keys of `CardSettings` except the rate, which the data set declares. The
+    virtual gripper is robot and sound card, so no person and no program moves it. Raises DataError
+    if recording is impossible.
     """
     spec = read_dataset(paths, dataset)
     protocol = protocol_of(paths, spec)
-    _check_robot(paths, dataset, protocol, operator)
+    is_virtual = source == VIRTUAL
+    if not is_virtual:
+        _check_robot(paths, dataset, protocol, operator)
+    elif spec.recipe is not None:
+        fix = f"use `ajgdata simulate {dataset}`"
+        raise DataError(paths.dataset(dataset), "has a recipe for the virtual gripper", fix)
     _check_recordable(paths.dataset(dataset), spec.audio)
-    check_one_source(paths, spec, list_sessions(paths, dataset), adding=False)
-    session = checked_name(session or session_name(paths, dataset, protocol), "session")
-    settings = checked(
-        CardSettings, "sound card", {"sample_rate_hz": spec.audio.sample_rate_hz, **device}
-    )
+    check_one_source(paths, spec, list_sessions(paths, dataset), adding=is_virtual)
+    session = checked_name(session or session_name(paths, dataset, protocol, source), "session")
     folder = paths.session(dataset, session)
-    # The robot's command may contain hosts and tokens, and its time limit may be raised.
-    plan = {"protocol": protocol.model_dump(mode="json", exclude={"robot"})}
+    # The robot's command may contain hosts and tokens, and its time limit may be raised. The shapes
+    # do not change recordings of a sound card.
+    stored = protocol.model_dump(mode="json", exclude={"robot"})
+    robot: Robot
+    card_opener: AbstractContextManager[Card]
+    if is_virtual:
+        table = _virtual_table(paths, spec, protocol, session)
+        robot = table
+        settings = table.settings
+        card_opener = nullcontext(table)
+        about = SIMULATED
+    else:
+        for item in stored["objects"]:
+            del item["shape"]
+        robot = make_robot(protocol.robot, operator.confirm)
+        keys = {"sample_rate_hz": spec.audio.sample_rate_hz, **(device or {})}
+        settings = checked(CardSettings, "sound card", keys)
+        card_opener = open_card(settings)
+        about = gripper_of(spec)
     with (
-        live_session(folder, spec, settings, plan, gripper_of(spec)) as live,
-        open_card(settings) as card,
+        live_session(folder, spec, settings, {"protocol": stored}, about) as live,
+        card_opener as card,
     ):
         card.resume(live.latency_samples)
         acquisition = GuidedAcquisition(
@@ -69,13 +102,44 @@ def acquire_live(
             features=spec.features,
             card=card,
             played=stored_excitation(folder, settings.sample_rate_hz),
-            robot=make_robot(protocol.robot, operator.confirm),
+            robot=robot,
             operator=operator,
         )
         try:
             return session, acquisition.run()
         finally:
             store_card(live, card)
+
+
+def _virtual_table(
+    paths: Paths, spec: DatasetSpec, protocol: GraspProtocol, session: str
+) -> VirtualTable:
+    """Return the virtual gripper over the objects of a protocol.
+
+    Poses and noise are drawn from the protocol's seed, the names of data set and session, and the
+    number of recordings, so a session that is resumed does not repeat the noise. Raises DataError
+    for an object without a shape, and for another sample rate than that of the simulation.
+    """
+    file = paths.dataset(spec.name)
+    if spec.audio.sample_rate_hz != SAMPLE_RATE_HZ:
+        problem = f"audio.sample_rate_hz is not {SAMPLE_RATE_HZ}, the rate of the virtual gripper"
+        raise DataError(file, problem, "use another data set for the virtual gripper")
+    objects = []
+    for item in protocol.objects:
+        shape = item.shape or item.name
+        if isinstance(shape, str) and shape not in OBJECTS:
+            problem = f"protocol.objects: the virtual gripper has no object {shape!r}"
+            fix = (
+                "add its shape, e.g. `shape: {kind: cube, edge_mm: 20}`, or use one of "
+                f"{', '.join(OBJECTS)}"
+            )
+            raise DataError(file, problem, fix)
+        objects.append(RecipeObject(name=item.name, shape=shape))
+    recipe = Recipe(grasps_per_object=protocol.grasps_per_object, objects=tuple(objects))
+    folder = paths.session(spec.name, session)
+    n_recordings = len(read_recordings(folder)[0]) if folder.is_dir() else 0
+    seed = derive_seed(protocol.seed, spec.name, session, n_recordings)
+    return VirtualTable(recipe, seed, paths.responses)
 
 
 def _check_robot(paths: Paths, dataset: str, protocol: GraspProtocol, operator: Operator) -> None:
@@ -99,7 +163,7 @@ def stored_excitation(folder: Path, sample_rate_hz: int) -> NDArray[Any]:
 def gripper_of(spec: DatasetSpec) -> dict[str, str]:
     """Return gripper, medium and source of a protocol, for session.yaml."""
     about = {key: getattr(spec.protocol, key, "unknown") for key in ("gripper", "medium")}
-    return {**about, "source": "soundcard"}
+    return {**about, "source": SOUNDCARD}
 
 
 def store_card(live: LiveSession, card: Card) -> None:
@@ -118,18 +182,20 @@ def protocol_of(paths: Paths, spec: DatasetSpec) -> GraspProtocol:
     return spec.protocol
 
 
-def session_name(paths: Paths, dataset: str, protocol: GraspProtocol) -> str:
-    """Return the last session of the sound card if it has remaining grasps, else the next name."""
-    matches = (_NAME.fullmatch(name) for name in list_sessions(paths, dataset))
-    numbers = [int(match[1]) for match in matches if match]
-    number = max(numbers, default=0)
+def session_name(paths: Paths, dataset: str, protocol: GraspProtocol, source: str) -> str:
+    """Return the last session of a source if it has remaining grasps, else the next name.
+
+    The names are `source` and a number, for example soundcard-01.
+    """
+    matches = (re.fullmatch(rf"{source}-(\d+)", name) for name in list_sessions(paths, dataset))
+    number = max((int(match[1]) for match in matches if match), default=0)
     if number:
-        last = f"soundcard-{number:02d}"
+        last = f"{source}-{number:02d}"
         folder = paths.session(dataset, last)
         skipped = read_session(folder).skipped
         if remaining(plan_protocol(protocol, last), read_recordings(folder)[0], skipped):
             return last
-    return f"soundcard-{number + 1:02d}"
+    return f"{source}-{number + 1:02d}"
 
 
 @contextmanager
@@ -161,7 +227,7 @@ def open_hands(
         moving = make_robot(robot, confirm) if robot else None
         table = VirtualTable(spec.recipe, seed, paths.responses, moving)
         _check_rate(table, rate_hz)
-        yield table, table, {"gripper": "virtual", "medium": "virtual", "source": "virtual"}
+        yield table, table, SIMULATED
         return
     own = {"sample_rate_hz": spec.audio.sample_rate_hz, **card}
     if "microphone" not in own or isinstance(microphone, str):

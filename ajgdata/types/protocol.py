@@ -47,6 +47,11 @@ class ProtocolObject(Strict):
 
     name: Name
     targets: dict[str, float | str] = Field({}, description="label of the object by target")
+    shape: str | dict[str, JsonValue] | None = Field(
+        None,
+        description="shape for `ajgdata record --source virtual`: settings of the object, or the "
+        "name of an object in the library of the virtual gripper; null: the name of this object",
+    )
 
 
 class References(Strict):
