@@ -21,7 +21,7 @@ from ajgdata.paths import SNAKEFILE, Paths, find_project, packaged
 from ajgdata.store.provenance import environment, software
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DataError
-from ajgdata.types.extras import require_extra
+from ajgdata.types.extras import extras, missing_packages, require_extra
 from ajgdata.types.shell import shell_command
 
 GB = 1e9
@@ -55,6 +55,7 @@ def diagnostics(paths: Paths | None) -> dict[str, str]:
         "python": f"{platform.python_version()} ({sys.executable})",
         "system": f"{platform.platform()}, {platform.machine()}",
         "packages": ", ".join(f"{name} {version}" for name, version in packages.items()),
+        "extras": ", ".join(name for name in extras() if not missing_packages(name)) or "none",
         "resources": f"{os.cpu_count()} cores, {_memory()}, {free_gb:.1f} GB of disk space free",
         "project": str(paths.root) if paths else "none here or above",
     }

@@ -3,16 +3,20 @@
 import sys
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from worlds import assert_one_line
 
 from ajgdata.models import make_model
+from ajgdata.models.cnn import CnnClassifier
 from ajgdata.models.device import training_on
 from ajgdata.pipeline.jobs import run_job
 from ajgdata.pipeline.plan import plan
 from ajgdata.store.code_hash import code_hash
+from ajgdata.store.models import read_estimator, write_estimator
 from ajgdata.types import DataError, extras
 from ajgdata.types.extras import missing_packages, optional_packages, packages_of, require_extra
+from ajgdata.types.registry import TRUSTED_TYPES
 
 #: A program of a user without extras. The modules of their packages cannot be imported.
 LIGHT_PROGRAM = """
@@ -63,9 +67,8 @@ def absent(monkeypatch):
     return make
 
 
-@pytest.fixture
-def without_torch(monkeypatch):
-    """No module of torch can be imported, and the modules that use it are imported again."""
+def block_torch(monkeypatch) -> None:
+    """Let no module of torch be imported; the module that uses it is imported again."""
     for name in list(sys.modules):
         if name.partition(".")[0] == "torch" or name == "ajgdata.models.cnn":
             monkeypatch.delitem(sys.modules, name)
@@ -113,10 +116,20 @@ def test_other_import_errors_are_not_changed(name):
         raise ModuleNotFoundError(name=name)
 
 
-def test_a_network_names_its_extra(without_torch):
+def test_a_network_names_its_extra(monkeypatch):
+    block_torch(monkeypatch)
     with pytest.raises(DataError, match=r'model cnn: torch .*"ajgdata\[cnn\]"'):
         make_model("cnn", "regression")
     make_model("linear", "regression")
+
+
+def test_a_stored_network_names_its_extra(monkeypatch, tmp_path):
+    features = np.random.default_rng(0).random((12, 64), np.float32)
+    network = CnnClassifier(epochs=1, min_steps=1).fit(features, np.arange(12) % 2)
+    write_estimator(tmp_path, network)
+    block_torch(monkeypatch)
+    with pytest.raises(DataError, match=r'torch is not installed.*"ajgdata\[cnn\]"'):
+        read_estimator(tmp_path, TRUSTED_TYPES)
 
 
 def test_the_setting_auto_needs_no_torch(monkeypatch):
