@@ -16,6 +16,7 @@ from setuptools import find_packages, setup
 ROOT = Path(__file__).parent
 #: Folders of files that are not modules, with their subfolders.
 FOLDERS = {
+    "config": ["config.yaml"],
     "datasets": ["*/*.yaml", "*.json"],
     "profiles": ["*/*.yaml"],
     "reports": ["*.yaml", "*/*.md", "variants/*.yaml", "templates/*"],

@@ -49,7 +49,8 @@ LONGEST_RUN_NAME = 100
 def packaged(name: str) -> Path:
     """Return a folder that is at the top of a clone, and a part of an installed package.
 
-    Such folders are `workflow`, `profiles`, `reports` and `datasets`; setup.py lists their files.
+    Such folders are `config`, `datasets`, `profiles`, `reports` and `workflow`; setup.py lists
+    their files.
 
     >>> packaged("workflow").joinpath("Snakefile").is_file()
     True
@@ -191,7 +192,9 @@ class Paths:
     reports = FixedPath("reports")  #: texts and templates of the report, see `store.report_files`
     variants = FixedPath("reports/variants")  #: files of variants, see `types.variants`
     snakefile = FixedPath("Snakefile")  #: uses the workflow of the package as a module
+    workflow_settings = FixedPath("config/config.yaml")  #: settings of the workflow
     profile = FixedPath("profiles/default/config.yaml")  #: options of Snakemake
+    slurm_profile = FixedPath("profiles/slurm/config.yaml")
     project_readme = FixedPath("README.md")
     gitignore = FixedPath(".gitignore")
     example_dataset = FixedPath("datasets/example.yaml")  #: an explained dataset.yaml

@@ -35,7 +35,7 @@ def environment(pyproject: dict, lock: str) -> str:
     lines = [
         "# Versions of requirements.lock for conda; made by tools/environment.py: do not edit.",
         "# 1. conda env create -f environment.yml && conda activate ajgdata",
-        "# 2. pip install --no-deps ajgdata",
+        f"# 2. pip install --no-deps ajgdata=={pyproject['project']['version']}",
         "#    or in a clone: pip install --no-deps -e . -e ./workflow/logger",
         "# The extra index has the CPU build of torch. If it cannot be reached, remove its line:",
         "# pip would try it again for each package.",

@@ -2,6 +2,7 @@
 
 from ajgdata.paths import find_project
 from ajgdata.store.sessions import list_datasets
+from ajgdata.store.sources import list_sources
 
 
 def dataset_names(incomplete: str) -> list[str]:
@@ -14,3 +15,15 @@ def dataset_names(incomplete: str) -> list[str]:
     except FileNotFoundError:
         return []
     return [name for name in list_datasets(paths) if name.startswith(incomplete)]
+
+
+def source_names(incomplete: str) -> list[str]:
+    """Return the public recordings that can be fetched, whose name begins with `incomplete`.
+
+    Outside a project, the list is empty.
+    """
+    try:
+        paths = find_project()
+    except FileNotFoundError:
+        return []
+    return [name for name in list_sources(paths) if name.startswith(incomplete)]

@@ -22,7 +22,8 @@ ATTENTION = 3
 AllOption = Annotated[bool, typer.Option("--all", help="list all, not only a few of each kind")]
 #: The option of commands that can print JSON (docs/json.md lists the keys).
 JsonOption = Annotated[
-    bool, typer.Option("--json", help="print JSON instead of text; keys: docs/json.md")
+    bool,
+    typer.Option("--json", help="print JSON instead of text (page: JSON output)"),
 ]
 out = Console(emoji=False, highlight=False)
 err = Console(stderr=True, emoji=False, highlight=False)

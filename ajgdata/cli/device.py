@@ -137,8 +137,14 @@ def record(
         raise DataError("--source soundcard", "requires a device", fix)
     if source == "virtual":
         require_extra("simulate", "--source virtual")
-        if device:
-            raise DataError("--device", "is only used with --source soundcard", "remove it")
+        of_card = {
+            "--device": device != "",
+            "--microphone": microphone != 1,
+            "--output-channel": output_channel != 1,
+        }
+        for option, is_given in of_card.items():
+            if is_given:
+                raise DataError(option, "is only used with --source soundcard", "remove it")
     operator = Unattended(out) if yes else Operator(out)
     card = {"device": device, "microphone": microphone, "output_channel": output_channel}
     try:

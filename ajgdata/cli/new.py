@@ -11,18 +11,23 @@ from rich.markup import escape
 from ajgdata.cli.console import say
 from ajgdata.paths import find_project
 from ajgdata.types import many
+from ajgdata.types.shell import shell_command
 
 
 def new(folder: Annotated[Path, typer.Argument(help="new folder, or an existing one")]) -> None:
     """Create a project: a folder for data sets, recordings and results.
 
-    Existing files are not changed.
+    Existing files are not changed. In a project, this adds the files that are missing.
     """
     from ajgdata.store.new_project import create_project
 
-    for file in create_project(folder):
+    files = create_project(folder)
+    for file in files:
         say(f"[green]new[/green] {escape(str(file))}")
-    say(escape(f"next: cd {folder}, then ajgdata import RECORDINGS --dataset mine"))
+    if not files:
+        say("nothing to add: the project has all its files")
+    go = shell_command(["cd", str(folder)])
+    say(escape(f"next: {go}, then ajgdata import RECORDINGS --dataset mine"))
 
 
 def paper() -> None:

@@ -75,17 +75,18 @@ def run(
         list[str] | None,
         typer.Argument(
             metavar="[NAME]... [OPTION]...",
-            help="data sets (default: all), and options of Snakemake, e.g. --dry-run",
+            help="data sets (default: all, or the paper's), and options of Snakemake",
             autocompletion=dataset_names,
         ),
     ] = None,
 ) -> None:
     """Run the pipeline.
 
-    Computes features, models, experiments and the report. Without a name, it computes the paper's
-    results if the project has data sets of the paper. Prints the equivalent `snakemake` command
-    first, and a summary at the end. Exit code 1 if a task was skipped that is not optional,
-    if recordings or requested results could not be read, or if tables changed during the run.
+    Computes features, models, experiments and the report. Without a name, it computes all data
+    sets; if the project has data sets of the paper, only the paper's results. Prints the equivalent
+    `snakemake` command first, and a summary at the end. Exit code 1 if a task was skipped that is
+    not optional, if recordings or requested results could not be read, or if tables changed during
+    the run.
     """
     paths = find_project()
     names, options = split_arguments(arguments or ())
@@ -144,7 +145,7 @@ def check_console() -> None:
     """Raise DataError if Snakemake or the logger plugin of the profiles is not installed."""
     require_extra("workflow", "the workflow")
     if find_spec("snakemake_logger_plugin_job_lines") is None:
-        fix = "run `make env` in the clone, or `pip install 'ajgdata[workflow]'`"
+        fix = 'run `pip install "ajgdata[workflow]"`, or `make env` in a clone'
         raise DataError("Snakemake", "its logger plugin job-lines is not installed", fix)
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from ajgdata.cli.completion import dataset_names
+from ajgdata.cli.completion import dataset_names, source_names
 from ajgdata.cli.console import ATTENTION, say
 from ajgdata.cli.importing import show_import
 from ajgdata.paths import Paths, find_project
@@ -51,7 +51,7 @@ def fetch(
         typer.Argument(
             metavar="NAME|URL|FOLDER",
             help="public recordings by name, or a published data set",
-            autocompletion=dataset_names,
+            autocompletion=source_names,
         ),
     ],
     name: Annotated[

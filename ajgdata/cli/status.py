@@ -19,7 +19,6 @@ from ajgdata.cli.completion import dataset_names
 from ajgdata.cli.console import ATTENTION, AllOption, JsonOption, print_json, say, warn
 from ajgdata.cli.project import (
     check_console,
-    snakefile_of,
     snakemake_command,
     split_arguments,
     utf8_environment,
@@ -35,8 +34,6 @@ if TYPE_CHECKING:
 
 #: Number of columns of Snakemake's summary: file, date, rule, log files, status, plan.
 SUMMARY_COLUMNS = 6
-#: Target of Snakemake without names of data sets: all results of the project.
-EVERYTHING = "everything"
 #: Largest number of results of a data set with equal reasons that are printed without `--all`.
 MAX_NAMES = 3
 
@@ -65,14 +62,13 @@ def status(
 ) -> None:
     """List outdated results and the reasons.
 
-    With names, these are the results of `ajgdata run NAME`, otherwise all results of the project
-    (`snakemake everything`). Exit code 3 if a table of a session cannot be used.
+    These are the results of `ajgdata run`, or with names those of `ajgdata run NAME`. Exit code 3
+    if a table of a session cannot be used.
     """
     from ajgdata.pipeline.outdated import PlannedJob, grouped, reasons
 
     paths = find_project()
     names, options = split_arguments(arguments or ())
-    options = options if names else [EVERYTHING, *options]
     state = workflow_status(paths, names, options)
     changes, problems = data_changes(paths, names or list_datasets(paths))
     jobs = [*state.jobs]
@@ -83,7 +79,7 @@ def status(
     n_missing = sum(row["status"] == "missing" for row in state.files)
     n_pending = sum(row["plan"] != "no update" for row in state.files)
     n_outdated = n_pending - n_missing
-    command = ["ajgdata", "run", *names] if names else ["snakemake", EVERYTHING]
+    command = ["ajgdata", "run", *names]
     if as_json:
         print_json(
             {
@@ -114,7 +110,7 @@ def status(
         if n_missing:
             text += f", {n_missing} {_are(n_missing)} not computed yet"
     else:
-        text = f"everything is current: {n_results}"
+        text = f"everything is up to date: {n_results}"
     say(text)
     for dataset, reason, own in grouped(jobs, changes):
         shown = own if everything or len(own) <= MAX_NAMES + 1 else own[:MAX_NAMES]
@@ -162,7 +158,7 @@ def workflow_status(
     """
     check_console()
     command = [sys.executable, "-m", *snakemake_command(paths, names, options)]
-    command += ["--snakefile", str(snakefile_of(paths)), "--dry-run", "--logger", "job-lines"]
+    command += ["--dry-run", "--logger", "job-lines"]
     with writable_view(paths.root) as folder, tempfile.TemporaryDirectory() as temporary:
         plan = Path(temporary) / "plan.jsonl"
         command += ["--directory", str(folder)]

@@ -8,6 +8,7 @@ from contextvars import ContextVar
 from importlib.util import find_spec
 
 from ajgdata.types import DataError
+from ajgdata.types.extras import require_extra
 
 CPU = "cpu"
 CUDA = "cuda"
@@ -33,16 +34,16 @@ def _available(device: str) -> str:
     """Return `cpu` or `cuda` for a setting."""
     if device == CPU:
         return CPU  # without an import of torch, which most jobs do not need
-    has_torch = find_spec("torch") is not None
-    if has_torch:
+    if find_spec("torch") is not None:
         import torch
 
         if torch.cuda.is_available():
             return CUDA
     if device == AUTO:
         return CPU
-    problem = "PyTorch finds no GPU on this computer" if has_torch else "PyTorch is not installed"
-    raise DataError(f"device={device}", problem, "use device=cpu, or a CUDA build (TORCH_INDEX)")
+    require_extra("cnn", f"device={device}")
+    problem = "PyTorch finds no GPU on this computer"
+    raise DataError(f"device={device}", problem, "use device=cpu, or a CUDA build of torch")
 
 
 def training_device() -> str:

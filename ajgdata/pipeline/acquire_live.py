@@ -32,6 +32,7 @@ from ajgdata.store.sessions import (
 )
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, GraspProtocol
 from ajgdata.types.base import checked
+from ajgdata.types.documentation import documentation
 from ajgdata.types.names import checked_name
 from ajgdata.types.protocol import RobotProgram
 from ajgdata.types.recipe import Recipe, RecipeObject
@@ -177,7 +178,7 @@ def store_card(live: LiveSession, card: Card) -> None:
 def protocol_of(paths: Paths, spec: DatasetSpec) -> GraspProtocol:
     """Return the protocol of a data set. Raises DataError if it has none."""
     if spec.protocol is None:
-        fix = "add one, as in docs/tutorial.md"
+        fix = f"add one, as in {documentation('tutorial')}"
         raise DataError(paths.dataset(spec.name), "has no protocol", fix)
     return spec.protocol
 

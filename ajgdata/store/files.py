@@ -103,6 +103,21 @@ def copy(source: Path, target: Path) -> None:
         shutil.copyfile(source, temporary)
 
 
+def copy_new(sources: Mapping[Path, Path], fix: str) -> list[Path]:
+    """Copy each source to its target; return the targets that did not exist, in their order.
+
+    `sources` are by target. Raises DataError with `fix`, and copies nothing, if a target exists
+    with other content.
+    """
+    for target, source in sources.items():
+        if target.exists() and target.read_bytes() != source.read_bytes():
+            raise DataError(target, "exists with other content", fix)
+    new = [target for target in sources if not target.exists()]
+    for target in new:
+        copy(sources[target], target)
+    return new
+
+
 def write_bytes(path: Path, content: bytes) -> None:
     """Write a file atomically."""
     with replacing(path) as temporary:

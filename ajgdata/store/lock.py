@@ -41,8 +41,8 @@ def locked(path: Path, work: str, fix: str = "wait for that one, or stop it") ->
 
 
 def _text_of(holder: Path) -> str:
-    """Return the work and the process of a holder, or "at it" before it has written them."""
+    """Return the work and the process of a holder, or "working" before it has written them."""
     try:
-        return " ".join(holder.read_text(encoding="utf-8").split()) or "at it"
+        return " ".join(holder.read_text(encoding="utf-8").split()) or "working"
     except OSError:
-        return "at it"
+        return "working"

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from ajgdata.paths import DATASET_FILE, SOURCE_FILE, Paths, packaged
-from ajgdata.store.files import write_bytes
-from ajgdata.types import DataError
+from ajgdata.store.files import copy_new
 
 _DATASETS = packaged("datasets")
 _VARIANTS = packaged("reports") / "variants"
+_RENAME = "rename your file, or use a new project"
 
 
 def copy_paper_datasets(paths: Paths) -> list[str]:
@@ -23,10 +21,9 @@ def copy_paper_datasets(paths: Paths) -> list[str]:
         for file in sorted(_DATASETS.glob(f"*/{DATASET_FILE}"))
         if not file.with_name(SOURCE_FILE).exists()
     }
-    new = [file.parent.name for file in sources if not file.exists()]
-    variants = sorted(_VARIANTS.glob("*.yaml"))
-    _copy({**sources, **{paths.variants / file.name: file for file in variants}})
-    return new
+    variants = {paths.variants / file.name: file for file in sorted(_VARIANTS.glob("*.yaml"))}
+    new = copy_new({**variants, **sources}, _RENAME)
+    return [file.parent.name for file in new if file in sources]
 
 
 def copy_public_dataset(paths: Paths, name: str) -> bool:
@@ -40,21 +37,11 @@ def copy_public_dataset(paths: Paths, name: str) -> bool:
         return False
     # source.yaml is last: with it, the data set can be fetched.
     source = _DATASETS / name / SOURCE_FILE
-    _copy({paths.dataset(name): source.with_name(DATASET_FILE), paths.source(name): source})
+    files = {paths.dataset(name): source.with_name(DATASET_FILE), paths.source(name): source}
+    copy_new(files, _RENAME)
     return True
 
 
 def public_datasets() -> list[str]:
     """Return the names of the public recordings whose settings come with the package."""
     return sorted(file.parent.name for file in _DATASETS.glob(f"*/{SOURCE_FILE}"))
-
-
-def _copy(sources: dict[Path, Path]) -> None:
-    """Copy each source to its target; nothing is copied if a target differs (DataError)."""
-    for target, source in sources.items():
-        if target.exists() and target.read_bytes() != source.read_bytes():
-            fix = "rename your data set, or use a new project"
-            raise DataError(target, "differs from the file of the package", fix)
-    for target, source in sources.items():
-        if not target.exists():
-            write_bytes(target, source.read_bytes())

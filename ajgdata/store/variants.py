@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from ajgdata.paths import Paths
 from ajgdata.store.files import line_of, read_model, read_yaml
 from ajgdata.types import DataError, describe
+from ajgdata.types.documentation import documentation
 from ajgdata.types.variants import WITHHELD, Variants
 
 if TYPE_CHECKING:
@@ -18,9 +19,8 @@ if TYPE_CHECKING:
 
 #: Name of the experiment.
 VARIANTS = "variants"
-#: Folders of earlier versions, and the page of the documentation on the new form.
+#: Folders of earlier versions.
 REPLACED_FOLDERS = ("comparisons", "ablations")
-DOCUMENTATION = "docs/variants.md"
 
 
 def with_variants(paths: Paths, spec: DatasetSpec) -> DatasetSpec:
@@ -62,7 +62,7 @@ def _check_folders(paths: Paths) -> None:
         folder = paths.reports / name
         if any(folder.glob("*.yaml")):
             problem = f"{name} were replaced by variants, which are in {paths.variants}"
-            fix = f"move the files there and write them as in {DOCUMENTATION}"
+            fix = f"move the files there and write them as in {documentation('variants')}"
             raise DataError(folder, problem, fix)
 
 

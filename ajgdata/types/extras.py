@@ -67,6 +67,15 @@ def require_extra(extra: str, where: object) -> None:
         raise _missing_error(missing[0], extra, where)
 
 
+def require_version(expected: str) -> None:
+    """Raise DataError if the installed package has another version than the workflow."""
+    installed = version(PACKAGE)
+    if installed != expected:
+        problem = f"is of version {expected}, but ajgdata {installed} is installed"
+        fix = f'run `pip install "{PACKAGE}=={expected}"`, or use the workflow of the package'
+        raise DataError("workflow/Snakefile", problem, fix)
+
+
 @contextmanager
 def optional_packages(where: object) -> Iterator[None]:
     """Raise the DataError of `require_extra` if a block imports a package that is not installed.

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ajgdata.types.documentation import documentation
+
 #: Class of the settings that contained `channel`.
 AUDIO_MODEL = "AudioSettings"
 #: Class of a file of variants, and its keys of earlier versions.
@@ -26,7 +28,8 @@ def replacement(place: Sequence[int | str], value: object, model: str) -> tuple[
         problem = f"{name} was replaced by {new_name}, which counts from 1"
         return problem, _microphone_fix(value)
     if model == VARIANTS_MODEL and key in VARIANTS_KEYS:
-        return f"{key} was replaced by {VARIANTS_KEYS[key]}", "write it as in docs/variants.md"
+        fix = f"write it as in {documentation('variants')}"
+        return f"{key} was replaced by {VARIANTS_KEYS[key]}", fix
     if key == "input_channel":
         text = _yaml_text(value)
         fix = f"replace `input_channel: {text}` by `microphone: {text}`"

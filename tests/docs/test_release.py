@@ -107,6 +107,8 @@ def test_the_version_is_the_same_everywhere():
     releases = RELEASES.findall((ROOT / "CHANGELOG.md").read_text())
     assert releases[0] == (PROJECT["version"], str(CITATION["date-released"]))
     assert str(CITATION["version"]) == PROJECT["version"]
+    workflow = (ROOT / "workflow/Snakefile").read_text(encoding="utf-8")
+    assert f'require_version("{PROJECT["version"]}")' in workflow
     assert isinstance(CITATION["date-released"], datetime.date)
 
 

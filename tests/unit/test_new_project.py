@@ -1,10 +1,13 @@
 """`ajgdata new` and `ajgdata paper`: complete projects, and never a changed file."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+import soundfile
 import yaml
 
 from ajgdata.paths import Paths
@@ -16,7 +19,9 @@ FILES = {
     "Snakefile",
     "README.md",
     ".gitignore",
+    "config/config.yaml",
     "profiles/default/config.yaml",
+    "profiles/slurm/config.yaml",
     "datasets/dataset.schema.json",
     "datasets/example.yaml",
 }
@@ -53,16 +58,27 @@ def test_outside_a_project_every_command_proposes_a_new_one(ajgdata, tmp_path, m
     assert files_of(tmp_path / "empty") == {}
 
 
-@pytest.mark.parametrize("name", sorted(FILES))
-def test_a_file_that_exists_is_named_and_nothing_is_written(ajgdata, tmp_path, name):
-    file = tmp_path / "lab" / name
-    file.parent.mkdir(parents=True)
+def test_a_snakefile_of_another_workflow_is_named_and_nothing_is_written(ajgdata, tmp_path):
+    file = tmp_path / "lab/Snakefile"
+    file.parent.mkdir()
     file.write_text("my own")
     code, out, err = ajgdata("new", tmp_path / "lab")
     assert (code, out) == (1, "")
     assert err.count("\n") == 1
-    assert ("is already a project" if name.startswith("datasets") else f"{name}: already") in err
-    assert files_of(tmp_path / "lab") == {name: b"my own"}
+    assert "Snakefile: exists with other content. Name another folder" in err
+    assert files_of(tmp_path / "lab") == {"Snakefile": b"my own"}
+
+
+@pytest.mark.parametrize("name", sorted(FILES - {"Snakefile"}))
+def test_own_and_interrupted_files_stay_and_missing_ones_are_added(ajgdata, lab, name):
+    complete = files_of(lab.root)
+    own = lab.root / name
+    for file in FILES - {name, "Snakefile"}:
+        (lab.root / file).unlink()
+    own.write_bytes(b"my own")
+    assert ajgdata("new", ".")[0] == 0
+    assert files_of(lab.root) == complete | {name: b"my own"}
+    assert ajgdata("new", ".")[1].startswith("nothing to add")
 
 
 def test_other_files_of_the_folder_stay(ajgdata, tmp_path):
@@ -106,7 +122,7 @@ def test_an_own_data_set_of_the_same_name_is_not_replaced(ajgdata, lab):
     before = files_of(lab.root)
     code, _, err = ajgdata("paper")
     assert code == 1
-    assert "size/dataset.yaml: differs from the file of the package. Rename your data set" in err
+    assert "size/dataset.yaml: exists with other content. Rename your file" in err
     assert files_of(lab.root) == before
 
 
@@ -130,3 +146,21 @@ def test_a_project_runs_by_plain_snakemake(lab):
     assert done.returncode == 1
     problem = "no data set here has recordings or a recipe. Get some with `ajgdata import FOLDER"
     assert problem in done.stdout + done.stderr
+
+
+def test_a_run_of_recordings_needs_no_simulation(ajgdata, lab, tmp_path, monkeypatch):
+    """Without a recipe, no study of the virtual gripper is planned, so numba is not needed."""
+    rng = np.random.default_rng(0)
+    sounds = tmp_path / "sounds"
+    sounds.mkdir()
+    for number, label in enumerate(("cube", "ball") * 3, 1):
+        samples = 0.1 * rng.standard_normal(4096)
+        soundfile.write(sounds / f"{number}_{label}.wav", samples, 44_100)
+    code, out, err = ajgdata("import", sounds, "--dataset", "mine")
+    assert code == 0, out + err
+    command = [sys.executable, "-m", "snakemake", "--dry-run"]
+    done = subprocess.run(command, cwd=lab.root, check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    planned = re.findall(r"^(\w+) +\d+$", done.stdout + done.stderr, re.M)
+    assert {"features", "experiment", "train", "report"} <= set(planned)
+    assert not {"study", "opening", "acquire"} & set(planned)
