@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from importlib.util import find_spec
 
 from ajgdata.types import DataError
-from ajgdata.types.extras import require_extra
+from ajgdata.types.extras import missing_packages, require_extra
 
 CPU = "cpu"
 CUDA = "cuda"
@@ -34,7 +33,7 @@ def _available(device: str) -> str:
     """Return `cpu` or `cuda` for a setting."""
     if device == CPU:
         return CPU  # without an import of torch, which most jobs do not need
-    if find_spec("torch") is not None:
+    if "torch" not in missing_packages("cnn"):
         import torch
 
         if torch.cuda.is_available():

@@ -32,7 +32,10 @@ def test_check_clean_and_not(ajgdata, project, snapshot):
     ("arguments", "said"),
     [
         (["check", "nope"], "no such data set. Use one of d"),
-        (["record", "d", "--device", "x"], "has no protocol. Add one, as in docs/tutorial.md"),
+        (
+            ["record", "d", "--device", "x"],
+            "has no protocol. Add one, as in https://ajgdata.github.io/ajgdata/tutorial.html",
+        ),
         (["import", "nowhere", "--dataset", "d"], "nowhere: is not a folder"),
         (["import", "audio", "--dataset", "d", "--pattern", "("], "--pattern: not a regular"),
         (["import", "audio", "--dataset", "d", "--table", "t", "--file", "{x}"], "no such file"),

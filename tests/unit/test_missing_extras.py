@@ -133,10 +133,13 @@ def test_a_stored_network_names_its_extra(monkeypatch, tmp_path):
 
 
 def test_the_setting_auto_needs_no_torch(monkeypatch):
-    monkeypatch.setattr("ajgdata.models.device.find_spec", lambda name: None)
+    monkeypatch.setattr("ajgdata.types.extras.installed_version", lambda package: "")
     with training_on("auto"):
         pass
-    with pytest.raises(DataError, match="PyTorch is not installed"), training_on("cuda"):
+    with (
+        pytest.raises(DataError, match=r"device=cuda: torch is not installed"),
+        training_on("cuda"),
+    ):
         pass
 
 
