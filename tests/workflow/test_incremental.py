@@ -138,10 +138,10 @@ def test_seed_and_device_redo_the_evaluation(project, setting):
 
 def test_a_new_version_of_scikit_learn_reruns_the_models(project, monkeypatch):
     def newer(name):
-        return "99.0" if name == "scikit-learn" else version(name)
+        return "99.0" if name == "scikit-learn" else installed_version(name)
 
-    version = code_hash.version
-    monkeypatch.setattr(code_hash, "version", newer)
+    installed_version = code_hash.installed_version
+    monkeypatch.setattr(code_hash, "installed_version", newer)
     code_hash.code_hash.cache_clear()
     try:
         assert project.planned(*END) == TASKS
