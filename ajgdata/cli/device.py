@@ -132,6 +132,9 @@ def record(
 
     if source not in ("soundcard", "virtual"):
         raise DataError("--source", f"unknown value {source!r}", "use soundcard or virtual")
+    paths = find_project()
+    if source == "soundcard":
+        require_extra("live", "--source soundcard")
     if source == "soundcard" and not device:
         fix = 'add --device "…" (see `ajgdata device list`), or --source virtual'
         raise DataError("--source soundcard", "requires a device", fix)
@@ -150,7 +153,7 @@ def record(
     try:
         with ended_by_signals():
             name, outcome = acquire_live(
-                find_project(), dataset, session, source=source, device=card, operator=operator
+                paths, dataset, session, source=source, device=card, operator=operator
             )
     except KeyboardInterrupt:
         say(f"stopped; recordings are kept: {_RESUME}")

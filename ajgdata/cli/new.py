@@ -11,6 +11,7 @@ from rich.markup import escape
 from ajgdata.cli.console import say
 from ajgdata.paths import find_project
 from ajgdata.types import many
+from ajgdata.types.extras import missing_packages
 from ajgdata.types.shell import shell_command
 
 
@@ -40,4 +41,7 @@ def paper() -> None:
     paths = find_project()
     names = copy_paper_datasets(paths)
     say(f"{many(len(names), 'new data set')} in {escape(str(paths.datasets))}")
+    for extra in ("simulate", "cnn"):
+        if missing_packages(extra):
+            say(f'first: pip install "ajgdata[{extra}]"')
     say("next: ajgdata run (15 to 40 minutes on two cores), which writes results/report/index.html")

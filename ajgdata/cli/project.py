@@ -75,7 +75,7 @@ def run(
         list[str] | None,
         typer.Argument(
             metavar="[NAME]... [OPTION]...",
-            help="data sets (default: all, or the paper's), and options of Snakemake",
+            help="data sets (default: see above), and options of Snakemake",
             autocompletion=dataset_names,
         ),
     ] = None,

@@ -22,6 +22,7 @@ from ajgdata.cli.device import CARD_PANEL, OutputChannel
 from ajgdata.paths import find_project
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DataError
+from ajgdata.types.extras import require_extra
 from ajgdata.types.protocol import NOTHING
 
 if TYPE_CHECKING:
@@ -87,6 +88,9 @@ def sense(
     """Classify the object in the gripper."""
     if source not in ("soundcard", "virtual"):
         raise DataError("--source", f"unknown value {source!r}", "use soundcard or virtual")
+    find_project()  # before problems with the device
+    if source == "soundcard":
+        require_extra("live", "--source soundcard")
     if source == "soundcard" and not device:
         fix = 'add --device "…" (see `ajgdata device list`), or --source virtual'
         raise DataError("--source soundcard", "requires a device", fix)

@@ -57,3 +57,5 @@ def train(
     read_about(folder)  # raises DataError if the model could not be trained
     source = "--source virtual" if spec.recipe else '--device "…"   (see `ajgdata device list`)'
     say(escape(f"next: ajgdata sense {dataset} {task} {model} {source}"))
+    predictor = f'ajgdata.load_predictor("{dataset}", "{task}", "{model}")'
+    say(escape(f'a file, in Python: {predictor}.predict_file("recording.wav")'))

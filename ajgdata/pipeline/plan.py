@@ -29,7 +29,7 @@ from ajgdata.store.sessions import (
 )
 from ajgdata.store.variants import files_without_data
 from ajgdata.types import MODELS, DataError, DatasetSpec, one_line
-from ajgdata.types.extras import require_extra
+from ajgdata.types.extras import optional_packages, require_extra
 
 
 @dataclass(frozen=True)
@@ -69,8 +69,8 @@ def plan(
         virtual = tuple(session_names(spec.recipe))
         recorded = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
         if check:
-            _check(paths, spec, virtual, recorded)
             check_packages(paths, spec, requests, virtual)
+            _check(paths, spec, virtual, recorded)
         names += sorted(others - set(names))
         sessions = sorted({*virtual, *recorded})
         if sessions:
@@ -173,9 +173,10 @@ class Declared(dict[Any, Any]):
 
 @contextmanager
 def errors_in_one_line() -> Iterator[None]:
-    """End the run with one line if data are wrong or a file cannot be read."""
+    """End the run with one line if data are wrong, or if a file or a package is missing."""
     try:
-        yield
+        with optional_packages("the workflow"):
+            yield
     except (DataError, OSError) as error:
         raise SystemExit(one_line(error)) from error
 
