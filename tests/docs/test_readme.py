@@ -17,7 +17,7 @@ BLOCKS = re.findall(r"^```(sh|python|text)\n(.*?)^```", TEXT, flags=re.M | re.S)
 QUICK = {
     "make reproduce": "make reproduce ARGS=results/features/size.nc",
     "make test": "make test ARGS='-n 0 tests/contract/test_catalogue.py'",
-    "ajgdata run": "ajgdata run results/features/size.nc -n",
+    "ajgdata run": "ajgdata run --dry-run",
     # A test of the extras installs the wheel in an empty environment.
     'pip install "ajgdata[workflow]"': "ajgdata --version",
     'pip install "ajgdata[all]"': "ajgdata --version",

@@ -135,7 +135,7 @@ def test_the_tutorial(tmp_path, monkeypatch, capfd, bench):
     reached, chance = (scores.where(statistic=s).numbers("value")[0] for s in ("mean", "chance"))
     assert reached > 2 * chance
     status = next(text for command, text in said.items() if command.startswith("ajgdata status"))
-    assert status.startswith("everything is current: ")
+    assert status.startswith("everything is up to date: ")
     ran = said["ajgdata run mine"].splitlines()
     assert ran[0].startswith("snakemake --config 'datasets=[mine]'")
     assert (paths.root / "mine-1.0.0" / "SHA256SUMS").is_file()
