@@ -223,7 +223,11 @@ def test_variants_are_one_file(project):
         ({"variants": "{a: {}}"}, 1, "variants: give at least two, each with a name of its own"),
         ({"variants": "{a: {}, b: {task: other}}"}, 4, "there is no task 'other'"),
         ({"variants": "{a: {}, b: {grasps: {}, train: [e]}}"}, 6, "exclude each other"),
-        ({"why": "[]"}, 7, "why was replaced by hypotheses. Write it as in https://ajgdata.github.io/ajgdata/variants.html."),
+        (
+            {"why": "[]"},
+            7,
+            "why was replaced by hypotheses. Write it as in https://ajgdata.github.io/ajgdata/variants.html.",
+        ),
     ],
 )
 def test_a_wrong_file_is_one_line(project, changes, line, message):
