@@ -12,7 +12,8 @@ from ajgdata.acquire.card import Capture, CardError, TakeError
 from ajgdata.acquire.live_session import REJECTED, LiveSession
 from ajgdata.acquire.operator import Choice, Operator, OperatorDecision
 from ajgdata.acquire.protocol import DOUBT, REFERENCE, PlannedGrasp, grasp_id, remaining
-from ajgdata.acquire.robot import Robot, RobotError, RobotGrasp, grasp_once
+from ajgdata.acquire.robot import Measured, Robot, RobotError, RobotGrasp, grasp_once
+from ajgdata.acquire.robot_numbers import number_labels
 from ajgdata.acquire.virtual import Card
 from ajgdata.features.band import reaching_hz
 from ajgdata.features.checks import check_samples
@@ -104,9 +105,9 @@ class GuidedAcquisition:
         protocol = self.protocol
         place = RobotGrasp(grasp_id(grasp, attempt), grasp.object, grasp.number, protocol.force_n)
 
-        def sense(force_n: float | None) -> None:
+        def sense(measured: Measured) -> None:
             for sample in range(grasp.samples):
-                self._take(grasp, attempt, sample, "" if force_n is None else f"{force_n:g}")
+                self._take(grasp, attempt, sample, measured)
 
         try:
             grasp_once(self.robot, place, protocol.sequence, protocol.wait_s, sense)
@@ -118,7 +119,7 @@ class GuidedAcquisition:
             return error
         return None
 
-    def _take(self, grasp: PlannedGrasp, attempt: int, sample: int, force_n: str) -> None:
+    def _take(self, grasp: PlannedGrasp, attempt: int, sample: int, measured: Measured) -> None:
         """Record one sample. Targets without a value get an empty cell, for a person to fill in."""
         capture = self.card.take(self.played)
         usual_dbfs = self._usual_dbfs(grasp)
@@ -128,7 +129,7 @@ class GuidedAcquisition:
         without_value = sorted(set(self.targets) - set(grasp.targets))
         labels = {
             **dict.fromkeys(without_value, ""),
-            "force_reached_n": force_n,
+            **number_labels(measured),
             **capture.labels(),
             DOUBT: "; ".join(texts),
         }

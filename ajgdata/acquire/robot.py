@@ -7,13 +7,12 @@ import os
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from pydantic import FiniteFloat, TypeAdapter, ValidationError
-
+from ajgdata.acquire.robot_numbers import parse_numbers
 from ajgdata.types import DataError
 from ajgdata.types.protocol import RobotProgram, Step
 
@@ -21,6 +20,9 @@ from ajgdata.types.protocol import RobotProgram, Step
 UNNAMED = "object"
 #: Prints a request and returns when the person has confirmed it.
 Confirm = Callable[[str], None]
+#: Numbers that a robot measured, by name, for example `force_n`, the reached force (N).
+Measured = Mapping[str, float]
+NOTHING_MEASURED: Measured = {}
 
 
 @dataclass(frozen=True)
@@ -40,18 +42,19 @@ class RobotError(DataError):
 class Robot(Protocol):
     """Interface of a robot that moves the gripper."""
 
-    def move(self, step: str, **about: Any) -> float | None:
+    def move(self, step: str, **about: Any) -> Measured:
         """Make one step, and return when it is done. Raises RobotError if it is impossible.
 
         - `loosen`: make the grains flow again, away from any object.
         - `approach` (with the fields of a `RobotGrasp`): press the gripper onto the object until
-          `force_n`, and return the measured force (N), None if nothing measures it. Touch nothing
-          if `object` is "".
+          `force_n`, and return the measured numbers. Touch nothing if `object` is "".
         - `hold` (`seconds`): keep still. `jam`: evacuate the gripper. `lift`: lift the object.
         - `release`: put the object down and let go; also called to end a grasp that failed.
         - `place` (`bin`): carry the object to a bin and let go.
         - `halt` (`held`): stop at once and stay safe. `held` is the object in the gripper, or "".
           Called once, as the last step, also during another step or after it failed.
+
+        Only `approach` returns numbers; their names have the unit at the end.
         """
         ...
 
@@ -61,24 +64,24 @@ def grasp_once(
     grasp: RobotGrasp,
     sequence: Sequence[Step],
     wait_s: float,
-    sense: Callable[[float | None], None],
+    sense: Callable[[Measured], None],
 ) -> None:
-    """Make the steps of `sequence`; `sense` is called with the measured force (N).
+    """Make the steps of `sequence`; `sense` is called with the numbers that the robot measured.
 
     After an error between `approach` and `release` the robot lets go before the error is raised.
     """
-    force: float | None = None
+    measured = NOTHING_MEASURED
     pressing = False
     try:
         for step in sequence:
             pressing = step == "approach" or (pressing and step != "release")
             match step:
                 case "approach":
-                    force = robot.move("approach", **vars(grasp))
+                    measured = robot.move("approach", **vars(grasp))
                 case "wait":
                     robot.move("hold", seconds=wait_s)
                 case "sense":
-                    sense(force)
+                    sense(measured)
                 case _:
                     robot.move(step)
     except BaseException:
@@ -94,8 +97,8 @@ class ManualRobot:
     def __init__(self, confirm: Confirm) -> None:
         self._confirm = confirm
 
-    def move(self, step: str, **about: Any) -> float | None:
-        """Request a step; steps that are part of another one do nothing. No force is measured."""
+    def move(self, step: str, **about: Any) -> Measured:
+        """Request a step; steps that are part of another one do nothing. Nothing is measured."""
         match step:
             case "approach" if about["object"]:
                 named = "the next object" if about["object"] == UNNAMED else about["object"]
@@ -111,7 +114,7 @@ class ManualRobot:
             case "halt":
                 held = about["held"]
                 self._confirm(f"stopped; take {held} out of the gripper" if held else "stopped")
-        return None
+        return NOTHING_MEASURED
 
 
 class CommandRobot:
@@ -120,15 +123,16 @@ class CommandRobot:
     On standard input: {"step": "approach", "object": "cube", "grasp_id": "cube_01", "number": 1,
     "force_n": 8.0}; `hold` has "seconds", `place` "bin", `halt` "held", other steps nothing else. A
     step may be ended in the middle: `halt` follows. Exit code 0 means success; for `approach`,
-    standard output may contain {"force_n": 7.9}, the measured force. The last line of standard
-    error is the reason of a failure.
+    standard output may be a JSON object of measured numbers, and of lists of numbers, such as
+    {"force_n": 7.9, "joints_rad": [0.1, 0.2]}. The last line of standard error is the reason of a
+    failure.
     """
 
     def __init__(self, program: RobotProgram) -> None:
         self._program = program
 
-    def move(self, step: str, **about: Any) -> float | None:
-        """Run the program for a step; return the force (N) that it prints for `approach`."""
+    def move(self, step: str, **about: Any) -> Measured:
+        """Run the program for a step; return the numbers that it prints for `approach`."""
         where = f"robot, {step}"
         name = self._program.command[0]
         limit_s = self._program.timeout_s + about.get("seconds", 0.0)
@@ -145,12 +149,12 @@ class CommandRobot:
             problem = f"{name} failed with exit code {code}: {reason}"
             raise RobotError(where, problem, "check the robot, then run again")
         if step != "approach" or not output.strip():
-            return None
+            return NOTHING_MEASURED
         try:
-            return TypeAdapter(dict[str, FiniteFloat]).validate_json(output)["force_n"]
-        except (ValidationError, KeyError):
-            problem = f"{name} printed {output.strip()[:60]!r}"
-            raise RobotError(where, problem, 'print nothing, or {"force_n": 7.9}') from None
+            return parse_numbers(output)
+        except ValueError as error:
+            fix = 'print nothing, or numbers such as {"force_n": 7.9, "joints_rad": [0.1, 0.2]}'
+            raise RobotError(where, f"{name} printed {error}", fix) from None
 
     def _run(self, message: str, limit_s: float) -> tuple[int, str, str]:
         """Return exit code, standard output and standard error of the program."""

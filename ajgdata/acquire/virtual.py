@@ -17,7 +17,8 @@ from ajgdata import gripper
 from ajgdata.acquire.card import DEVICE, Capture, CardSettings
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.recipe import NEW, RecipeGrasp, new_setup
-from ajgdata.acquire.robot import Robot
+from ajgdata.acquire.robot import NOTHING_MEASURED, Measured, Robot
+from ajgdata.acquire.robot_numbers import FORCE
 from ajgdata.acquire.sound_card import SoundCard
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.store.responses import ResponseStore
@@ -122,13 +123,13 @@ class VirtualTable:
         self._takes = 0
         self.settings = CardSettings(device=DEVICE, sample_rate_hz=gripper.SAMPLE_RATE_HZ)
 
-    def move(self, step: str, **about: Any) -> float | None:
+    def move(self, step: str, **about: Any) -> Measured:
         """Make a step of a robot (see acquire.robot); only `approach` changes the response."""
-        force = self._robot.move(step, **about) if self._robot else None
+        measured = self._robot.move(step, **about) if self._robot else NOTHING_MEASURED
         if step != "approach":
-            return force
+            return measured
         self.place(about["object"], about["number"], about["grasp_id"])
-        return force if self._robot else float(about["force_n"])
+        return measured if self._robot else {FORCE: float(about["force_n"])}
 
     def place(self, name: str, number: int, grasp_id: str) -> None:
         """Grasp the object `name` ("": none). `number` draws the pose, `grasp_id` the nuisances."""

@@ -15,6 +15,7 @@ from ajgdata.acquire.card import Capture
 from ajgdata.acquire.live_session import REJECTED, LiveSession
 from ajgdata.acquire.protocol import PlannedGrasp
 from ajgdata.acquire.robot import UNNAMED, Robot, RobotGrasp
+from ajgdata.acquire.robot_numbers import number_labels
 from ajgdata.acquire.virtual import Card
 from ajgdata.evaluate.sorting import decide
 from ajgdata.live.events import EventLog, RunState
@@ -221,7 +222,7 @@ class Sorter:
             reference = ""
         targets = self.labels(held) if held else {}
         grasp = PlannedGrasp(f"sort_{number:04d}", held, number, 1, targets, reference)
-        force = self._steps.grasp(RobotGrasp(grasp.name, touched, number, self.plan.force_n))
+        measured = self._steps.grasp(RobotGrasp(grasp.name, touched, number, self.plan.force_n))
         begin = time.perf_counter()
         capture = self.card.take(self.played)
         recording_s = time.perf_counter() - begin
@@ -230,7 +231,7 @@ class Sorter:
             CONFIDENCE_COLUMN: "",
             VERDICT_COLUMN: "",
             SORT_COLUMN: str(number),
-            "force_reached_n": "" if force is None else f"{force:g}",
+            **number_labels(measured),
         }
         recording = self._store(grasp, capture, labels, known=bool(name))
         begin = time.perf_counter()

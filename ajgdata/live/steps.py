@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from ajgdata.acquire.robot import UNNAMED, Robot, RobotGrasp
+from ajgdata.acquire.robot import NOTHING_MEASURED, UNNAMED, Measured, Robot, RobotGrasp
 from ajgdata.acquire.signals import undisturbed
 from ajgdata.live.events import EventLog
 
@@ -82,12 +82,12 @@ class Steps:
     pressing: bool = False
     _halted: bool = False
 
-    def grasp(self, grasp: RobotGrasp) -> float | None:
-        """Loosen, approach and wait; return the force (N) that was reached."""
+    def grasp(self, grasp: RobotGrasp) -> Measured:
+        """Loosen, approach and wait; return the numbers that the robot measured."""
         self._step("loosen")
-        force = self._step("approach", grasp)
+        measured = self._step("approach", grasp)
         self.wait()
-        return force
+        return measured
 
     def place(self, value: str, bin_name: str) -> None:
         """Jam, lift, place and release an object of the class `value` ("": unknown)."""
@@ -138,15 +138,15 @@ class Steps:
         with suppress(OSError):
             then()
 
-    def _step(self, step: str, about: Any = None) -> float | None:
-        """Make one step; return the force of `approach`."""
-        force = None
+    def _step(self, step: str, about: Any = None) -> Measured:
+        """Make one step; return the numbers of `approach`."""
+        measured = NOTHING_MEASURED
         begin = time.perf_counter()
         match step:
             case "approach":
                 self.pressing = True
                 self.held = about.object
-                force = self.robot.move("approach", **vars(about))
+                measured = self.robot.move("approach", **vars(about))
             case "wait":
                 self.robot.move("hold", seconds=self.wait_s)
             case "place":
@@ -159,4 +159,4 @@ class Steps:
             case _:
                 self.robot.move(step)
         self.log.say("step", step=step, seconds=time.perf_counter() - begin)
-        return force
+        return measured

@@ -6,11 +6,13 @@ import dataclasses
 import math
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 
 from ajgdata.store.features import FeatureColumn, FeatureRows, text_column
 from ajgdata.types import Finding, Target
+from ajgdata.types.robot_columns import is_robot_column, robot_unit
 
 #: Columns of the table of labels that identify rows; all other columns become coordinates.
 IDENTITY = ("recording_id", "grasp_id", "placement_id", "sample")
@@ -30,6 +32,8 @@ MEANINGS = {
     "medium": "granular medium in the gripper",
     CHANNEL_LEVELS: "level of each channel of the file, relative to full scale and without offset",
 }
+#: Meaning of the columns with the numbers of the robot's program.
+ROBOT_MEANING = "measured by the robot's program"
 
 
 def bad_labels(
@@ -115,7 +119,8 @@ def label_columns(
     """Return the columns (n,) of recordings, of which each has a row of labels with `session_id`.
 
     The name of the session before `recording`, `grasp_id` and `placement_id` makes them unique in
-    the data set. A row that lacks a column of `names` has a missing value.
+    the data set. A row that lacks a column of `names` has a missing value. A column of the robot's
+    program has numbers, unless a cell is another text.
     """
     samples = np.asarray([int(row["sample"]) for row in rows], np.int32)
     columns = {
@@ -148,9 +153,21 @@ def placement_name(row: Mapping[str, str]) -> str:
 
 
 def _standard(name: str, values: Sequence[str]) -> FeatureColumn:
-    """Return a column of text that is not a target, with its meaning if it has one."""
+    """Return a column that is not a target: text, or the numbers of a robot's program."""
+    if is_robot_column(name) and any(values):
+        with suppress(ValueError):
+            return _robot_column(name, [number(text) if text else math.nan for text in values])
     attrs = {"long_name": MEANINGS[name]} if name in MEANINGS else {}
     return text_column(values, **attrs)
+
+
+def _robot_column(name: str, values: Sequence[float]) -> FeatureColumn:
+    """Return numbers of a robot's program with their unit, if the name has one."""
+    attrs = {"long_name": ROBOT_MEANING}
+    unit = robot_unit(name)
+    if unit:
+        attrs["units"] = unit
+    return FeatureColumn(np.asarray(values, np.float64), attrs)
 
 
 def target_column(values: Sequence[float | str], target: Target) -> FeatureColumn:

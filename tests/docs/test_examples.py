@@ -5,6 +5,7 @@ import importlib
 import json
 import math
 import runpy
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +16,15 @@ from recorded import make_features, run_experiments
 
 import ajgdata
 from ajgdata.acquire.recipe import session_names
+from ajgdata.acquire.robot import RobotGrasp, make_robot
+from ajgdata.acquire.robot_numbers import number_labels
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.recipes import acquire_virtual
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import read_store
 from ajgdata.store.sessions import read_dataset
+from ajgdata.types.protocol import RobotProgram
 from tools import examples
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "examples"
@@ -57,6 +61,7 @@ OTHER = {
 STEP_MM = EDGES_MM[1] - EDGES_MM[0]
 MODULES = (
     "ajgdata",
+    "ajgdata.acquire.robot_numbers",
     "ajgdata.evaluate.agreement",
     "ajgdata.evaluate.crossval",
     "ajgdata.evaluate.intervals",
@@ -78,6 +83,7 @@ MODULES = (
     "ajgdata.pipeline.similar_classes",
     "ajgdata.store.audio",
     "ajgdata.store.features",
+    "ajgdata.types.robot_columns",
     "ajgdata.store.file_matching",
     "ajgdata.store.publishing.columns",
     "ajgdata.store.publishing.differences",
@@ -190,6 +196,22 @@ def test_publishing(in_project):
     assert example["edges_mm"] == list(EDGES_MM)
     with ajgdata.load_features("size") as features:
         assert features.sizes["recording"] == 16
+
+
+def test_robot_numbers():
+    program = RobotProgram(command=[sys.executable, str(FOLDER / "robot_numbers.py")])
+    robot = make_robot(program, print)
+    assert robot.move("jam") == {}
+    measured = robot.move("approach", **vars(RobotGrasp("mug_03", "mug", 3, 8.0)))
+    assert number_labels(measured) == {
+        "force_reached_n": "7.9",
+        "robot_force_n": "7.9",
+        "robot_x_m": "0.31",
+        "robot_joints_rad_1": "0.1",
+        "robot_joints_rad_2": "-1.2",
+        "robot_joints_rad_3": "0.4",
+        "robot_pressure_kpa": "101.3",
+    }
 
 
 def test_ros2_robot():

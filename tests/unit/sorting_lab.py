@@ -94,7 +94,7 @@ class Robot:
         self.steps.append((step, *details))
         if number in self.at:
             self.at[number]()
-        return 7.5 if step == "approach" else None
+        return {"force_n": 7.5, "x_m": 0.31} if step == "approach" else {}
 
     @property
     def names(self) -> list[str]:

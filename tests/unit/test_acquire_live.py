@@ -326,7 +326,7 @@ count.write_text(str(number))
 if asked["step"] == sys.argv[2] and number == int(sys.argv[3]):
     sys.exit("pressure lost")
 if asked["step"] == "approach":
-    print(json.dumps({"force_n": 7.9}))
+    print(json.dumps({"force_n": 7.9, "joints_rad": [0.5, number]}))
 """
 
 
@@ -350,7 +350,9 @@ def test_settings_of_a_robot_stay_at_home_and_may_change(lab, tmp_path):
     with pytest.raises(RobotError, match=r"approach: .*pressure lost"):
         lab.acquire(Unattended(Console(file=io.StringIO())))
     assert qualities(lab) == {"cube_01_1": "ok"}
-    assert rows(lab)[0].labels["force_reached_n"] == "7.9"
+    labels = rows(lab)[0].labels
+    assert labels["force_reached_n"] == labels["robot_force_n"] == "7.9"
+    assert labels["robot_joints_rad_1"] == "0.5" and labels["robot_joints_rad_2"] == "2.0"
     assert str(tmp_path) not in (lab.folder() / "session.yaml").read_text()
     failing_robot(lab, tmp_path, "approach", 99)
     _, done = lab.acquire(Unattended(Console(file=io.StringIO())))

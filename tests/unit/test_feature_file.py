@@ -10,6 +10,7 @@ from worlds import AUDIO, FEATURES, RATE_HZ, tone, write_tone
 import ajgdata
 from ajgdata.features.spectrum import spectrum
 from ajgdata.store.audio import read_audio, write_pcm24
+from ajgdata.store.publishing.table import table_of
 from ajgdata.store.sessions import read_recordings
 from ajgdata.types import Target
 
@@ -271,3 +272,25 @@ def test_a_job_killed_between_its_files_vouches_for_none(project, monkeypatch):
     assert not project.paths.session_hashes("d").exists()
     monkeypatch.undo()
     assert project.build() == (3, 0)
+
+
+def test_numbers_of_the_robot_are_coordinates_with_units(project):
+    rows = project.session()
+    numbers = {"a": "0.1", "b": "0.25", "c": ""}
+    project.write(
+        [
+            row.model_copy(
+                update={"labels": {**row.labels, "robot_x_m": numbers[row.recording_id]}}
+            )
+            for row in rows
+        ]
+    )
+    project.build()
+    column = project.store().columns["robot_x_m"]
+    np.testing.assert_array_equal(column.values, [0.1, 0.25, np.nan])
+    assert column.attrs == {"long_name": "measured by the robot's program", "units": "m"}
+    published = table_of(project.store(), [".wav"] * 3, project.root)
+    (described,) = [column for column in published.columns if column.name == "robot_x_m"]
+    assert (described.data_type, described.unit) == ("number", "m")
+    assert described.description == "measured by the robot's program"
+    assert [row["robot_x_m"] for row in published.rows] == ["0.1", "0.25", ""]

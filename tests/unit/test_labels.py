@@ -60,3 +60,27 @@ def test_placements_are_unique_in_a_data_set_and_unknown_ones_stay_empty():
     columns = label_columns(rows, {"placement_id"}, {})
     assert columns["placement_id"].values.tolist() == ["x/p", "y/p", ""]
     assert "placement_id" not in label_columns(rows, set(), {})
+
+
+def test_columns_of_the_robot_are_numbers_with_the_unit_in_their_name():
+    cells = [
+        {"robot_x_m": "0.31", "robot_q_rad_1": "1", "robot_count": "7", "robot_state": "1"},
+        {"robot_x_m": "", "robot_q_rad_1": "-2.5e-3", "robot_count": "8", "robot_state": "ok"},
+    ]
+    rows = [row(session_id="s", **own) for own in cells]
+    columns = label_columns(rows, cells[0].keys(), {})
+    assert columns["robot_x_m"].values.tolist() == pytest.approx([0.31, math.nan], nan_ok=True)
+    assert columns["robot_x_m"].attrs["units"] == "m"
+    assert columns["robot_q_rad_1"].values.tolist() == [1.0, -2.5e-3]
+    assert columns["robot_q_rad_1"].attrs["units"] == "rad"
+    assert columns["robot_count"].values.dtype == float
+    assert "units" not in columns["robot_count"].attrs
+    assert columns["robot_state"].values.tolist() == ["1", "ok"]  # a text stays a text
+
+
+def test_a_column_of_the_robot_can_be_a_target():
+    rows = [row(session_id="s", robot_x_mm="310")]
+    target = Target(kind="regression", unit="mm", description="position")
+    column = label_columns(rows, {"robot_x_mm"}, {"robot_x_mm": target})["robot_x_mm"]
+    assert column.values.tolist() == [310.0]
+    assert column.attrs == {"long_name": "position", "units": "mm", "role": "target"}

@@ -22,16 +22,16 @@ class Logging:
         self.steps.append((step, about))
         if step == self.fails:
             raise RobotError(step, "stuck", "look")
-        return 7.5 if step == "approach" else None
+        return {"force_n": 7.5} if step == "approach" else {}
 
 
 def test_the_paper_s_sequence_senses_at_ambient_pressure():
     robot = Logging()
-    forces = []
+    measured = []
 
-    def sense(force):
+    def sense(numbers):
         robot.steps.append(("sense", {}))
-        forces.append(force)
+        measured.append(numbers)
 
     grasp_once(robot, PLACE, PAPER_SEQUENCE, 2.0, sense)
     assert robot.steps == [
@@ -43,7 +43,7 @@ def test_the_paper_s_sequence_senses_at_ambient_pressure():
         ("lift", {}),
         ("release", {}),
     ]
-    assert forces == [7.5]
+    assert measured == [{"force_n": 7.5}]
 
 
 PROGRAM = """
@@ -52,7 +52,8 @@ asked = json.load(sys.stdin)
 with open(sys.argv[1], "a") as log:
     log.write(json.dumps(asked) + "\\n")
 if asked["step"] == "approach":
-    print(json.dumps({"force_n": asked["force_n"] - 0.25}))
+    force_n = asked["force_n"] - 0.25
+    print(json.dumps({"force_n": force_n, "x_m": 0.25, "joints_rad": [1, -2.5]}))
 """
 
 
@@ -65,11 +66,11 @@ def command(tmp_path: Path, program: str = PROGRAM, **settings):
 
 def test_a_program_gets_every_step(tmp_path):
     robot = command(tmp_path)
-    forces = []
-    grasp_once(robot, PLACE, PAPER_SEQUENCE, 1.5, forces.append)
+    measured = []
+    grasp_once(robot, PLACE, PAPER_SEQUENCE, 1.5, measured.append)
     robot.move("place", bin="A")
     robot.move("halt", held="cube")
-    assert forces == [7.75]
+    assert measured == [{"force_n": 7.75, "x_m": 0.25, "joints_rad_1": 1.0, "joints_rad_2": -2.5}]
     steps = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
     assert [step["step"] for step in steps] == [
         "loosen",
@@ -91,13 +92,24 @@ def test_a_program_gets_every_step(tmp_path):
     assert (steps[2]["seconds"], steps[-2]["bin"], steps[-1]["held"]) == (1.5, "A", "cube")
 
 
+def printing(text):
+    return f"print({text!r})"
+
+
 @pytest.mark.parametrize(
     "program, said",
     [
         ("import sys; sys.exit('no air pressure')", "failed with exit code 1: no air pressure"),
         ("print('done')", "printed 'done'"),
-        ('print(\'{"force_n": "8 N"}\')', r"""printed '{"force_n": "8 N"}'"""),
-        ("print('{\"force_n\": NaN}')", r"""printed '{"force_n": NaN}'"""),
+        ("print('[1, 2]')", r"printed '\[1, 2\]', which is not a JSON object"),
+        (printing('{"force_n": "8 N"}'), 'printed force_n = "8 N", which is not a finite number'),
+        (printing('{"force_n": NaN}'), "printed force_n = NaN, which is not a finite number"),
+        (printing('{"x_m": 1e999}'), "printed x_m = Infinity, which is not a finite number"),
+        (printing('{"is_on": true}'), "printed is_on = true, which is not a finite number"),
+        (printing('{"q_rad": [0, null]}'), "printed q_rad_2 = null, which is not a finite number"),
+        (printing('{"q_rad": [[1]]}'), r"printed q_rad_1 = \[1\], which is not a finite number"),
+        (printing('{"x (m)": 1}'), r"printed 'x \(m\)', which cannot be the name of a column"),
+        (printing('{"q": [1], "q_1": 2}'), "printed two numbers named 'q_1'"),
     ],
 )
 def test_a_program_that_fails_is_named(tmp_path, program, said):

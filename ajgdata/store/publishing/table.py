@@ -97,7 +97,7 @@ def _column(name: str, store: FeatureRows) -> PublishedColumn:
     if is_target:
         meaning = column.attrs.get("long_name", MEANING.get(name, ""))
     else:
-        meaning = MEANING.get(name, UNDECLARED)
+        meaning = MEANING.get(name) or column.attrs.get("long_name", UNDECLARED)
     unit = column.attrs.get("units", "").removeprefix("1")
     return PublishedColumn(name, _DATA_TYPES[column.values.dtype.kind], unit, meaning, is_target)
 
