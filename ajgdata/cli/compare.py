@@ -1,8 +1,11 @@
-"""`ajgdata compare`: compare the results of two runs."""
+"""`ajgdata compare`: compare the results of two or more runs."""
 
 from __future__ import annotations
 
+import csv
+import math
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,29 +13,53 @@ import typer
 from rich.markup import escape
 
 from ajgdata.cli.console import ATTENTION, JsonOption, print_json, warn
-from ajgdata.paths import Paths
-from ajgdata.store.metrics import COST, KEYS, read_metrics
-from ajgdata.types import DataError
+from ajgdata.types import many
 
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Largest relative difference of equal values.
-TOLERANCE = 1e-6
-#: Values of the column `change`, by the tables that have the row (names of pandas).
-CHANGES = {"left_only": "removed", "right_only": "new", "both": "changed"}
-
-FolderArgument = Annotated[
-    Path, typer.Argument(help="results folder, or a folder that contains `results/`")
-]
+    from ajgdata.pipeline.compare_runs import ComparedScore, Run
 
 
-def compare(old: FolderArgument, new: FolderArgument, as_json: JsonOption = False) -> None:
-    """Compare the results of two runs, row by row.
+def compare(
+    runs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RUN RUN [RUN]...",
+            help="results folders, or folders that contain `results/`",
+            show_default=False,
+        ),
+    ],
+    is_wide: Annotated[
+        bool, typer.Option("--wide", help="one column per run, also for two runs")
+    ] = False,
+    everything: Annotated[
+        bool, typer.Option("--all", help="table, also with scores that are equal in all runs")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare the results of two or more runs.
 
-    Prints the removed, new and changed rows of metrics.csv. Values are equal up to a relative
-    difference of 1e-6. Rows on time and memory are not compared. Exit code 3 if rows differ.
+    For two runs, prints the removed, new and changed rows of metrics.csv. For more runs, prints
+    one row per score that differs: its value in each run, the differences from the first run with
+    95 % intervals, and the runs that lack it. Values are equal up to a relative difference of 1e-6.
+    Rows on time and memory are not compared. Exit code 3 if rows differ.
     """
+    if len(runs) < 2:
+        raise typer.BadParameter("name two or more runs")
+    if len(set(runs)) < len(runs):
+        raise typer.BadParameter("a run is named twice")
+    if len(runs) == 2 and not is_wide and not everything:
+        are_equal = _list_changes(runs[0], runs[1], as_json=as_json)
+    else:
+        are_equal = _show_table(runs, everything=everything, as_json=as_json)
+    raise typer.Exit(0 if are_equal else ATTENTION)
+
+
+def _list_changes(old: Path, new: Path, *, as_json: bool) -> bool:
+    """Print the rows that differ between two runs; return whether there are none."""
+    from ajgdata.pipeline.compare_runs import CHANGES, compare_metrics, read_scores
+
     old_rows = read_scores(old)
     new_rows = read_scores(new)
     differences = compare_metrics(old_rows, new_rows)
@@ -54,47 +81,7 @@ def compare(old: FolderArgument, new: FolderArgument, as_json: JsonOption = Fals
         summary = ", ".join(f"{count} {name}" for name, count in counts.items())
         sizes = f"{len(old_rows)} rows in {old}, {len(new_rows)} in {new}"
         warn(escape(f"{sizes}: {summary}"))
-    raise typer.Exit(ATTENTION if len(differences) else 0)
-
-
-def read_scores(folder: Path) -> pd.DataFrame:
-    """Return the columns KEYS and `value` of metrics.csv, without the rows on time and memory.
-
-    Raises DataError if the table is missing, if another version of ajgdata wrote it, or if two rows
-    have the same keys.
-    """
-    results = Paths(folder).results
-    if not results.is_dir():
-        results = folder
-    table = results / Paths().metrics_table.name
-    metrics = read_metrics(table)
-    scores = metrics.loc[metrics["statistic"] != COST, [*KEYS, "value"]]
-    repeated = scores.loc[scores.duplicated(list(KEYS)), list(KEYS)]
-    if len(repeated):
-        cells = repeated.iloc[0].dropna().astype(str)
-        name = " ".join(cells[cells != ""])
-        raise DataError(table, f"has two rows for {name!r}", "run `snakemake` again")
-    return scores
-
-
-def compare_metrics(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows that differ between two tables of `read_scores`.
-
-    The columns are KEYS, `change` (removed, new or changed), `value_old`, `value_new` and
-    `relative_difference`.
-    """
-    import pandas as pd
-
-    keys = list(KEYS)
-    rows = old.merge(new, on=keys, how="outer", suffixes=("_old", "_new"), indicator="change")
-    rows["change"] = rows["change"].astype(str).map(CHANGES)
-    before = rows["value_old"]
-    after = rows["value_new"]
-    larger = pd.concat([before.abs(), after.abs()], axis=1).max(axis=1)
-    rows["relative_difference"] = (after - before).abs() / larger
-    both_undefined = (rows["change"] == "changed") & before.isna() & after.isna()
-    is_equal = (before == after) | (rows["relative_difference"] <= TOLERANCE) | both_undefined
-    return rows[~is_equal].sort_values(["change", *keys], kind="stable")
+    return differences.empty
 
 
 def _json_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
@@ -105,3 +92,85 @@ def _json_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
         {str(name): None if pd.isna(cell) or cell == "" else cell for name, cell in row.items()}
         for row in table.astype(object).to_dict("records")
     ]
+
+
+def _show_table(folders: Sequence[Path], *, everything: bool, as_json: bool) -> bool:
+    """Print the scores of several runs; return whether all scores are equal.
+
+    Scores that are equal in all runs are only printed with `everything`.
+    """
+    from ajgdata.pipeline.compare_runs import compare_runs, read_run
+
+    runs = [read_run(folder) for folder in folders]
+    scores = compare_runs(runs)
+    n_different = sum(score.differs for score in scores)
+    shown = [score for score in scores if everything or score.differs]
+    missing = {
+        str(run.folder): sum(score.values[at] is None for score in scores)
+        for at, run in enumerate(runs)
+    }
+    if as_json:
+        print_json(
+            {
+                "runs": [{"folder": name, "n_missing": count} for name, count in missing.items()],
+                "n_scores": len(scores),
+                "n_different": n_different,
+                "scores": [_json_score(score, list(missing)) for score in shown],
+            }
+        )
+    else:
+        _print_csv(shown, list(missing))
+        warn(escape(f"{len(scores)} scores in {len(runs)} runs: {n_different} differ"))
+        for name, count in missing.items():
+            if count:
+                warn(escape(f"{name}: {many(count, 'score')} missing"))
+        _warn_of_runs_without_intervals(runs)
+    return n_different == 0
+
+
+def _json_score(score: ComparedScore, names: Sequence[str]) -> dict[str, Any]:
+    """Return a score as an object of JSON; `names` are those of the runs."""
+    cells = {key: None if cell == "" else cell for key, cell in score.name._asdict().items()}
+    runs = [
+        {
+            "folder": name,
+            "is_missing": value is None,
+            "value": value,
+            "difference": change.value,
+            "low": change.low,
+            "high": change.high,
+        }
+        for name, value, change in zip(names, score.values, score.differences, strict=True)
+    ]
+    return {**cells, "runs": runs}
+
+
+def _print_csv(scores: Sequence[ComparedScore], names: Sequence[str]) -> None:
+    """Print scores as CSV with one row per score; `names` are those of the runs."""
+    from ajgdata.store.metrics import KEYS
+
+    header = [*KEYS, *names]
+    for name in names[1:]:
+        header += [f"{column}: {name}" for column in ("difference", "low", "high")]
+    table = csv.writer(sys.stdout, lineterminator="\n")
+    table.writerow([*header, "missing"])
+    for score in scores:
+        row = [*score.name, *map(_cell, score.values)]
+        for change in score.differences[1:]:
+            row += map(_cell, change)
+        absent = [name for name, value in zip(names, score.values, strict=True) if value is None]
+        table.writerow([*row, ", ".join(absent)])
+    sys.stdout.flush()
+
+
+def _cell(value: float | None) -> str:
+    """Return a value as a cell; a missing or undefined value is empty."""
+    is_empty = value is None or math.isnan(value)
+    return "" if is_empty else repr(value)
+
+
+def _warn_of_runs_without_intervals(runs: Sequence[Run]) -> None:
+    """Print which runs lack the predictions that intervals need."""
+    for run in runs:
+        if not run.tested:
+            warn(escape(f"{run.folder}: no predictions.csv, so differences have no interval"))

@@ -12,13 +12,13 @@ BY_CLASS = ("probability",)
 
 
 def tables() -> dict[str, list[str]]:
-    """Return the documented keys by command, e.g. `device list`."""
+    """Return the documented keys by command, e.g. `device list` or `compare of several runs`."""
     _, *sections = re.split(r"^## ", PAGE.read_text(encoding="utf-8"), flags=re.M)
     keys: dict[str, list[str]] = {}
     for section in sections:
-        command = re.match(r"`ajgdata ([a-z ]+)`", section)
+        command = re.match(r"`ajgdata ([a-z ]+)`(.*)", section)
         cells = re.findall(r"^\| (`.*?) \|", section, flags=re.M)
-        keys[command[1]] = re.findall(r"`(.+?)`", " ".join(cells))
+        keys[command[1] + command[2]] = re.findall(r"`(.+?)`", " ".join(cells))
     return keys
 
 
