@@ -1,7 +1,8 @@
-"""The only module that opens audio files. It reads what libsndfile decodes, and writes 24-bit WAV.
+"""The only module that opens audio files. It reads recordings and segments, and writes 24-bit WAV.
 
-Each change of the samples is reported. libsndfile reads a truncated file without an error, but its
-log states the length that the header declares.
+libsndfile decodes all files that it can; FFmpeg (`store.ffmpeg`) decodes M4A, AAC and WMA. Each
+change of the samples is reported. libsndfile reads a truncated file without an error, but its log
+states the length that the header declares.
 """
 
 from __future__ import annotations
@@ -13,19 +14,24 @@ import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import soundfile
 from numpy.typing import NDArray
 
+from ajgdata.store import ffmpeg
 from ajgdata.store.files import write_bytes
-from ajgdata.types import AudioSettings, DataError
+from ajgdata.types import WHOLE_FILE, AudioSettings, DataError, Segment
+from ajgdata.types.extras import optional_packages
 from ajgdata.types.settings import HIGHEST_RATE_HZ, LOWEST_RATE_HZ
 
 Float32 = NDArray[np.float32]
+#: An open file with the attributes that this module uses.
+OpenFile: TypeAlias = soundfile.SoundFile | ffmpeg.DecodedFile
 
 #: Comment in files with simulated samples.
 SIMULATED = "simulated by ajgdata"
@@ -40,6 +46,9 @@ _UNKNOWN_SIZE = 0x7FFF_F000
 #: Whether libsndfile reads descriptors of open files. On Windows it has descriptors of its own, and
 #: reads through Python, which is slower.
 _READS_DESCRIPTORS = sys.platform != "win32"
+#: Encodings of libsndfile in which a read from the middle of a file gives exactly the samples of a
+#: read of the complete file. Other decoders depend on earlier samples.
+_SEEKABLE = ("PCM_", "ALAC_", "FLOAT", "DOUBLE", "ULAW", "ALAW")
 _RECORD_AGAIN = "record it again, or fetch a whole copy"
 
 
@@ -62,7 +71,11 @@ class AudioError(DataError):
 
 @dataclass(frozen=True)
 class AudioInfo:
-    """Container, encoding (libsndfile's names), rate, channels, length and comment of a file."""
+    """Container, encoding, rate, channels, length and comment of a file.
+
+    Names of containers and encodings are those of libsndfile, or of FFmpeg (`MOV`, `AAC`). `frames`
+    is the length of the segment if the recording is a segment of the file.
+    """
 
     format: str
     subtype: str
@@ -89,10 +102,15 @@ class Audio:
     levels_db: tuple[float, ...] = ()
 
 
-def inspect_audio(path: Path) -> AudioInfo:
-    """Return the header of an audio file. Raises AudioError (a DataError) as `read_audio` does."""
+def inspect_audio(path: Path, segment: Segment = WHOLE_FILE) -> AudioInfo:
+    """Return the header of an audio file; `frames` is the length of `segment`.
+
+    Raises AudioError (a DataError) as `read_audio` does.
+    """
     with _bytes(path) as stream, _decoded(path, stream) as file:
-        return _info(path, file)
+        info = _info(path, file)
+    first, end = _frames(path, info, segment)
+    return replace(info, frames=end - first)
 
 
 def hash_and_inspect(path: Path) -> tuple[str, AudioInfo | AudioError]:
@@ -107,10 +125,12 @@ def hash_and_inspect(path: Path) -> tuple[str, AudioInfo | AudioError]:
             return digest, error
 
 
-def read_audio(path: Path, audio: AudioSettings) -> Audio:
+def read_audio(path: Path, audio: AudioSettings, segment: Segment = WHOLE_FILE) -> Audio:
     """Return a recording; channels and rate are converted only if `audio` allows it.
 
-    Raises AudioError, whose `remark` has a code such as `truncated`.
+    A segment has the samples from round(start · rate) to round(end · rate) of the complete file,
+    without the last one. Its samples are resampled without those of its neighbours. Raises
+    AudioError, whose `remark` has a code such as `truncated`.
 
     >>> from pathlib import Path
     >>> import numpy as np
@@ -123,7 +143,12 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
     with _bytes(path) as stream, _decoded(path, stream) as file:
         info = _info(path, file)
         check_layout(path, info, audio)
-        channels: Float32 = file.read(dtype="float32", always_2d=True)
+        if segment == WHOLE_FILE:
+            channels: Float32 = file.read(dtype="float32", always_2d=True)
+        else:
+            first, end = _frames(path, info, segment)
+            info = replace(info, frames=end - first)
+            channels = _segment_samples(path, file, first, end)
     if len(channels) < info.frames:
         raise _truncated(path, len(channels), info.frames, "frames")
     levels_db = _levels_db(channels)
@@ -157,11 +182,59 @@ def check_decodable(path: Path) -> None:
     read_audio(path, AudioSettings(sample_rate_hz=info.sample_rate_hz, microphone="mean"))
 
 
+def _frames(path: Path, info: AudioInfo, segment: Segment) -> tuple[int, int]:
+    """Return the first sample of a segment, and the sample after its last one.
+
+    Raises AudioError for a segment that is empty or ends after the file.
+    """
+    first, end = segment.frames(info.sample_rate_hz, info.frames)
+    fix = "correct start_s and end_s in recordings.csv"
+    if end > info.frames or first >= info.frames:
+        length = f"{info.frames / info.sample_rate_hz:g} s"
+        problem = f"the segment {segment} is not within the file, which has {length}"
+        raise AudioError(path, "beyond_end", problem, fix)
+    if first >= end:
+        raise AudioError(path, "no_samples", f"the segment {segment} has no samples", fix)
+    return first, end
+
+
+def _segment_samples(path: Path, file: OpenFile, first: int, end: int) -> Float32:
+    """Return the samples of a segment with all channels (frames, channels)."""
+    if isinstance(file, soundfile.SoundFile) and file.subtype.startswith(_SEEKABLE):
+        file.seek(first)
+        samples: Float32 = file.read(end - first, dtype="float32", always_2d=True)
+        return samples
+    return _all_samples(path, *_state(path))[first:end]
+
+
+def _state(path: Path) -> tuple[int, int]:
+    """Return time of change and size of a file, which distinguish the contents of a path."""
+    state = path.stat()
+    return state.st_mtime_ns, state.st_size
+
+
+@lru_cache(maxsize=1)
+def _all_samples(path: Path, changed_ns: int, size: int) -> Float32:
+    """Return all samples of a compressed file (frames, channels).
+
+    The file of the last call stays in memory, because its other segments usually follow.
+    """
+    with _bytes(path) as stream, _decoded(path, stream) as file:
+        samples: Float32 = file.read(dtype="float32", always_2d=True)
+    samples.setflags(write=False)
+    return samples
+
+
 @contextmanager
-def _decoded(path: Path, stream: io.FileIO) -> Iterator[soundfile.SoundFile]:
-    """Decode an open file by libsndfile. Errors of libsndfile become AudioError."""
-    if not stream.seek(0, io.SEEK_END):
+def _decoded(path: Path, stream: io.FileIO) -> Iterator[OpenFile]:
+    """Decode an open file by libsndfile or FFmpeg. Errors of both become AudioError."""
+    size = stream.seek(0, io.SEEK_END)
+    if not size:
         raise AudioError(path, "empty", "the file is empty", _RECORD_AGAIN)
+    stream.seek(0)
+    if ffmpeg.is_decodable(stream.read(ffmpeg.HEAD_BYTES)):  # libsndfile decodes none of these
+        yield _decoded_by_ffmpeg(path, *_state(path))
+        return
     stream.seek(0)
     try:
         source = stream.fileno() if _READS_DESCRIPTORS else stream
@@ -169,9 +242,27 @@ def _decoded(path: Path, stream: io.FileIO) -> Iterator[soundfile.SoundFile]:
             yield file
     except soundfile.LibsndfileError as error:
         reason = error.error_string.rstrip(".") or f"libsndfile error {error.code}"
-        problem = f"cannot be decoded: damaged, or no audio that libsndfile reads ({reason})"
-        fix = "record it again, or convert it to WAV"
-        raise AudioError(path, "damaged", problem, fix) from None
+        raise _damaged(path, f"no audio that libsndfile reads ({reason})") from None
+
+
+def _damaged(path: Path, alternative: str) -> AudioError:
+    """Return the error of a file that is damaged, or that is the `alternative`."""
+    problem = f"cannot be decoded: damaged, or {alternative}"
+    return AudioError(path, "damaged", problem, "record it again, or convert it to WAV")
+
+
+@lru_cache(maxsize=1)
+def _decoded_by_ffmpeg(path: Path, changed_ns: int, size: int) -> ffmpeg.DecodedFile:
+    """Return a file that FFmpeg decodes. The file of the last call stays in memory."""
+    with _bytes(path) as stream:
+        declared = ffmpeg.declared_size(stream, size)
+        if declared > size:
+            raise _truncated(path, size, declared, "bytes")
+        try:
+            with optional_packages(path):
+                return ffmpeg.decode(stream)
+        except ffmpeg.DecodingError as error:
+            raise _damaged(path, f"no audio that FFmpeg reads ({error})") from None
 
 
 @contextmanager
@@ -188,7 +279,7 @@ def _bytes(path: Path) -> Iterator[io.FileIO]:
         raise AudioError(path, "unreadable", problem, "check disk and permissions") from None
 
 
-def _info(path: Path, file: soundfile.SoundFile) -> AudioInfo:
+def _info(path: Path, file: OpenFile) -> AudioInfo:
     """Return the header of an open file. Raises AudioError if the file does not agree with it."""
     rate = file.samplerate
     for declared, present in _LENGTHS.findall(file.extra_info):

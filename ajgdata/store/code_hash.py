@@ -34,6 +34,7 @@ _RECORDINGS = (
     "features/spectrum.py",
     "pipeline/recordings.py",
     "store/audio.py:read_audio,file_sha256",
+    "store/ffmpeg.py",
     "store/files.py:numbered_rows,plain_text",
     "store/session_audio.py",
     "store/sessions.py:audio_path,read_recordings,read_session",
@@ -195,7 +196,9 @@ CODE: dict[str, tuple[str, ...]] = {
         "report/opening.py",
         "report/scenes.py",
         "store/audio.py:read_audio",
+        "store/ffmpeg.py",
         "store/features.py:read_store",
+        "types/session.py:WHOLE_FILE,Segment",
         "types/settings.py",
     ),
     "publish": (

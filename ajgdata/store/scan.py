@@ -25,8 +25,8 @@ from ajgdata.store.session_names import KnownSession, is_changed, slug, stored_s
 from ajgdata.store.starter_kit import STARTER_KIT
 from ajgdata.types import NAME_PATTERN, DataError, ImportSettings, checked_name, is_reserved
 
-#: Suffixes of audio files that libsndfile reads.
-READABLE_SUFFIXES = (
+#: Suffixes of audio files. FFmpeg (extra `audio`) reads the last three, libsndfile the others.
+AUDIO_SUFFIXES = {
     ".wav",
     ".wave",
     ".flac",
@@ -38,11 +38,10 @@ READABLE_SUFFIXES = (
     ".aiff",
     ".au",
     ".caf",
-)
-#: Suffixes of audio files that libsndfile does not read: their recordings are imported and reported
-#: as unusable.
-UNREADABLE_SUFFIXES = (".m4a", ".aac", ".wma")
-AUDIO_SUFFIXES = {*READABLE_SUFFIXES, *UNREADABLE_SUFFIXES}
+    ".m4a",
+    ".aac",
+    ".wma",
+}
 #: Role of a column or group with this name in lower case. All other columns and groups are labels.
 ROLES = {
     "recording_id": "recording_id",

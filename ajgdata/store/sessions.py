@@ -27,6 +27,7 @@ from ajgdata.store.variants import with_variants
 from ajgdata.types import (
     NAME_PATTERN,
     RECORDING_COLUMNS,
+    WHOLE_FILE,
     DataError,
     DatasetSpec,
     Finding,
@@ -285,10 +286,14 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
 def write_recordings(folder: Path, recordings: Sequence[Recording]) -> None:
     """Write recordings.csv if its content changed.
 
-    A session whose placements are unknown has no column for them.
+    A session whose placements are unknown has no column for them, and a session without segments
+    has no columns for times.
     """
-    has_placements = any(recording.placement_id for recording in recordings)
-    absent = set() if has_placements else {"placement_id"}
+    absent = set()
+    if not any(recording.placement_id for recording in recordings):
+        absent.add("placement_id")
+    if all(recording.segment == WHOLE_FILE for recording in recordings):
+        absent.update(("start_s", "end_s"))
     standard = [name for name in RECORDING_COLUMNS if name not in absent]
     labels = sorted({column for recording in recordings for column in recording.labels})
     rows = (

@@ -32,9 +32,11 @@ from ajgdata.types.session import (
     RECORDING_COLUMNS,
     SESSION_COLUMNS,
     STORE_NAMES,
+    WHOLE_FILE,
     Acquisition,
     Excitation,
     Recording,
+    Segment,
     Session,
     is_reserved,
 )

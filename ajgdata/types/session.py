@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import re
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import AfterValidator, Field, JsonValue
+from pydantic import AfterValidator, Field, JsonValue, model_validator
 
 from ajgdata.types.base import Strict
 from ajgdata.types.names import Name
@@ -19,6 +20,8 @@ RECORDING_COLUMNS = (
     "recording_id",
     "file",
     "sha256",
+    "start_s",
+    "end_s",
     "grasp_id",
     "placement_id",
     "sample",
@@ -33,6 +36,47 @@ HIGHEST_SAMPLE = 2**31 - 1
 SESSION_COLUMNS = ("source", "gripper", "medium")
 #: Names in a feature file that labels cannot have.
 STORE_NAMES = ("recording", "session_id", "flags", "channel_levels", "feature", "frequency")
+
+
+class Segment(NamedTuple):
+    """The part of a file that is a recording, in seconds; an infinite end is the end of the file.
+
+    >>> Segment(1, 2.5).frames(8000, 80_000)
+    (8000, 20000)
+    >>> Segment(1).frames(8000, 80_000)
+    (8000, 80000)
+    """
+
+    start_s: float = 0.0
+    end_s: float = math.inf
+
+    def frames(self, sample_rate_hz: int, count: int) -> tuple[int, int]:
+        """Return the first sample, and the sample after the last one, of a file with `count`
+        samples per channel. The numbers can be larger than `count`."""
+        end = count if math.isinf(self.end_s) else round(self.end_s * sample_rate_hz)
+        return round(self.start_s * sample_rate_hz), end
+
+    def sound_id(self, sha256: str) -> str:
+        """Return a text that is equal for equal sounds: the sha256 of the file, and the times of a
+        segment.
+
+        >>> Segment().sound_id("ab12")
+        'ab12'
+        >>> Segment(1, 2.5).sound_id("ab12")
+        'ab12:1.0-2.5'
+        """
+        if self == WHOLE_FILE or not sha256:
+            return sha256
+        return f"{sha256}:{float(self.start_s)}-{float(self.end_s)}"
+
+    def __str__(self) -> str:
+        """Return the times, e.g. `1 to 2.5 s`."""
+        end = "the end" if math.isinf(self.end_s) else f"{self.end_s:g} s"
+        return f"{self.start_s:g} to {end}"
+
+
+#: The segment of a recording that is a complete file.
+WHOLE_FILE = Segment()
 
 
 class Excitation(Strict):
@@ -134,6 +178,12 @@ class Recording(Strict):
         description="checksum of the file; without a checksum, changes of the file are not "
         "detected; `ajgdata check NAME --accept` stores it",
     )
+    start_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = Field(
+        None, description="begin of the recording in the file in s; empty: the begin of the file"
+    )
+    end_s: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = Field(
+        None, description="end of the recording in the file in s; empty: the end of the file"
+    )
     grasp_id: Annotated[str, Field(min_length=1)] = Field(
         description="one closing of the gripper on an object; the default group of cross-validation"
     )
@@ -150,6 +200,23 @@ class Recording(Strict):
         "ok", description="`ok`, `clipped`, or `reject`, which excludes the recording"
     )
     labels: dict[str, str] = Field({}, description="all other columns: targets, and text")
+
+    @model_validator(mode="after")
+    def _is_not_empty(self) -> Recording:
+        segment = self.segment
+        if segment.end_s <= segment.start_s:
+            raise ValueError(f"the segment {segment} is empty: start_s must be less than end_s")
+        return self
+
+    @property
+    def segment(self) -> Segment:
+        """The part of the file that is the recording."""
+        return Segment(self.start_s or 0.0, math.inf if self.end_s is None else self.end_s)
+
+    @property
+    def sound_id(self) -> str:
+        """Text that is equal for equal sounds (see `Segment.sound_id`); "" without a sha256."""
+        return self.segment.sound_id(self.sha256)
 
 
 def is_reserved(name: str) -> bool:

@@ -53,6 +53,7 @@ WORKING = {
     },
     "workflow": JOBS - {f"ajgdata.pipeline.{name}" for name in OTHER_JOBS},
     "cnn": {"ajgdata.embed.encoder", "ajgdata.embed.projections", "ajgdata.models.cnn"},
+    "audio": {"ajgdata.store.ffmpeg"},
     "simulate": {
         "ajgdata.gripper.simulation",
         "ajgdata.pipeline.opening",

@@ -15,7 +15,7 @@ from ajgdata.store.audio import (
     resample,
     write_pcm24,
 )
-from ajgdata.types import AudioSettings
+from ajgdata.types import AudioSettings, Segment
 from ajgdata.types.errors import sentence
 
 AS_IS = AudioSettings()
@@ -89,6 +89,52 @@ def test_other_containers(put, name, kind):
     np.testing.assert_array_equal(got.samples, sf.read(path, dtype="float32")[0])
     assert (got.info.format, got.info.subtype) == (kind["format"], kind["subtype"])
     assert got.remarks == ()
+
+
+@pytest.mark.parametrize(
+    ("container", "subtype"),
+    [
+        ("WAV", "PCM_16"),
+        ("WAV", "FLOAT"),
+        ("WAV", "IMA_ADPCM"),
+        ("FLAC", "PCM_24"),
+        ("AIFF", "PCM_16"),
+        ("OGG", "VORBIS"),
+        ("MP3", "MPEG_LAYER_III"),
+    ],
+)
+def test_a_segment_is_a_slice_of_the_whole(put, container, subtype):
+    path = put(encoded(noise(44_100, 2), format=container, subtype=subtype))
+    whole = read_audio(path, ANY)
+    for start, end in ((0, 0.5), (0.25, 0.75), (0.100003, 0.9)):
+        first = round(start * 44_100)
+        last = round(end * 44_100)
+        got = read_audio(path, ANY, Segment(start, end))
+        np.testing.assert_array_equal(got.recorded, whole.recorded[first:last])
+        assert got.info.frames == last - first
+        assert inspect_audio(path, Segment(start, end)) == got.info
+    np.testing.assert_array_equal(
+        read_audio(path, ANY, Segment(0.5)).samples, whole.samples[22050:]
+    )
+
+
+@pytest.mark.parametrize(
+    ("segment", "code", "problem"),
+    [
+        (Segment(0.5, 1.1), "beyond_end", "the segment 0.5 to 1.1 s is not within the file"),
+        (Segment(1.0), "beyond_end", "the segment 1 to the end is not within the file"),
+        (Segment(0.5, 0.500001), "no_samples", "the segment 0.5 to 0.500001 s has no samples"),
+    ],
+)
+def test_a_segment_that_the_file_does_not_have(put, segment, code, problem):
+    path = put(encoded(noise(44_100), format="WAV"))
+    with pytest.raises(AudioError) as caught:
+        read_audio(path, AS_IS, segment)
+    assert caught.value.remark.code == code
+    assert caught.value.problem.startswith(problem)
+    assert caught.value.fix == "correct start_s and end_s in recordings.csv"
+    with pytest.raises(AudioError):
+        inspect_audio(path, segment)
 
 
 @settings(deadline=None, max_examples=15)
