@@ -1,4 +1,4 @@
-"""`ajgdata export` and `ajgdata scene`: write a trained network, or a drawing of a scene."""
+"""`ajgdata export` and `ajgdata scene`: write a network, a table, or a drawing of a scene."""
 
 from __future__ import annotations
 
@@ -26,14 +26,45 @@ OutFolder = Annotated[
 
 def export(
     dataset: Annotated[str, typer.Argument(help="data set", autocompletion=dataset_names)],
-    task: Annotated[str, typer.Argument(help="task that the model was trained for")],
+    task: Annotated[str, typer.Argument(help="task that the model was trained for")] = "",
     model: Annotated[str, typer.Argument(help="cnn or cnn_per_bin")] = "cnn",
     folder: OutFolder = None,
+    parquet: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="write labels and features of all recordings"),
+    ] = None,
 ) -> None:
-    """Write a trained CNN as one ONNX file.
+    """Write a trained CNN as one ONNX file, or a data set as one Parquet table.
 
-    The input of the file is a waveform, and its output is a calibrated prediction.
+    The input of the ONNX file is a waveform, and its output is a calibrated prediction. With
+    --parquet, the command takes only the data set. The table has one row per recording: labels,
+    codes of issues, and the feature as a list.
     """
+    if parquet is not None:
+        if task or folder:
+            raise typer.BadParameter("--parquet takes only the data set and the file")
+        _export_table(dataset, parquet)
+    elif task:
+        _export_model(dataset, task, model, folder)
+    else:
+        raise typer.BadParameter("name a task, or use --parquet FILE")
+
+
+def _export_table(dataset: str, file: Path) -> None:
+    """Write labels and features of a data set as one Parquet table."""
+    require_extra("publish", "ajgdata export --parquet")
+    from ajgdata.pipeline.feature_table import export_table
+
+    paths = find_project()
+    table = export_table(paths, dataset, file)
+    summary = f"{escape(str(file))}: {table.recordings} recordings, {table.bytes / 1e6:.1f} MB"
+    if table.excluded:
+        summary += f", {table.excluded} excluded (see {escape(str(paths.quarantine(dataset)))})"
+    say(summary)
+
+
+def _export_model(dataset: str, task: str, model: str, folder: Path | None) -> None:
+    """Write a trained CNN as one ONNX file into a folder."""
     from ajgdata.loading import load_predictor
     from ajgdata.store.models import other_version_reported, read_about
 

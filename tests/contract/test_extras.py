@@ -63,7 +63,7 @@ WORKING = {
         "ajgdata.report.scenes",
         "ajgdata.studies.verification",
     },
-    "publish": {"ajgdata.pipeline.publish"},
+    "publish": {"ajgdata.pipeline.feature_table", "ajgdata.pipeline.publish"},
     "live": {"ajgdata.live.dashboard"},
     "export": {"ajgdata.export"},
 }

@@ -20,6 +20,7 @@ from ajgdata.acquire.robot import RobotGrasp, make_robot
 from ajgdata.acquire.robot_numbers import number_labels
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
+from ajgdata.pipeline.feature_table import export_table
 from ajgdata.pipeline.recipes import acquire_virtual
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import read_store
@@ -196,6 +197,16 @@ def test_publishing(in_project):
     assert example["edges_mm"] == list(EDGES_MM)
     with ajgdata.load_features("size") as features:
         assert features.sizes["recording"] == 16
+
+
+def test_parquet_table(in_project, example_project):
+    export_table(example_project, "size", Path("size.parquet"))
+    example = run("parquet_table")
+    with ajgdata.load_features("size") as features:
+        mean = features.feature.groupby("edge_mm").mean()
+        loudest_hz = mean.idxmax("frequency").values.tolist()
+    assert example["loudest_hz"] == dict(zip(EDGES_MM, loudest_hz, strict=True))
+    assert example["unit"] == "mm"
 
 
 def test_robot_numbers():
