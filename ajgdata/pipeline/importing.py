@@ -106,7 +106,7 @@ def _chosen(options: ImportSettings | None, declared: DatasetSpec | None) -> Imp
     if options is None:
         return before
     if options.pattern or options.table:  # the stored settings are for another way of reading
-        return options
+        return options.model_copy(update={"join": before.join})
     return before.model_copy(update=options.model_dump(exclude_defaults=True))
 
 

@@ -23,7 +23,15 @@ from ajgdata.store.listing import listed
 from ajgdata.store.name_pattern import compile_pattern, match_name
 from ajgdata.store.session_names import KnownSession, is_changed, slug, stored_session_names
 from ajgdata.store.starter_kit import STARTER_KIT
-from ajgdata.types import NAME_PATTERN, DataError, ImportSettings, checked_name, is_reserved
+from ajgdata.store.time_join import join_by_time
+from ajgdata.types import (
+    NAME_PATTERN,
+    DataError,
+    ImportSettings,
+    JoinSettings,
+    checked_name,
+    is_reserved,
+)
 
 #: Suffixes of audio files. FFmpeg (extra `audio`) reads the last three, libsndfile the others.
 AUDIO_SUFFIXES = {
@@ -139,6 +147,8 @@ def scan(
         rows = _by_table(folder, audio, settings, result)
     else:
         rows = _by_name(audio, settings, name, result)
+    if settings.join and rows:
+        rows = _with_joined_columns(rows, settings.join, result)
     columns = _columns(next(iter(rows.values()), {}), settings, result)
     sessions = [name for name, role in columns.items() if role == "session"]
     named_rows = [] if settings.table else [*rows.values(), *result.played_rows.values()]
@@ -306,6 +316,34 @@ def _by_table(
         (visible(path.as_posix()), f"no row in {settings.table}") for path in unlisted
     ]
     return rows
+
+
+def _with_joined_columns(rows: RowsByFile, settings: JoinSettings, result: Scan) -> RowsByFile:
+    """Return rows with the columns of the table that is joined by time.
+
+    A recording without a row of the table has empty cells and a warning. Raises DataError for a
+    column that exists, and if no recording has a row.
+    """
+    option = "imports.join"
+    names = list(next(iter(rows.values()), {}))
+    if settings.recording_time not in names:
+        problem = f"recording_time names {settings.recording_time!r}"
+        raise DataError(option, problem, f"use one of {names}")
+    times = {path: texts[settings.recording_time] for path, texts in rows.items()}
+    joined = join_by_time(result.folder, times, settings)
+    if not joined.cells:
+        example = ": ".join(joined.missing[0])
+        fix = "compare the clocks, time zones and tolerance_s"
+        raise DataError(option, f"no recording has a row of {settings.table} ({example})", fix)
+    columns = list(next(iter(joined.cells.values())))
+    taken = [name for name in columns if name in names]
+    if taken:
+        problem = f"column {taken[0]!r} of {settings.table} is also a label of the recordings"
+        raise DataError(option, problem, "list other columns under `columns`, or rename it")
+    result.remarks["warning"] += joined.missing
+    result.remarks["note"] += joined.notes
+    empty = dict.fromkeys(columns, "")
+    return {path: {**texts, **joined.cells.get(path, empty)} for path, texts in rows.items()}
 
 
 def file_id(path: Path) -> str:

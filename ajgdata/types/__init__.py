@@ -5,7 +5,7 @@ error. `describe` turns an error of pydantic into one line for the user.
 """
 
 from ajgdata.types.base import Strict, checked, describe, location
-from ajgdata.types.dataset import DatasetSpec, ImportSettings, OnChange
+from ajgdata.types.dataset import DatasetSpec, ImportSettings, JoinSettings, OnChange
 from ajgdata.types.errors import DataError, NotPossibleError, many, one_line
 from ajgdata.types.excitation import (
     DEFAULT_EXCITATION,

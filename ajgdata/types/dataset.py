@@ -30,6 +30,30 @@ class OnChange(StrEnum):
     PRUNE = "prune"
 
 
+class JoinSettings(Strict):
+    """A table, e.g. of a robot, whose nearest row in time gives columns to each recording."""
+
+    table: Annotated[str, Field(min_length=1)] = Field(description="table in the folder")
+    time: Annotated[str, Field(min_length=1)] = Field(
+        description="column of the table with the time: seconds, e.g. Unix, or ISO 8601"
+    )
+    recording_time: Annotated[str, Field(min_length=1)] = Field(
+        description="column of `imports.table`, or group of `imports.pattern`, with the time of a "
+        "recording"
+    )
+    tolerance_s: float = Field(
+        ge=0, description="largest difference in time of a recording and its row, in seconds"
+    )
+    columns: Annotated[tuple[str, ...], Distinct] = Field(
+        (), description="joined columns; none: all columns except the time"
+    )
+    utc_offset: Annotated[str, Field(pattern=r"^(Z|[+-]\d{2}:\d{2})?$")] = Field(
+        "",
+        description="offset of ISO 8601 times that state none, e.g. '+01:00' or Z; empty: they are "
+        "an error",
+    )
+
+
 class ImportSettings(Strict):
     """Rules for the import of a folder of recordings: the options of `ajgdata import`."""
 
@@ -48,6 +72,9 @@ class ImportSettings(Strict):
     )
     object: str = Field("", description="template of object, e.g. '{label}'; default: the label")
     session: str = Field("", description="template of the session; default: the folder")
+    join: JoinSettings | None = Field(
+        None, description="table that is joined to the recordings by time; null: none"
+    )
 
     @model_validator(mode="after")
     def _one_way(self) -> ImportSettings:

@@ -210,8 +210,8 @@ def test_parquet_table(in_project, example_project):
 
 
 def test_robot_numbers():
-    program = RobotProgram(command=[sys.executable, str(FOLDER / "robot_numbers.py")])
-    robot = make_robot(program, print)
+    file = FOLDER.parents[1] / "docs/examples/robot_numbers.py"
+    robot = make_robot(RobotProgram(command=[sys.executable, str(file)]), print)
     assert robot.move("jam") == {}
     measured = robot.move("approach", **vars(RobotGrasp("mug_03", "mug", 3, 8.0)))
     assert number_labels(measured) == {
