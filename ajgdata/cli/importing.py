@@ -43,7 +43,7 @@ Pattern = Annotated[
     str,
     typer.Option(help="'starter-kit' (<n>_<label>.wav), or a regular expression with named groups"),
 ]
-TableOption = Annotated[str, typer.Option(help="table of labels in the folder, one row per file")]
+TableOption = Annotated[str, typer.Option(help="table of labels; with *, one table per folder")]
 ObjectOption = Annotated[
     str, typer.Option("--object", help="object, or its template, e.g. '{stone}'")
 ]

@@ -10,7 +10,7 @@ import re
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
 from ajgdata.paths import SESSION_FILE
@@ -143,15 +143,12 @@ def scan(
     audio, result.remarks["not used"] = search(folder)
     if not audio:
         raise DataError(folder, "holds no audio files", "name a folder with .wav, .flac or .ogg")
-    if settings.table:
-        rows = _by_table(folder, audio, settings, result)
-    else:
-        rows = _by_name(audio, settings, name, result)
-    if settings.join and rows:
-        rows = _with_joined_columns(rows, settings.join, result)
+    rows = _read_rows(audio, settings, name, result)
     columns = _columns(next(iter(rows.values()), {}), settings, result)
     sessions = [name for name, role in columns.items() if role == "session"]
-    named_rows = [] if settings.table else [*rows.values(), *result.played_rows.values()]
+    named_rows = []
+    if settings.pattern or not settings.table:
+        named_rows = [*rows.values(), *result.played_rows.values()]
     exact = _alike(named_rows, sessions)
     rows = {path: _plain(texts, sessions, exact) for path, texts in rows.items()}
     _note_empty_grasps(rows, columns, settings, result)
@@ -228,6 +225,19 @@ def _copies_of_wavs(audio: Iterable[Path]) -> set[Path]:
     return {path for path in not_wav if path.with_suffix("") in names_of_wavs}
 
 
+def _read_rows(audio: list[Path], settings: ImportSettings, name: str, result: Scan) -> RowsByFile:
+    """Return the texts of each recording from the table or the pattern, and from joined tables."""
+    if settings.table:
+        rows = _by_table(result.folder, audio, settings, result)
+        if settings.pattern:
+            rows = _with_groups(rows, settings.pattern, result)
+    else:
+        rows = _by_name(audio, settings, name, result)
+    if settings.join and rows:
+        return _with_joined_columns(rows, settings.join, result)
+    return rows
+
+
 def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Scan) -> RowsByFile:
     """Return the named groups of each file that matches, by path."""
     is_kit = settings.pattern in ("", "starter-kit")
@@ -259,6 +269,59 @@ def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Sca
     return rows
 
 
+def _named_rows(
+    folder: Path, settings: ImportSettings, result: Scan
+) -> list[tuple[str, dict[str, str]]]:
+    """Return the path of the file, relative to `folder`, and the cells of each row of the tables.
+
+    A column that a table lacks is empty in its rows, and noted. Raises DataError without a table.
+    """
+    is_one = "*" not in settings.table
+    paths = [folder / settings.table] if is_one else sorted(folder.glob(settings.table))
+    if not paths:
+        problem = f"holds no table {settings.table!r}"
+        raise DataError(folder, problem, "correct --table, relative to this folder")
+    named = []
+    tables_of: dict[str, list[str]] = defaultdict(list)
+    for path in paths:
+        table = read_label_table(path, template_columns(settings.file))
+        result.remarks["note"] += table.notes
+        parent = PurePosixPath(path.parent.relative_to(folder))
+        for _, cells in table.rows:
+            name = _filled("file", settings.file, cells)
+            named.append((name if is_one else (parent / name).as_posix(), cells))
+        for column in table.rows[0][1] if table.rows else ():
+            tables_of[column].append(path.relative_to(folder).as_posix())
+    for column, tables in tables_of.items():
+        if len(tables) < len(paths):
+            reason = f"only in {listed(tables)}: empty in the recordings of other tables"
+            result.remarks["note"].append((f"column {column}", reason))
+    empty = dict.fromkeys(tables_of, "")
+    return [(name, {**empty, **cells}) for name, cells in named]
+
+
+def _with_groups(rows: RowsByFile, text: str, result: Scan) -> RowsByFile:
+    """Return rows of a table with the named groups of the pattern `text` for their paths.
+
+    A path that does not match has empty groups and a warning. Raises DataError for a group that is
+    also a column.
+    """
+    pattern = compile_pattern(text)
+    taken = [name for name in next(iter(rows.values()), {}) if name in pattern.groupindex]
+    if taken:
+        problem = f"group {taken[0]!r} is also a column of the table"
+        raise DataError("--pattern", problem, "rename the group")
+    named = {}
+    for path, cells in rows.items():
+        match = match_name(pattern, path.as_posix())
+        if match is None:
+            reason = "does not match the pattern, whose groups are empty"
+            result.remarks["warning"].append((path.as_posix(), reason))
+        groups = match.groupdict(default="") if match else dict.fromkeys(pattern.groupindex, "")
+        named[path] = {**cells, **groups}
+    return named
+
+
 def _by_table(
     folder: Path, audio: list[Path], settings: ImportSettings, result: Scan
 ) -> RowsByFile:
@@ -269,9 +332,7 @@ def _by_table(
     the same step.
     """
     where = folder / settings.table
-    table = read_label_table(where, template_columns(settings.file))
-    result.remarks["note"] += table.notes
-    named = [(_filled("file", settings.file, cells), cells) for _, cells in table.rows]
+    named = _named_rows(folder, settings, result)
     matches = find_files({name for name, _ in named}, audio)
     rows: RowsByFile = {}
     names: dict[Path, str] = {}

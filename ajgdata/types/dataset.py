@@ -57,9 +57,21 @@ class JoinSettings(Strict):
 class ImportSettings(Strict):
     """Rules for the import of a folder of recordings: the options of `ajgdata import`."""
 
-    pattern: str = Field("", description="'starter-kit' or a regular expression with named groups")
-    table: str = Field("", description="table of labels in the folder, instead of a pattern")
-    file: str = Field("", description="with `table`: path of a row's file, e.g. 'wav/{name}.wav'")
+    pattern: str = Field(
+        "",
+        description="'starter-kit' or a regular expression with named groups; with `table`: its "
+        "groups are further columns",
+    )
+    table: str = Field(
+        "",
+        description="table of labels in the folder; with *, one table per folder, e.g. "
+        "'*/labels.csv'",
+    )
+    file: str = Field(
+        "",
+        description="with `table`: path of a row's file, e.g. 'wav/{name}.wav'; if `table` has *: "
+        "relative to the folder of its table",
+    )
     grasp: str = Field(
         "",
         description="template of grasp_id, e.g. '{stone}'; default: the column or group "
@@ -78,8 +90,8 @@ class ImportSettings(Strict):
 
     @model_validator(mode="after")
     def _one_way(self) -> ImportSettings:
-        if self.pattern and self.table:
-            raise ValueError("give pattern or table, not both")
+        if self.pattern == "starter-kit" and self.table:
+            raise ValueError("pattern starter-kit and table exclude each other")
         if bool(self.table) != bool(self.file):
             raise ValueError("table and file (--file, e.g. 'audio/{name}.wav') need each other")
         return self

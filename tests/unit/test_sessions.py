@@ -48,8 +48,8 @@ def embedding(**keys):
         (embedding(target="nope"), "embedding e: 'nope' is not among the targets"),
         (embedding(), "embedding e: 'edge_mm' is a number, not a class"),
         (
-            {"imports": {"pattern": "x", "table": "y", "file": "z"}},
-            "give pattern or table, not both",
+            {"imports": {"pattern": "starter-kit", "table": "y", "file": "z"}},
+            "pattern starter-kit and table exclude each other",
         ),
         (recipe(objects=RECIPE["objects"] * 2), "lists one twice"),
         (recipe(scene={"grasp": 3}), "scene.grasp must hold keys"),
